@@ -1,0 +1,63 @@
+"""What a kind of design is to the service: its request and result models and the calls into ``solvers``.
+
+The registry is the only list of kinds; routes, storage, forms, jobs and exports follow from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from pydantic import BaseModel
+
+
+class Mode(StrEnum):
+    DESIGN = "design"
+    CHECK = "check"
+    ANALYSIS = "analysis"
+    ACCURACY = "accuracy"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A solver's outcome at the edge: names and units of the HTTP contract, finite JSON values only.
+
+    ``status`` is "succeeded", "infeasible" or "failed"; ``result`` is a dict in the shape of the job's
+    result model; ``problem`` is a problem+json object where the solver refused or failed.
+    """
+
+    status: str
+    result: dict[str, Any] | None
+    effects: list[dict[str, Any]]
+    accuracy: dict[str, Any] | None
+    timing: dict[str, float]
+    problem: dict[str, Any] | None = None
+
+
+@dataclass(frozen=True)
+class Job:
+    """One thing that can be asked of a kind: a request model, a result model, and the pure call between them.
+
+    ``inline`` is true only where the call's time has a small proven bound, so that it may run on the event
+    loop; everything else runs in a process that can be killed.
+    """
+
+    request: type[BaseModel]
+    result: type[BaseModel]
+    run: Callable[[Any], Answer]
+    inline: bool = False
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of design: its slug in URLs, its title for people, its jobs by mode, effects and plots by name."""
+
+    slug: str
+    title: str
+    summary: str
+    jobs: Mapping[Mode, Job]
+    effects: Callable[[], list[dict[str, Any]]]
+    example: Callable[[Mode], dict[str, Any]]
+    plots: Mapping[str, Callable[[dict[str, Any]], str]]

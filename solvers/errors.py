@@ -1,0 +1,32 @@
+"""The one exception of this library that blames the caller's input."""
+
+from __future__ import annotations
+
+
+class InvalidInput(ValueError):
+    """A quantity lies outside what the model allows.
+
+    field   dotted path of the offending quantity, in the names of the scene's dataclasses
+            (``"mechanism.crank_radius"``, ``"dimensions.l"``)
+    reason  what is wrong, in one sentence
+    allowed what would be accepted, in one sentence or an interval in SI units
+    """
+
+    def __init__(self, field: str, reason: str, allowed: str) -> None:
+        super().__init__(f"{field}: {reason} (allowed: {allowed})")
+        self.field = field
+        self.reason = reason
+        self.allowed = allowed
+
+
+class EffectConflict(InvalidInput):
+    """An effect was excluded although a limit or an objective needs it."""
+
+    def __init__(self, effect: str, needed_by: str) -> None:
+        super().__init__(
+            "effects.exclude",
+            f"the effect {effect!r} is excluded but {needed_by!r} needs it",
+            f"keep {effect!r}, or drop {needed_by!r}",
+        )
+        self.effect = effect
+        self.needed_by = needed_by

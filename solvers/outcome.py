@@ -1,0 +1,92 @@
+"""What every check and every design answers with: a typed outcome, also for an ordinary "no"."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+class Status(StrEnum):
+    SUCCEEDED = "succeeded"
+    INFEASIBLE = "infeasible"
+    FAILED = "failed"
+
+
+class EffectState(StrEnum):
+    ACTIVE = "active"
+    SKIPPED = "skipped"
+
+
+@dataclass(frozen=True)
+class EffectReport:
+    """One line of the effects manifest.
+
+    ``influence`` is the a-priori bound on the relative change that the effect makes to the main results.
+    """
+
+    name: str
+    state: EffectState
+    influence: float
+    why: str
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """The accuracy that was asked for, the estimate of what was reached, and the settings that did it."""
+
+    requested: float
+    estimated: float
+    settings: Mapping[str, float | int | str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Shortfall:
+    """One requirement that cannot be met: what is asked, what is attainable at best, and what would help."""
+
+    requirement: str
+    required: float
+    attainable: float | None
+    advice: str
+
+
+@dataclass(frozen=True)
+class ActiveConstraint:
+    """A constraint that holds with equality at the optimum.
+
+    ``sensitivity`` is the relative change of the objective for a relative change of the bound
+    (d ln objective / d ln bound): +0.3 says that a bound 1 % higher moves the objective up by 0.3 %.
+    """
+
+    name: str
+    sensitivity: float
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """How the answer is known to be the global optimum.
+
+    ``bound`` is a proven bound of the objective over everything feasible (a lower bound when minimising),
+    ``gap`` the relative distance of the answer from it, ``method`` and ``evidence`` say how it was found.
+    """
+
+    method: str
+    bound: float
+    gap: float
+    evidence: Mapping[str, float | int | str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Outcome(Generic[T]):
+    """Status, value and everything a user needs to judge the value."""
+
+    status: Status
+    value: T | None
+    effects: tuple[EffectReport, ...]
+    accuracy: Accuracy
+    certificate: Certificate | None = None
+    diagnosis: tuple[Shortfall, ...] = ()
+    timing: Mapping[str, float] = field(default_factory=dict)

@@ -1,0 +1,1 @@
+"""The flexible strip rod of a crank-slider machine."""

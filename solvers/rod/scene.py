@@ -1,0 +1,92 @@
+"""The inputs of the flexible rod: mechanism, piston, load, material, dimensions. SI units throughout.
+
+Every dataclass refuses, with ``InvalidInput``, what the model cannot mean; whatever passes may be computed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from solvers.errors import InvalidInput
+from solvers.materials import Material
+from solvers.rod.loads import Load
+
+
+def _require(ok: bool, field: str, reason: str, allowed: str) -> None:
+    if not ok:
+        raise InvalidInput(field, reason, allowed)
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """Crank radius r, rod length L (clamp in the piston to crank pin), rotational frequency f [Hz]."""
+
+    crank_radius: float
+    rod_length: float
+    speed: float
+
+    def __post_init__(self) -> None:
+        for name in ("crank_radius", "rod_length", "speed"):
+            value = getattr(self, name)
+            _require(math.isfinite(value) and value > 0, f"mechanism.{name}", "must be positive", "(0, inf)")
+        _require(
+            self.crank_radius < self.rod_length,
+            "mechanism.crank_radius",
+            "the crank is not shorter than the rod, so the mechanism cannot turn",
+            "less than mechanism.rod_length",
+        )
+
+    @property
+    def angular_speed(self) -> float:
+        return 2 * math.pi * self.speed
+
+
+@dataclass(frozen=True)
+class Piston:
+    """Piston diameter D, skirt length Lp, reciprocating mass m_j, clamp offset e, friction coefficient mu."""
+
+    diameter: float
+    skirt_length: float
+    reciprocating_mass: float = 0.0
+    clamp_offset: float = 0.0
+    friction_coefficient: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("diameter", "skirt_length"):
+            value = getattr(self, name)
+            _require(math.isfinite(value) and value > 0, f"piston.{name}", "must be positive", "(0, inf)")
+        for name in ("reciprocating_mass", "friction_coefficient"):
+            value = getattr(self, name)
+            _require(
+                math.isfinite(value) and value >= 0, f"piston.{name}", "must not be negative", "[0, inf)"
+            )
+        _require(math.isfinite(self.clamp_offset), "piston.clamp_offset", "must be finite", "(-inf, inf)")
+
+    @property
+    def area(self) -> float:
+        return math.pi * self.diameter**2 / 4
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A machine and what drives it: everything but the strip's own dimensions."""
+
+    mechanism: Mechanism
+    piston: Piston
+    load: Load
+    material: Material
+
+
+@dataclass(frozen=True)
+class Dimensions:
+    """The strip: width b, thickness h (bending in the plane of the crank), free length l."""
+
+    b: float
+    h: float
+    l: float  # noqa: E741 - the field's textbook symbol
+
+    def __post_init__(self) -> None:
+        for name in ("b", "h", "l"):
+            value = getattr(self, name)
+            _require(math.isfinite(value) and value > 0, f"dimensions.{name}", "must be positive", "(0, inf)")

@@ -58,9 +58,7 @@ class Piston:
             _require(math.isfinite(value) and value > 0, f"piston.{name}", "must be positive", "(0, inf)")
         for name in ("reciprocating_mass", "friction_coefficient"):
             value = getattr(self, name)
-            _require(
-                math.isfinite(value) and value >= 0, f"piston.{name}", "must not be negative", "[0, inf)"
-            )
+            _require(math.isfinite(value) and value >= 0, f"piston.{name}", "must not be negative", "[0, inf)")
         _require(math.isfinite(self.clamp_offset), "piston.clamp_offset", "must be finite", "(-inf, inf)")
 
     @property

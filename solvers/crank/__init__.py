@@ -1,0 +1,1 @@
+"""The slider-crank mechanism: its kinematics, and what follows from them."""

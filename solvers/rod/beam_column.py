@@ -63,7 +63,7 @@ class BeamConstants:
 def solve(coupling: ArrayLike, length: float, rod_length: float) -> BeamConstants:
     """The constants C, D and V''(l) per unit stroke for each coupling q = P/EI [1/m^2], shape (n,)."""
     q = np.atleast_1d(np.asarray(coupling, dtype=float))
-    l, e = length, rod_length - length  # noqa: E741
+    l, e = length, rod_length - length
     c = stumpff_scaled(-q * l * l)
     det = l**3 * (c.c2 - c.c3) + e * rod_length * l * c.c1
     decay = np.exp(-np.sqrt(np.maximum(q, 0.0)) * l)
@@ -82,7 +82,7 @@ def solve(coupling: ArrayLike, length: float, rod_length: float) -> BeamConstant
 def curvature(constants: BeamConstants, stations: ArrayLike) -> NDArray[np.float64]:
     """V''(z) per unit stroke at the stations z in [0, l]: shape (stations, couplings)."""
     z = np.atleast_1d(np.asarray(stations, dtype=float))[:, None]
-    q, l = constants.coupling, constants.length  # noqa: E741
+    q, l = constants.coupling, constants.length
     strong = q * l * l > FORWARD_LIMIT
     out = np.empty((z.shape[0], q.size))
     weak = ~strong
@@ -101,7 +101,7 @@ def curvature(constants: BeamConstants, stations: ArrayLike) -> NDArray[np.float
 def _integrals(constants: BeamConstants, stations: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """V' and V per unit stroke at the stations, each of shape (stations, couplings)."""
     z = np.atleast_1d(np.asarray(stations, dtype=float))[:, None]
-    q, l = constants.coupling, constants.length  # noqa: E741
+    q, l = constants.coupling, constants.length
     strong = q * l * l > FORWARD_LIMIT
     weak = ~strong
     slope = np.empty((z.shape[0], q.size))

@@ -82,7 +82,7 @@ class Dimensions:
 
     b: float
     h: float
-    l: float  # noqa: E741 - the field's textbook symbol
+    l: float
 
     def __post_init__(self) -> None:
         for name in ("b", "h", "l"):

@@ -1,0 +1,122 @@
+"""What an effect is, and how a scene gets the effects it calls for.
+
+A scene has core physics and may call for effects beyond it. Each effect names itself and bounds, before anything is
+solved, what leaving it out would change; ``auto`` leaves effects out, the smallest bounds first, only as long as the
+bounds of all that is left out add up to less than the effect tolerance. An effect left out is not computed at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+from solvers.errors import EffectConflict, InvalidInput
+from solvers.outcome import EffectReport, EffectState
+
+S = TypeVar("S", contravariant=True)
+E = TypeVar("E", bound="Effect")
+
+
+class Effect(Protocol[S]):
+    """Something a scene may call for beyond its core physics."""
+
+    name: str
+    summary: str
+    measure: str
+
+    def influence(self, situation: S) -> float:
+        """Bound on the relative change of the main results if this effect is left out; inf where it is unbounded."""
+
+
+@dataclass(frozen=True)
+class EffectSelection:
+    """Which effects the user settles himself; all others follow their bounds (``automatic``) or run."""
+
+    include: frozenset[str] = frozenset()
+    exclude: frozenset[str] = frozenset()
+    automatic: bool = True
+
+
+AUTO = EffectSelection()
+ALL = EffectSelection(automatic=False)
+
+
+@dataclass(frozen=True)
+class Demand:
+    """A limit, objective or result that cannot be had without an effect."""
+
+    effect: str
+    needed_by: str
+
+
+@dataclass(frozen=True)
+class Choice(Generic[E]):
+    """The effects that run, in the wing's order, and the manifest of all of them."""
+
+    active: tuple[E, ...]
+    manifest: tuple[EffectReport, ...]
+
+    def has(self, name: str) -> bool:
+        return any(effect.name == name for effect in self.active)
+
+
+def choose(
+    effects: Sequence[E],
+    situation: object,
+    selection: EffectSelection = AUTO,
+    tolerance: float = 1e-2,
+    demands: Iterable[Demand] = (),
+) -> Choice[E]:
+    """The effects for a situation.
+
+    Raises InvalidInput for a name no effect bears, for one both included and excluded, and EffectConflict for an
+    excluded effect that a demand needs.
+    """
+    if not 0 < tolerance <= 1:
+        raise InvalidInput("effect_tolerance", "must lie in (0, 1]", "(0, 1]")
+    _check_names(effects, selection)
+    demanded = {demand.effect: demand.needed_by for demand in demands}
+    for name in selection.exclude & demanded.keys():
+        raise EffectConflict(name, demanded[name])
+
+    bounds = {effect.name: effect.influence(situation) for effect in effects}
+    free = [n for n in bounds if n not in selection.include | selection.exclude | demanded.keys()]
+    skipped: set[str] = set()
+    if selection.automatic:
+        left_out = 0.0
+        for name in sorted(free, key=bounds.__getitem__):
+            left_out += bounds[name]
+            if left_out > tolerance:
+                break
+            skipped.add(name)
+
+    def reason(name: str) -> tuple[EffectState, str]:
+        if name in selection.exclude:
+            return EffectState.SKIPPED, "excluded by the request"
+        if name in selection.include:
+            return EffectState.ACTIVE, "included by the request"
+        if name in demanded:
+            return EffectState.ACTIVE, f"needed by {demanded[name]}"
+        if not selection.automatic:
+            return EffectState.ACTIVE, "the request asks for all effects"
+        if name in skipped:
+            return EffectState.SKIPPED, f"the bounds of all that is left out add up to at most {tolerance:g}"
+        return EffectState.ACTIVE, f"leaving it out could change the results by more than {tolerance:g} allows"
+
+    manifest, active = [], []
+    for effect in effects:
+        state, why = reason(effect.name)
+        manifest.append(EffectReport(effect.name, state, bounds[effect.name], why))
+        if state is EffectState.ACTIVE:
+            active.append(effect)
+    return Choice(tuple(active), tuple(manifest))
+
+
+def _check_names(effects: Sequence[Effect], selection: EffectSelection) -> None:
+    known = [effect.name for effect in effects]
+    for field, names in (("include", selection.include), ("exclude", selection.exclude)):
+        for name in sorted(names - set(known)):
+            raise InvalidInput(f"effects.{field}", f"there is no effect {name!r}", ", ".join(known))
+    for name in sorted(selection.include & selection.exclude):
+        raise InvalidInput("effects.exclude", f"the effect {name!r} is included as well", "one of the two")

@@ -1,0 +1,128 @@
+"""Fatigue safety on the Haigh plane: every convention is one limiting curve, one engine does the rest.
+
+A stress cycle (amplitude sigma_a, mean sigma_m) is taken outward along its own ray until it meets the limiting
+curve; the factor is the safety n, its inverse the utilisation. K multiplies the amplitude; a compressive mean is
+not credited by any of these conventions here.
+
+    Serensen-Kinasoshvili  1/n = (K sigma_a + psi max(sigma_m, 0)) / sigma_-1
+    Goodman                1/n = K sigma_a/sigma_-1 + max(sigma_m, 0)/sigma_u
+    Soderberg              1/n = K sigma_a/sigma_-1 + max(sigma_m, 0)/sigma_y
+    FKM                    slope M up to R = 0, M/3 up to R = 1/2, level beyond, with M = psi
+    Gerber                 n K sigma_a/sigma_-1 + (n sigma_m/sigma_u)^2 = 1
+
+Sources: S. V. Serensen, R. M. Shneiderovich, V. P. Kogaev (machine-part strength); J. E. Shigley; FKM guideline,
+Analytical strength assessment (mean stress factor by fields of the stress ratio).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from solvers.errors import InvalidInput
+from solvers.materials import Material
+
+
+class FatigueCriterion(Protocol):
+    """A limiting curve on the Haigh plane."""
+
+    name: str
+
+    def utilisation(self, amplitude: ArrayLike, mean: ArrayLike) -> NDArray[np.float64]:
+        """1/n, dimensionless, for amplitudes >= 0 and means [Pa]; positively homogeneous of degree one."""
+
+
+@dataclass(frozen=True)
+class HaighLines:
+    """A limiting curve of straight pieces: 1/n = max over corners of min over the lines alpha sigma_a + beta sigma_m.
+
+    The lines of one corner are alternatives, the flatter one rules where it allows more (a kink that opens
+    outward); corners bind together. Each line is (alpha, beta) in 1/Pa.
+    """
+
+    name: str
+    corners: tuple[tuple[tuple[float, float], ...], ...]
+
+    def utilisation(self, amplitude: ArrayLike, mean: ArrayLike) -> NDArray[np.float64]:
+        a, m = np.asarray(amplitude, dtype=float), np.asarray(mean, dtype=float)
+        out = np.zeros(np.broadcast_shapes(a.shape, m.shape))
+        for lines in self.corners:
+            out = np.maximum(out, np.min([alpha * a + beta * m for alpha, beta in lines], axis=0))
+        return out
+
+
+@dataclass(frozen=True)
+class Gerber:
+    """Gerber's parabola, met by a ray at 1/n = (a + sqrt(a^2 + 4 m^2))/2.
+
+    a = alpha sigma_a with alpha = K/sigma_-1, m = beta max(sigma_m, 0) with beta = 1/sigma_u, both in 1/Pa.
+    """
+
+    alpha: float
+    beta: float
+    name: str = "gerber"
+
+    def utilisation(self, amplitude: ArrayLike, mean: ArrayLike) -> NDArray[np.float64]:
+        a = self.alpha * np.asarray(amplitude, dtype=float)
+        m = self.beta * np.maximum(np.asarray(mean, dtype=float), 0.0)
+        return 0.5 * (a + np.hypot(a, 2.0 * m))
+
+
+def _straight(name: str, material: Material, mean_slope: float) -> HaighLines:
+    alpha = material.fatigue_reduction / material.fatigue_limit
+    return HaighLines(name, (((alpha, 0.0),), ((alpha, mean_slope),)))
+
+
+def serensen(material: Material) -> HaighLines:
+    """Serensen-Kinasoshvili, the convention of the paper and of the reference numbers."""
+    return _straight("serensen", material, material.mean_stress_sensitivity / material.fatigue_limit)
+
+
+def soderberg(material: Material) -> HaighLines:
+    """Soderberg: the mean reaches to the yield strength."""
+    return _straight("soderberg", material, 1.0 / material.yield_strength)
+
+
+def goodman(material: Material) -> HaighLines:
+    """Goodman (modified): the mean reaches to the ultimate strength."""
+    return _straight("goodman", material, 1.0 / _ultimate(material))
+
+
+def gerber(material: Material) -> Gerber:
+    """Gerber's parabola through the ultimate strength."""
+    return Gerber(material.fatigue_reduction / material.fatigue_limit, 1.0 / _ultimate(material))
+
+
+def fkm(material: Material) -> HaighLines:
+    """FKM's mean stress factor: slope M, then M/3 from R = 0, then level from R = 1/2.
+
+    Field II  sigma_a + M sigma_m = sigma_-1;  field III  sigma_a + (M/3) sigma_m = sigma_-1 (1 + M/3)/(1 + M);
+    field IV  sigma_a = sigma_-1 (1 + M/3)/(1 + M)^2, reached at R = 1/2, where sigma_m = 3 sigma_a.
+    """
+    M = material.mean_stress_sensitivity
+    alpha = material.fatigue_reduction / material.fatigue_limit
+    third = (1.0 + M) / (1.0 + M / 3.0)
+    return HaighLines(
+        "fkm",
+        (
+            ((alpha, 0.0),),
+            (
+                (alpha, M / material.fatigue_limit),
+                (alpha * third, third * M / 3.0 / material.fatigue_limit),
+                (alpha * third * (1.0 + M), 0.0),
+            ),
+        ),
+    )
+
+
+CRITERIA = {"serensen": serensen, "goodman": goodman, "gerber": gerber, "soderberg": soderberg, "fkm": fkm}
+"""The conventions by name, each a function of the material."""
+
+
+def _ultimate(material: Material) -> float:
+    if material.ultimate_strength is None:
+        raise InvalidInput("material.ultimate_strength", "is needed by this fatigue criterion", "a strength in Pa")
+    return material.ultimate_strength

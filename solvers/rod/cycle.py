@@ -1,0 +1,194 @@
+"""One turn of the machine: forces on the strip and how it bends, at any crank angle and any section.
+
+A cycle is composed, not switched: force terms add up to the axial force, a beam model turns force and stroke into a
+bent strip, corrections refine its shape. What is not in the composition is not computed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from solvers.rod import beam_column
+from solvers.rod.scene import Dimensions, Scene
+
+Array = NDArray[np.float64]
+
+
+class ForceTerm(Protocol):
+    """A part of the axial force beside the gas load."""
+
+    def axial_force(self, scene: Scene, angle: Array) -> Array:
+        """The part's force [N], tension positive, shape of the angles."""
+
+
+class Shape(Protocol):
+    """The strip as bent at some angles; every method gives arrays of shape (stations, angles)."""
+
+    def curvature(self, stations: ArrayLike) -> Array:
+        """V''(z) [1/m]."""
+
+    def slope(self, stations: ArrayLike) -> Array:
+        """V'(z)."""
+
+    def deflection(self, stations: ArrayLike) -> Array:
+        """V(z) [m]."""
+
+    def axial_force(self, stations: ArrayLike) -> Array:
+        """Force along the strip's own tangent [N]."""
+
+    def side_force(self) -> Array:
+        """Transverse force on the piston [N], shape (angles,)."""
+
+    def clamp_moment(self) -> Array:
+        """Moment on the piston [N m], shape (angles,)."""
+
+
+class BeamModel(Protocol):
+    """Turns axial force and lateral stroke into a bent strip.
+
+    ``couples`` says whether the axial force bends the strip (1.0) or not (0.0).
+    """
+
+    couples: float
+
+    def bend(self, scene: Scene, dimensions: Dimensions, force: Array, stroke: Array) -> Shape:
+        """The strip under the axial force [N] with the crank pin at the lateral stroke [m]."""
+
+
+class Feedback(Protocol):
+    """Closes a loop from the bent strip back to the axial force."""
+
+    def axial_force(self, scene: Scene, dimensions: Dimensions, beam: BeamModel, angle: Array, force: Array) -> Array:
+        """The force [N] with the loop closed, given the force without it."""
+
+
+class Correction(Protocol):
+    """Refines the shape of the strip over the whole turn."""
+
+    def refine(self, cycle: Cycle, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
+        """The corrected shape at the angles."""
+
+
+@dataclass(frozen=True)
+class LinearShape:
+    """Small displacements: the shape per unit stroke, times the stroke."""
+
+    constants: beam_column.BeamConstants
+    stiffness: float
+    force: Array
+    stroke: Array
+
+    def curvature(self, stations: ArrayLike) -> Array:
+        return beam_column.curvature(self.constants, stations) * self.stroke
+
+    def slope(self, stations: ArrayLike) -> Array:
+        return beam_column.slope(self.constants, stations) * self.stroke
+
+    def deflection(self, stations: ArrayLike) -> Array:
+        return beam_column.deflection(self.constants, stations) * self.stroke
+
+    def axial_force(self, stations: ArrayLike) -> Array:
+        return np.broadcast_to(self.force, (np.size(stations), self.force.size))
+
+    def side_force(self) -> Array:
+        return -self.stiffness * self.constants.clamp_shear * self.stroke
+
+    def clamp_moment(self) -> Array:
+        return self.stiffness * self.constants.clamp_curvature * self.stroke
+
+
+def bending_stiffness(scene: Scene, dimensions: Dimensions) -> float:
+    """EI = E b h^3/12 [N m^2]."""
+    return scene.material.elastic_modulus * dimensions.b * dimensions.h**3 / 12.0
+
+
+class CoupledBeam(BeamModel, Protocol):
+    """A beam model that differs from others only in how the axial force enters."""
+
+    def coupling(self, scene: Scene, dimensions: Dimensions, force: Array) -> Array:
+        """q [1/m^2]."""
+
+
+@dataclass(frozen=True)
+class PlainBending:
+    """The strip bends as if the axial force did not: q = 0."""
+
+    couples: float = 0.0
+
+    def coupling(self, scene: Scene, dimensions: Dimensions, force: Array) -> Array:
+        return np.zeros_like(force)
+
+    def bend(self, scene: Scene, dimensions: Dimensions, force: Array, stroke: Array) -> LinearShape:
+        return _bend(self, scene, dimensions, force, stroke)
+
+
+@dataclass(frozen=True)
+class BeamColumn:
+    """The axial force stiffens or softens the strip: q = P/EI."""
+
+    couples: float = 1.0
+
+    def coupling(self, scene: Scene, dimensions: Dimensions, force: Array) -> Array:
+        return force / bending_stiffness(scene, dimensions)
+
+    def bend(self, scene: Scene, dimensions: Dimensions, force: Array, stroke: Array) -> LinearShape:
+        return _bend(self, scene, dimensions, force, stroke)
+
+
+def _bend(beam: CoupledBeam, scene: Scene, dimensions: Dimensions, force: Array, stroke: Array) -> LinearShape:
+    coupling = beam.coupling(scene, dimensions, force)
+    constants = beam_column.solve(coupling, dimensions.l, scene.mechanism.rod_length)
+    return LinearShape(constants, bending_stiffness(scene, dimensions), force, stroke)
+
+
+@dataclass(frozen=True)
+class Composition:
+    """Which physics a cycle is made of."""
+
+    force_terms: tuple[ForceTerm, ...] = ()
+    beam: BeamModel = PlainBending()
+    feedback: Feedback | None = None
+    corrections: tuple[Correction, ...] = ()
+
+
+@dataclass(frozen=True)
+class Instants:
+    """The machine at some crank angles: axial force, lateral stroke, bent strip."""
+
+    angle: Array
+    force: Array
+    stroke: Array
+    shape: Shape
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """A scene with its strip and the physics chosen for it."""
+
+    scene: Scene
+    dimensions: Dimensions
+    composition: Composition
+
+    def axial_force(self, angle: Array) -> Array:
+        """P(phi) = -(p - p_back) pi D^2/4 and the force terms, tension positive [N]."""
+        scene = self.scene
+        force = -(scene.load.pressure(angle) - scene.load.reference_pressure()) * scene.piston.area
+        for term in self.composition.force_terms:
+            force = force + term.axial_force(scene, angle)
+        if self.composition.feedback is not None:
+            force = self.composition.feedback.axial_force(scene, self.dimensions, self.composition.beam, angle, force)
+        return force
+
+    def at(self, angle: ArrayLike) -> Instants:
+        """The machine at the given crank angles [rad]."""
+        angle = np.atleast_1d(np.asarray(angle, dtype=float))
+        force = self.axial_force(angle)
+        stroke = self.scene.mechanism.crank_radius * np.sin(angle)
+        shape: Shape = self.composition.beam.bend(self.scene, self.dimensions, force, stroke)
+        for correction in self.composition.corrections:
+            shape = correction.refine(self, angle, force, stroke, shape)
+        return Instants(angle, force, stroke, shape)

@@ -1,0 +1,128 @@
+"""Where the pressure on the piston comes from: p(phi) over one turn, and the pressure behind the piston."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from solvers.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PchipInterpolator
+
+TURN = 2.0 * math.pi
+
+
+class Load(Protocol):
+    """A pressure cycle of one turn, in Pa over the crank angle from top dead centre."""
+
+    def pressure(self, angle: ArrayLike) -> NDArray[np.float64]:
+        """p(phi) [Pa], periodic with one turn, same shape as the angles [rad]."""
+
+    def reference_pressure(self) -> float:
+        """The pressure behind the piston [Pa]: the one given, else the mean of the cycle."""
+
+
+def _require(ok: bool, name: str, reason: str, allowed: str) -> None:
+    if not ok:
+        raise InvalidInput(f"load.{name}", reason, allowed)
+
+
+def _require_back_pressure(value: float | None) -> None:
+    _require(value is None or math.isfinite(value), "back_pressure", "must be finite", "(-inf, inf) or none")
+
+
+@dataclass(frozen=True)
+class SchmidtLoad:
+    """Schmidt's isothermal Stirling cycle: p = p_min (1 + delta)/(1 - delta cos(phi - theta)), 0 <= delta < 1.
+
+    Its mean is p_min (1 + delta)/sqrt(1 - delta^2). The denominator is written 1 - delta + 2 delta sin^2((phi -
+    theta)/2), a sum that keeps its digits as delta -> 1.
+    """
+
+    p_min: float
+    delta: float
+    theta: float
+    back_pressure: float | None = None
+
+    def __post_init__(self) -> None:
+        _require(math.isfinite(self.p_min) and self.p_min >= 0, "p_min", "must not be negative", "[0, inf)")
+        _require(0 <= self.delta < 1, "delta", "must lie in [0, 1): at 1 the pressure has a pole", "[0, 1)")
+        _require(math.isfinite(self.theta), "theta", "must be finite", "(-inf, inf)")
+        _require_back_pressure(self.back_pressure)
+
+    def pressure(self, angle: ArrayLike) -> NDArray[np.float64]:
+        half = np.sin(0.5 * (np.asarray(angle, dtype=float) - self.theta))
+        return self.p_min * (1.0 + self.delta) / ((1.0 - self.delta) + 2.0 * self.delta * half**2)
+
+    def reference_pressure(self) -> float:
+        if self.back_pressure is not None:
+            return self.back_pressure
+        return self.p_min * math.sqrt((1.0 + self.delta) / (1.0 - self.delta))
+
+
+@dataclass(frozen=True)
+class ConstantLoad:
+    """A constant pressure difference, as a press or a test bench applies it."""
+
+    constant_pressure: float
+    back_pressure: float | None = None
+
+    def __post_init__(self) -> None:
+        _require(math.isfinite(self.constant_pressure), "constant_pressure", "must be finite", "(-inf, inf)")
+        _require_back_pressure(self.back_pressure)
+
+    def pressure(self, angle: ArrayLike) -> NDArray[np.float64]:
+        return np.full(np.shape(angle), self.constant_pressure)
+
+    def reference_pressure(self) -> float:
+        return 0.0 if self.back_pressure is None else self.back_pressure
+
+
+@dataclass(frozen=True)
+class TableLoad:
+    """Pressures at angles of one turn, joined by a monotone cubic (PCHIP) that closes on itself.
+
+    Angles rise strictly and span less than one turn; the first point follows the last one turn later. The curve
+    overshoots no point and is once continuously differentiable. Mean over the cycle: exact integral of the pieces.
+    """
+
+    angle: tuple[float, ...]
+    values: tuple[float, ...]
+    back_pressure: float | None = None
+
+    def __post_init__(self) -> None:
+        _require(len(self.angle) >= 3, "angle", "needs at least three points", "3 … 100000 points")
+        _require(len(self.angle) == len(self.values), "pressure", "needs one pressure per angle", "equal lengths")
+        angle, values = np.asarray(self.angle), np.asarray(self.values)
+        _require(bool(np.isfinite(angle).all()), "angle", "must be finite", "finite numbers")
+        _require(bool(np.isfinite(values).all()), "pressure", "must be finite", "finite numbers")
+        falls = np.flatnonzero(np.diff(angle) <= 0)
+        if falls.size:
+            raise InvalidInput(f"load.angle.{falls[0] + 1}", "does not follow the point before it", "rising angles")
+        if angle[-1] - angle[0] >= TURN:
+            raise InvalidInput(f"load.angle.{angle.size - 1}", "lies a full turn after the first", "less than one turn")
+        _require_back_pressure(self.back_pressure)
+
+    @cached_property
+    def _curve(self) -> PchipInterpolator:
+        from scipy.interpolate import PchipInterpolator
+
+        # Three points of overlap on either side make slopes, and so the curve, periodic.
+        angle, values = np.asarray(self.angle), np.asarray(self.values)
+        turns = np.repeat([-TURN, 0.0, TURN], angle.size)
+        return PchipInterpolator(np.tile(angle, 3) + turns, np.tile(values, 3))
+
+    def pressure(self, angle: ArrayLike) -> NDArray[np.float64]:
+        start = self.angle[0]
+        return self._curve(start + np.mod(np.asarray(angle, dtype=float) - start, TURN))
+
+    def reference_pressure(self) -> float:
+        if self.back_pressure is not None:
+            return self.back_pressure
+        return float(self._curve.integrate(self.angle[0], self.angle[0] + TURN)) / TURN

@@ -7,6 +7,7 @@ bent strip, corrections refine its shape. What is not in the composition is not 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -66,11 +67,18 @@ class Feedback(Protocol):
         """The force [N] with the loop closed, given the force without it."""
 
 
+class Refinement(Protocol):
+    """A correction made ready for one cycle."""
+
+    def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
+        """The corrected shape at the angles."""
+
+
 class Correction(Protocol):
     """Refines the shape of the strip over the whole turn."""
 
-    def refine(self, cycle: Cycle, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
-        """The corrected shape at the angles."""
+    def prepare(self, cycle: Cycle) -> Refinement:
+        """What the correction needs of the whole cycle, worked out once."""
 
 
 @dataclass(frozen=True)
@@ -173,6 +181,10 @@ class Cycle:
     dimensions: Dimensions
     composition: Composition
 
+    @cached_property
+    def _refinements(self) -> tuple[Refinement, ...]:
+        return tuple(correction.prepare(self) for correction in self.composition.corrections)
+
     def axial_force(self, angle: Array) -> Array:
         """P(phi) = -(p - p_back) pi D^2/4 and the force terms, tension positive [N]."""
         scene = self.scene
@@ -189,6 +201,6 @@ class Cycle:
         force = self.axial_force(angle)
         stroke = self.scene.mechanism.crank_radius * np.sin(angle)
         shape: Shape = self.composition.beam.bend(self.scene, self.dimensions, force, stroke)
-        for correction in self.composition.corrections:
-            shape = correction.refine(self, angle, force, stroke, shape)
+        for refinement in self._refinements:
+            shape = refinement.refine(angle, force, stroke, shape)
         return Instants(angle, force, stroke, shape)

@@ -82,11 +82,27 @@ class CorrectedShape:
 class LargeDisplacement:
     """Adds the third-order correction to whatever linear shape it is given."""
 
-    def refine(self, cycle: Cycle, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
-        stiffness = bending_stiffness(cycle.scene, cycle.dimensions)
-        l = cycle.dimensions.l
-        e = cycle.scene.mechanism.rod_length - l
-        q = force / stiffness * cycle.composition.beam.couples
+    def prepare(self, cycle: Cycle) -> ElasticaExpansion:
+        return ElasticaExpansion(
+            stiffness=bending_stiffness(cycle.scene, cycle.dimensions),
+            length=cycle.dimensions.l,
+            head=cycle.scene.mechanism.rod_length - cycle.dimensions.l,
+            couples=cycle.composition.beam.couples,
+        )
+
+
+@dataclass(frozen=True)
+class ElasticaExpansion:
+    """The expansion for one strip: EI, free length l, head length e, and whether the axial force bends it."""
+
+    stiffness: float
+    length: float
+    head: float
+    couples: float
+
+    def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
+        stiffness, l, e = self.stiffness, self.length, self.head
+        q = force / stiffness * self.couples
         decay = float(np.sqrt(np.max(np.maximum(q, 0.0))) * l)
         nodes = int(min(_MOST_NODES, _LEAST_NODES + 1.5 * decay))
         zeta, D = _collocation(nodes)

@@ -26,8 +26,8 @@ from solvers.numerics.periodic import grid
 from solvers.rod.cycle import Array, Cycle, Shape, bending_stiffness
 from solvers.rod.vibration import StripBasis, strip_basis
 
-HARMONICS = 24
-MODES = 6
+HARMONICS = 16
+MODES = 10
 
 
 @dataclass(frozen=True)
@@ -65,13 +65,23 @@ class VibratingShape:
 class RodInertia:
     """Adds the steady vibration of the strip to whatever quasi-static shape it is given."""
 
-    def refine(self, cycle: Cycle, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
+    def prepare(self, cycle: Cycle) -> SteadyVibration:
         basis = strip_basis(cycle.dimensions.l, cycle.scene.mechanism.rod_length)
-        harmonics = _harmonics(cycle, basis)
-        order = np.arange(harmonics.shape[1])
-        phase = np.exp(1j * np.outer(order, angle))
-        amplitude = np.real(harmonics[:, :1] @ phase[:1] + 2.0 * harmonics[:, 1:] @ phase[1:])
-        return VibratingShape(shape, basis, bending_stiffness(cycle.scene, cycle.dimensions), amplitude)
+        return SteadyVibration(basis, bending_stiffness(cycle.scene, cycle.dimensions), _harmonics(cycle, basis))
+
+
+@dataclass(frozen=True)
+class SteadyVibration:
+    """The remainder d of one cycle by its complex harmonics, shape (basis, HARMONICS + 1)."""
+
+    basis: StripBasis
+    stiffness: float
+    harmonics: Array
+
+    def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
+        phase = np.exp(1j * np.outer(np.arange(self.harmonics.shape[1]), angle))
+        amplitude = np.real(self.harmonics[:, :1] @ phase[:1] + 2.0 * self.harmonics[:, 1:] @ phase[1:])
+        return VibratingShape(shape, self.basis, self.stiffness, amplitude)
 
 
 def _harmonics(cycle: Cycle, basis: StripBasis) -> Array:

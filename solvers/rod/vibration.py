@@ -29,12 +29,12 @@ _POINTS = POLYNOMIALS + 6
 
 
 @lru_cache(maxsize=1)
-def _basis() -> tuple[Array, Array, Array, Array, Array]:
-    """Gauss points and weights on [0, 1] and zeta^2 p_j with first and second derivative there, (points, basis)."""
+def _basis() -> tuple[Array, Array, Array, Array]:
+    """Gauss weights on [0, 1] and, at its points, zeta^2 p_j with first and second derivative, (points, basis)."""
     x, w = legendre.leggauss(_POINTS)
     zeta, weights = 0.5 * (x + 1.0), 0.5 * w
     value, first, second = (_derivatives(zeta, order) for order in range(3))
-    return zeta, weights, value, first, second
+    return weights, value, first, second
 
 
 def _derivatives(zeta: Array, order: int) -> Array:
@@ -69,7 +69,7 @@ class StripBasis:
 
 def strip_basis(length: float, rod_length: float) -> StripBasis:
     """The constrained basis for a strip of free length l on a rod of length L."""
-    zeta, weights, value, first, second = _basis()
+    weights, value, first, second = _basis()
     end_value, end_slope = _derivatives(np.array([1.0]), 0)[0], _derivatives(np.array([1.0]), 1)[0]
     e = rod_length - length
     constraint = end_value + (e / length) * end_slope

@@ -1,0 +1,260 @@
+"""The effects a flexible rod's scene can call for, each an object with an a-priori bound.
+
+Every bound looks at closed forms only: extremes of the gas load, the critical load, and the beam's constants at the two
+extreme forces. The factors in front are conservative by test over random machines, not by proof; where leaving an
+effect out is known to be harmless by proof, the docstring says so.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from solvers.crank import kinematics
+from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
+from solvers.numerics.periodic import grid
+from solvers.rod import beam_column, guide
+from solvers.rod.cycle import Array, BeamColumn, Composition, PlainBending
+from solvers.rod.friction import FrictionFeedback
+from solvers.rod.large_displacement import LargeDisplacement
+from solvers.rod.rod_inertia import RodInertia
+from solvers.rod.scene import Dimensions, Scene
+from solvers.rod.shear import ShearFlexible, shear_stiffness
+from solvers.rod.stability import critical_force
+from solvers.rod.vibration import natural_frequency
+
+_ANGLES = 64
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A scene with its strip, and what the bounds need of it, each computed once."""
+
+    scene: Scene
+    dimensions: Dimensions
+
+    @cached_property
+    def gas_force(self) -> Array:
+        load = self.scene.load
+        return -(load.pressure(grid(_ANGLES)) - load.reference_pressure()) * self.scene.piston.area
+
+    @cached_property
+    def inertia_force(self) -> float:
+        """m_j r omega^2 (1 + lambda) [N]: the greatest, at top dead centre."""
+        m = self.scene.mechanism
+        top = kinematics.acceleration(np.array([0.0]), m.crank_radius, m.rod_length, m.angular_speed)
+        return self.scene.piston.reciprocating_mass * float(top[0])
+
+    @cached_property
+    def stiffness(self) -> float:
+        return self.scene.material.elastic_modulus * self.dimensions.b * self.dimensions.h**3 / 12.0
+
+    @cached_property
+    def critical(self) -> float:
+        d, s = self.dimensions, self.scene
+        return float(critical_force(s.material.elastic_modulus, d.b, d.h, d.l, s.mechanism.rod_length))
+
+    @cached_property
+    def compression(self) -> float:
+        """The greatest compression [N], inertia included."""
+        return max(float(-self.gas_force.min()), 0.0) + self.inertia_force
+
+    @cached_property
+    def least_extreme(self) -> float:
+        """The smaller of the force's two extremes in magnitude: what a small error weighs most against."""
+        return min(abs(float(self.gas_force.min())), abs(float(self.gas_force.max())))
+
+    @cached_property
+    def amplification(self) -> float:
+        """1/(1 - |P|/P_cr): how much nearness to buckling magnifies a small change; inf at and beyond buckling."""
+        margin = 1.0 - self.compression / self.critical
+        return 1.0 / margin if margin > 0 else math.inf
+
+    @cached_property
+    def constants(self) -> beam_column.BeamConstants:
+        """The beam at the least and the greatest force, and at none."""
+        extremes = np.array([self.gas_force.min() - self.inertia_force, self.gas_force.max() + self.inertia_force, 0.0])
+        return beam_column.solve(extremes / self.stiffness, self.dimensions.l, self.scene.mechanism.rod_length)
+
+
+class RodEffect(Protocol):
+    """An effect of the flexible rod: what it is, how much it may matter, and its part in the composition."""
+
+    name: str
+    summary: str
+    measure: str
+
+    def influence(self, situation: Situation) -> float: ...
+
+    def join(self, composition: Composition) -> Composition: ...
+
+
+def _relative(part: float, whole: float) -> float:
+    """part/(whole - part): a change relative to the changed value; inf when it may cancel it."""
+    return part / (whole - part) if part < whole else (0.0 if part == 0 else math.inf)
+
+
+@dataclass(frozen=True)
+class ReciprocatingInertia:
+    name: str = "reciprocating_inertia"
+    summary: str = "inertia of the reciprocating mass in the axial force"
+    measure: str = "m_j r omega^2 (1 + lambda) / least extreme of the gas force, amplified near buckling"
+
+    def influence(self, situation: Situation) -> float:
+        share = _relative(situation.inertia_force, situation.least_extreme)
+        return share * 8.0 * situation.amplification if share else 0.0
+
+    def join(self, composition: Composition) -> Composition:
+        return _with(composition, force_terms=(*composition.force_terms, self))
+
+    def axial_force(self, scene: Scene, angle: Array) -> Array:
+        m = scene.mechanism
+        return scene.piston.reciprocating_mass * kinematics.acceleration(
+            angle, m.crank_radius, m.rod_length, m.angular_speed
+        )
+
+
+@dataclass(frozen=True)
+class BeamColumnEffect:
+    """Proof: C, D and V''(l) are monotone in q, so they change most at the extreme forces."""
+
+    name: str = "beam_column"
+    summary: str = "the axial force stiffens (tension) or softens (compression) the strip"
+    measure: str = "greatest change of V''(0), V'''(0), V''(l) between the extreme forces and none"
+
+    def influence(self, situation: Situation) -> float:
+        if not math.isfinite(situation.amplification):
+            return math.inf
+        c, changes = situation.constants, []
+        for values in (c.clamp_curvature, c.clamp_shear, c.head_curvature):
+            if values[2] != 0:
+                changes += [_relative(abs(v - values[2]), max(abs(v), abs(values[2]))) for v in values[:2]]
+        return max(changes)
+
+    def join(self, composition: Composition) -> Composition:
+        return _with(composition, beam=BeamColumn())
+
+
+@dataclass(frozen=True)
+class FrictionEffect:
+    """Contact and friction results exist only where this runs; it changes no other result, so its bound is 0 or 1."""
+
+    name: str = "friction"
+    summary: str = "contact pressure of the skirt and friction power"
+    measure: str = "1: its results exist only when it runs"
+
+    def influence(self, situation: Situation) -> float:
+        return 1.0
+
+    def join(self, composition: Composition) -> Composition:
+        return composition
+
+
+@dataclass(frozen=True)
+class RodInertiaEffect:
+    name: str = "rod_inertia"
+    summary: str = "transverse inertia of the strip, with all harmonics of the axial force"
+    measure: str = "(k omega/omega_1)^2 with k = 3, omega_1 under the greatest compression"
+
+    def influence(self, situation: Situation) -> float:
+        if not math.isfinite(situation.amplification):
+            return math.inf
+        slowest = natural_frequency(situation.scene, situation.dimensions, -situation.compression)
+        speed = situation.scene.mechanism.speed
+        return 2.0 * _relative((3.0 * speed) ** 2, slowest**2)
+
+    def join(self, composition: Composition) -> Composition:
+        return _with(composition, corrections=(*composition.corrections, RodInertia()))
+
+
+@dataclass(frozen=True)
+class LargeDisplacementEffect:
+    name: str = "large_displacement"
+    summary: str = "second order of V/l: the elastica's first correction"
+    measure: str = "4 (r/l)^2, amplified near buckling"
+
+    def influence(self, situation: Situation) -> float:
+        return 4.0 * (situation.scene.mechanism.crank_radius / situation.dimensions.l) ** 2 * situation.amplification
+
+    def join(self, composition: Composition) -> Composition:
+        return _with(composition, corrections=(LargeDisplacement(), *composition.corrections))
+
+
+@dataclass(frozen=True)
+class ShearEffect:
+    name: str = "shear"
+    summary: str = "shear flexibility of the strip (Engesser)"
+    measure: str = "24 EI/(kGA l^2), amplified near buckling"
+
+    def influence(self, situation: Situation) -> float:
+        stiffness = shear_stiffness(situation.scene, situation.dimensions)
+        return 24.0 * situation.stiffness / (stiffness * situation.dimensions.l**2) * situation.amplification
+
+    def join(self, composition: Composition) -> Composition:
+        return _with(composition, beam=ShearFlexible(composition.beam))
+
+
+@dataclass(frozen=True)
+class FrictionFeedbackEffect:
+    name: str = "friction_feedback"
+    summary: str = "the friction force acts back on the axial force"
+    measure: str = "greatest friction force of the plain cycle / least extreme of the gas force"
+
+    def influence(self, situation: Situation) -> float:
+        if not math.isfinite(situation.amplification):
+            return math.inf
+        c, piston = situation.constants, situation.scene.piston
+        stroke = situation.scene.mechanism.crank_radius
+        friction = guide.friction_force(
+            -situation.stiffness * c.clamp_shear * stroke,
+            situation.stiffness * c.clamp_curvature * stroke,
+            piston.clamp_offset,
+            piston.skirt_length,
+            piston.friction_coefficient,
+        )
+        share = _relative(float(friction.max()), situation.least_extreme)
+        return 4.0 * share * situation.amplification if share else 0.0
+
+    def join(self, composition: Composition) -> Composition:
+        return _with(composition, feedback=FrictionFeedback())
+
+
+def _with(composition: Composition, **parts: object) -> Composition:
+    from dataclasses import replace
+
+    return replace(composition, **parts)
+
+
+EFFECTS: tuple[RodEffect, ...] = (
+    ReciprocatingInertia(),
+    BeamColumnEffect(),
+    ShearEffect(),
+    FrictionFeedbackEffect(),
+    LargeDisplacementEffect(),
+    RodInertiaEffect(),
+    FrictionEffect(),
+)
+"""Every effect, in the order in which they join a composition: forces, beam, feedback, corrections, results."""
+
+
+def choose_for(
+    scene: Scene,
+    dimensions: Dimensions,
+    selection: EffectSelection = AUTO,
+    tolerance: float = 1e-2,
+    demands: tuple[Demand, ...] = (),
+) -> Choice[RodEffect]:
+    """The effects for a scene with this strip (see ``solvers.effects.choose``)."""
+    return choose(EFFECTS, Situation(scene, dimensions), selection, tolerance, demands)
+
+
+def compose(choice: Choice[RodEffect]) -> Composition:
+    """The physics that the chosen effects make up, on top of gas load and plain bending."""
+    composition = Composition(beam=PlainBending())
+    for effect in choice.active:
+        composition = effect.join(composition)
+    return composition

@@ -1,0 +1,62 @@
+"""Engines: SQLite in WAL with FULL synchronisation, or PostgreSQL through psycopg, by URL."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import Connection, Engine, create_engine, event
+from sqlalchemy.engine import URL, make_url
+
+BUSY_TIMEOUT_MS = 10_000
+"""How long a SQLite connection waits for another writer before it gives up."""
+
+WRITE = {"crankwright_write": True}
+"""Execution options of a connection that will write: SQLite then takes the write lock at BEGIN."""
+
+
+def normalised_url(url: str) -> URL:
+    """The URL with the driver this project ships: ``postgresql://`` and ``postgres://`` mean psycopg 3."""
+    parsed = make_url(url.replace("postgres://", "postgresql://", 1) if url.startswith("postgres://") else url)
+    if parsed.drivername == "postgresql":
+        return parsed.set(drivername="postgresql+psycopg")
+    if parsed.get_backend_name() == "sqlite" and parsed.database in (None, "", ":memory:"):
+        raise ValueError("an in-memory database keeps nothing: give SQLite a file, sqlite:///path/to/file")
+    return parsed
+
+
+def make_engine(url: str) -> Engine:
+    """An engine for reads and writes; acknowledged commits survive a loss of power on both databases."""
+    target = normalised_url(url)
+    if target.get_backend_name() != "sqlite":
+        return create_engine(target, pool_pre_ping=True, pool_size=6, max_overflow=6)
+    Path(str(target.database)).parent.mkdir(parents=True, exist_ok=True)
+    engine = create_engine(
+        target,
+        pool_size=6,
+        max_overflow=6,
+        connect_args={"timeout": BUSY_TIMEOUT_MS / 1000, "check_same_thread": False},
+    )
+    event.listen(engine, "connect", _prepare_sqlite)
+    event.listen(engine, "begin", _begin_sqlite)
+    return engine
+
+
+def _prepare_sqlite(connection: Any, _record: Any) -> None:
+    # The driver must not open transactions by itself: BEGIN is ours, see below.
+    connection.isolation_level = None
+    cursor = connection.cursor()
+    try:
+        cursor.execute(f"PRAGMA busy_timeout={BUSY_TIMEOUT_MS}")
+        cursor.execute("PRAGMA journal_mode=WAL")
+        cursor.execute("PRAGMA synchronous=FULL")
+        cursor.execute("PRAGMA foreign_keys=ON")
+    finally:
+        cursor.close()
+
+
+def _begin_sqlite(connection: Connection) -> None:
+    # A deferred transaction that reads and then writes fails at once when another writer came between;
+    # taking the write lock first makes it wait instead.
+    write = connection.get_execution_options().get("crankwright_write", False)
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if write else "BEGIN")

@@ -1,0 +1,100 @@
+"""The tables. ``migrations/`` builds them; a test compares the two."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import (
+    Boolean,
+    Column,
+    DateTime,
+    Dialect,
+    ForeignKey,
+    Index,
+    Integer,
+    LargeBinary,
+    MetaData,
+    String,
+    Table,
+    TypeDecorator,
+)
+
+NAMING = {
+    "ix": "ix_%(table_name)s_%(column_0_N_name)s",
+    "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+    "fk": "fk_%(table_name)s_%(column_0_N_name)s_%(referred_table_name)s",
+    "pk": "pk_%(table_name)s",
+}
+
+
+class UtcDateTime(TypeDecorator[datetime]):
+    """An aware time, kept in UTC to the microsecond on databases with and without time zones."""
+
+    impl = DateTime(timezone=True)
+    cache_ok = True
+
+    def process_bind_param(self, value: datetime | None, dialect: Dialect) -> datetime | None:
+        if value is None:
+            return None
+        if value.tzinfo is None:
+            raise ValueError("a stored time needs a time zone")
+        in_utc = value.astimezone(UTC)
+        return in_utc.replace(tzinfo=None) if dialect.name == "sqlite" else in_utc
+
+    def process_result_value(self, value: Any, dialect: Dialect) -> datetime | None:
+        if value is None:
+            return None
+        return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)
+
+
+metadata = MetaData(naming_convention=NAMING)
+
+# JSON parts are binary: what was answered is what is kept, byte for byte, on every database.
+runs = Table(
+    "runs",
+    metadata,
+    Column("id", String(36), primary_key=True),
+    Column("kind", String(64), nullable=False),
+    Column("mode", String(16), nullable=False),
+    Column("status", String(16), nullable=False),
+    Column("name", String(200)),
+    Column("created_at", UtcDateTime(), nullable=False),
+    Column("spec", LargeBinary, nullable=False),
+    Column("spec_hash", String(64), nullable=False),
+    Column("result", LargeBinary),
+    Column("problem", LargeBinary),
+    Column("effects", LargeBinary, nullable=False),
+    Column("accuracy", LargeBinary),
+    Column("timing", LargeBinary, nullable=False),
+    Column("solver_name", String(64), nullable=False),
+    Column("solver_version", String(64), nullable=False),
+    Column("cached", Boolean, nullable=False),
+    Column("batch_id", String(36)),
+    Column("source_run_ids", LargeBinary),
+    Column("row_hash", String(64), nullable=False),
+    # Every filter of the listing walks its index in the order of the ids, newest first.
+    Index(None, "kind", "id"),
+    Index(None, "mode", "id"),
+    Index(None, "status", "id"),
+    Index(None, "name", "id"),
+    Index(None, "batch_id", "id"),
+    Index(None, "created_at"),
+    Index(None, "spec_hash"),
+)
+
+idempotency_keys = Table(
+    "idempotency_keys",
+    metadata,
+    Column("key", String(255), primary_key=True),
+    Column("request_hash", String(64), nullable=False),
+    Column("run_id", String(36), ForeignKey("runs.id"), nullable=False),
+    Column("status_code", Integer, nullable=False),
+    Column("location", String(500)),
+    Column("content_type", String(100), nullable=False),
+    Column("body", LargeBinary, nullable=False),
+    Column("row_hash", String(64), nullable=False),
+    Index(None, "run_id"),
+)
+
+JSON_COLUMNS = ("spec", "result", "problem", "effects", "accuracy", "timing", "source_run_ids")

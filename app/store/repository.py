@@ -1,0 +1,189 @@
+"""The store as the rest of the service sees it: put, finish, find, list."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import binascii
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from types import TracebackType
+from typing import Self, TypeVar
+
+from sqlalchemy import Connection, Select, select
+
+from app.store.engine import make_engine
+from app.store.errors import InvalidCursor, UnknownRun
+from app.store.models import runs
+from app.store.operations import Advance, FailOrphans, Put, find_response
+from app.store.record import (
+    ANSWERED_STATUSES,
+    Finish,
+    RunFilter,
+    RunPage,
+    RunRecord,
+    StoredResponse,
+)
+from app.store.rows import SUMMARY_FIELDS, is_intact, row_to_run, row_to_summary
+from app.store.writer import GroupWriter
+
+T = TypeVar("T")
+
+MAX_PAGE = 200
+"""The most runs that one page of the listing holds."""
+
+READERS = 4
+"""Threads for reads; each holds at most one connection."""
+
+
+class RunStore:
+    """Durable runs in one database, migrated beforehand with ``app.store.migrate.upgrade``.
+
+    Every ``await`` on a write returns after the commit is durable. Writes of one store go through one thread
+    and share commits; reads run on a few threads beside it. ``close`` commits what waits.
+    """
+
+    def __init__(self, url: str, write_capacity: int = 4096) -> None:
+        self._engine = make_engine(url)
+        self._writer = GroupWriter(self._engine, capacity=write_capacity)
+        self._readers = ThreadPoolExecutor(READERS, thread_name_prefix="store-reader")
+
+    # -- writes ---------------------------------------------------------------------------------------------
+
+    async def put(self, record: RunRecord, response: StoredResponse | None = None) -> StoredResponse | None:
+        """Insert a run, with the answer to keep under its idempotency key if it has one.
+
+        Returns None once the run is durable. Where an earlier or simultaneous request with the same key and
+        body was first, nothing is inserted and that request's answer is returned; with another body,
+        IdempotencyConflict is raised.
+        """
+        return await self._writer.submit(Put(record, response))
+
+    def put_and_wait(self, record: RunRecord, response: StoredResponse | None = None) -> StoredResponse | None:
+        """``put`` for code without an event loop (the command line)."""
+        return self._writer.submit_and_wait(Put(record, response))
+
+    async def start(self, run_id: str) -> bool:
+        """Queued → running. False if the run had ended already (cancelled, say)."""
+        return await self._writer.submit(Advance(run_id, None))
+
+    async def finish(self, run_id: str, end: Finish) -> bool:
+        """Queued or running → its end, in one transaction. False, and no change, if the run had ended already."""
+        return await self._writer.submit(Advance(run_id, end))
+
+    async def fail_orphans(self, problem: bytes) -> tuple[str, ...]:
+        """End the runs that a former service process left queued or running; returns their ids.
+
+        For the one service process of a database, at its start: it cannot tell another live service's runs
+        from orphans.
+        """
+        return await self._writer.submit(FailOrphans(problem))
+
+    # -- reads ----------------------------------------------------------------------------------------------
+
+    async def get(self, run_id: str) -> RunRecord:
+        """The run, or UnknownRun."""
+        return await self._read(lambda connection: _get(connection, run_id))
+
+    async def find_response(self, key: str, request_hash: str) -> StoredResponse | None:
+        """The answer kept under an idempotency key, None if the key is new, IdempotencyConflict if it is another's."""
+        return await self._read(lambda connection: find_response(connection, key, request_hash))
+
+    async def find_answer(self, spec_hash: str, solver_name: str, solver_version: str) -> RunRecord | None:
+        """The newest undamaged run that this very solver answered (succeeded or infeasible) for the same spec."""
+        return await self._read(lambda connection: _find_answer(connection, spec_hash, solver_name, solver_version))
+
+    async def list_runs(self, wanted: RunFilter, cursor: str | None = None, limit: int = 50) -> RunPage:
+        """A page of runs, newest first. Runs that arrive between two pages shift nothing; limit is 1…200.
+
+        Raises InvalidCursor for a cursor that no page of this store carried.
+        """
+        before = _decode_cursor(cursor) if cursor is not None else None
+        size = max(1, min(limit, MAX_PAGE))
+        return await self._read(lambda connection: _list(connection, wanted, before, size))
+
+    async def ping(self) -> None:
+        """Raise unless the database answers and holds the tables."""
+        await self._read(lambda connection: connection.execute(select(runs.c.id).limit(1)).first())
+
+    # -- life -----------------------------------------------------------------------------------------------
+
+    def close(self) -> None:
+        """Commit everything that waits, then let go of the database."""
+        self._writer.close()
+        self._readers.shutdown()
+        self._engine.dispose()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    async def _read(self, query: Callable[[Connection], T]) -> T:
+        return await asyncio.get_running_loop().run_in_executor(self._readers, self.read, query)
+
+    def read(self, query: Callable[[Connection], T]) -> T:
+        """Run a query of this package on a connection of its own."""
+        with self._engine.connect() as connection:
+            return query(connection)
+
+
+def _get(connection: Connection, run_id: str) -> RunRecord:
+    row = connection.execute(select(runs).where(runs.c.id == run_id)).mappings().first()
+    if row is None:
+        raise UnknownRun(run_id)
+    return row_to_run(row)
+
+
+def _find_answer(connection: Connection, spec_hash: str, solver_name: str, solver_version: str) -> RunRecord | None:
+    query = (
+        select(runs)
+        .where(
+            runs.c.spec_hash == spec_hash,
+            runs.c.solver_name == solver_name,
+            runs.c.solver_version == solver_version,
+            runs.c.status.in_(ANSWERED_STATUSES),
+        )
+        .order_by(runs.c.id.desc())
+        .limit(1)
+    )
+    row = connection.execute(query).mappings().first()
+    # A damaged row must not spread into new answers.
+    return row_to_run(row) if row is not None and is_intact(runs.name, row) else None
+
+
+def _list(connection: Connection, wanted: RunFilter, before: str | None, size: int) -> RunPage:
+    query = _filtered(select(*(runs.c[name] for name in SUMMARY_FIELDS)), wanted)
+    if before is not None:
+        query = query.where(runs.c.id < before)
+    rows = connection.execute(query.order_by(runs.c.id.desc()).limit(size + 1)).mappings().all()
+    items = tuple(row_to_summary(row) for row in rows[:size])
+    return RunPage(items, _encode_cursor(items[-1].id) if len(rows) > size else None)
+
+
+def _filtered(query: Select, wanted: RunFilter) -> Select:
+    for name in ("kind", "mode", "status", "name", "batch_id"):
+        value = getattr(wanted, name)
+        if value is not None:
+            query = query.where(runs.c[name] == value)
+    if wanted.created_after is not None:
+        query = query.where(runs.c.created_at > wanted.created_after)
+    return query
+
+
+def _encode_cursor(run_id: str) -> str:
+    return base64.urlsafe_b64encode(b"1:" + run_id.encode()).decode().rstrip("=")
+
+
+def _decode_cursor(cursor: str) -> str:
+    try:
+        text = base64.b64decode(cursor + "=" * (-len(cursor) % 4), altchars=b"-_", validate=True).decode("ascii")
+    except (binascii.Error, ValueError) as error:
+        raise InvalidCursor("the cursor is not one of this service") from error
+    version, _, run_id = text.partition(":")
+    if version != "1" or len(run_id) != 36 or not run_id.isprintable():
+        raise InvalidCursor("the cursor is not one of this service")
+    return run_id

@@ -1,0 +1,40 @@
+"""Alembic's entry: runs the steps on the connection that ``app.store.migrate`` hands over.
+
+``alembic`` on the command line has no such connection and opens one by CRANKWRIGHT_DATABASE_URL or the URL in
+alembic.ini.
+"""
+
+from __future__ import annotations
+
+import os
+
+from alembic import context
+from sqlalchemy import Connection
+
+from app.store.engine import WRITE, make_engine
+from app.store.models import metadata
+
+
+def _run(connection: Connection) -> None:
+    # Both databases roll DDL back: a step that fails half way leaves nothing behind.
+    context.configure(
+        connection=connection,
+        target_metadata=metadata,
+        render_as_batch=True,
+        transactional_ddl=True,
+        compare_type=True,
+    )
+    context.run_migrations()
+
+
+handed_over = context.config.attributes.get("connection")
+if handed_over is not None:
+    _run(handed_over)
+else:
+    url = os.environ.get("CRANKWRIGHT_DATABASE_URL") or context.config.get_main_option("sqlalchemy.url")
+    if not url:
+        raise SystemExit("set CRANKWRIGHT_DATABASE_URL or sqlalchemy.url in alembic.ini")
+    engine = make_engine(url)
+    with engine.connect().execution_options(**WRITE) as own, own.begin():
+        _run(own)
+    engine.dispose()

@@ -1,0 +1,43 @@
+"""Machines that several tests of the rod share."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solvers import rod
+
+PAPER = rod.Scene(
+    rod.Mechanism(crank_radius=1.5e-3, rod_length=45.5e-3, speed=50.0),
+    rod.Piston(diameter=20e-3, skirt_length=27e-3, friction_coefficient=0.15),
+    rod.SchmidtLoad(p_min=1.4e6, delta=0.25, theta=1.16),
+    rod.Material(210e9, 480e6, 1.15, 0.12, 1200e6, 7850.0),
+)
+"""The machine of Obolenskaya and Klochko (2014); its material is ours, the paper names none."""
+
+STRIP = rod.Dimensions(b=9e-3, h=0.46e-3, l=23e-3)
+
+CORE = rod.EffectSelection(
+    include=frozenset({"beam_column", "friction"}),
+    exclude=frozenset({"reciprocating_inertia", "rod_inertia", "large_displacement", "shear", "friction_feedback"}),
+)
+"""Gas load, beam-column and contact: the physics of the paper."""
+
+
+def random_machine(rng: np.random.Generator, stability: tuple[float, float] = (1.2, 6.0)) -> tuple:
+    """A plausible machine and a strip whose stability safety lies in the given range: (scene, dimensions)."""
+    from solvers.rod.stability import critical_coupling
+
+    diameter = 10 ** rng.uniform(-2.3, -0.9)
+    length = diameter * rng.uniform(1.5, 5.0)
+    free = length * rng.uniform(0.15, 0.95)
+    scene = rod.Scene(
+        rod.Mechanism(free * 10 ** rng.uniform(-2.5, -0.9), length, 10 ** rng.uniform(0.0, 2.0)),
+        rod.Piston(diameter, diameter * rng.uniform(0.6, 2.0), friction_coefficient=rng.uniform(0.0, 0.2)),
+        rod.SchmidtLoad(10 ** rng.uniform(4.5, 6.5), rng.uniform(0.02, 0.6), rng.uniform(0.0, 6.28)),
+        rod.Material(210e9, 480e6, 1.15, rng.uniform(0.0, 0.3), 1200e6, 7850.0),
+    )
+    angle = np.linspace(0, 2 * np.pi, 361)
+    compression = float(np.max((scene.load.pressure(angle) - scene.load.reference_pressure()) * scene.piston.area))
+    inertia = compression * rng.uniform(*stability) / (210e9 * -float(critical_coupling(free, length)))
+    b = diameter * rng.uniform(0.2, 0.7)
+    return scene, rod.Dimensions(b, (12 * inertia / b) ** (1 / 3), free)

@@ -1,0 +1,27 @@
+"""What a worker does for the service: find the kind's job, validate the request again, run it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from app.designs.kind import Answer, Mode
+
+WarmUp = Callable[[], None]
+
+
+def answer(kind_slug: str, mode: str, payload: bytes) -> Answer:
+    """Run one job of the registry on a request given as JSON."""
+    # Imported here, not above: the service process imports this module too, and needs none of the solvers for it.
+    from app.designs.registry import KINDS
+
+    job = KINDS[kind_slug].jobs[Mode(mode)]
+    return job.run(job.request.model_validate_json(payload))
+
+
+def warm_up() -> None:
+    """Solve every kind's own example of every job once, so that no user waits for imports or compilation."""
+    from app.designs.registry import KINDS
+
+    for kind in KINDS.values():
+        for mode, job in kind.jobs.items():
+            job.run(job.request.model_validate(kind.example(mode)))

@@ -1,0 +1,139 @@
+"""One place in the pool: a worker process that is started, used, killed and replaced."""
+
+from __future__ import annotations
+
+import multiprocessing
+import threading
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+from app.jobs.errors import BudgetExceeded, ExecutorClosed, MemoryExceeded, SolveFailed, WorkerCrashed
+from app.jobs.worker import Reply, WorkerSettings, serve
+
+START_TIMEOUT_S = 300.0
+"""How long a worker may import and warm up: a newcomer's first start compiles every kernel."""
+
+_FORKSERVER = multiprocessing.get_context("forkserver")
+
+
+def preload(modules: list[str]) -> None:
+    """Modules that the fork server imports once, for all workers. Takes effect before the first worker starts."""
+    _FORKSERVER.set_forkserver_preload(modules)
+
+
+class Call:
+    """One solve: what to run, and the handle by which it can be cancelled while it runs."""
+
+    def __init__(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> None:
+        self.message = (kind_slug, mode, payload)
+        self.budget_s = budget_s
+        self.cancelled = False
+        self._lock = threading.Lock()
+        self._place: Place | None = None
+
+    def begin(self, place: Place) -> bool:
+        """False if the call was cancelled before its turn came."""
+        with self._lock:
+            if not self.cancelled:
+                self._place = place
+            return not self.cancelled
+
+    def end(self) -> None:
+        with self._lock:
+            self._place = None
+
+    def cancel(self) -> None:
+        """Forget the call; if it is being solved, kill its worker. The lock keeps the next call's worker safe."""
+        with self._lock:
+            self.cancelled = True
+            if self._place is not None:
+                self._place.kill()
+
+
+class Place:
+    """A slot of the pool. At most one thread uses it at a time; ``kill`` may come from any thread."""
+
+    def __init__(self, settings: WorkerSettings) -> None:
+        self._settings = settings
+        self._process: BaseProcess | None = None
+        self._connection: Any = None
+        self._ready = False
+        self._closed = False
+        self._guard = threading.Lock()
+
+    @property
+    def pid(self) -> int | None:
+        return self._process.pid if self._process is not None else None
+
+    @property
+    def ready(self) -> bool:
+        return self._ready
+
+    def prepare(self) -> None:
+        """Have a live, warm worker here, starting one if needed."""
+        if self._process is None or not self._process.is_alive():
+            self._discard()
+            self._start()
+        if self._ready:
+            return
+        try:
+            if not self._connection.poll(START_TIMEOUT_S):
+                raise WorkerCrashed(None)
+            self._connection.recv()
+        except (EOFError, OSError) as error:
+            raise WorkerCrashed(self._discard()) from error
+        self._ready = True
+
+    def solve(self, call: Call) -> Any:
+        """Run the call on this place's worker within the call's budget."""
+        self.prepare()
+        try:
+            self._connection.send(call.message)
+            if not self._connection.poll(call.budget_s):
+                self._discard()
+                raise BudgetExceeded(call.budget_s)
+            reply, content = self._connection.recv()
+        except (EOFError, OSError) as error:
+            raise WorkerCrashed(self._discard()) from error
+        if reply is Reply.ANSWER:
+            return content
+        if reply is Reply.MEMORY:
+            self._discard()
+            raise MemoryExceeded("the solve wanted more memory than a worker may have")
+        raise SolveFailed(*content)
+
+    def kill(self) -> None:
+        with self._guard:
+            if self._process is not None and self._process.is_alive():
+                self._process.kill()
+
+    def close(self) -> None:
+        """Kill the worker and start no other."""
+        self._closed = True
+        self.kill()
+
+    def _start(self) -> None:
+        ours, theirs = _FORKSERVER.Pipe()
+        process = _FORKSERVER.Process(target=serve, args=(theirs, self._settings), name="solve-worker", daemon=True)
+        process.start()
+        theirs.close()
+        with self._guard:
+            self._process, self._connection, self._ready = process, ours, False
+        if self._closed:
+            self.kill()
+            raise ExecutorClosed("the executor is closing")
+
+    def _discard(self) -> int | None:
+        """Kill and forget the worker; its exit code, if it had one."""
+        self.kill()
+        with self._guard:
+            process, connection = self._process, self._connection
+            self._process, self._connection, self._ready = None, None, False
+        if connection is not None:
+            connection.close()
+        if process is None:
+            return None
+        process.join()
+        code = process.exitcode
+        process.close()
+        return code

@@ -1,0 +1,89 @@
+"""The worker process: warm up, then answer one call after the other until the service ends."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import resource
+import signal
+import threading
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from multiprocessing.connection import Connection
+from typing import Any
+
+Entry = Callable[[str, str, bytes], Any]
+"""``(kind slug, mode, request as JSON) -> Answer``; a module-level function, so that it can be sent by name."""
+
+
+@dataclass(frozen=True)
+class WorkerSettings:
+    """What a worker runs, and its limits. ``memory_bytes`` is counted from what the warm worker occupies."""
+
+    entry: Entry
+    warm_up: Callable[[], None]
+    memory_bytes: int
+    niceness: int
+
+
+class Reply(StrEnum):
+    READY = "ready"
+    ANSWER = "answer"
+    MEMORY = "memory"
+    ERROR = "error"
+
+
+def serve(connection: Connection, settings: WorkerSettings) -> None:
+    """The worker's main function. Ends when the service closes the connection or dies."""
+    _die_with_the_service()
+    # Ctrl-C in a terminal goes to the whole process group; the service decides when its workers end.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # The service's own process answers health checks and inline requests first.
+    os.nice(settings.niceness)
+    settings.warm_up()
+    _bound_memory(settings.memory_bytes)
+    connection.send((Reply.READY, None))
+    with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        while True:
+            reply, content = _answer(settings.entry, *connection.recv())
+            connection.send((reply, content))
+            if reply is Reply.MEMORY:
+                return
+
+
+def _answer(entry: Entry, kind_slug: str, mode: str, payload: bytes) -> tuple[Reply, Any]:
+    try:
+        return Reply.ANSWER, entry(kind_slug, mode, payload)
+    except MemoryError:
+        return Reply.MEMORY, None
+    except Exception as error:
+        return Reply.ERROR, (type(error).__name__, traceback.format_exc())
+
+
+def _die_with_the_service() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+
+    def watch() -> None:
+        parent.join()
+        os._exit(0)
+
+    threading.Thread(target=watch, name="parent-watch", daemon=True).start()
+
+
+def _bound_memory(allowance: int) -> None:
+    """Bound the address space to what is mapped now and the allowance on top of it."""
+    try:
+        with open("/proc/self/statm") as statistics:
+            mapped = int(statistics.read().split()[0]) * resource.getpagesize()
+    except OSError:  # no /proc on this system: bound the whole instead
+        mapped = 0
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    wanted = mapped + allowance
+    # Some systems know the limit but refuse to set it; the time budget still holds there.
+    with contextlib.suppress(ValueError, OSError):
+        resource.setrlimit(resource.RLIMIT_AS, (wanted if hard == resource.RLIM_INFINITY else min(wanted, hard), hard))

@@ -1,0 +1,47 @@
+"""Entries for workers under test: module-level, so that a worker can import them by name."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+
+from app.designs.kind import Answer
+
+
+def warm_up() -> None:
+    pass
+
+
+def failing_warm_up() -> None:
+    raise RuntimeError("this worker never gets warm")
+
+
+def answer(kind_slug: str, mode: str, payload: bytes) -> Answer:
+    wish = json.loads(payload)
+    match mode:
+        case "echo":
+            return _answer({"kind": kind_slug, "payload": wish, "pid": os.getpid(), "nice": os.nice(0)})
+        case "sleep":
+            time.sleep(wish)
+        case "spin":
+            end = time.monotonic() + wish
+            while time.monotonic() < end:
+                pass
+        case "mark":
+            with open(wish, "w") as file:
+                file.write(str(os.getpid()))
+            time.sleep(60)
+        case "die":
+            os._exit(wish)
+        case "hog":
+            return _answer({"length": len(bytearray(wish))})
+        case "raise":
+            raise ZeroDivisionError("a secret detail")
+        case "large":
+            return _answer({"text": "x" * wish})
+    return _answer({"pid": os.getpid()})
+
+
+def _answer(result: dict) -> Answer:
+    return Answer("succeeded", result, [], None, {})

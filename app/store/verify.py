@@ -1,0 +1,154 @@
+"""Check that the store still says what was written: every hash again, every JSON part, the schema, the file.
+
+A bit that flips inside a row passes SQLite's own integrity check; the row hash sees it. Rows that were
+deleted whole leave no trace here: keep backups for that.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from sqlalchemy import Connection, Engine, RowMapping, Table, inspect, select, text
+from sqlalchemy.exc import DBAPIError
+
+from app.store.engine import make_engine
+from app.store.hashing import spec_hash
+from app.store.models import JSON_COLUMNS, idempotency_keys, runs
+from app.store.rows import is_intact
+
+PAGE = 500
+
+
+@dataclass(frozen=True)
+class Damage:
+    """One thing that is wrong: in which table, at which key (None: the table or the file itself), and what."""
+
+    table: str
+    key: str | None
+    what: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """What was read and what is wrong with it."""
+
+    runs: int = 0
+    idempotency_keys: int = 0
+    damages: tuple[Damage, ...] = field(default=())
+
+    @property
+    def sound(self) -> bool:
+        return not self.damages
+
+
+def verify(url: str) -> Report:
+    """Read the whole store once. Damage is reported, never raised; a database that cannot be opened is damage too."""
+    engine = make_engine(url)
+    counts = {runs.name: 0, idempotency_keys.name: 0}
+    damages: list[Damage] = []
+    try:
+        with engine.connect() as connection:
+            _tolerate_broken_text(connection)
+            damages += _schema_damages(connection)
+            broken = {damage.table for damage in damages}
+            for table in (runs, idempotency_keys):
+                if table.name in broken:
+                    continue
+                for row_or_damage in _rows(connection, table):
+                    if isinstance(row_or_damage, Damage):
+                        damages.append(row_or_damage)
+                    else:
+                        counts[table.name] += 1
+                        damages += _row_damages(table, row_or_damage)
+            damages += _file_damages(engine, connection)
+    except DBAPIError as error:
+        damages.append(Damage("", None, f"the database cannot be read: {error.orig}"))
+    finally:
+        engine.dispose()
+    return Report(counts[runs.name], counts[idempotency_keys.name], tuple(damages))
+
+
+def _tolerate_broken_text(connection: Connection) -> None:
+    """Let bytes that are no UTF-8 any more come through as surrogates, so that they are hashed and reported."""
+    if connection.dialect.name == "sqlite":
+        driver = connection.connection.driver_connection
+        assert driver is not None
+        driver.text_factory = lambda content: content.decode("utf-8", "surrogateescape")
+
+
+def _schema_damages(connection: Connection) -> Iterator[Damage]:
+    inspector = inspect(connection)
+    present = set(inspector.get_table_names())
+    for table in (runs, idempotency_keys):
+        if table.name not in present:
+            yield Damage(table.name, None, "the table is missing")
+            continue
+        columns = {column["name"] for column in inspector.get_columns(table.name)}
+        for missing in sorted({column.name for column in table.columns} - columns):
+            yield Damage(table.name, None, f"the column {missing} is missing")
+
+
+def _rows(connection: Connection, table: Table) -> Iterator[RowMapping | Damage]:
+    """Every row in pages by key; where a page cannot be read, its rows one by one."""
+    key = table.primary_key.columns[0]
+    keys = list(connection.execute(select(key).order_by(key)).scalars())
+    for first in range(0, len(keys), PAGE):
+        page = keys[first : first + PAGE]
+        try:
+            query = select(table).where(key >= page[0], key <= page[-1]).order_by(key)
+            yield from list(connection.execute(query).mappings())
+        except (DBAPIError, ValueError, TypeError, AttributeError):
+            yield from _rows_one_by_one(connection, table, page)
+
+
+def _rows_one_by_one(connection: Connection, table: Table, keys: list[str]) -> Iterator[RowMapping | Damage]:
+    key = table.primary_key.columns[0]
+    for each in keys:
+        try:
+            yield connection.execute(select(table).where(key == each)).mappings().one()
+        # A time that is no time any more fails in the type's own parser, with whatever that raises.
+        except Exception as error:
+            yield Damage(table.name, _printable(each), f"the row cannot be read: {error}")
+
+
+def _row_damages(table: Table, row: RowMapping) -> Iterator[Damage]:
+    key = _printable(row[table.primary_key.columns[0].name])
+    if not _hash_agrees(table, row):
+        yield Damage(table.name, key, "the content does not agree with its row hash")
+    for name in JSON_COLUMNS:
+        if name in table.columns and row[name] is not None and not _is_json(row[name]):
+            yield Damage(table.name, key, f"{name} is no valid JSON")
+    if table is runs and _is_json(row["spec"]) and spec_hash(row["kind"], row["mode"], row["spec"]) != row["spec_hash"]:
+        yield Damage(table.name, key, "the spec does not agree with its spec hash")
+
+
+def _hash_agrees(table: Table, row: RowMapping) -> bool:
+    try:
+        return is_intact(table.name, row)
+    except (TypeError, ValueError):  # a value of a type that no row is written with
+        return False
+
+
+def _is_json(content: Any) -> bool:
+    try:
+        json.loads(bytes(content))
+    except (ValueError, TypeError, RecursionError):
+        return False
+    return True
+
+
+def _file_damages(engine: Engine, connection: Connection) -> Iterator[Damage]:
+    if engine.dialect.name != "sqlite":
+        return
+    for (line,) in connection.execute(text("PRAGMA integrity_check")):
+        if line != "ok":
+            yield Damage("", None, f"SQLite's integrity check: {line}")
+    for table, rowid, parent, _ in connection.execute(text("PRAGMA foreign_key_check")):
+        yield Damage(str(table), str(rowid), f"refers to a row of {parent} that is not there")
+
+
+def _printable(value: Any) -> str:
+    return str(value).encode("utf-8", "backslashreplace").decode()

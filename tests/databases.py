@@ -99,8 +99,13 @@ def _installation(folder: Path) -> tuple[Path, dict[str, object]]:
     # PostgreSQL refuses to run as root, and another user may not be able to look into this environment:
     # that user gets a copy, so that no permission outside our own folder changes.
     nobody = pwd.getpwnam("nobody")
-    copy = folder / "install"
+    package = installs[-1].parent
+    copy = folder / package.name / installs[-1].name
     shutil.copytree(installs[-1], copy, symlinks=True)
+    # The wheel keeps the shared libraries beside the package; the programs look for them by relative path.
+    libraries = package.with_name(f"{package.name}.libs")
+    if libraries.is_dir():
+        shutil.copytree(libraries, folder / libraries.name, symlinks=True)
     os.chown(folder, nobody.pw_uid, nobody.pw_gid)
     return copy, {"user": nobody.pw_uid, "group": nobody.pw_gid, "extra_groups": []}
 

@@ -121,7 +121,7 @@ def _row_damages(table: Table, row: RowMapping) -> Iterator[Damage]:
     for name in JSON_COLUMNS:
         if name in table.columns and row[name] is not None and not _is_json(row[name]):
             yield Damage(table.name, key, f"{name} is no valid JSON")
-    if table is runs and _is_json(row["spec"]) and spec_hash(row["kind"], row["mode"], row["spec"]) != row["spec_hash"]:
+    if table is runs and not _spec_hash_agrees(row):
         yield Damage(table.name, key, "the spec does not agree with its spec hash")
 
 
@@ -129,6 +129,13 @@ def _hash_agrees(table: Table, row: RowMapping) -> bool:
     try:
         return is_intact(table.name, row)
     except (TypeError, ValueError):  # a value of a type that no row is written with
+        return False
+
+
+def _spec_hash_agrees(row: RowMapping) -> bool:
+    try:
+        return spec_hash(row["kind"], row["mode"], row["spec"]) == row["spec_hash"]
+    except (TypeError, ValueError, RecursionError):  # no JSON, or text that is no UTF-8 any more
         return False
 
 

@@ -1,0 +1,129 @@
+"""Group commit: sharing, back-pressure, troubles of the database itself, cancelled waiters."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from sqlalchemy import Engine, event
+from sqlalchemy.exc import OperationalError
+
+from app.store.engine import make_engine
+from app.store.errors import StoreClosed
+from app.store.migrate import upgrade
+from app.store.operations import Put
+from app.store.repository import RunStore
+from app.store.verify import verify
+from app.store.writer import GroupWriter
+from tests.app.store.records import make_record
+
+
+@pytest.fixture
+def url(tmp_path: Path) -> str:
+    url = f"sqlite:///{tmp_path}/runs.sqlite3"
+    upgrade(url)
+    return url
+
+
+@pytest.fixture
+def engine(url: str) -> Iterator[Engine]:
+    engine = make_engine(url)
+    yield engine
+    engine.dispose()
+
+
+def test_many_submissions_share_few_commits(engine: Engine) -> None:
+    commits = []
+    event.listen(engine, "commit", lambda connection: commits.append(1))
+    writer = GroupWriter(engine)
+
+    async def crowd():
+        await asyncio.gather(*(writer.submit(Put(make_record(k))) for k in range(200)))
+
+    asyncio.run(crowd())
+    writer.close()
+    assert 1 <= len(commits) <= 20
+
+
+def test_a_single_failure_is_reported_to_its_own_submitter_only(engine: Engine) -> None:
+    writer = GroupWriter(engine)
+    hold = threading.Event()
+
+    def refuse(connection: object) -> None:
+        raise LookupError("mine")
+
+    async def crowd():
+        first = asyncio.create_task(writer.submit(lambda connection: hold.wait(10)))
+        rest = [asyncio.create_task(writer.submit(Put(make_record(k)))) for k in range(3)]
+        rest.insert(1, asyncio.create_task(writer.submit(refuse)))
+        await asyncio.sleep(0.05)
+        hold.set()
+        return await asyncio.gather(first, *rest, return_exceptions=True)
+
+    held, one, failed, two, three = asyncio.run(crowd())
+    writer.close()
+    assert held is True and one is two is three is None
+    assert isinstance(failed, LookupError)
+
+
+def test_submitters_beyond_the_capacity_wait_and_lose_nothing(url: str) -> None:
+    async def crowd():
+        with RunStore(url, write_capacity=3) as store:
+            await asyncio.gather(*(store.put(make_record(k)) for k in range(50)))
+
+    asyncio.run(crowd())
+    assert verify(url).runs == 50
+
+
+def test_a_database_in_trouble_is_reported_to_all_and_recovers(engine: Engine, url: str) -> None:
+    writer = GroupWriter(engine)
+    trouble = [True]
+
+    def fail_commit(connection: object) -> None:
+        if trouble[0]:
+            raise OperationalError("COMMIT", {}, Exception("disk full"))
+
+    event.listen(engine, "commit", fail_commit)
+
+    async def crowd():
+        failed = await asyncio.gather(*(writer.submit(Put(make_record(k))) for k in range(5)), return_exceptions=True)
+        trouble[0] = False
+        await writer.submit(Put(make_record()))
+        return failed
+
+    failed = asyncio.run(crowd())
+    writer.close()
+    assert all(isinstance(each, OperationalError) for each in failed)
+    assert verify(url).runs == 1
+
+
+def test_a_waiter_that_gives_up_stops_nobody(engine: Engine, url: str) -> None:
+    writer = GroupWriter(engine)
+
+    async def crowd():
+        impatient = asyncio.create_task(writer.submit(Put(make_record())))
+        patient = asyncio.create_task(writer.submit(Put(make_record())))
+        await asyncio.sleep(0)
+        impatient.cancel()
+        await patient
+
+    asyncio.run(crowd())
+    writer.close()
+    assert verify(url).runs == 2
+
+
+def test_a_closed_writer_takes_nothing(engine: Engine) -> None:
+    writer = GroupWriter(engine)
+    writer.close()
+    with pytest.raises(StoreClosed):
+        asyncio.run(writer.submit(Put(make_record())))
+
+
+def test_code_without_an_event_loop_can_write(url: str) -> None:
+    record = make_record()
+    with RunStore(url) as store:
+        assert store.put_and_wait(record) is None
+    assert verify(url).runs == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from sqlalchemy import Connection, insert, select, update
@@ -17,23 +18,36 @@ INSERT_RESPONSE = insert(idempotency_keys)
 
 @dataclass(frozen=True)
 class Put:
-    """Insert a run, and with it the answer kept under its idempotency key.
+    """Insert a run. Many in one group go to the database in one call."""
 
-    Returns None when the run is in, or the answer of the request that used the key first; then nothing is
+    record: RunRecord
+
+    def __call__(self, connection: Connection) -> None:
+        connection.execute(INSERT_RUN, run_to_row(self.record))
+
+    @staticmethod
+    def together(connection: Connection, operations: Sequence[Put]) -> list[None]:
+        connection.execute(INSERT_RUN, [run_to_row(operation.record) for operation in operations])
+        return [None] * len(operations)
+
+
+@dataclass(frozen=True)
+class PutOnce:
+    """Insert a run and the answer kept under its idempotency key.
+
+    Returns None when both are in, or the answer of the request that used the key first; then nothing is
     inserted.
     """
 
     record: RunRecord
-    response: StoredResponse | None = None
+    response: StoredResponse
 
     def __call__(self, connection: Connection) -> StoredResponse | None:
-        if self.response is not None:
-            first = find_response(connection, self.response.key, self.response.request_hash)
-            if first is not None:
-                return first
+        first = find_response(connection, self.response.key, self.response.request_hash)
+        if first is not None:
+            return first
         connection.execute(INSERT_RUN, run_to_row(self.record))
-        if self.response is not None:
-            connection.execute(INSERT_RESPONSE, response_to_row(self.response))
+        connection.execute(INSERT_RESPONSE, response_to_row(self.response))
         return None
 
 

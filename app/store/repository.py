@@ -15,7 +15,7 @@ from sqlalchemy import Connection, Select, select
 from app.store.engine import make_engine
 from app.store.errors import InvalidCursor, UnknownRun
 from app.store.models import runs
-from app.store.operations import Advance, FailOrphans, Put, find_response
+from app.store.operations import Advance, FailOrphans, Put, PutOnce, find_response
 from app.store.record import (
     ANSWERED_STATUSES,
     Finish,
@@ -57,11 +57,11 @@ class RunStore:
         body was first, nothing is inserted and that request's answer is returned; with another body,
         IdempotencyConflict is raised.
         """
-        return await self._writer.submit(Put(record, response))
+        return await self._writer.submit(_insertion(record, response))
 
     def put_and_wait(self, record: RunRecord, response: StoredResponse | None = None) -> StoredResponse | None:
         """``put`` for code without an event loop (the command line)."""
-        return self._writer.submit_and_wait(Put(record, response))
+        return self._writer.submit_and_wait(_insertion(record, response))
 
     async def start(self, run_id: str) -> bool:
         """Queued → running. False if the run had ended already (cancelled, say)."""
@@ -129,6 +129,10 @@ class RunStore:
         """Run a query of this package on a connection of its own."""
         with self._engine.connect() as connection:
             return query(connection)
+
+
+def _insertion(record: RunRecord, response: StoredResponse | None) -> Put | PutOnce:
+    return Put(record) if response is None else PutOnce(record, response)
 
 
 def _get(connection: Connection, run_id: str) -> RunRecord:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any
 
 from sqlalchemy import Connection, Engine
@@ -20,7 +21,8 @@ from app.store.errors import StoreClosed
 Operation = Callable[[Connection], Any]
 """A write: runs inside a transaction, returns what the submitter gets after the commit.
 
-It may be run again after a rollback, so it must change nothing but the database.
+It may be run again after a rollback, so it must change nothing but the database. A class of operations may
+offer ``together(connection, operations) -> list of results`` for neighbours of its kind in one group.
 """
 
 
@@ -102,12 +104,11 @@ class GroupWriter:
         settled = True
         try:
             with self._engine.connect().execution_options(**WRITE) as connection, connection.begin():
-                for ticket in group:
-                    try:
-                        ticket.value = ticket.operation(connection)
-                    except BaseException:
-                        settled = False
-                        raise
+                try:
+                    _operate(connection, group)
+                except BaseException:
+                    settled = False
+                    raise
         except BaseException as error:
             # BEGIN or COMMIT failed: the database itself is in trouble, and trying one by one would only
             # make every submitter wait for the same answer.
@@ -131,6 +132,19 @@ class GroupWriter:
             except BaseException as error:
                 ticket.error = error
                 return
+
+
+def _operate(connection: Connection, group: list[_Ticket]) -> None:
+    """Run every operation of the group in order, neighbours of one kind together where their kind can."""
+    for kind, neighbours in groupby(group, key=lambda ticket: type(ticket.operation)):
+        tickets = list(neighbours)
+        together = getattr(kind, "together", None)
+        if together is not None:
+            values = together(connection, [ticket.operation for ticket in tickets])
+        else:
+            values = [ticket.operation(connection) for ticket in tickets]
+        for ticket, value in zip(tickets, values, strict=True):
+            ticket.value = value
 
 
 def _deliver(group: list[_Ticket]) -> None:

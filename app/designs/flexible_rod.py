@@ -7,7 +7,7 @@ import math
 from importlib.resources import files
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.schema import (
@@ -19,6 +19,7 @@ from app.designs.schema import (
     Positive,
     SolverRequest,
     Strict,
+    entry,
     envelope,
     refusal_problem,
     scaled,
@@ -33,12 +34,6 @@ class Mechanism(Strict):
     crank_radius_mm: Positive = Field(description="r, crank radius; less than the rod's length")
     rod_length_mm: Positive = Field(description="L, clamp in the piston to crank pin")
     speed_hz: Positive = Field(description="revolutions per second")
-
-    @model_validator(mode="after")
-    def _turns(self) -> Mechanism:
-        if self.crank_radius_mm >= self.rod_length_mm:
-            raise ValueError("crank_radius_mm must be less than rod_length_mm, or the mechanism cannot turn")
-        return self
 
 
 class Piston(Strict):
@@ -134,6 +129,17 @@ class RodRequest(SolverRequest):
         default="serensen", description="the convention of the fatigue safety"
     )
 
+    def contradictions(self) -> list[dict[str, str]]:
+        if self.mechanism.crank_radius_mm < self.mechanism.rod_length_mm:
+            return []
+        return [
+            entry(
+                "/mechanism/crank_radius_mm",
+                "the crank is not shorter than the rod, so the mechanism cannot turn",
+                "less than mechanism.rod_length_mm",
+            )
+        ]
+
     def scene(self) -> rod.Scene:
         m, p = self.mechanism, self.piston
         return rod.Scene(
@@ -155,11 +161,13 @@ class CheckRequest(RodRequest):
 
     dimensions: Dimensions
 
-    @model_validator(mode="after")
-    def _fits(self) -> CheckRequest:
+    def contradictions(self) -> list[dict[str, str]]:
+        found = super().contradictions()
         if self.dimensions.l_mm > self.mechanism.rod_length_mm:
-            raise ValueError("dimensions.l_mm must not exceed mechanism.rod_length_mm")
-        return self
+            found.append(
+                entry("/dimensions/l_mm", "the free length exceeds the rod", "at most mechanism.rod_length_mm")
+            )
+        return found
 
 
 class RodResult(Strict):

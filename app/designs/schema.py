@@ -48,6 +48,10 @@ class SolverRequest(Strict):
     )
     accuracy: float = Field(default=1e-6, ge=1e-12, le=1e-1, description="wanted relative numerical accuracy")
 
+    def contradictions(self) -> list[dict[str, str]]:
+        """What single fields cannot see: one problem entry for every pair of values that cannot both hold."""
+        return []
+
     def selection(self) -> EffectSelection:
         if isinstance(self.effects, EffectChoice):
             return EffectSelection(frozenset(self.effects.include), frozenset(self.effects.exclude))
@@ -111,6 +115,11 @@ def pointer(request: BaseModel, refusal: InvalidInput) -> str:
     return "/" + "/".join(parts)
 
 
+def entry(pointer: str, detail: str, allowed: str) -> dict[str, str]:
+    """One bad field of problem details."""
+    return {"pointer": pointer, "detail": detail, "allowed": allowed}
+
+
 def refusal_problem(request: BaseModel, refusal: InvalidInput) -> dict[str, Any]:
     """Problem details for an input that only the solver could see through."""
     return {
@@ -118,7 +127,7 @@ def refusal_problem(request: BaseModel, refusal: InvalidInput) -> dict[str, Any]
         "title": "The request is not valid",
         "status": 422,
         "detail": refusal.reason,
-        "errors": [{"pointer": pointer(request, refusal), "detail": refusal.reason, "allowed": refusal.allowed}],
+        "errors": [entry(pointer(request, refusal), refusal.reason, refusal.allowed)],
     }
 
 

@@ -86,9 +86,9 @@ class Place:
 
     def solve(self, call: Call) -> Any:
         """Run the call on this place's worker within the call's budget."""
-        self.prepare()
+        if not (self._hand_over(call) or self._hand_over(call)):
+            raise WorkerCrashed(None)
         try:
-            self._connection.send(call.message)
             if not self._connection.poll(call.budget_s):
                 self._discard()
                 raise BudgetExceeded(call.budget_s)
@@ -101,6 +101,22 @@ class Place:
             self._discard()
             raise MemoryExceeded("the solve wanted more memory than a worker may have")
         raise SolveFailed(*content)
+
+    def _hand_over(self, call: Call) -> bool:
+        """Give the call to the worker. False if that had died while idle, through no fault of this call."""
+        self.prepare()
+        try:
+            self._connection.send(call.message)
+            if not self._connection.poll(call.budget_s):
+                self._discard()
+                raise BudgetExceeded(call.budget_s)
+            self._connection.recv()
+        except (EOFError, OSError) as error:
+            code = self._discard()
+            if call.cancelled or self._closed:
+                raise WorkerCrashed(code) from error
+            return False
+        return True
 
     def kill(self) -> None:
         with self._guard:

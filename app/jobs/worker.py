@@ -31,6 +31,7 @@ class WorkerSettings:
 
 class Reply(StrEnum):
     READY = "ready"
+    ACCEPTED = "accepted"
     ANSWER = "answer"
     MEMORY = "memory"
     ERROR = "error"
@@ -48,7 +49,10 @@ def serve(connection: Connection, settings: WorkerSettings) -> None:
     connection.send((Reply.READY, None))
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
-            reply, content = _answer(settings.entry, *connection.recv())
+            call = connection.recv()
+            # From here on, a death of this process is the call's.
+            connection.send((Reply.ACCEPTED, None))
+            reply, content = _answer(settings.entry, *call)
             connection.send((reply, content))
             if reply is Reply.MEMORY:
                 return

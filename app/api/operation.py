@@ -1,0 +1,35 @@
+"""GET /healthz, /readyz and the effects of a kind."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Request, Response
+
+from app.designs.registry import KINDS
+from app.errors import Problem
+from app.submission import Service
+
+router = APIRouter()
+
+
+@router.get("/healthz", tags=["operation"], summary="Is the process alive")
+async def healthz() -> dict[str, str]:
+    """Answers as long as the event loop turns."""
+    return {"status": "ok"}
+
+
+@router.get("/readyz", tags=["operation"], summary="Can it answer now")
+async def readyz(request: Request, response: Response) -> dict[str, object]:
+    """200 once the database answers and a worker is warm, 503 before."""
+    service: Service = request.app.state.service
+    await service.store.ping()
+    warm = bool(getattr(service.executor, "ready", True))
+    response.status_code = 200 if warm else 503
+    return {"status": "ready" if warm else "warming up", "database": "ok", "workers": "warm" if warm else "starting"}
+
+
+@router.get("/api/v1/effects/{kind}", tags=["effects"], summary="The effects a kind's scene can call for")
+async def effects(kind: str) -> dict[str, object]:
+    """Each with what it adds and its a-priori measure."""
+    if kind not in KINDS:
+        raise Problem(404, "No such kind", "there are " + ", ".join(KINDS))
+    return {"kind": kind, "effects": KINDS[kind].effects()}

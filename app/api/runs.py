@@ -1,0 +1,59 @@
+"""GET /api/v1/runs: every run ever made, one of them, and its plots."""
+
+from __future__ import annotations
+
+import json
+from datetime import datetime
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request, Response
+
+from app import runs
+from app.designs.registry import KINDS
+from app.errors import Problem
+from app.store.record import ANSWERED_STATUSES, RunFilter
+from app.submission import Service
+
+router = APIRouter(prefix="/api/v1/runs", tags=["runs"])
+
+
+@router.get("", summary="List runs, newest first")
+async def list_runs(
+    request: Request,
+    kind: str | None = None,
+    mode: str | None = None,
+    status: str | None = None,
+    name: Annotated[str | None, Query(max_length=200)] = None,
+    batch_id: str | None = None,
+    created_after: datetime | None = None,
+    cursor: Annotated[str | None, Query(max_length=200)] = None,
+    limit: Annotated[int, Query(ge=1, le=200)] = 50,
+) -> dict[str, object]:
+    """Runs that satisfy all filters; ``next_cursor`` asks for the next page."""
+    if created_after is not None and created_after.tzinfo is None:
+        entry = {"pointer": "/created_after", "detail": "has no time zone", "allowed": "2026-01-31T12:00:00Z"}
+        raise Problem(422, "The request is not valid", "created_after needs a time zone", [entry])
+    service: Service = request.app.state.service
+    wanted = RunFilter(kind, mode, status, name, batch_id, created_after)
+    page = await service.store.list_runs(wanted, cursor, limit)
+    return {"items": [runs.summary(item) for item in page.items], "next_cursor": page.next_cursor}
+
+
+@router.get("/{run_id}", summary="One run")
+async def one_run(request: Request, run_id: str) -> Response:
+    """The run, whatever became of it."""
+    service: Service = request.app.state.service
+    return Response(runs.run_json(await service.store.get(run_id)), media_type="application/json")
+
+
+@router.get("/{run_id}/plots/{plot}", summary="A plot of a run, as SVG")
+async def plot(request: Request, run_id: str, plot: str) -> Response:
+    """One of the kind's plots, drawn from the stored result."""
+    service: Service = request.app.state.service
+    run = await service.store.get(run_id)
+    plots = KINDS[run.kind].plots
+    if plot not in plots:
+        raise Problem(404, "No such plot", "there are " + ", ".join(plots))
+    if run.status not in ANSWERED_STATUSES or run.result is None:
+        raise Problem(409, "Nothing to draw", f"the run is {run.status}")
+    return Response(plots[plot](json.loads(runs.run_json(run))), media_type="image/svg+xml")

@@ -1,0 +1,74 @@
+"""The service: settings in, ASGI application out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+from fastapi.exceptions import RequestValidationError
+from prometheus_fastapi_instrumentator import Instrumentator
+
+from app import errors
+from app.api import operation, runs, submissions
+from app.jobs.executor import PoolSettings, ProcessPool
+from app.settings import Settings
+from app.store.migrate import upgrade
+from app.store.repository import RunStore
+from app.submission import Service
+from app.version import VERSION
+
+ORPHANED = json.dumps(
+    {
+        "type": "about:blank",
+        "title": "The service stopped",
+        "status": 500,
+        "detail": "the service ended before this run did",
+    }
+).encode()
+
+
+def create_app(settings: Settings | None = None) -> FastAPI:
+    """The application; its database is migrated and its workers are started when it starts."""
+    settings = settings or Settings()
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        upgrade(settings.database_url)
+        store = RunStore(settings.database_url)
+        pool = ProcessPool(PoolSettings(workers=settings.workers))
+        service = Service(store, pool, settings.solve_budget_s)
+        app.state.service = service
+        await store.fail_orphans(ORPHANED)
+        pool.start()
+        try:
+            yield
+        finally:
+            await service.close()
+            pool.close()
+            store.close()
+
+    app = FastAPI(
+        title="Crankwright",
+        version=VERSION,
+        summary="Design optimization for crank mechanisms",
+        lifespan=lifespan,
+    )
+    app.state.settings = settings
+    errors.install(app)
+
+    @app.exception_handler(RequestValidationError)
+    async def _query(_, error: RequestValidationError):
+        entries = [
+            {"pointer": "/" + "/".join(map(str, item["loc"][1:])), "detail": item["msg"], "allowed": "see /docs"}
+            for item in error.errors()
+        ]
+        return errors.problem_response(
+            errors.Problem(422, "The request is not valid", "a parameter cannot be accepted", entries).body
+        )
+
+    for router in (operation.router, runs.router, submissions.router):
+        app.include_router(router)
+    Instrumentator(excluded_handlers=["/metrics"]).instrument(app).expose(app, include_in_schema=False)
+    return app

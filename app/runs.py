@@ -1,0 +1,105 @@
+"""From a request and its answer to a stored run, and from a stored run to its JSON."""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import replace
+
+from pydantic import BaseModel
+
+from app.designs.kind import Answer, Mode
+from app.designs.schema import finite
+from app.store.hashing import canonical_json, spec_hash
+from app.store.record import RunRecord, RunStatus, RunSummary, new_run_id, utc_now
+from app.version import NAME, VERSION
+
+
+def queued(slug: str, mode: Mode, request: BaseModel) -> RunRecord:
+    """A run that nothing has answered yet."""
+    spec = canonical_json(request.model_dump(mode="json"))
+    return RunRecord(
+        id=new_run_id(),
+        kind=slug,
+        mode=str(mode),
+        status=RunStatus.QUEUED,
+        name=getattr(request, "name", "") or None,
+        created_at=utc_now(),
+        spec=spec,
+        spec_hash=spec_hash(slug, str(mode), spec),
+        result=None,
+        problem=None,
+        effects=b"[]",
+        accuracy=None,
+        timing=b"{}",
+        solver_name=NAME,
+        solver_version=VERSION,
+    )
+
+
+def answered(run: RunRecord, answer: Answer, started: float) -> RunRecord:
+    """The run with its answer; one that JSON cannot carry becomes a failure, not a null."""
+    if not (finite(answer.result) and finite(answer.effects) and finite(answer.accuracy)):
+        return failed(run, "The result is not finite", "the solver gave a number that is not finite", started)
+    timing = {**answer.timing, "total_s": time.perf_counter() - started}
+    return replace(
+        run,
+        status=answer.status,
+        result=None if answer.result is None else canonical_json(answer.result),
+        problem=None if answer.problem is None else canonical_json(answer.problem),
+        effects=canonical_json(answer.effects),
+        accuracy=None if answer.accuracy is None else canonical_json(answer.accuracy),
+        timing=canonical_json(timing),
+    )
+
+
+def failed(run: RunRecord, title: str, detail: str, started: float) -> RunRecord:
+    """The run as ended without an answer."""
+    problem = {"type": "about:blank", "title": title, "status": 500, "detail": detail}
+    timing = {"total_s": time.perf_counter() - started}
+    return replace(run, status=RunStatus.FAILED, problem=canonical_json(problem), timing=canonical_json(timing))
+
+
+def repeated(run: RunRecord, earlier: RunRecord, started: float) -> RunRecord:
+    """The run answered from an earlier one of the same spec by the same solver."""
+    return replace(
+        run,
+        status=earlier.status,
+        result=earlier.result,
+        problem=earlier.problem,
+        effects=earlier.effects,
+        accuracy=earlier.accuracy,
+        timing=canonical_json({"total_s": time.perf_counter() - started}),
+        cached=True,
+    )
+
+
+def run_json(run: RunRecord) -> bytes:
+    """The run as the HTTP contract shows it; its stored parts go in byte for byte."""
+    head = summary(run)
+    parts = {
+        "spec": run.spec,
+        "result": run.result,
+        "problem": run.problem,
+        "effects": run.effects,
+        "accuracy": run.accuracy,
+        "timing": run.timing,
+    }
+    tail = b"".join(b',"%s":%s' % (name.encode(), value or b"null") for name, value in parts.items())
+    return json.dumps(head, separators=(",", ":"), ensure_ascii=False)[:-1].encode() + tail + b"}"
+
+
+def summary(run: RunRecord | RunSummary) -> dict[str, object]:
+    """A line of the listing."""
+    return {
+        "id": run.id,
+        "kind": run.kind,
+        "mode": run.mode,
+        "status": run.status,
+        "name": run.name or "",
+        "created_at": run.created_at.isoformat(),
+        "spec_hash": run.spec_hash,
+        "cached": run.cached,
+        "batch_id": run.batch_id,
+        "solver": {"name": run.solver_name, "version": run.solver_version},
+    }

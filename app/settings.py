@@ -1,0 +1,19 @@
+"""Settings of the service: CRANKWRIGHT_* variables, or the command line's options of the same names."""
+
+from __future__ import annotations
+
+from pydantic import Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+
+class Settings(BaseSettings):
+    """Every setting with its default."""
+
+    model_config = SettingsConfigDict(env_prefix="CRANKWRIGHT_", extra="ignore")
+
+    host: str = Field(default="127.0.0.1", description="address to listen on")
+    port: int = Field(default=8000, ge=0, le=65535, description="port to listen on")
+    database_url: str = Field(default="sqlite:///crankwright.sqlite3", description="where runs are stored")
+    workers: int = Field(default=2, ge=1, le=256, description="processes that solve")
+    solve_budget_s: float = Field(default=10.0, gt=0, le=3600, description="wall-clock time one solve may take")
+    max_body_bytes: int = Field(default=1_000_000, ge=1_000, description="the largest request body accepted")

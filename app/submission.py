@@ -1,0 +1,104 @@
+"""One request from validation to a durable, answered run: the same path for HTTP and for pages."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from dataclasses import dataclass, field, replace
+
+from pydantic import BaseModel
+
+from app import runs
+from app.designs.kind import Answer, Job, Kind, Mode
+from app.errors import Problem
+from app.jobs.errors import BudgetExceeded, MemoryExceeded, SolveFailed, WorkerCrashed
+from app.jobs.executor import Executor
+from app.store.record import Finish, RunRecord, StoredResponse
+from app.store.repository import RunStore
+
+REFUSED = "refused"
+"""The status of an answer whose request the solver could not accept: nothing is stored."""
+
+
+@dataclass(frozen=True)
+class Service:
+    """What a running service works with."""
+
+    store: RunStore
+    executor: Executor
+    solve_budget_s: float
+    background: set[asyncio.Task[None]] = field(default_factory=set)
+
+    async def answer(self, kind: Kind, mode: Mode, request: BaseModel) -> RunRecord:
+        """The run for a request, answered but not stored yet. Raises Problem if the solver refuses the request."""
+        started = time.perf_counter()
+        run = runs.queued(kind.slug, mode, request)
+        earlier = await self.store.find_answer(run.spec_hash, run.solver_name, run.solver_version)
+        if earlier is not None:
+            return runs.repeated(run, earlier, started)
+        return await self._solve(run, kind.jobs[mode], request, started)
+
+    async def _solve(self, run: RunRecord, job: Job, request: BaseModel, started: float) -> RunRecord:
+        try:
+            answer = await self._run(run, job, request)
+        except BudgetExceeded as error:
+            return runs.failed(run, "The time budget ran out", str(error), started)
+        except MemoryExceeded as error:
+            return runs.failed(run, "The memory bound was reached", str(error), started)
+        except (WorkerCrashed, SolveFailed):
+            return runs.failed(run, "The solver failed", "the solve ended without an answer", started)
+        if answer.status == REFUSED and answer.problem is not None:
+            problem = answer.problem
+            raise Problem(problem["status"], problem["title"], problem["detail"], problem["errors"])
+        return runs.answered(run, answer, started)
+
+    async def _run(self, run: RunRecord, job: Job, request: BaseModel) -> Answer:
+        if job.inline:
+            return job.run(request)
+        return await self.executor.run(run.kind, run.mode, request.model_dump_json().encode(), self.solve_budget_s)
+
+    async def submit(
+        self, kind: Kind, mode: Mode, request: BaseModel, key: str | None, request_hash: str
+    ) -> StoredResponse:
+        """Answer a request and store the run with its answer, in one transaction."""
+        run = await self.answer(kind, mode, request)
+        return await self._keep(run, 201, key, request_hash)
+
+    async def submit_later(
+        self, kind: Kind, mode: Mode, request: BaseModel, key: str | None, request_hash: str
+    ) -> StoredResponse:
+        """Store the run as queued, answer 202, and solve in the background."""
+        run = runs.queued(kind.slug, mode, request)
+        response = await self._keep(run, 202, key, request_hash)
+        if response.run_id == run.id:
+            task = asyncio.create_task(self._finish(run, kind.jobs[mode], request))
+            self.background.add(task)
+            task.add_done_callback(self.background.discard)
+        return response
+
+    async def _keep(self, run: RunRecord, status: int, key: str | None, request_hash: str) -> StoredResponse:
+        location = f"/api/v1/runs/{run.id}"
+        response = StoredResponse(
+            key or "", request_hash, run.id, status, location, "application/json", runs.run_json(run)
+        )
+        first = await self.store.put(run, response if key else None)
+        return first or response
+
+    async def _finish(self, run: RunRecord, job: Job, request: BaseModel) -> None:
+        started = time.perf_counter()
+        await self.store.start(run.id)
+        try:
+            ended = await self._solve(run, job, request, started)
+        except Problem as problem:
+            ended = replace(runs.failed(run, problem.body["title"], problem.body["detail"], started))
+        except Exception as error:
+            ended = runs.failed(run, "The solver failed", type(error).__name__, started)
+        await self.store.finish(
+            run.id, Finish(ended.status, ended.result, ended.problem, ended.effects, ended.accuracy, ended.timing)
+        )
+
+    async def close(self) -> None:
+        """Let go of background solves: their runs stay open and are failed at the next start."""
+        for task in list(self.background):
+            task.cancel()
+        await asyncio.gather(*self.background, return_exceptions=True)

@@ -1,0 +1,58 @@
+"""Natural frequency of the strip in place against its transcendental equation and against finite elements."""
+
+from __future__ import annotations
+
+import math
+
+import mpmath
+import pytest
+from scipy.linalg import eigh
+
+from solvers import rod
+from solvers.rod.cycle import bending_stiffness
+from solvers.rod.stability import critical_force
+from solvers.rod.vibration import natural_frequency
+from tests.solvers.rod.finite_elements import matrices
+from tests.solvers.rod.machines import PAPER, STRIP
+
+LENGTH = PAPER.mechanism.rod_length
+LINE_MASS = PAPER.material.density * STRIP.b * STRIP.h
+
+
+def characteristic(k, length):
+    """Determinant of pin constraint and moment-free pin over cos - cosh and sin - sinh, P = 0."""
+    x, e = k * length, LENGTH - length
+    c, s, ch, sh = mpmath.cos(x), mpmath.sin(x), mpmath.cosh(x), mpmath.sinh(x)
+    value, first = (c - ch, s - sh), (-s - sh, c - ch)
+    second, third = (-c - ch, -s - sh), (s - sh, -c - ch)
+    pin = [v + e * k * d for v, d in zip(value, first, strict=True)]
+    moment = [v + e * k * d for v, d in zip(second, third, strict=True)]
+    return pin[0] * moment[1] - pin[1] * moment[0]
+
+
+@pytest.mark.parametrize("length", [5e-3, 23e-3, 45.5e-3])
+def test_without_axial_force_it_solves_the_transcendental_equation(length):
+    strip = rod.Dimensions(STRIP.b, STRIP.h, length)
+    found = natural_frequency(PAPER, strip, 0.0)
+    speed = math.sqrt(bending_stiffness(PAPER, strip) / LINE_MASS)
+    with mpmath.workdps(30):
+        root = mpmath.findroot(lambda k: characteristic(k, length), math.sqrt(2 * math.pi * found / speed))
+        # The first one: no sign change below it.
+        signs = {mpmath.sign(characteristic(root * j / 40, length)) for j in range(2, 40)}
+    assert len(signs) == 1
+    assert found == pytest.approx(float(root) ** 2 * speed / (2 * math.pi), rel=1e-9)
+
+
+@pytest.mark.parametrize("force", [-250.0, -165.0, 128.0, 2000.0])
+def test_under_axial_force_it_matches_finite_elements(force):
+    bending, geometric, mass, free, _ = matrices(STRIP.l, LENGTH)
+    stiffness = bending_stiffness(PAPER, STRIP) * bending + force * geometric
+    square = eigh(free.T @ stiffness @ free, LINE_MASS * free.T @ mass @ free, eigvals_only=True)[0]
+    assert natural_frequency(PAPER, STRIP, force) == pytest.approx(math.sqrt(square) / (2 * math.pi), rel=1e-6)
+
+
+def test_it_vanishes_where_the_strip_buckles():
+    critical = float(critical_force(PAPER.material.elastic_modulus, STRIP.b, STRIP.h, STRIP.l, LENGTH))
+    still = natural_frequency(PAPER, STRIP, 0.0)
+    assert natural_frequency(PAPER, STRIP, -critical * (1 - 1e-9)) < 1e-3 * still
+    assert natural_frequency(PAPER, STRIP, -critical * 1.001) == 0.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import threading
+import time
 from multiprocessing.process import BaseProcess
 from typing import Any
 
@@ -86,10 +87,11 @@ class Place:
 
     def solve(self, call: Call) -> Any:
         """Run the call on this place's worker within the call's budget."""
-        if not (self._hand_over(call) or self._hand_over(call)):
+        deadline = self._hand_over(call) or self._hand_over(call)
+        if deadline is None:
             raise WorkerCrashed(None)
         try:
-            if not self._connection.poll(call.budget_s):
+            if not self._connection.poll(max(0.0, deadline - time.monotonic())):
                 self._discard()
                 raise BudgetExceeded(call.budget_s)
             reply, content = self._connection.recv()
@@ -102,9 +104,10 @@ class Place:
             raise MemoryExceeded("the solve wanted more memory than a worker may have")
         raise SolveFailed(*content)
 
-    def _hand_over(self, call: Call) -> bool:
-        """Give the call to the worker. False if that had died while idle, through no fault of this call."""
+    def _hand_over(self, call: Call) -> float | None:
+        """Give the call to the worker; when it must have ended. None if the worker had died while idle."""
         self.prepare()
+        deadline = time.monotonic() + call.budget_s
         try:
             self._connection.send(call.message)
             if not self._connection.poll(call.budget_s):
@@ -115,8 +118,8 @@ class Place:
             code = self._discard()
             if call.cancelled or self._closed:
                 raise WorkerCrashed(code) from error
-            return False
-        return True
+            return None
+        return deadline
 
     def kill(self) -> None:
         with self._guard:

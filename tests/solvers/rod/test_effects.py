@@ -1,0 +1,142 @@
+"""Effects of the rod as objects: absent means not computed, and auto keeps what it promises."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+
+from solvers import rod
+from solvers.rod import friction, large_displacement, rod_inertia, shear
+from solvers.rod.cycle import BeamColumn, Composition, Cycle, PlainBending
+from solvers.rod.effects import EFFECTS, ReciprocatingInertia, choose_for, compose
+from solvers.rod.friction import FrictionFeedback
+from solvers.rod.large_displacement import LargeDisplacement
+from solvers.rod.rod_inertia import RodInertia
+from solvers.rod.shear import ShearFlexible
+from tests.solvers.rod.machines import PAPER, STRIP, random_machine
+
+NAMES = tuple(effect.name for effect in EFFECTS)
+HEAVY = replace(PAPER, piston=replace(PAPER.piston, reciprocating_mass=0.05))
+MAIN = (
+    "fatigue_safety", "yield_safety", "side_force_max", "clamp_moment_max", "contact_pressure_max", "friction_power",
+)  # fmt: skip
+
+
+def only(names):
+    names = frozenset(names)
+    return rod.EffectSelection(include=names, exclude=frozenset(NAMES) - names)
+
+
+def test_the_effects_are_those_of_the_contract():
+    assert set(NAMES) == {
+        "reciprocating_inertia", "beam_column", "friction", "rod_inertia", "large_displacement", "shear",
+        "friction_feedback",
+    }  # fmt: skip
+    assert len(NAMES) == 7
+
+
+def by_hand(names):
+    """The composition written out without the effects' own objects choosing it."""
+    beam = BeamColumn() if "beam_column" in names else PlainBending()
+    corrections = (LargeDisplacement(),) if "large_displacement" in names else ()
+    corrections += (RodInertia(),) if "rod_inertia" in names else ()
+    return Composition(
+        force_terms=(ReciprocatingInertia(),) if "reciprocating_inertia" in names else (),
+        beam=ShearFlexible(beam) if "shear" in names else beam,
+        feedback=FrictionFeedback() if "friction_feedback" in names else None,
+        corrections=corrections,
+    )
+
+
+def count_calls(monkeypatch):
+    """Counters on the code that belongs to each effect."""
+    calls = dict.fromkeys(NAMES, 0)
+
+    def counted(owner, attribute, name):
+        plain = getattr(owner, attribute)
+
+        def wrapper(*arguments):
+            calls[name] += 1
+            return plain(*arguments)
+
+        monkeypatch.setattr(owner, attribute, wrapper)
+
+    counted(ReciprocatingInertia, "axial_force", "reciprocating_inertia")
+    counted(BeamColumn, "coupling", "beam_column")
+    counted(shear.ShearFlexible, "bend", "shear")
+    counted(friction.FrictionFeedback, "axial_force", "friction_feedback")
+    counted(large_displacement.LargeDisplacement, "prepare", "large_displacement")
+    counted(large_displacement.ElasticaExpansion, "refine", "large_displacement")
+    counted(rod_inertia.RodInertia, "prepare", "rod_inertia")
+    counted(rod_inertia.SteadyVibration, "refine", "rod_inertia")
+    return calls
+
+
+def test_an_effect_left_out_is_the_scene_that_never_had_it(monkeypatch):
+    """All combinations: bit for bit the same fields, and only the code of active effects is called."""
+    angles, stations = np.linspace(0.0, 6.0, 5), [0.0, 0.5 * STRIP.l]
+    for flags in product((False, True), repeat=len(NAMES)):
+        names = {name for name, on in zip(NAMES, flags, strict=True) if on}
+        choice = choose_for(HEAVY, STRIP, only(names))
+        assert {effect.name for effect in choice.active} == names
+        with monkeypatch.context() as patch:
+            calls = count_calls(patch)
+            chosen = Cycle(HEAVY, STRIP, compose(choice)).at(angles)
+        assert {name for name, count in calls.items() if count} == names - {"friction"}
+        plain = Cycle(HEAVY, STRIP, by_hand(names)).at(angles)
+        assert chosen.force.tobytes() == plain.force.tobytes()
+        for field in ("curvature", "axial_force"):
+            first, second = getattr(chosen.shape, field)(stations), getattr(plain.shape, field)(stations)
+            assert first.tobytes() == second.tobytes()
+        assert chosen.shape.side_force().tobytes() == plain.shape.side_force().tobytes()
+
+
+def test_without_friction_its_results_do_not_exist_and_are_not_computed(monkeypatch):
+    def refuse(*arguments):
+        raise AssertionError("friction was computed")
+
+    monkeypatch.setattr(friction, "pressure", refuse)
+    monkeypatch.setattr(friction, "power", refuse)
+    stresses = rod.check(PAPER, STRIP, only({"beam_column"})).value.stresses
+    assert stresses.contact_pressure_max is None
+    assert stresses.friction_power is None
+    assert stresses.fatigue_safety == pytest.approx(2.69747, rel=2e-6)
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "friction"])
+def test_every_effect_changes_something_when_it_runs(name):
+    angles = np.array([1.0, 4.0])
+    base = {"beam_column"} - {name}
+    with_it = Cycle(HEAVY, STRIP, compose(choose_for(HEAVY, STRIP, only(base | {name})))).at(angles)
+    without = Cycle(HEAVY, STRIP, compose(choose_for(HEAVY, STRIP, only(base)))).at(angles)
+    assert np.all(with_it.shape.curvature([0.0]) != without.shape.curvature([0.0]))
+
+
+def main_results(scene, strip, effects, tolerance):
+    outcome = rod.check(scene, strip, effects, tolerance, 1e-7)
+    value = outcome.value
+    found = {"stability_safety": value.stability_safety}
+    if value.stresses is not None:
+        found |= {name: getattr(value.stresses, name) for name in MAIN}
+    skipped = {report.name for report in outcome.effects if report.state == "skipped"}
+    return found, skipped
+
+
+def test_auto_differs_from_all_by_no_more_than_the_tolerance():
+    """Random machines over the whole range of tolerances; and auto does leave effects out."""
+    rng = np.random.default_rng(20)
+    left_out = set()
+    for _ in range(8):
+        scene, strip = random_machine(rng)
+        scene = replace(scene, piston=replace(scene.piston, reciprocating_mass=10 ** rng.uniform(-4.0, -1.0)))
+        everything, _ = main_results(scene, strip, rod.ALL, 1e-2)
+        for tolerance in (1e-1, 1e-2, 1e-4):
+            found, skipped = main_results(scene, strip, rod.AUTO, tolerance)
+            left_out |= skipped
+            assert found.keys() == everything.keys()
+            for name, value in everything.items():
+                assert found[name] == pytest.approx(value, rel=tolerance + 3e-7), (name, tolerance, skipped)
+    assert {"shear", "large_displacement", "friction_feedback", "rod_inertia"} <= left_out

@@ -1,0 +1,122 @@
+"""A design problem of the flexible rod: what is free, what is required, what is wanted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from solvers.effects import Demand
+from solvers.errors import InvalidInput
+from solvers.rod.check import RodCheck
+from solvers.rod.scene import Scene
+
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Closed ranges [m] of width b, thickness h, free length l."""
+
+    b: Range
+    h: Range
+    l: Range
+
+    def __post_init__(self) -> None:
+        for name in ("b", "h", "l"):
+            low, high = getattr(self, name)
+            if not (math.isfinite(high) and 0 < low <= high):
+                raise InvalidInput(f"bounds.{name}", "is not a range of positive lengths", "0 < lower <= upper")
+
+
+@dataclass(frozen=True)
+class Requirements:
+    """Limits on the results, SI units; None asks for nothing. Safeties are least values, the others greatest ones."""
+
+    min_fatigue_safety: float
+    min_stability_safety: float
+    max_contact_pressure: float | None = None
+    max_friction_power: float | None = None
+    min_yield_safety: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in self.__dataclass_fields__:
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value > 0):
+                raise InvalidInput(f"requirements.{name}", "must be positive", "(0, inf)")
+        if self.min_stability_safety < 1:
+            raise InvalidInput("requirements.min_stability_safety", "lets the strip buckle", "[1, inf)")
+
+    def demands(self) -> tuple[Demand, ...]:
+        """The effects without which these limits mean nothing."""
+        out = [Demand("beam_column", "requirements.min_stability_safety")]
+        out += [
+            Demand("friction", f"requirements.{name}")
+            for name in ("max_contact_pressure", "max_friction_power")
+            if getattr(self, name) is not None
+        ]
+        return tuple(out)
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What is wanted: a result to be made small (``sign`` +1) or great (-1), and the effect it needs, if any.
+
+    ``thickness`` says which end of the admissible thicknesses serves it for given tau = 1/(b h^3) and l: +1 the
+    greatest (least mass), -1 the least (least stress), 0 any.
+    """
+
+    name: str
+    sign: int
+    thickness: int
+    read: Callable[[RodCheck], float | None]
+    effect: str | None = None
+
+    def demands(self) -> tuple[Demand, ...]:
+        return () if self.effect is None else (Demand(self.effect, f"objective {self.name}"),)
+
+
+OBJECTIVES = {
+    objective.name: objective
+    for objective in (
+        Objective("mass", 1, 1, lambda check: check.mass),
+        Objective("friction_power", 1, 0, lambda check: check.stresses.friction_power, "friction"),
+        Objective("contact_pressure", 1, 0, lambda check: check.stresses.contact_pressure_max, "friction"),
+        Objective("side_force", 1, 0, lambda check: check.stresses.side_force_max),
+        Objective("fatigue_safety", -1, -1, lambda check: check.stresses.fatigue_safety),
+        Objective("stability_safety", -1, 0, lambda check: check.stability_safety),
+    )
+}
+"""The objectives by name."""
+
+
+@dataclass(frozen=True)
+class RodProblem:
+    """A scene and what is asked of its strip. ``stock_h`` lists the thicknesses to be had, ``step_b`` and ``step_l``
+    are the steps to which width and length are rounded."""
+
+    scene: Scene
+    bounds: Bounds
+    requirements: Requirements
+    objective: Objective
+    stock_h: tuple[float, ...] | None = None
+    step_b: float | None = None
+    step_l: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.bounds.l[0] > self.scene.mechanism.rod_length:
+            raise InvalidInput("bounds.l", "starts beyond the rod's own length", "at most mechanism.rod_length")
+        if self.stock_h is not None:
+            if not self.stock_h or not all(math.isfinite(h) and h > 0 for h in self.stock_h):
+                raise InvalidInput("stock_h", "must list positive thicknesses", "at least one, each above 0")
+            if not any(self.bounds.h[0] <= h <= self.bounds.h[1] for h in self.stock_h):
+                raise InvalidInput("stock_h", "has no thickness within the bounds", "one within bounds.h")
+        for name, step, (low, high) in (("b", self.step_b, self.bounds.b), ("l", self.step_l, self.bounds.l)):
+            if step is None:
+                continue
+            if not (math.isfinite(step) and step > 0):
+                raise InvalidInput(f"step.{name}", "must be positive", "(0, inf)")
+            if math.floor(high / step * (1 + 1e-12)) < math.ceil(low / step * (1 - 1e-12)):
+                raise InvalidInput(f"step.{name}", "has no multiple within the bounds", "a finer step")
+            if (high - low) / step > 2000:
+                raise InvalidInput(f"step.{name}", "makes more than 2000 sizes", "a coarser step")

@@ -242,6 +242,97 @@ def run_check(request: CheckRequest) -> Answer:
     return Answer(**envelope(outcome, result_of(outcome.value)))
 
 
+class Requirements(Strict):
+    min_fatigue_safety: Positive
+    min_stability_safety: float = Field(ge=1, le=1e6)
+    max_contact_pressure_mpa: Positive | None = None
+    max_friction_power_w: Positive | None = None
+    min_yield_safety: Positive | None = None
+
+
+Range = Annotated[list[Positive], Field(min_length=2, max_length=2, description="least and greatest")]
+
+
+class RodBounds(Strict):
+    b_mm: Range
+    h_mm: Range
+    l_mm: Range
+
+
+class DesignRequest(RodRequest):
+    """The best strip for a machine: requirements, bounds, and what is wanted."""
+
+    requirements: Requirements
+    bounds: RodBounds
+    objective: Literal[tuple(rod.OBJECTIVES)] = "mass"  # type: ignore[valid-type]
+
+    def contradictions(self) -> list[dict[str, str]]:
+        found = super().contradictions()
+        for name in ("b_mm", "h_mm", "l_mm"):
+            low, high = getattr(self.bounds, name)
+            if low > high:
+                found.append(entry(f"/bounds/{name}", "the least exceeds the greatest", "[least, greatest]"))
+        if self.bounds.l_mm[0] > self.mechanism.rod_length_mm:
+            found.append(entry("/bounds/l_mm", "starts beyond the rod's own length", "at most mechanism.rod_length_mm"))
+        return found
+
+    def problem(self) -> rod.RodProblem:
+        r, b = self.requirements, self.bounds
+        return rod.RodProblem(
+            self.scene(),
+            rod.Bounds(*(tuple(v * MILLI for v in pair) for pair in (b.b_mm, b.h_mm, b.l_mm))),
+            rod.Requirements(
+                r.min_fatigue_safety,
+                r.min_stability_safety,
+                _pressure(r.max_contact_pressure_mpa),
+                r.max_friction_power_w,
+                r.min_yield_safety,
+            ),
+            rod.OBJECTIVES[self.objective],
+        )
+
+
+class Active(Strict):
+    name: str
+    sensitivity: float
+
+
+class DesignResult(RodResult):
+    """The strip found, with the constraints that shape it."""
+
+    objective: str
+    active_constraints: list[Active]
+
+
+_UNITS = {
+    "max_contact_pressure": ("max_contact_pressure_mpa", MEGA),
+    "max_friction_power": ("max_friction_power_w", 1.0),
+}
+
+
+def run_design(request: DesignRequest) -> Answer:
+    """Find the strip."""
+    try:
+        problem = request.problem()
+        criterion = CRITERIA[request.fatigue_criterion](problem.scene.material)
+        outcome = rod.design(problem, request.selection(), request.effect_tolerance, request.accuracy, criterion)
+    except InvalidInput as refusal:
+        return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
+    if outcome.value is None:
+        parts = envelope(outcome, None)
+        for item in parts["result"]["diagnosis"]:
+            item["requirement"], unit = _UNITS.get(item["requirement"], (item["requirement"], 1.0))
+            item["required"], item["attainable"] = item["required"] / unit, scaled(item["attainable"], unit)
+        return Answer(**parts)
+    found = outcome.value
+    result = {
+        **result_of(found.check),
+        "objective": found.objective,
+        "active_constraints": [{"name": a.name, "sensitivity": a.sensitivity} for a in found.active],
+    }
+    return Answer(**envelope(outcome, result))
+
+
 def effects() -> list[dict[str, Any]]:
     """The effects a rod's scene can call for."""
     return [{"name": e.name, "summary": e.summary, "measure": e.measure} for e in rod.EFFECTS]
@@ -256,7 +347,10 @@ FLEXIBLE_ROD = Kind(
     slug="flexible-rod",
     title="Flexible rod",
     summary="the strip rod of a crank-slider machine: width, thickness and free length",
-    jobs={Mode.CHECK: Job(CheckRequest, RodResult, run_check)},
+    jobs={
+        Mode.DESIGN: Job(DesignRequest, DesignResult, run_design),
+        Mode.CHECK: Job(CheckRequest, RodResult, run_check),
+    },
     effects=effects,
     example=example,
     plots={"stability-map": stability_map},

@@ -9,8 +9,10 @@ outcome = rod.check(scene, rod.Dimensions(b=9e-3, h=0.46e-3, l=23e-3))
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.materials import CATALOGUE, Material
 from solvers.rod.check import RodCheck, check
+from solvers.rod.design import RodDesign, design
 from solvers.rod.effects import EFFECTS
 from solvers.rod.loads import ConstantLoad, SchmidtLoad, TableLoad
+from solvers.rod.problem import OBJECTIVES, Bounds, Requirements, RodProblem
 from solvers.rod.scene import Dimensions, Mechanism, Piston, Scene
 
 __all__ = [
@@ -18,15 +20,21 @@ __all__ = [
     "AUTO",
     "CATALOGUE",
     "EFFECTS",
+    "OBJECTIVES",
+    "Bounds",
     "ConstantLoad",
     "Dimensions",
     "EffectSelection",
     "Material",
     "Mechanism",
     "Piston",
+    "Requirements",
     "RodCheck",
+    "RodDesign",
+    "RodProblem",
     "Scene",
     "SchmidtLoad",
     "TableLoad",
     "check",
+    "design",
 ]

@@ -18,6 +18,7 @@ from solvers.rod.cycle import BeamColumn, Composition
 from solvers.rod.effects import ReciprocatingInertia
 from solvers.rod.effects_over_box import choose_over_box
 from solvers.rod.landscape import Landscape
+from solvers.rod.polish import Polished, polish
 from solvers.rod.problem import OBJECTIVES, Objective, RodProblem
 from solvers.rod.scene import Dimensions
 
@@ -26,7 +27,8 @@ _LENGTH_SAMPLES = 18
 _CORRECTIONS = 4
 _PERTURBATION = 1e-3
 _ACTIVE = 1e-4
-_STARTS = 2
+_STARTS = 4
+_NO_LIMIT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -38,14 +40,6 @@ class RodDesign:
     active: tuple[ActiveConstraint, ...]
 
 
-@dataclass(frozen=True)
-class _Point:
-    cost: float
-    tau: float
-    length: float
-    h: float
-
-
 def design(
     problem: RodProblem,
     effects: EffectSelection = AUTO,
@@ -55,10 +49,10 @@ def design(
 ) -> Outcome[RodDesign]:
     """The best strip for a problem, or the diagnosis why there is none.
 
-    The landscape over (tau, l) is scanned exhaustively, its best hollows are descended by bracketing (Brent's method
-    in both variables, which kinks do not mislead), and where the scene calls for effects beyond the landscape the
-    requirements are shifted by what the full model says until it agrees. The answer satisfies every requirement on
-    the full model.
+    The landscape over (tau, l) is scanned, its best hollows are polished by scipy's SLSQP in logarithms, with every
+    section that may govern as a constraint of its own so that kinks are corners, and where the scene calls for effects
+    beyond the landscape the requirements are shifted by what the full model says until it agrees. The answer satisfies
+    every requirement on the full model.
     """
     started = time.perf_counter()
     criterion = criterion or serensen(problem.scene.material)
@@ -95,7 +89,7 @@ def design(
             timing=timing,
         )
     point, result, landscape = found
-    active = _active(landscape, point, result, accuracy)
+    active = _active(landscape, point)
     return Outcome(
         Status.SUCCEEDED,
         RodDesign(result, problem.objective.name, active),
@@ -121,15 +115,15 @@ def _landscape(problem: RodProblem, criterion: FatigueCriterion, composition: Co
 
 def _solve_on_full_model(
     landscape: Landscape, evaluate: Callable[[Dimensions], RodCheck], accuracy: float
-) -> tuple[_Point, RodCheck, Landscape] | None:
+) -> tuple[Polished, RodCheck, Landscape] | None:
     """Solve on the landscape, look at the full model, shift the limits by the difference, and again."""
-    best: tuple[_Point, RodCheck, Landscape] | None = None
-    point: _Point | None = None
+    best: tuple[Polished, RodCheck, Landscape] | None = None
+    point: Polished | None = None
     for _ in range(_CORRECTIONS):
-        point = _solve(landscape, accuracy) if point is None else _local(landscape, point, accuracy)
-        if point is None or not math.isfinite(point.cost):
+        point = _solve(landscape) if point is None else polish(landscape, point.dimensions)
+        if point is None:
             return best
-        result = evaluate(landscape.dimensions(point.tau, point.length, point.h))
+        result = evaluate(point.dimensions)
         if result.stresses is None:
             landscape, point = replace(landscape, stability_limit=landscape.stability_limit * 1.1), None
             continue
@@ -154,13 +148,15 @@ def _meets(result: RodCheck, problem: RodProblem) -> bool:
     )
 
 
-def _shifted(landscape: Landscape, point: _Point, result: RodCheck) -> Landscape:
+def _shifted(landscape: Landscape, point: Polished, result: RodCheck) -> Landscape:
     """The landscape with its limits moved by the ratio of its own values to the full model's, to the safe side."""
     r, s = landscape.problem.requirements, result.stresses
     safe = 1.0 + 1e-9
-    utilisation, stress = landscape.stresses(point.tau, point.length, point.h)
-    _, pressure, power = landscape.reactions(point.tau, point.length)
-    stability = landscape.stability(point.tau, point.length)
+    d = point.dimensions
+    tau = 1.0 / (d.b * d.h**3)
+    utilisation, stress = landscape.stresses(tau, d.l, d.h)
+    _, pressure, power = landscape.reactions(tau, d.l)
+    stability = landscape.stability(tau, d.l)
     strength = landscape.problem.scene.material.yield_strength
 
     def shift(required: float | None, own: float, full: float | None) -> float | None:
@@ -198,39 +194,43 @@ def _cost(landscape: Landscape, objective: Objective, tau: float, length: float)
     return {"side_force": side, "contact_pressure": pressure, "friction_power": power}[objective.name], h
 
 
-def _solve(landscape: Landscape, accuracy: float) -> _Point | None:
-    """Scan (tau, l), descend from the best hollows, keep the best."""
+def _solve(landscape: Landscape) -> Polished | None:
+    """Scan (tau, l), polish from the best of what is admissible; where nothing is, climb toward it first."""
+    starts, least_bad = _scan(landscape)
+    if not starts and least_bad is not None:
+        # The admissible set may be a crescent thinner than the scan's mesh: make the strip as safe as it can be first.
+        safest = replace(landscape, problem=replace(landscape.problem, objective=OBJECTIVES["fatigue_safety"]))
+        climbed = polish(replace(safest, fatigue_limit=_NO_LIMIT, yield_limit=None), least_bad)
+        starts = [climbed.dimensions] if climbed is not None else []
+    found = [polished for start in starts if (polished := polish(landscape, start)) is not None]
+    return min(found, key=lambda point: point.log_cost, default=None)
+
+
+def _scan(landscape: Landscape) -> tuple[list[Dimensions], Dimensions | None]:
+    """The best admissible strips of a mesh over (tau, l), far enough apart, and the least inadmissible one."""
     objective, bounds = landscape.problem.objective, landscape.problem.bounds
-    rod_length = landscape.problem.scene.mechanism.rod_length
-    lengths = np.linspace(bounds.l[0], min(bounds.l[1], rod_length), _LENGTH_SAMPLES)
-    if lengths[-1] <= lengths[0] * (1 + 1e-12):
-        lengths = lengths[:1]
-    points: list[tuple[float, float, float]] = []
-    for length in lengths:
-        low, high = _tau_range(landscape, float(length))
-        if high < low:
-            continue
-        for tau in np.geomspace(low, high, _TAU_SAMPLES) if high > low * (1 + 1e-12) else [low]:
-            cost, _ = _cost(landscape, objective, float(tau), float(length))
+    longest = min(bounds.l[1], landscape.problem.scene.mechanism.rod_length)
+    lengths = np.linspace(bounds.l[0], longest, _LENGTH_SAMPLES) if longest > bounds.l[0] else [longest]
+    points: list[tuple[float, float, float, float]] = []
+    least_bad, least_excess = None, math.inf
+    for length in map(float, lengths):
+        low, high = _tau_range(landscape, length)
+        for tau in map(float, np.geomspace(low, high, _TAU_SAMPLES) if high >= low else []):
+            cost, h = _cost(landscape, objective, tau, length)
             if math.isfinite(cost):
-                points.append((cost, float(tau), float(length)))
-    if not points:
-        return None
+                points.append((cost, tau, length, h))
+            elif not points:
+                thinnest, thickest = landscape.thickness_range(tau)
+                if thinnest <= thickest and (excess := landscape.excess(tau, length, thinnest)) < least_excess:
+                    least_bad, least_excess = landscape.dimensions(tau, length, thinnest), excess
     points.sort()
-    step = (lengths[-1] - lengths[0]) / max(lengths.size - 1, 1)
-    best = None
-    tried: list[tuple[float, float, float]] = []
-    for start in points:
-        near = any(abs(start[2] - t[2]) <= 1.5 * step and abs(math.log(start[1] / t[1])) < 0.7 for t in tried)
-        if near:
-            continue
-        tried.append(start)
-        candidate = _descend(landscape, objective, start, float(step), accuracy)
-        if best is None or candidate.cost < best.cost:
-            best = candidate
-        if len(tried) == _STARTS:
+    chosen: list[tuple[float, float, float, float]] = []
+    for point in points:
+        if all(abs(math.log(point[1] / c[1])) + abs(math.log(point[2] / c[2])) > 0.3 for c in chosen):
+            chosen.append(point)
+        if len(chosen) == _STARTS:
             break
-    return best
+    return [landscape.dimensions(tau, length, h) for _, tau, length, h in chosen], least_bad
 
 
 def _tau_range(landscape: Landscape, length: float) -> tuple[float, float]:
@@ -240,84 +240,32 @@ def _tau_range(landscape: Landscape, length: float) -> tuple[float, float]:
     return low, min(high, landscape.greatest_tau(length))
 
 
-def _descend(
-    landscape: Landscape, objective: Objective, start: tuple[float, float, float], step: float, accuracy: float
-) -> _Point:
-    """Brent's method in l over Brent's method in ln tau, within the cell of the scan around the start."""
-    from scipy.optimize import minimize_scalar
-
-    bounds = landscape.problem.bounds
-    tolerance = max(0.1 * accuracy, 1e-9)
-    best = _Point(start[0], start[1], start[2], _cost(landscape, objective, start[1], start[2])[1])
-
-    def over_tau(length: float) -> float:
-        nonlocal best
-        low, high = _tau_range(landscape, length)
-        if high < low:
-            return math.inf
-        spacing = max(math.log(high / low) / (_TAU_SAMPLES - 1), 1e-12)
-        middle = min(max(best.tau, low), high)
-        candidates = [middle, low, high]
-        span = (max(math.log(low), math.log(middle) - 2 * spacing), min(math.log(high), math.log(middle) + 2 * spacing))
-
-        def cost(log_tau: float) -> float:
-            value, h = _cost(landscape, objective, math.exp(log_tau), length)
-            nonlocal best
-            if value < best.cost:
-                best = _Point(value, math.exp(log_tau), length, h)
-            return value if math.isfinite(value) else 1e300
-
-        values = [cost(math.log(tau)) for tau in candidates]
-        if span[1] > span[0]:
-            found = minimize_scalar(cost, bounds=span, method="bounded", options={"xatol": tolerance, "maxiter": 22})
-            values.append(float(found.fun))
-        return min(values)
-
-    low = max(bounds.l[0], start[2] - step)
-    high = min(bounds.l[1], landscape.problem.scene.mechanism.rod_length, start[2] + step)
-    over_tau(low)
-    over_tau(high)
-    if high > low:
-        for width in (1.0, 0.1):
-            around = best.length
-            span = (max(low, around - width * (high - low)), min(high, around + width * (high - low)))
-            options = {"xatol": tolerance * high, "maxiter": 22}
-            minimize_scalar(over_tau, bounds=span, method="bounded", options=options)
-    return best
-
-
-def _active(landscape: Landscape, point: _Point, result: RodCheck, accuracy: float) -> tuple[ActiveConstraint, ...]:
+def _active(landscape: Landscape, point: Polished) -> tuple[ActiveConstraint, ...]:
     """The constraints that hold with equality, each with d ln objective/d ln bound from a second solution."""
     out = []
-    reference = _local(landscape, point, accuracy)
-    for name, value, moved in _constraints(landscape, point):
-        if abs(value) > _ACTIVE:
+    for name, slack, moved in _constraints(landscape, point.dimensions):
+        if abs(slack) > _ACTIVE:
             continue
-        relaxed = _local(moved, point, accuracy)
-        change = (relaxed.cost - reference.cost) / reference.cost * landscape.problem.objective.sign
-        direction = -1.0 if name.startswith("min_") or name.endswith("_lower") else 1.0
-        if abs(change) > 1e-7:
-            out.append(ActiveConstraint(name, change / (direction * _PERTURBATION)))
+        relaxed = polish(moved, point.dimensions)
+        if relaxed is None:
+            continue
+        gain = (relaxed.log_cost - point.log_cost) * landscape.problem.objective.sign
+        step = (
+            math.log1p(-_PERTURBATION)
+            if name.startswith("min_") or name.endswith("_lower")
+            else -math.log1p(-_PERTURBATION)
+        )
+        if abs(gain) > 1e-7:
+            out.append(ActiveConstraint(name, gain / step))
     return tuple(out)
 
 
-def _local(landscape: Landscape, point: _Point, accuracy: float) -> _Point:
-    """The optimum near a known one."""
-    bounds = landscape.problem.bounds
-    step = max((bounds.l[1] - bounds.l[0]) / (_LENGTH_SAMPLES - 1) * 0.2, 0.0)
-    length = min(max(point.length, bounds.l[0]), bounds.l[1])
-    low, high = _tau_range(landscape, length)
-    tau = min(max(point.tau, low), max(low, high))
-    cost, _ = _cost(landscape, landscape.problem.objective, tau, length)
-    return _descend(landscape, landscape.problem.objective, (cost, tau, length), step, min(accuracy, 1e-7))
-
-
-def _constraints(landscape: Landscape, point: _Point) -> list[tuple[str, float, Landscape]]:
+def _constraints(landscape: Landscape, d: Dimensions) -> list[tuple[str, float, Landscape]]:
     """Every constraint: its name, its relative slack at the point, and the landscape with it relaxed a little."""
     p, ease = landscape.problem, 1.0 - _PERTURBATION
-    d = landscape.dimensions(point.tau, point.length, point.h)
-    utilisation, stress = landscape.stresses(point.tau, point.length, point.h)
-    stability = landscape.stability(point.tau, point.length)
+    tau = 1.0 / (d.b * d.h**3)
+    utilisation, stress = landscape.stresses(tau, d.l, d.h)
+    stability = landscape.stability(tau, d.l)
     out = [
         ("min_fatigue_safety", 1.0 / utilisation / landscape.fatigue_limit - 1.0,
          replace(landscape, fatigue_limit=landscape.fatigue_limit * ease)),
@@ -327,7 +275,7 @@ def _constraints(landscape: Landscape, point: _Point) -> list[tuple[str, float, 
     if landscape.yield_limit is not None:
         slack = p.scene.material.yield_strength / stress / landscape.yield_limit - 1.0
         out.append(("min_yield_safety", slack, replace(landscape, yield_limit=landscape.yield_limit * ease)))
-    _, pressure, power = landscape.reactions(point.tau, point.length)
+    _, pressure, power = landscape.reactions(tau, d.l)
     if landscape.pressure_limit is not None:
         moved = replace(landscape, pressure_limit=landscape.pressure_limit / ease)
         out.append(("max_contact_pressure", pressure / landscape.pressure_limit - 1.0, moved))
@@ -344,7 +292,7 @@ def _constraints(landscape: Landscape, point: _Point) -> list[tuple[str, float, 
 
 
 _MEASURES = {
-    "min_fatigue_safety": ("fatigue_safety", "fatigue_limit", 1e-9),
+    "min_fatigue_safety": ("fatigue_safety", "fatigue_limit", _NO_LIMIT),
     "min_stability_safety": ("stability_safety", "stability_limit", 1.0),
     "max_contact_pressure": ("contact_pressure", "pressure_limit", None),
     "max_friction_power": ("friction_power", "power_limit", None),
@@ -367,17 +315,17 @@ def _diagnose(landscape: Landscape) -> tuple[Shortfall, ...]:
         if required is None:
             continue
         wanted = replace(landscape.problem, objective=OBJECTIVES[objective])
-        best = _solve(replace(landscape, problem=wanted, **{limit: dropped}), 1e-4)
+        best = _solve(replace(landscape, problem=wanted, **{limit: dropped}))
         alone = best is None
         if alone:
             nothing = replace(
-                landscape, problem=wanted, fatigue_limit=1e-9, stability_limit=1.0, yield_limit=None,
+                landscape, problem=wanted, fatigue_limit=_NO_LIMIT, stability_limit=1.0, yield_limit=None,
                 pressure_limit=None, power_limit=None,
             )  # fmt: skip
-            best = _solve(nothing, 1e-4)
+            best = _solve(nothing)
         attainable = None
         if best is not None:
-            attainable = 1.0 / best.cost if OBJECTIVES[objective].sign < 0 else best.cost
+            attainable = math.exp(OBJECTIVES[objective].sign * best.log_cost)
             reached = attainable >= required if name.startswith("min_") else attainable <= required
             if alone and reached:
                 continue

@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
 from fastapi.exceptions import RequestValidationError
+from fastapi.staticfiles import StaticFiles
 from prometheus_fastapi_instrumentator import Instrumentator
 
 from app import errors
@@ -18,6 +19,7 @@ from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import Service
 from app.version import VERSION
+from app.web import pages
 
 ORPHANED = json.dumps(
     {
@@ -68,7 +70,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
             errors.Problem(422, "The request is not valid", "a parameter cannot be accepted", entries).body
         )
 
-    for router in (operation.router, runs.router, submissions.router):
+    for router in (operation.router, runs.router, submissions.router, pages.router):
         app.include_router(router)
+    app.mount("/static", StaticFiles(directory=pages.STATIC), name="static")
     Instrumentator(excluded_handlers=["/metrics"]).instrument(app).expose(app, include_in_schema=False)
     return app

@@ -166,7 +166,7 @@ def _stresses(
     angles = periodic.resolve(lambda angle: _signature(cycle, angle), _RESOLVED)
     instants = cycle.at(angles)
     stations = np.linspace(0.0, cycle.dimensions.l, LEAST_STATIONS)
-    search = _SectionSearch(cycle, angles, stations, _fibre_stresses(cycle, instants, stations), tolerance)
+    search = _SectionSearch(cycle, instants, stations, _fibre_stresses(cycle, instants, stations), tolerance)
     fatigue = search.worst(lambda high, low: criterion.utilisation(0.5 * (high - low), 0.5 * (high + low)))
     strength = search.worst(lambda high, low: np.maximum(high, -low))
 
@@ -226,7 +226,7 @@ class _SectionSearch:
     """Finds the fibre and section where a function of a stress cycle's extremes is greatest."""
 
     cycle: Cycle
-    angles: Array
+    instants: Instants
     stations: Array
     samples: Array
     tolerance: float
@@ -259,9 +259,10 @@ class _SectionSearch:
         def stress(angle: Array) -> Array:
             return _fibre_stresses(self.cycle, self.cycle.at(angle), np.array([station]))[fibre, 0]
 
-        samples = stress(self.angles)
-        high = periodic.maximum(stress, self.tolerance, self.angles, samples)
-        low = periodic.maximum(lambda angle: -stress(angle), self.tolerance, self.angles, -samples)
+        angles = self.instants.angle
+        samples = _fibre_stresses(self.cycle, self.instants, np.array([station]))[fibre, 0]
+        high = periodic.maximum(stress, self.tolerance, angles, samples)
+        low = periodic.maximum(lambda angle: -stress(angle), self.tolerance, angles, -samples)
         value = float(severity(high.value, -low.value))
         scale = float(severity(abs(high.value), -abs(low.value)))
         share = (high.error + low.error) / max(abs(high.value), abs(low.value), np.finfo(float).tiny)

@@ -37,15 +37,21 @@ def _basis() -> tuple[Array, Array, Array, Array]:
     return weights, value, first, second
 
 
+@lru_cache(maxsize=8)
+def _coefficients(order: int) -> Array:
+    """Legendre coefficients of d^order/dzeta^order of zeta^2 p_j: (degree, basis)."""
+    square = legendre.Legendre.fromroots([0.0, 0.0], domain=[0.0, 1.0])
+    columns = np.zeros((POLYNOMIALS + 2, POLYNOMIALS))
+    for j in range(POLYNOMIALS):
+        polynomial = legendre.Legendre.basis(j, domain=[0.0, 1.0]) * square * (math.sqrt(2 * j + 1) / square(1.0))
+        series = (polynomial.deriv(order) if order else polynomial).coef
+        columns[: series.size, j] = series
+    return columns
+
+
 def _derivatives(zeta: Array, order: int) -> Array:
     """d^order/dzeta^order of zeta^2 p_j(2 zeta - 1), p_j scaled to unit norm: (points, basis)."""
-    columns = []
-    for j in range(POLYNOMIALS):
-        p = legendre.Legendre.basis(j, domain=[0.0, 1.0]) * math.sqrt(2 * j + 1)
-        square = legendre.Legendre.fromroots([0.0, 0.0], domain=[0.0, 1.0])
-        monomial = square / square(1.0)
-        columns.append((p * monomial).deriv(order)(zeta) if order else (p * monomial)(zeta))
-    return np.stack(columns, axis=-1)
+    return legendre.legvander(2.0 * np.asarray(zeta) - 1.0, POLYNOMIALS + 1) @ _coefficients(order)
 
 
 @dataclass(frozen=True)

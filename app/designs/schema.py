@@ -39,7 +39,9 @@ class EffectChoice(Strict):
 class SolverRequest(Strict):
     """What every check and every design may say."""
 
-    name: str = Field(default="", max_length=200, description="a name for people; it changes no result")
+    name: str = Field(
+        default="", max_length=200, pattern=r"^[^\x00]*$", description="a name for people; it changes no result"
+    )
     effects: Literal["auto", "all"] | EffectChoice = Field(
         default="auto", description="auto, all, or a choice with include and exclude"
     )

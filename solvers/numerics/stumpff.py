@@ -88,5 +88,5 @@ def stumpff_scaled(t: ArrayLike) -> Stumpff:
         c0=np.where(strong, cosine, weak_scale * near.c0),
         c1=np.where(strong, sine / y, weak_scale * near.c1),
         c2=np.where(strong, 2.0 * (half / y) ** 2, weak_scale * near.c2),
-        c3=np.where(strong, (sine - y * decay) / y**3, weak_scale * near.c3),
+        c3=np.where(strong, (sine - y * decay) / y / y / y, weak_scale * near.c3),
     )

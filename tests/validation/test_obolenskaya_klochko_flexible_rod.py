@@ -41,7 +41,7 @@ def test_reference_numbers_to_every_printed_digit(read, expected):
     ("length", "best", "safety"), [(18, 0.41, 2.619), (20, 0.43, 2.660), (23, 0.46, 2.698), (26, 0.48, 2.728)]
 )
 def test_the_papers_thickness_is_the_one_of_greatest_safety(length, best, safety):
-    """At b = 9 mm, over thicknesses of whole hundredths, the safety has its summit at the paper's own 0.46 mm for l = 23.
+    """At b = 9 mm, over thicknesses of whole hundredths, the safety peaks at the paper's own 0.46 mm for l = 23.
 
     Left of the summit the strip is governed by its bulge inside the span, right of it by the clamp.
     """

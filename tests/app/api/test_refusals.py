@@ -1,0 +1,143 @@
+"""Nothing in a request, however malformed, breaks the service, and nothing of it is stored."""
+
+from __future__ import annotations
+
+import json
+import random
+
+import pytest
+
+CHECKS = "/api/v1/checks/flexible-rod"
+JSON = {"content-type": "application/json"}
+
+
+def change(request: dict, path: str, value: object) -> bytes:
+    here = request
+    *parents, last = path.split("/")
+    for name in parents:
+        here = here[name]
+    here[last] = value
+    return json.dumps(request).encode()
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "pointer"),
+    [
+        ("mechanism/crank_radius_mm", 50, "/mechanism/crank_radius_mm"),
+        ("mechanism/crank_radius_mm", True, "/mechanism/crank_radius_mm"),
+        ("mechanism/rod_length_mm", "9", "/mechanism/rod_length_mm"),
+        ("mechanism/speed_hz", 0, "/mechanism/speed_hz"),
+        ("mechanism/speed_hz", -1, "/mechanism/speed_hz"),
+        ("mechanism/speed_hz", float("nan"), "/mechanism/speed_hz"),
+        ("mechanism/speed_hz", float("inf"), "/mechanism/speed_hz"),
+        ("dimensions/l_mm", 46, "/dimensions/l_mm"),
+        ("dimensions/h_mm", 0, "/dimensions/h_mm"),
+        ("load/delta", 1, "/load/delta"),
+        ("load/extra", 1, "/load/extra"),
+        ("load/kind", "other", "/load"),
+        ("name", "x" * 201, "/name"),
+        ("name", "a\x00b", "/name"),
+        ("accuracy", 1e-13, "/accuracy"),
+        ("effect_tolerance", 0, "/effect_tolerance"),
+        ("effects", {"include": ["no such effect"]}, "/effects/include"),
+        ("effects", {"exclude": [1]}, "/effects/exclude/0"),
+        ("material/fatigue_reduction", 0.5, "/material/fatigue_reduction"),
+        ("fatigue_criterion", "goodman", "/material/ultimate_strength_mpa"),
+    ],
+)
+def test_every_bad_field_is_named(client, check_request, path, value, pointer):
+    answer = client.post(CHECKS, content=change(check_request, path, value), headers=JSON)
+    assert answer.status_code == 422
+    assert answer.headers["content-type"] == "application/problem+json"
+    problem = answer.json()
+    assert pointer in [entry["pointer"] for entry in problem["errors"]]
+    assert all(entry["detail"] and entry["allowed"] for entry in problem["errors"])
+
+
+BODIES = {
+    "empty": b"",
+    "no JSON": b"hello",
+    "open array": b"[",
+    "an array": b"[]",
+    "null": b"null",
+    "NaN": b'{"mechanism": NaN}',
+    "huge number": b'{"mechanism": {"crank_radius_mm": 1e400}}',
+    "lone surrogate": b'{"name": "\\ud800"}',
+    "lone surrogate in a key": b'{"\\udfff": 1}',
+    "NUL in a name": b'{"name": "a\\u0000b"}',
+    "deep array": b"[" * 5000 + b"]" * 5000,
+    "deep object": b'{"a":' * 5000 + b"1" + b"}" * 5000,
+    "not UTF-8": b'{"name": "\xff\xfe"}',
+    "BOM": b"\xef\xbb\xbf{}",
+    "many digits": b'{"accuracy": ' + b"1" * 5000 + b"}",
+}
+
+
+@pytest.mark.parametrize("body", BODIES.values(), ids=BODIES.keys())
+def test_malformed_bodies_are_refused(client, body):
+    answer = client.post(CHECKS, content=body, headers=JSON)
+    assert answer.status_code == 422
+    assert answer.headers["content-type"] == "application/problem+json"
+
+
+def test_too_large_and_not_json(client):
+    assert client.post(CHECKS, content=b" " * 2_000_000, headers=JSON).status_code == 413
+    assert client.post(CHECKS, content=b"{}", headers={"content-type": "text/plain"}).status_code == 415
+    assert client.post(CHECKS, content=b"{}").status_code == 415
+
+
+def test_a_thousand_mutilated_bodies(client, check_request):
+    """Bytes cut, doubled, swapped and overwritten: refused as problems, or understood; never a server error."""
+    rng, original = random.Random(1), json.dumps(check_request).encode()
+    before = count_runs(client)
+    understood = 0
+    for _ in range(1000):
+        body = bytearray(original)
+        for _ in range(rng.randint(1, 4)):
+            at = rng.randrange(len(body))
+            match rng.randrange(4):
+                case 0:
+                    del body[at : at + rng.randint(1, 20)]
+                case 1:
+                    body[at] = rng.randrange(256)
+                case 2:
+                    body[at:at] = body[at : at + rng.randint(1, 20)]
+                case _:
+                    body[at:at] = rng.choice([b"NaN", b"-", b"1e999", b"\\ud83d", b'"', b"{", b"]", b"\x00"])
+        answer = client.post(CHECKS, content=bytes(body), headers=JSON)
+        assert answer.status_code in (201, 422), bytes(body)
+        understood += answer.status_code == 201
+    assert understood < 300
+    assert count_runs(client) == before + understood
+
+
+def count_runs(client) -> int:
+    total, cursor = 0, None
+    while True:
+        page = client.get("/api/v1/runs", params={"limit": 200, **({"cursor": cursor} if cursor else {})}).json()
+        total += len(page["items"])
+        cursor = page["next_cursor"]
+        if cursor is None:
+            return total
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "status"),
+    [
+        ("GET", "/api/v1/runs/none", 404),
+        ("GET", "/api/v1/runs?limit=0", 422),
+        ("GET", "/api/v1/runs?cursor=!!", 422),
+        ("GET", "/api/v1/runs?created_after=2026-01-01T00:00:00", 422),
+        ("GET", "/api/v1/effects/none", 404),
+        ("GET", "/nowhere", 404),
+        ("DELETE", "/api/v1/runs", 405),
+        ("POST", "/api/v1/checks/none", 404),
+        ("POST", "/api/v1/nothing/flexible-rod", 404),
+    ],
+)
+def test_every_refusal_has_the_one_shape(client, method, path, status):
+    answer = client.request(method, path)
+    assert answer.status_code == status
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert {"type", "title", "status", "detail"} <= set(answer.json())
+    assert answer.json()["status"] == status

@@ -1,0 +1,123 @@
+"""Checks and designs over HTTP, stored and found again."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+CORE = {
+    "include": ["beam_column", "friction"],
+    "exclude": ["reciprocating_inertia", "rod_inertia", "large_displacement", "shear", "friction_feedback"],
+}
+CHECKS = "/api/v1/checks/flexible-rod"
+DESIGNS = "/api/v1/designs/flexible-rod"
+
+
+def test_a_check_gives_the_reference_numbers_in_the_contracts_units(client, check_request):
+    answer = client.post(CHECKS, json={**check_request, "effects": CORE})
+    assert answer.status_code == 201
+    run = answer.json()
+    assert answer.headers["location"] == f"/api/v1/runs/{run['id']}"
+    assert run["status"] == "succeeded"
+    assert (run["kind"], run["mode"]) == ("flexible-rod", "check")
+    expected = {
+        "fatigue_safety": 2.69747, "stability_safety": 1.89890, "critical_force_n": 313.754,
+        "axial_force_min_n": -165.2293, "axial_force_max_n": 127.9860, "stress_amplitude_mpa": 147.008,
+        "stress_mean_mpa": 74.044, "side_force_max_n": 5.67391, "clamp_moment_max_nmm": 60.698,
+        "contact_pressure_max_mpa": 0.044506, "friction_power_w": 0.26748,
+    }  # fmt: skip
+    for name, value in expected.items():
+        assert run["result"][name] == pytest.approx(value, rel=2e-5), name
+    assert {e["name"]: e["state"] for e in run["effects"]} == {
+        **dict.fromkeys(CORE["include"], "active"),
+        **dict.fromkeys(CORE["exclude"], "skipped"),
+    }
+    assert run["accuracy"]["estimated"] <= run["accuracy"]["requested"]
+
+
+def test_every_run_is_stored_as_answered(client, check_request):
+    answer = client.post(CHECKS, json={**check_request, "name": "to be found"})
+    assert client.get(answer.headers["location"]).content == answer.content
+    listed = client.get("/api/v1/runs", params={"name": "to be found", "kind": "flexible-rod"}).json()["items"]
+    assert [item["id"] for item in listed] == [answer.json()["id"]]
+
+
+def test_a_repeated_spec_is_answered_from_the_store_with_a_row_of_its_own(client, check_request):
+    request = {**check_request, "effect_tolerance": 0.011}
+    first, second = (client.post(CHECKS, json=request).json() for _ in range(2))
+    assert not first["cached"]
+    assert second["cached"]
+    assert first["id"] != second["id"]
+    assert first["result"] == second["result"]
+
+
+def test_an_idempotency_key_gives_the_first_answer_byte_for_byte(client, check_request):
+    headers = {"Idempotency-Key": "one"}
+    first = client.post(CHECKS, json=check_request, headers=headers)
+    assert client.post(CHECKS, json=check_request, headers=headers).content == first.content
+    other = client.post(CHECKS, json={**check_request, "name": "other"}, headers=headers)
+    assert other.status_code == 409
+
+
+def test_a_check_beyond_buckling_has_no_stresses(client, check_request):
+    check_request["dimensions"]["h_mm"] = 0.3
+    result = client.post(CHECKS, json={**check_request, "effects": CORE}).json()["result"]
+    assert result["stability_safety"] < 1
+    assert result["fatigue_safety"] is None
+    assert result["warnings"]
+
+
+def test_a_design_meets_its_requirements_and_names_what_shapes_it(client, design_request):
+    run = client.post(DESIGNS, json={**design_request, "effects": CORE}).json()
+    assert run["status"] == "succeeded"
+    assert run["result"]["fatigue_safety"] >= 2.65
+    assert run["result"]["stability_safety"] >= 1.8
+    assert run["result"]["mass_g"] == pytest.approx(0.5713816, rel=1e-4)
+    active = {item["name"]: item["sensitivity"] for item in run["result"]["active_constraints"]}
+    assert active["min_fatigue_safety"] > 0 > active["b_upper"]
+
+
+def test_an_infeasible_design_is_an_answer_with_a_diagnosis(client, design_request):
+    design_request["requirements"]["min_fatigue_safety"] = 4.0
+    answer = client.post(DESIGNS, json={**design_request, "effects": CORE})
+    assert answer.status_code == 201
+    assert answer.json()["status"] == "infeasible"
+    (shortfall,) = answer.json()["result"]["diagnosis"]
+    assert shortfall["requirement"] == "min_fatigue_safety"
+    assert shortfall["required"] == 4.0
+    assert 2.65 < shortfall["attainable"] < 4.0
+
+
+def test_a_design_can_be_had_later(client, design_request):
+    request = {**design_request, "effects": CORE, "name": "later"}
+    answer = client.post(DESIGNS, json=request, headers={"Prefer": "respond-async"})
+    assert answer.status_code == 202
+    deadline = time.monotonic() + 60
+    while (run := client.get(answer.headers["location"]).json())["status"] in ("queued", "running"):
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+    assert run["status"] == "succeeded"
+
+
+def test_excluding_an_effect_that_a_limit_needs_names_both(client, design_request):
+    design_request["requirements"]["max_friction_power_w"] = 1.0
+    answer = client.post(DESIGNS, json={**design_request, "effects": {"exclude": ["friction"]}})
+    assert answer.status_code == 422
+    assert "friction" in answer.text
+    assert "max_friction_power" in answer.text
+
+
+def test_plot_effects_health_and_metrics(client, check_request):
+    run = client.post(CHECKS, json=check_request).json()
+    plot = client.get(f"/api/v1/runs/{run['id']}/plots/stability-map")
+    assert plot.headers["content-type"] == "image/svg+xml"
+    assert "<circle" in plot.text
+    assert client.get(f"/api/v1/runs/{run['id']}/plots/none").status_code == 404
+    names = {e["name"] for e in client.get("/api/v1/effects/flexible-rod").json()["effects"]}
+    assert names == {*CORE["include"], *CORE["exclude"]}
+    assert client.get("/healthz").json() == {"status": "ok"}
+    assert client.get("/readyz").status_code == 200
+    assert "http_request" in client.get("/metrics").text
+    paths = client.get("/openapi.json").json()["paths"]
+    assert {CHECKS, DESIGNS, "/api/v1/runs", "/api/v1/effects/{kind}"} <= set(paths)

@@ -1,0 +1,123 @@
+"""Loads, guide, kinematics and fatigue against independent evaluations."""
+
+from __future__ import annotations
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from solvers import rod
+from solvers.crank import kinematics
+from solvers.errors import InvalidInput
+from solvers.fatigue import CRITERIA
+from solvers.rod import guide
+
+
+@pytest.mark.parametrize("ratio", [1e-6, 0.03, 0.3, 0.999999])
+def test_kinematics_against_fifty_digit_derivatives(ratio):
+    r, length, omega = 2e-3, 2e-3 / ratio, 300.0
+    with mp.workdps(50):
+        exact_length = mp.mpf(length)
+
+        def position(a):
+            return r * (1 - mp.cos(a)) + exact_length * (1 - mp.sqrt(1 - (r / exact_length * mp.sin(a)) ** 2))
+
+        for angle in (1e-8, 0.3, 1.5, 3.0, 4.4, 6.2831853):
+            found = [
+                kinematics.displacement(angle, r, length),
+                kinematics.velocity(angle, r, length, omega),
+                kinematics.acceleration(angle, r, length, omega),
+            ]
+            for order, value in enumerate(found):
+                reference = mp.diff(position, mp.mpf(angle), order) * mp.mpf(omega) ** order
+                scale = max(abs(reference), r * omega**order * (0 if order == 0 else 1e-3))
+                condition = 1 / (1 - ratio) if ratio > 0.9 else 1
+                assert abs(mp.mpf(float(value)) - reference) <= 2e-15 * condition * scale
+
+
+def test_schmidts_mean_pressure():
+    load = rod.SchmidtLoad(1.4e6, 0.25, 1.16)
+    mean = quad(lambda a: float(load.pressure(a)), 0, 2 * math.pi, epsabs=0, epsrel=1e-13)[0] / (2 * math.pi)
+    assert load.reference_pressure() == pytest.approx(mean, rel=1e-13)
+
+
+def test_schmidts_pressure_keeps_its_digits_near_the_pole():
+    delta = 1 - 2.0**-40
+    with mp.workdps(50):
+        d = mp.mpf(delta)
+        for angle in (1.16, 1.16 + 1e-9, 2.0, 4.0):
+            exact = (1 + d) / (1 - d * mp.cos(mp.mpf(angle) - mp.mpf(1.16)))
+            found = float(rod.SchmidtLoad(1.0, delta, 1.16).pressure(angle))
+            assert abs(found / exact - 1) < 1e-14
+
+
+def test_table_load_is_periodic_monotone_and_has_the_mean_of_its_curve():
+    angle = np.radians([10, 80, 170, 200, 300])
+    load = rod.TableLoad(tuple(angle), (1.0, 3.0, 2.0, 2.5, 0.5))
+    around = np.linspace(0, 2 * np.pi, 4001)
+    assert load.pressure(around + 2 * np.pi) == pytest.approx(load.pressure(around), abs=1e-12)
+    assert load.pressure(around).min() >= 0.5 - 1e-12
+    assert load.pressure(around).max() <= 3.0 + 1e-12
+    mean = np.mean(load.pressure((np.arange(200_000) + 0.5) * (2 * np.pi / 200_000)))
+    assert load.reference_pressure() == pytest.approx(mean, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("angle", "pressure", "field"),
+    [
+        ((0.0, 1.0), (1.0, 1.0), "load.angle"),
+        ((0.0, 2.0, 1.0), (1.0, 1.0, 1.0), "load.angle.2"),
+        ((0.0, 1.0, 6.3), (1.0, 1.0, 1.0), "load.angle.2"),
+        ((0.0, 1.0, 2.0), (1.0, 1.0), "load.pressure"),
+    ],
+)
+def test_table_load_names_the_point_it_refuses(angle, pressure, field):
+    with pytest.raises(InvalidInput) as caught:
+        rod.TableLoad(angle, pressure)
+    assert caught.value.field == field
+
+
+def test_wall_force_against_quadrature():
+    rng = np.random.default_rng(7)
+    for _ in range(50):
+        side, moment, offset, skirt = rng.normal(), rng.normal() * 0.02, rng.normal() * 5e-3, 27e-3
+        total = moment + side * offset
+        zero = -side * skirt**2 / (12 * total)
+        points = [zero] if abs(zero) < skirt / 2 else None
+        integral = quad(
+            lambda s, t=side, m=total, p=skirt: abs(t / p + 12 * m * s / p**3), -skirt / 2, skirt / 2, points=points
+        )[0]
+        assert float(guide.wall_force(side, moment, offset, skirt)) == pytest.approx(integral, rel=1e-10)
+
+
+MATERIAL = rod.Material(210e9, 480e6, 1.2, 0.25, 1200e6, 7850.0, 0.3, 1500e6)
+
+
+@pytest.mark.parametrize("name", CRITERIA)
+def test_every_fatigue_curve_is_met_along_the_ray(name):
+    """At the load scaled by n the cycle lies on the curve: utilisation one, and no credit for compression."""
+    criterion = CRITERIA[name](MATERIAL)
+    for amplitude, mean in ((100e6, 0.0), (100e6, 50e6), (20e6, 300e6), (100e6, -200e6), (0.0, 100e6)):
+        used = float(criterion.utilisation(amplitude, mean))
+        if used:
+            assert float(criterion.utilisation(amplitude / used, mean / used)) == pytest.approx(1.0, rel=1e-12)
+    assert float(criterion.utilisation(100e6, -200e6)) == pytest.approx(1.2 * 100 / 480, rel=1e-12)
+
+
+def test_textbook_points_of_the_curves():
+    """Goodman, Soderberg, Gerber in their textbook equations; FKM's amplitude at R = 0 and R = 1/2."""
+    a, m = 60e6, 200e6
+    assert CRITERIA["goodman"](MATERIAL).utilisation(a, m) == pytest.approx(1.2 * a / 480e6 + m / 1500e6)
+    assert CRITERIA["soderberg"](MATERIAL).utilisation(a, m) == pytest.approx(1.2 * a / 480e6 + m / 1200e6)
+    n = 1 / float(CRITERIA["gerber"](MATERIAL).utilisation(a, m))
+    assert n * 1.2 * a / 480e6 + (n * m / 1500e6) ** 2 == pytest.approx(1.0)
+    smooth = rod.Material(210e9, 480e6, 1.0, 0.25, 1200e6, 7850.0)
+    pulsating = 480e6 / 1.25
+    assert CRITERIA["fkm"](smooth).utilisation(pulsating, pulsating) == pytest.approx(1.0)
+    # At R = 1/2 the mean is three amplitudes: field III gives sigma_a (1 + M) = sigma_-1 (1 + M/3)/(1 + M).
+    half = 480e6 * (1 + 0.25 / 3) / (1.25 * 1.25)
+    assert CRITERIA["fkm"](smooth).utilisation(half, 3 * half) == pytest.approx(1.0)
+    assert CRITERIA["fkm"](smooth).utilisation(half, 9 * half) == pytest.approx(1.0)

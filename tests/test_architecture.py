@@ -1,0 +1,108 @@
+"""The house: who may import whom, read from the code."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+FILES = sorted(path for package in ("solvers", "app") for path in (ROOT / package).rglob("*.py"))
+
+
+def module(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def imports(path: Path, everywhere: bool = True) -> set[str]:
+    """Modules a file imports; with ``everywhere`` false, only while it is being imported itself."""
+    tree = ast.parse(path.read_text("utf-8"))
+    found: set[str] = set()
+
+    def visit(node: ast.AST) -> None:
+        for child in ast.iter_child_nodes(node):
+            if isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef)) and not everywhere:
+                continue
+            if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
+                continue
+            if isinstance(child, ast.Import):
+                found.update(alias.name for alias in child.names)
+            elif isinstance(child, ast.ImportFrom) and child.module:
+                found.add(child.module)
+                found.update(f"{child.module}.{alias.name}" for alias in child.names)
+            visit(child)
+
+    visit(tree)
+    return found
+
+
+def top_levels(path: Path) -> set[str]:
+    return {name.partition(".")[0] for name in imports(path)}
+
+
+@pytest.mark.parametrize("path", [p for p in FILES if p.is_relative_to(ROOT / "solvers")], ids=module)
+def test_solvers_know_nothing_of_the_service(path):
+    assert not top_levels(path) & {"app", "migrations", "fastapi", "starlette", "pydantic", "sqlalchemy", "alembic"}
+
+
+ABOVE = {
+    "solvers.numerics": ("solvers.rod", "solvers.crank", "solvers.effects", "solvers.outcome"),
+    "solvers.errors": ("solvers.rod", "solvers.crank", "solvers.numerics", "solvers.effects"),
+    "solvers.outcome": ("solvers.rod", "solvers.crank", "solvers.numerics", "solvers.effects"),
+    "solvers.effects": ("solvers.rod", "solvers.crank"),
+    "solvers.materials": ("solvers.rod", "solvers.crank"),
+    "solvers.fatigue": ("solvers.rod", "solvers.crank"),
+    "solvers.crank": ("solvers.rod",),
+    "solvers.rod.scene": ("solvers.rod.check", "solvers.rod.design", "solvers.rod.effects"),
+    "solvers.rod.effects": ("solvers.rod.check", "solvers.rod.design"),
+    "solvers.rod.check": ("solvers.rod.design", "solvers.rod.landscape"),
+    "app.designs": ("app.store", "app.jobs", "app.api", "app.web", "app.cli", "app.main"),
+    "app.store": ("app.designs", "app.jobs", "app.api", "app.web", "app.cli", "app.main", "solvers"),
+    "app.jobs": ("app.store", "app.api", "app.web", "app.cli", "app.main"),
+    "app.api": ("app.web", "app.cli", "app.main"),
+    "app.web": ("app.cli", "app.main"),
+}
+"""For a package or module, what lies above it and must not be imported from it."""
+
+
+@pytest.mark.parametrize(("lower", "above"), ABOVE.items(), ids=ABOVE)
+def test_nothing_points_back_up(lower, above):
+    for path in FILES:
+        if module(path) == lower or module(path).startswith(lower + "."):
+            bad = {name for name in imports(path) for upper in above if name == upper or name.startswith(upper + ".")}
+            assert not bad, f"{module(path)} imports {sorted(bad)}"
+
+
+def test_no_circles():
+    known = {module(path): path for path in FILES}
+    graph = {name: imports(path, everywhere=False) & known.keys() - {name} for name, path in known.items()}
+    done: set[str] = set()
+
+    def walk(name: str, trail: tuple[str, ...]) -> None:
+        assert name not in trail, " -> ".join((*trail, name))
+        if name not in done:
+            for other in graph[name]:
+                # A package's face hands on its rooms; the rooms do not go through it.
+                if not name.startswith(other + "."):
+                    walk(other, (*trail, name))
+            done.add(name)
+
+    for name in graph:
+        walk(name, ())
+
+
+def test_all_sql_lives_in_the_store():
+    for path in FILES:
+        if not path.is_relative_to(ROOT / "app" / "store"):
+            assert "sqlalchemy" not in top_levels(path), module(path)
+
+
+def test_every_wing_has_the_same_rooms():
+    rooms = {"scene.py", "effects.py", "check.py", "design.py"}
+    assert rooms <= {path.name for path in (ROOT / "solvers" / "rod").iterdir()}
+
+
+def test_files_stay_readable():
+    long = {module(path): n for path in FILES if (n := len(path.read_text("utf-8").splitlines())) > 450}
+    assert not long

@@ -6,7 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from starlette.testclient import TestClient
 
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+from tests.app.serving import serving
 from tests.databases import fresh_database, postgres_server
 
 
@@ -33,3 +37,19 @@ def database_url(empty_database_url: str) -> str:
 
     upgrade(empty_database_url)
     return empty_database_url
+
+
+@pytest.fixture(scope="session")
+def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+    with serving(tmp_path_factory.mktemp("service")) as running:
+        yield running
+
+
+@pytest.fixture
+def check_request() -> dict:
+    return KINDS["flexible-rod"].example(Mode.CHECK)
+
+
+@pytest.fixture
+def design_request() -> dict:
+    return KINDS["flexible-rod"].example(Mode.DESIGN)

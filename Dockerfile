@@ -1,0 +1,15 @@
+FROM python:3.11-slim
+WORKDIR /srv
+COPY requirements.lock pyproject.toml README.md ./
+RUN python -m pip install --no-cache-dir --require-hashes -r requirements.lock
+COPY solvers solvers
+COPY app app
+COPY migrations migrations
+RUN python -m pip install --no-cache-dir --no-deps . && useradd --create-home crankwright && mkdir data && chown crankwright data
+USER crankwright
+ENV CRANKWRIGHT_HOST=0.0.0.0 CRANKWRIGHT_DATABASE_URL=sqlite:////srv/data/crankwright.sqlite3
+# Compile the kernels now, not at the first request.
+RUN python -c "from solvers.rod import envelope; envelope.warm_up()"
+EXPOSE 8000
+HEALTHCHECK --interval=10s --timeout=3s CMD python -c "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/readyz')"
+CMD ["crankwright", "serve"]

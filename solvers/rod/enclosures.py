@@ -37,10 +37,15 @@ for _n in range(3):
         _odd = math.prod(range(1, 2 * _n + 2 * _j + 2, 2))
         _G[_n, _j] = (-0.5) ** _j / (math.factorial(_j) * _odd)
 
+FIRST_ROOT_SQUARED = 4.493409457909064**2
+
 STRONG = -400.0
 """t below which ranges come from corners and signs alone: the closed forms' ranges would be too wide to be of use."""
 
 _ROUNDING = 1e-12
+
+UNKNOWN = 1e200
+"""Stands for infinity where a product with zero must stay zero."""
 
 
 @kernel
@@ -96,6 +101,19 @@ def curvature_and_stiffness(q: float, l: float, rod_length: float, eta: Array, o
 
 
 @kernel
+def clamp(q: float, l: float, rod_length: float) -> tuple[float, float, float]:
+    """C = V''(0) and k/EI per unit stroke, and det (scaled in strong tension)."""
+    e, t = rod_length - l, -q * l * l
+    if t >= STRONG:
+        g0, g1, _ = bessel(t)
+        det = l * l * l * g1 + e * rod_length * l * g0
+        return (e * (g0 - t * g1) + l * g0) / det, (g0 - t * g1 - e / l * t * g0) / det, det
+    x = math.sqrt(-t)
+    det = l * (e * rod_length / x + l * l * (x - 1.0) / (x * x * x))
+    return (e + l / x) / det, (1.0 + e / l * x) / det, det
+
+
+@kernel
 def critical_phase(beta: float) -> tuple[float, float]:
     """x(beta), the first buckling root (see ``solvers.rod.stability``), and dx/dbeta, by Newton's method."""
     x = math.pi + beta * beta * (0.35 + 1.0018 * beta)
@@ -145,26 +163,25 @@ def bending_ranges(
     """
     scale = 12.0 * force / modulus
     middle, _ = curvature_and_stiffness(scale * tau[1], l[1], rod_length, eta, centre)
-    least, det_least = curvature_and_stiffness(scale * tau[2], l[2], rod_length, eta, low)
-    stout, _ = curvature_and_stiffness(scale * tau[0], l[0], rod_length, eta, high)
-    standing = det_least > 0.0
+    corner_low, least, det_least = clamp(scale * tau[2], l[2], rod_length)
+    corner_high, stout, _ = clamp(scale * tau[0], l[0], rod_length)
+    # Beyond x = 4.493 the determinant may be positive again, between higher roots.
+    standing = det_least > 0.0 and -scale * tau[2] * l[2] * l[2] < FIRST_ROOT_SQUARED
     if not standing:
-        least = -np.inf
+        least = -UNKNOWN
     # At the clamp, corners: C falls with l; with tau it rises in tension and falls in compression.
-    clamp_low, clamp_high = low[0] if standing else -np.inf, high[0]
+    clamp_low, clamp_high = corner_low if standing else -UNKNOWN, corner_high
     if force > 0.0:
-        curvature_and_stiffness(scale * tau[0], l[2], rod_length, eta, low)
-        clamp_low = low[0]
-        curvature_and_stiffness(scale * tau[2], l[0], rod_length, eta, high)
-        clamp_high = high[0]
+        clamp_low, _, _ = clamp(scale * tau[0], l[2], rod_length)
+        clamp_high, _, _ = clamp(scale * tau[2], l[0], rod_length)
     t1, t2 = -scale * tau[0] * l[0] * l[0], -scale * tau[2] * l[2] * l[2]
     if t1 > t2:
         t1, t2 = t2, t1
     if t1 < STRONG or not standing:
         for j in range(eta.size):
             # In tension V'' has one sign and decays from the clamp; elsewhere nothing is known.
-            low[j] = 0.0 if force > 0.0 else -np.inf
-            high[j] = clamp_high if force > 0.0 else np.inf
+            low[j] = 0.0 if force > 0.0 else -UNKNOWN
+            high[j] = clamp_high if force > 0.0 else UNKNOWN
         low[0], high[0] = clamp_low, clamp_high
         _widen(low, high)
         return False, middle, least, stout
@@ -217,18 +234,11 @@ def bending_ranges(
             slope[j, 0], slope[j, 1] = product(x1 - f2, x2 - f1, inverse1, inverse2)
             f1, f2 = product(v1, v2, det_y1, det_y2)
             slope[j, 2], slope[j, 3] = product(d1 - f2, d2 - f1, inverse1, inverse2)
-            spread = max(-slope[j, 0], slope[j, 1]) * rx + max(-slope[j, 2], slope[j, 3]) * ry
-            low[j] = max(
-                v1,
-                centre[j] - max(abs(slope[j, 0]), abs(slope[j, 1])) * rx - max(abs(slope[j, 2]), abs(slope[j, 3])) * ry,
-            )
-            high[j] = min(
-                v2,
-                centre[j] + max(abs(slope[j, 0]), abs(slope[j, 1])) * rx + max(abs(slope[j, 2]), abs(slope[j, 3])) * ry,
-            )
+            reach = max(abs(slope[j, 0]), abs(slope[j, 1])) * rx + max(abs(slope[j, 2]), abs(slope[j, 3])) * ry
+            low[j], high[j] = max(v1, centre[j] - reach), min(v2, centre[j] + reach)
     else:
         for j in range(eta.size):
-            low[j], high[j] = -np.inf, np.inf
+            low[j], high[j] = -UNKNOWN, UNKNOWN
     low[0], high[0] = max(low[0], clamp_low), min(high[0], clamp_high)
     _widen(low, high)
     return bounded, middle, least, stout
@@ -238,5 +248,4 @@ def bending_ranges(
 def _widen(low: Array, high: Array) -> None:
     for j in range(low.size):
         margin = _ROUNDING * max(abs(low[j]), abs(high[j]))
-        if margin < np.inf:
-            low[j], high[j] = low[j] - margin, high[j] + margin
+        low[j], high[j] = low[j] - margin, high[j] + margin

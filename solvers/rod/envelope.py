@@ -20,10 +20,15 @@ from solvers.numerics.jit import kernel, reducing_kernel
 Array = NDArray[np.float64]
 
 FORWARD_LIMIT = 4.0
+LEAST_STEPS = 12
+"""Fewest steps along the strip: a step's argument stays below 0.15 even at buckling, so a short series serves it."""
+
 _SERIES_LIMIT = 1.0
 _TERMS = 11
 _C2 = np.array([(-1.0) ** j / math.factorial(2 * j + 2) for j in range(_TERMS)])
 _C3 = np.array([(-1.0) ** j / math.factorial(2 * j + 3) for j in range(_TERMS)])
+_Q2 = tuple((-1.0) ** j / math.factorial(2 * j + 2) for j in range(13))
+_Q3 = tuple((-1.0) ** j / math.factorial(2 * j + 3) for j in range(13))
 
 
 @kernel
@@ -34,6 +39,85 @@ def _remainders(t: float) -> tuple[float, float]:
         c2 = _C2[j] + t * c2
         c3 = _C3[j] + t * c3
     return c2, c3
+
+
+# Written out term by term: the compiler takes several angles at once only where no loop stands inside the loop.
+@reducing_kernel
+def _long_series(t: float) -> tuple[float, float]:
+    """c2, c3 for |t| <= 5.1."""
+    c = _Q2[12]
+    c = _Q2[11] + t * c
+    c = _Q2[10] + t * c
+    c = _Q2[9] + t * c
+    c = _Q2[8] + t * c
+    c = _Q2[7] + t * c
+    c = _Q2[6] + t * c
+    c = _Q2[5] + t * c
+    c = _Q2[4] + t * c
+    c = _Q2[3] + t * c
+    c = _Q2[2] + t * c
+    c = _Q2[1] + t * c
+    c = _Q2[0] + t * c
+    c2 = c
+    c = _Q3[12]
+    c = _Q3[11] + t * c
+    c = _Q3[10] + t * c
+    c = _Q3[9] + t * c
+    c = _Q3[8] + t * c
+    c = _Q3[7] + t * c
+    c = _Q3[6] + t * c
+    c = _Q3[5] + t * c
+    c = _Q3[4] + t * c
+    c = _Q3[3] + t * c
+    c = _Q3[2] + t * c
+    c = _Q3[1] + t * c
+    c = _Q3[0] + t * c
+    return c2, c
+
+
+@reducing_kernel
+def _short_series(t: float) -> tuple[float, float]:
+    """c2, c3 for |t| <= 0.15."""
+    c = _Q2[6]
+    c = _Q2[5] + t * c
+    c = _Q2[4] + t * c
+    c = _Q2[3] + t * c
+    c = _Q2[2] + t * c
+    c = _Q2[1] + t * c
+    c = _Q2[0] + t * c
+    c2 = c
+    c = _Q3[6]
+    c = _Q3[5] + t * c
+    c = _Q3[4] + t * c
+    c = _Q3[3] + t * c
+    c = _Q3[2] + t * c
+    c = _Q3[1] + t * c
+    c = _Q3[0] + t * c
+    return c2, c
+
+
+@reducing_kernel
+def _weak_constants(q: Array, count: int, l: float, rod_length: float, clamp: Array, shear: Array) -> bool:
+    """C and D per unit stroke for the first ``count`` couplings, q l^2 <= 4; False if one is at or beyond buckling.
+
+    c2 and c3 by their series at a quarter of the argument, doubled once (c2(4t) = c1(t)^2/2, c3(4t) = (c2 + c0 c3)/4):
+    straight-line code that the processor does for several angles at once, where sine and cosine would be one by one.
+    """
+    e = rod_length - l
+    least = np.inf
+    for i in range(count):
+        t = -q[i] * l * l
+        quarter = 0.25 * t
+        c2, c3 = _long_series(quarter)
+        s1, s0 = 1.0 - quarter * c3, 1.0 - quarter * c2
+        c3 = 0.25 * (c2 + s0 * c3)
+        c2 = 0.5 * s1 * s1
+        c1, c0 = s0 * s1, 1.0 - t * c2
+        det = l * l * l * (c2 - c3) + e * rod_length * l * c1
+        least = min(least, det)
+        clamp[i] = (l * c1 + e * c0) / det
+        shear[i] = -(c0 - e * t * c1 / l) / det
+    return least > 0.0
 
 
 @kernel
@@ -72,43 +156,43 @@ def stress_envelope(
 ) -> bool:
     """Fill ``high`` and ``low``, shape (2, stations), with each fibre's greatest and least stress [Pa] over the angles.
 
-    Stations stand at equal steps from clamp to head, at least six, so that a step's own argument stays in the series'
-    range even at buckling. Returns False, with nothing filled, if the strip buckles at one
-    of the angles. ``force`` [N] and ``stroke`` [m] have one entry an angle.
+    Stations stand at equal steps from clamp to head, at least ``LEAST_STEPS`` of them. Returns False, with nothing
+    filled, if the strip buckles at one of the angles. ``force`` [N] and ``stroke`` [m] have one entry an angle.
     """
     angles, steps = force.size, high.shape[1] - 1
     step = l / steps
     coupling = 12.0 / (modulus * b * h * h * h)
     direct_scale, bending_scale = 1.0 / (b * h), 0.5 * modulus * h
     weak, strong = 0, angles
-    direct, moment, change, factor = np.empty(angles), np.empty(angles), np.empty(angles), np.empty(angles)
-    near, far, head_near, head_far = np.empty(angles), np.empty(angles), np.empty(angles), np.empty(angles)
+    room = np.empty((10, angles))
+    q, direct, scale, moment, change, factor = room[0], room[1], room[2], room[3], room[4], room[5]
+    near, far, head_near, head_far = room[6], room[7], room[8], room[9]
     for i in range(angles):
-        q = force[i] * coupling
-        clamp, shear, head, det = beam_constants(q, l, rod_length)
-        if not det > 0.0:
-            return False
-        scale = bending_scale * stroke[i]
-        clamp, shear, head = clamp * scale, shear * scale, head * scale
-        if q * l * l <= FORWARD_LIMIT:
-            t = -q * step * step
-            c2, c3 = _remainders(t)
-            factor[weak] = -2.0 * t * c2
-            moment[weak] = clamp
-            change[weak] = 0.5 * factor[weak] * clamp + shear * step * (1.0 - t * c3)
-            direct[weak] = force[i] * direct_scale
+        value = force[i] * coupling
+        if value * l * l <= FORWARD_LIMIT:
+            place = weak
             weak += 1
         else:
             strong -= 1
-            k = math.sqrt(q)
-            ratio = math.exp(-k * step)
-            whole = math.exp(-k * l)
-            span = -math.expm1(-2.0 * k * l)
-            factor[strong] = ratio
-            change[strong] = min(1.0 / ratio, 1e300) if ratio > 0.0 else 1e300
-            near[strong], far[strong] = clamp / span, clamp / span * whole * whole
-            head_near[strong], head_far[strong] = head / span * whole, head / span * whole
-            direct[strong] = force[i] * direct_scale
+            place = strong
+        q[place], direct[place], scale[place] = value, force[i] * direct_scale, stroke[i] * bending_scale
+    if not _weak_constants(q, weak, l, rod_length, moment, change):
+        return False
+    for i in range(weak):
+        t = -q[i] * step * step
+        c2, c3 = _short_series(t)
+        factor[i] = -2.0 * t * c2
+        change[i] = scale[i] * (0.5 * factor[i] * moment[i] + change[i] * step * (1.0 - t * c3))
+        moment[i] *= scale[i]
+    for i in range(strong, angles):
+        clamp, _, head, _ = beam_constants(q[i], l, rod_length)
+        k = math.sqrt(q[i])
+        factor[i] = math.exp(-k * step)
+        change[i] = min(1.0 / factor[i], 1e300) if factor[i] > 0.0 else 1e300
+        whole, span = math.exp(-k * l), -math.expm1(-2.0 * k * l)
+        clamp, head = clamp * scale[i] / span, head * scale[i] / span
+        near[i], far[i] = clamp, clamp * whole * whole
+        head_near[i], head_far[i] = head * whole, head * whole
     for j in range(steps + 1):
         upper_high, upper_low, lower_high, lower_low = -np.inf, np.inf, -np.inf, np.inf
         for i in range(weak):
@@ -149,5 +233,5 @@ def stress_envelopes(
 def warm_up() -> None:
     """Compile, or load from the cache, every kernel of this module."""
     angle = np.linspace(0.0, 6.0, 8)
-    high, low = np.empty((1, 2, 3)), np.empty((1, 2, 3))
+    high, low = np.empty((1, 2, 13)), np.empty((1, 2, 13))
     stress_envelopes(np.sin(angle), np.cos(angle), 2e11, np.array([[9e-3, 5e-4, 2e-2]]), 4e-2, high, low)

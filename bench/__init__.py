@@ -1,0 +1,1 @@
+"""Measurements against the peers a user would pick instead."""

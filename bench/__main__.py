@@ -1,0 +1,44 @@
+"""`make bench`: measure everything in one run and write docs/benchmarks.md."""
+
+from __future__ import annotations
+
+import os
+import platform
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+from bench import kernels
+
+PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
+
+
+def main() -> None:
+    """Run the benches and write the page."""
+    rows = kernels.run()
+    best = rows[0].seconds
+    versions = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba"))
+    lines = [
+        "# Benchmarks",
+        "",
+        f"Written by `make bench` on {datetime.now(UTC):%Y-%m-%d}: {platform.machine()}, {os.cpu_count()} cores, "
+        f"Python {platform.python_version()}, {versions}. Medians of one run; absolute times move with the machine, "
+        "ratios less.",
+        "",
+        "## Stresses over the cycle",
+        "",
+        kernels.__doc__.partition("\n\n")[2].strip(),
+        "",
+        "| way | time per (design, angle) | against the best | error of V'' |",
+        "|---|---|---|---|",
+    ]
+    for row in rows[:-1]:
+        shown = f"{row.seconds * 1e9:,.0f} ns" if row.seconds < 1e-4 else f"{row.seconds * 1e6:,.0f} µs"
+        lines.append(f"| {row.name} | {shown} | {row.seconds / best:,.0f} | {row.error:.0e} |")
+    lines += ["", f"The critical load takes {rows[-1].seconds * 1e9:,.0f} ns a design in bulk.", ""]
+    PAGE.write_text("\n".join(lines), "utf-8")
+    print("\n".join(lines))
+
+
+if __name__ == "__main__":
+    main()

@@ -41,9 +41,10 @@ class Material:
             raise InvalidInput("material.mean_stress_sensitivity", "must lie below 1", "[0, 1)")
         if not -1 < self.poisson < 0.5:
             raise InvalidInput("material.poisson", "must lie between -1 and 0.5", "(-1, 0.5)")
-        if self.ultimate_strength is not None and not self.ultimate_strength >= self.yield_strength:
+        ultimate = self.ultimate_strength
+        if ultimate is not None and not (math.isfinite(ultimate) and ultimate >= self.yield_strength):
             raise InvalidInput(
-                "material.ultimate_strength", "lies below the yield strength", ">= material.yield_strength"
+                "material.ultimate_strength", "must be finite and not below the yield strength", "[yield_strength, inf)"
             )
 
     @property

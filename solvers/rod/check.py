@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -12,16 +13,14 @@ from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.numerics import periodic
-from solvers.numerics.periodic import Estimate
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.rod import friction, shear, stability
 from solvers.rod.cycle import Array, Cycle, Instants, bending_stiffness
 from solvers.rod.effects import choose_for, compose
+from solvers.rod.extremes import STATIONS, Extreme, Reading, Turn
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.vibration import natural_frequency
 
-LEAST_STATIONS = 25
-_RESOLVED = 1e-2
 _ROUNDING = 1e-14
 SMALL_DISPLACEMENT_LIMIT = 0.15
 """V/l and r/L up to which the paper found the small-displacement theory good to 5 %."""
@@ -89,28 +88,30 @@ def check(
     cycle = Cycle(scene, dimensions, compose(choice))
     criterion = criterion or serensen(scene.material)
 
-    force = _force_extremes(cycle, 0.1 * accuracy)
+    turn = Turn(cycle, 0.1 * accuracy)
+    pushed, pulled = turn.greatest([lambda i: -i.force, lambda i: i.force])
     critical = _critical_force(scene, dimensions, choice.has("shear"))
-    compression = max(-force.least.value, 0.0)
+    compression = max(pushed.value, 0.0)
     safety = critical / compression if compression > 0 else None
-    stresses, error = None, force.relative_error
+    stresses, error = None, max(pushed.relative_error, pulled.relative_error)
     if safety is None or safety > 1:
-        stresses, error = _stresses(cycle, criterion, choice.has("friction"), accuracy, force)
-    mean_force = 0.5 * (force.least.value + force.greatest.value)
+        stresses, further = _stresses(turn, criterion, choice.has("friction"))
+        error = max(error, further)
+    mean_force = 0.5 * (pulled.value - pushed.value)
     value = RodCheck(
         dimensions=dimensions,
         stability_safety=safety,
         critical_force=critical,
         buckles_sideways=dimensions.b < dimensions.h,
-        axial_force_min=force.least.value,
-        axial_force_max=force.greatest.value,
+        axial_force_min=-pushed.value,
+        axial_force_max=pulled.value,
         mass=scene.material.density * dimensions.b * dimensions.h * dimensions.l,
         natural_frequency=natural_frequency(scene, dimensions, mean_force),
         criterion=criterion.name,
         stresses=stresses,
         warnings=_warnings(scene, stresses, choice.has("large_displacement")),
     )
-    settings = {"angles": force.samples, "stations": LEAST_STATIONS, "tolerance": 0.1 * accuracy}
+    settings = {"angles": turn.instants.angle.size, "stations": STATIONS, "tolerance": turn.tolerance}
     return Outcome(
         status=Status.SUCCEEDED,
         value=value,
@@ -118,26 +119,6 @@ def check(
         accuracy=Accuracy(accuracy, max(error, _ROUNDING), settings),
         timing={"solve_s": time.perf_counter() - started},
     )
-
-
-@dataclass(frozen=True)
-class _ForceExtremes:
-    least: Estimate
-    greatest: Estimate
-    samples: int
-
-    @property
-    def relative_error(self) -> float:
-        parts = [e.error / abs(e.value) for e in (self.least, self.greatest) if e.value]
-        return max(parts, default=0.0)
-
-
-def _force_extremes(cycle: Cycle, tolerance: float) -> _ForceExtremes:
-    angles = periodic.resolve(lambda angle: cycle.axial_force(angle)[None], _RESOLVED)
-    values = cycle.axial_force(angles)
-    least = periodic.maximum(lambda angle: -cycle.axial_force(angle), tolerance, angles, -values)
-    greatest = periodic.maximum(cycle.axial_force, tolerance, angles, values)
-    return _ForceExtremes(Estimate(-least.value, least.error, least.angle, least.samples), greatest, angles.size)
 
 
 def _critical_force(scene: Scene, dimensions: Dimensions, with_shear: bool) -> float:
@@ -159,123 +140,85 @@ def _fibre_stresses(cycle: Cycle, instants: Instants, stations: Array) -> Array:
     return np.stack([direct + bending, direct - bending])
 
 
-def _stresses(
-    cycle: Cycle, criterion: FatigueCriterion, contact: bool, accuracy: float, force: _ForceExtremes
-) -> tuple[Stresses, float]:
-    tolerance = 0.1 * accuracy
-    angles = periodic.resolve(lambda angle: _signature(cycle, angle), _RESOLVED)
-    instants = cycle.at(angles)
-    stations = np.linspace(0.0, cycle.dimensions.l, LEAST_STATIONS)
-    search = _SectionSearch(cycle, instants, stations, _fibre_stresses(cycle, instants, stations), tolerance)
-    fatigue = search.worst(lambda high, low: criterion.utilisation(0.5 * (high - low), 0.5 * (high + low)))
-    strength = search.worst(lambda high, low: np.maximum(high, -low))
+def _deflections(instants: Instants, stations: Array) -> Array:
+    """V [m], one layer."""
+    return instants.shape.deflection(stations)[None]
 
-    def greatest(function: periodic.Periodic, samples: Array) -> Estimate:
-        return periodic.maximum(function, tolerance, angles, samples)
 
-    side = greatest(lambda a: np.abs(cycle.at(a).shape.side_force()), np.abs(instants.shape.side_force()))
-    moment = greatest(lambda a: np.abs(cycle.at(a).shape.clamp_moment()), np.abs(instants.shape.clamp_moment()))
-    errors = [force.relative_error, fatigue.error, strength.error, _relative(side), _relative(moment)]
-    pressure = power = None
+def _largest(high: Array, low: Array) -> Array:
+    return np.maximum(high, -low)
+
+
+def _stresses(turn: Turn, criterion: FatigueCriterion, contact: bool) -> tuple[Stresses, float]:
+    scene, length = turn.cycle.scene, turn.cycle.dimensions.l
+
+    def fatigue_use(high: Array, low: Array) -> Array:
+        return criterion.utilisation(0.5 * (high - low), 0.5 * (high + low))
+
+    fatigue, strength = turn.worst(partial(_fibre_stresses, turn.cycle), [(fatigue_use, (0, 1)), (_largest, (0, 1))])
+    (bent,) = turn.worst(_deflections, [(_largest, (0,))])
+    side, moment, pressure = _guide(turn, contact)
+    errors = [x.relative_error for x in (fatigue, strength, bent, side, moment, *([pressure] if pressure else []))]
+    # The amplitude is never the smaller part of a stress cycle that changes sign; the mean may be as small as it likes,
+    # so both are judged against the greater of the two.
+    scale = max(fatigue.high - fatigue.low, abs(fatigue.high + fatigue.low)) / 2.0
+    errors.append(fatigue.extremes_error / scale if scale else 0.0)
+    power = None
     if contact:
-        highest = greatest(lambda a: friction.pressure(cycle, a), friction.pressure(cycle, angles))
-        average = periodic.mean(lambda a: friction.power(cycle, a), tolerance)
-        pressure, power = highest.value, average.value
-        errors += [_relative(highest), _relative(average)]
-    bent = np.max(np.abs(instants.shape.deflection(stations)), initial=0.0)
-    return (
-        Stresses(
-            fatigue_safety=1.0 / fatigue.value if fatigue.value > 0 else None,
-            yield_safety=cycle.scene.material.yield_strength / strength.value if strength.value > 0 else None,
-            stress_amplitude=0.5 * (fatigue.high - fatigue.low),
-            stress_mean=0.5 * (fatigue.high + fatigue.low),
-            worst_section=fatigue.station,
-            worst_fibre=fatigue.fibre,
-            side_force_max=side.value,
-            clamp_moment_max=moment.value,
-            deflection_ratio=float(bent) / cycle.dimensions.l,
-            contact_pressure_max=pressure,
-            friction_power=power,
-        ),
-        max(errors),
+        average = periodic.mean(lambda angle: friction.power(turn.cycle, angle), turn.tolerance)
+        power = average.value
+        errors.append(average.error / average.value if average.value else 0.0)
+    value = Stresses(
+        fatigue_safety=1.0 / fatigue.value if fatigue.value > 0 else None,
+        yield_safety=scene.material.yield_strength / strength.value if strength.value > 0 else None,
+        stress_amplitude=0.5 * (fatigue.high - fatigue.low),
+        stress_mean=0.5 * (fatigue.high + fatigue.low),
+        worst_section=fatigue.station,
+        worst_fibre=1 - 2 * fatigue.layer,
+        side_force_max=side.value,
+        clamp_moment_max=moment.value,
+        deflection_ratio=bent.value / length,
+        contact_pressure_max=pressure.value if pressure else None,
+        friction_power=power,
     )
+    return value, max(errors)
 
 
-def _signature(cycle: Cycle, angle: Array) -> Array:
-    """Quantities whose humps are those of every result: force, clamp moment, side force."""
-    instants = cycle.at(angle)
-    return np.stack([instants.force, instants.shape.clamp_moment(), instants.shape.side_force()])
+def _guide(turn: Turn, contact: bool) -> tuple[Extreme, Extreme, Extreme | None]:
+    """Greatest side force, clamp moment and contact pressure.
+
+    A magnitude has corners where its argument changes sign, so each is climbed as the greatest of smooth quantities:
+    |T| of T and -T, |T| + |W| of the four sums of +-T and +-W.
+    """
+    piston = turn.cycle.scene.piston
+
+    def skew(i: Instants) -> Array:
+        return 6.0 * (i.shape.clamp_moment() + i.shape.side_force() * piston.clamp_offset) / piston.skirt_length
+
+    readings: list[Reading] = [
+        lambda i: i.shape.side_force(),
+        lambda i: -i.shape.side_force(),
+        lambda i: i.shape.clamp_moment(),
+        lambda i: -i.shape.clamp_moment(),
+    ]
+    if contact:
+        readings += [
+            lambda i: i.shape.side_force() + skew(i),
+            lambda i: -i.shape.side_force() - skew(i),
+            lambda i: i.shape.side_force() - skew(i),
+            lambda i: skew(i) - i.shape.side_force(),
+        ]
+    found = turn.greatest(readings)
+    side, moment = _top(found[:2]), _top(found[2:4])
+    if not contact:
+        return side, moment, None
+    sums, per_force = _top(found[4:]), 4.0 / (math.pi * piston.diameter * piston.skirt_length)
+    return side, moment, Extreme(sums.value * per_force, sums.error * per_force)
 
 
-def _relative(estimate: Estimate) -> float:
-    return estimate.error / abs(estimate.value) if estimate.value else 0.0
-
-
-@dataclass(frozen=True)
-class _Section:
-    value: float
-    error: float
-    station: float
-    fibre: int
-    high: float
-    low: float
-
-
-@dataclass(frozen=True)
-class _SectionSearch:
-    """Finds the fibre and section where a function of a stress cycle's extremes is greatest."""
-
-    cycle: Cycle
-    instants: Instants
-    stations: Array
-    samples: Array
-    tolerance: float
-
-    def worst(self, severity) -> _Section:
-        """The worst over both fibres and all sections of ``severity(highest, lowest stress)``."""
-        table = severity(self.samples.max(axis=2), self.samples.min(axis=2))
-        fibre, station = np.unravel_index(int(np.argmax(table)), table.shape)
-        start = self._section(severity, int(fibre), float(self.stations[station]))
-        row = table[fibre]
-        if not _peaks_inside(row, int(station)):
-            return start
-        from scipy.optimize import minimize_scalar
-
-        low = self.stations[max(station - 1, 0)]
-        high = self.stations[min(station + 1, self.stations.size - 1)]
-        span = float(high - low)
-        found = minimize_scalar(
-            lambda z: -self._section(severity, int(fibre), float(z)).value,
-            bounds=(low, high),
-            method="bounded",
-            options={"xatol": span * max(math.sqrt(self.tolerance), 1e-8), "maxiter": 60},
-        )
-        inside = self._section(severity, int(fibre), float(found.x))
-        best = inside if inside.value > start.value else start
-        # At a smooth peak the value is wrong by the square of the place's relative error.
-        return _Section(best.value, best.error + self.tolerance, best.station, best.fibre, best.high, best.low)
-
-    def _section(self, severity, fibre: int, station: float) -> _Section:
-        def stress(angle: Array) -> Array:
-            return _fibre_stresses(self.cycle, self.cycle.at(angle), np.array([station]))[fibre, 0]
-
-        angles = self.instants.angle
-        samples = _fibre_stresses(self.cycle, self.instants, np.array([station]))[fibre, 0]
-        high = periodic.maximum(stress, self.tolerance, angles, samples)
-        low = periodic.maximum(lambda angle: -stress(angle), self.tolerance, angles, -samples)
-        value = float(severity(high.value, -low.value))
-        scale = float(severity(abs(high.value), -abs(low.value)))
-        share = (high.error + low.error) / max(abs(high.value), abs(low.value), np.finfo(float).tiny)
-        error = share * scale / value if value > 0 else 0.0
-        return _Section(value, error, station, 1 - 2 * fibre, high.value, -low.value)
-
-
-def _peaks_inside(row: Array, station: int) -> bool:
-    """Whether the samples leave room for a peak between stations: not when they fall away from an end."""
-    if 0 < station < row.size - 1:
-        return True
-    a, b, c = row[:3] if station == 0 else row[:-4:-1]
-    return bool((b - a) >= 0.5 * (c - b) and a - 2 * b + c < 0) or bool(a <= b)
+def _top(parts: list[Extreme]) -> Extreme:
+    value = max(part.value for part in parts)
+    return Extreme(value, max(part.value + part.error - value for part in parts))
 
 
 def _warnings(scene: Scene, stresses: Stresses | None, large: bool) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solvers.rod import beam_column
+from solvers.rod import beam_column, strip_kernels
 from solvers.rod.scene import Dimensions, Scene
 
 Array = NDArray[np.float64]
@@ -91,7 +91,9 @@ class LinearShape:
     stroke: Array
 
     def curvature(self, stations: ArrayLike) -> Array:
-        return beam_column.curvature(self.constants, stations) * self.stroke
+        c, z = self.constants, np.atleast_1d(np.asarray(stations, dtype=float))
+        bent = strip_kernels.curvature(c.coupling, c.length, c.clamp_curvature, c.clamp_shear, c.head_curvature, z)
+        return bent * self.stroke
 
     def slope(self, stations: ArrayLike) -> Array:
         return beam_column.slope(self.constants, stations) * self.stroke
@@ -148,8 +150,9 @@ class BeamColumn:
 
 
 def _bend(beam: CoupledBeam, scene: Scene, dimensions: Dimensions, force: Array, stroke: Array) -> LinearShape:
-    coupling = beam.coupling(scene, dimensions, force)
-    constants = beam_column.solve(coupling, dimensions.l, scene.mechanism.rod_length)
+    coupling, length, rod_length = beam.coupling(scene, dimensions, force), dimensions.l, scene.mechanism.rod_length
+    clamp, shear, head, determinant = strip_kernels.solve(coupling, length, rod_length)
+    constants = beam_column.BeamConstants(coupling, length, rod_length, clamp, shear, head, determinant)
     return LinearShape(constants, bending_stiffness(scene, dimensions), force, stroke)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -17,25 +18,45 @@ EI = bending_stiffness(PAPER, STRIP)
 STATIONS = np.linspace(0.0, STRIP.l, 7)
 
 
+@dataclass(frozen=True)
+class Elastica:
+    """theta, theta', y at stations by ``sol``, and Q/EI in ``p``."""
+
+    scaled: object
+    p: np.ndarray
+
+    def sol(self, stations):
+        turn, bend, rise = self.scaled.sol(np.asarray(stations) / STRIP.l)
+        return np.array([turn, bend / STRIP.l, rise * STRIP.l])
+
+
 @lru_cache
 def elastica(force, stroke):
-    """theta, theta', y along the exact strip, and Q/EI."""
-    q = force / EI
+    """The exact strip, solved in lengths of the strip.
 
-    def equations(s, y, p):
+    In metres solve_bvp's tolerance for Newton's method, which goes with the mesh's step, lies at rounding level, and
+    the last bit of the start decides whether it converges.
+    """
+    l = STRIP.l
+    q, e, s = force / EI * l**2, E / l, stroke / l
+
+    def equations(x, y, p):
         return np.vstack([y[1], q * np.sin(y[0]) + p[0] * np.cos(y[0]), np.sin(y[0])])
 
     def ends(a, b, p):
         turn = b[0]
-        moment = b[1] + E * (q * np.sin(turn) + p[0] * np.cos(turn))
-        return np.array([a[0], a[2], b[2] + E * np.sin(turn) - stroke, moment])
+        moment = b[1] + e * (q * np.sin(turn) + p[0] * np.cos(turn))
+        return np.array([a[0], a[2], b[2] + e * np.sin(turn) - s, moment])
 
-    mesh = np.linspace(0.0, STRIP.l, 81)
+    mesh = np.linspace(0.0, 1.0, 81)
     linear = BeamColumn().bend(PAPER, STRIP, np.array([force]), np.array([stroke]))
-    start = np.stack([f(mesh)[:, 0] for f in (linear.slope, linear.curvature, linear.deflection)])
-    found = solve_bvp(equations, ends, mesh, start, p=-linear.side_force() / EI, tol=1e-9, max_nodes=50_000)
+    start = np.stack(
+        [linear.slope(mesh * l)[:, 0], linear.curvature(mesh * l)[:, 0] * l, linear.deflection(mesh * l)[:, 0] / l]
+    )
+    guess = -linear.side_force() / EI * l**2
+    found = solve_bvp(equations, ends, mesh, start, p=guess, tol=1e-9, max_nodes=50_000)
     assert found.success
-    return found
+    return Elastica(found, found.p / l**2)
 
 
 def errors(force, stroke):

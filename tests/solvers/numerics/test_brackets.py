@@ -1,0 +1,59 @@
+"""Climbing many brackets at once: smooth peaks, corners, ends, flat rows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from solvers.numerics import brackets
+
+
+def climb(functions, places, tolerance):
+    places = np.array(places, dtype=float)
+
+    def evaluate(points, rows):
+        return np.stack([functions[row](points[i]) for i, row in enumerate(rows)])
+
+    values = evaluate(places, np.arange(len(functions)))
+    return brackets.climb(evaluate, places, values, np.full(len(functions), tolerance))
+
+
+PEAKS = [
+    (lambda x: np.cos(x - 0.3), (0.0, 0.2, 1.0), 1.0),
+    (lambda x: 1.0 - np.abs(x - 0.7), (0.0, 0.5, 1.0), 1.0),
+    (lambda x: np.exp(-((x - 0.4) ** 2) * 1e4), (0.3, 0.41, 0.5), 1.0),
+    (lambda x: np.where(x < 0.6, x, 0.6 - 5 * (x - 0.6)), (0.0, 0.5, 1.0), 0.6),
+    (lambda x: 2.0 - x, (0.0, 0.0, 1.0), 2.0),
+    (lambda x: 1.0 + x, (0.0, 1.0, 1.0), 2.0),
+    (lambda x: 1.0 + x * (0.01 - x), (0.0, 0.0, 1.0), 1.000025),
+    (lambda x: np.full_like(x, 3.0), (0.0, 0.5, 1.0), 3.0),
+]
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-6, 1e-12])
+def test_every_row_reaches_its_summit_within_its_error(tolerance):
+    found = climb([p[0] for p in PEAKS], [p[1] for p in PEAKS], tolerance)
+    exact = np.array([p[2] for p in PEAKS])
+    assert np.all(exact - found.value <= np.maximum(found.error, 1e-15))
+    assert np.all(found.value <= exact + 4e-16 * exact)
+    assert np.all(found.error <= max(tolerance, 1e-14))
+
+
+def test_humps_of_a_closed_row_may_stand_at_its_seam():
+    angle = np.arange(64) * 2 * np.pi / 64
+    rows, columns = brackets.humps(np.stack([np.cos(angle), np.cos(2 * angle)]), 1e-2, closed=True)
+    assert list(zip(rows, columns, strict=True)) == [(0, 0), (1, 0), (1, 32)]
+
+
+def test_humps_of_an_open_row_may_stand_at_its_ends():
+    x = np.linspace(0.0, 1.0, 21)
+    rows, columns = brackets.humps(np.stack([1 - x, x, 4 * x * (1 - x)]), 1e-2, closed=False)
+    assert list(zip(rows, columns, strict=True)) == [(0, 0), (1, 20), (2, 10)]
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_plateau_is_one_hump(closed):
+    flat = np.full(64, 2.0)
+    step = np.where(np.arange(64) < 20, 1.0, np.where(np.arange(64) < 50, 2.0, 0.5))
+    rows, columns = brackets.humps(np.stack([flat, step]), 1e-2, closed)
+    assert list(zip(rows, columns, strict=True)) == [(0, 0), (1, 20)]

@@ -1,0 +1,209 @@
+"""A check against the dense model: errors within their estimates, estimates within what was asked for."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from solvers import rod
+from solvers.effects import EffectSelection
+from solvers.errors import InvalidInput
+from solvers.fatigue import goodman, serensen
+from tests.solvers.rod.brute_force import CoreModel, greatest
+from tests.solvers.rod.machines import CORE, PAPER, STRIP, random_machine
+
+REFERENCE_FLOOR = 3e-12
+"""What the dense model itself is good for."""
+
+
+def use(material):
+    def severity(high, low):
+        mean = max(0.5 * (high + low), 0.0)
+        amplitude = 0.5 * (high - low)
+        return (
+            material.fatigue_reduction * amplitude + material.mean_stress_sensitivity * mean
+        ) / material.fatigue_limit
+
+    return severity
+
+
+def reference(scene, dimensions):
+    model = CoreModel(scene, dimensions)
+    return {
+        "fatigue_safety": 1 / model.worst(use(scene.material)),
+        "yield_safety": scene.material.yield_strength / model.worst(lambda high, low: max(high, -low)),
+        "axial_force_min": -greatest(lambda a: -model.force(a)),
+        "axial_force_max": greatest(model.force),
+        "side_force_max": greatest(lambda a: np.abs(model.side_force(a))),
+        "clamp_moment_max": greatest(lambda a: np.abs(model.clamp_moment(a))),
+        "contact_pressure_max": greatest(model.contact_pressure),
+    }
+
+
+def results(outcome):
+    value = outcome.value
+    return {**dataclasses.asdict(value), **dataclasses.asdict(value.stresses)}
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_errors_stay_within_estimates_and_estimates_within_the_wish(seed):
+    rng = np.random.default_rng(seed)
+    scene, dimensions = random_machine(rng, (1.02, 6.0))
+    offset = scene.piston.skirt_length * rng.uniform(-0.4, 0.4)
+    scene = dataclasses.replace(scene, piston=dataclasses.replace(scene.piston, clamp_offset=offset))
+    exact = reference(scene, dimensions)
+    for accuracy in (1e-2, 1e-4, 1e-6, 1e-8, 1e-10):
+        outcome = rod.check(scene, dimensions, CORE, accuracy=accuracy)
+        found = results(outcome)
+        worst = max(abs(found[name] / value - 1) for name, value in exact.items())
+        assert outcome.accuracy.estimated <= accuracy
+        assert worst <= max(outcome.accuracy.estimated, REFERENCE_FLOOR)
+
+
+@pytest.mark.parametrize("length", [18e-3, 20e-3, 23e-3, 26e-3])
+def test_clamp_and_bulge_compete_honestly(length):
+    """Near the summit of the safety the clamp and the bulge inside the span are nearly equal: both must be climbed.
+
+    The bulge's peak stands between stations: samples alone would name the clamp although the bulge is worse.
+    """
+
+    def at_clamp(thickness):
+        strip = rod.Dimensions(9e-3, thickness, length)
+        return rod.check(PAPER, strip, CORE, accuracy=1e-8).value.stresses.worst_section == 0.0
+
+    thin, thick = 0.40e-3, 0.50e-3
+    assert at_clamp(thick) and not at_clamp(thin)
+    for _ in range(30):
+        middle = 0.5 * (thin + thick)
+        thin, thick = (thin, middle) if at_clamp(middle) else (middle, thick)
+    safeties = []
+    for thickness in (thin * (1 - 1e-4), thin, thick, thick * (1 + 1e-4)):
+        strip = rod.Dimensions(9e-3, thickness, length)
+        found = rod.check(PAPER, strip, CORE, accuracy=1e-8).value.stresses.fatigue_safety
+        assert found == pytest.approx(1 / CoreModel(PAPER, strip).worst(use(PAPER.material)), rel=1e-8)
+        safeties.append(found)
+    assert safeties[2] == pytest.approx(safeties[1], rel=1e-8)
+
+
+def test_the_amplitude_inside_the_span_is_as_accurate_as_asked():
+    """At an interior peak the amplitude changes with the place itself, not only to second order."""
+    strip = rod.Dimensions(9e-3, 0.44e-3, 23e-3)
+    tight = rod.check(PAPER, strip, CORE, accuracy=1e-10)
+    assert 0.0 < tight.value.stresses.worst_section < strip.l
+    for accuracy in (1e-4, 1e-6, 1e-8):
+        loose = rod.check(PAPER, strip, CORE, accuracy=accuracy).value.stresses
+        for name in ("stress_amplitude", "stress_mean"):
+            scale = tight.value.stresses.stress_amplitude
+            assert abs(getattr(loose, name) - getattr(tight.value.stresses, name)) <= accuracy * scale
+
+
+def test_the_greatest_deflection_is_that_of_the_dense_model():
+    model = CoreModel(PAPER, STRIP)
+    stations = np.linspace(0.0, STRIP.l, 401)
+    exact = max(greatest(lambda a, z=z: np.abs(model.deflection(z, a))) for z in stations[-40:])
+    assert rod.check(PAPER, STRIP, CORE, accuracy=1e-8).value.stresses.deflection_ratio == pytest.approx(
+        exact / STRIP.l, rel=1e-8
+    )
+
+
+def test_beyond_buckling_there_are_no_stresses():
+    value = rod.check(PAPER, rod.Dimensions(9e-3, 0.3e-3, 23e-3), CORE).value
+    assert value.stability_safety < 1
+    assert value.stresses is None
+    assert any("buckles" in warning for warning in value.warnings)
+
+
+def test_a_strip_on_edge_buckles_sideways():
+    """b < h: the critical load is that of bending out of the crank's plane."""
+    flat = rod.check(PAPER, rod.Dimensions(2e-3, 1e-3, 23e-3), CORE).value
+    edge = rod.check(PAPER, rod.Dimensions(1e-3, 2e-3, 23e-3), CORE).value
+    assert edge.buckles_sideways and not flat.buckles_sideways
+    assert edge.critical_force == pytest.approx(flat.critical_force, rel=1e-14)
+
+
+def test_without_a_load_only_the_stroke_strains_the_strip():
+    scene = dataclasses.replace(PAPER, load=rod.ConstantLoad(0.0))
+    value = rod.check(scene, STRIP, CORE).value
+    assert value.stability_safety is None
+    assert value.axial_force_max == 0.0
+    exact = 1 / CoreModelWithoutLoad().utilisation(scene, STRIP)
+    assert value.stresses.fatigue_safety == pytest.approx(exact, rel=1e-9)
+
+
+class CoreModelWithoutLoad:
+    """A cubic: V'' at the clamp for unit stroke is 3 L/(L^3 - e^3), by the unit-load method."""
+
+    def utilisation(self, scene, d):
+        L = scene.mechanism.rod_length
+        bend = 3 * L / (L**3 - (L - d.l) ** 3) * scene.mechanism.crank_radius
+        amplitude = 0.5 * scene.material.elastic_modulus * d.h * bend
+        return scene.material.fatigue_reduction * amplitude / scene.material.fatigue_limit
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda s: dataclasses.replace(s, load=rod.SchmidtLoad(1.0, 1 - 1e-9, 1.16)),
+        lambda s: dataclasses.replace(s, load=rod.SchmidtLoad(1.4e6, 0.0, 0.0)),
+        lambda s: dataclasses.replace(s, mechanism=rod.Mechanism(45.4e-3, 45.5e-3, 50.0)),
+        lambda s: dataclasses.replace(s, load=rod.ConstantLoad(-3e9)),
+    ],
+)
+@pytest.mark.parametrize("thickness", [2.3e-6, 0.46e-3, 20e-3])
+def test_extremes_answer_with_finite_numbers_or_none(change, thickness):
+    value = rod.check(change(PAPER), rod.Dimensions(9e-3, thickness, 23e-3), CORE, accuracy=1e-3).value
+    numbers = {**dataclasses.asdict(value), **(dataclasses.asdict(value.stresses) if value.stresses else {})}
+    for name, number in numbers.items():
+        if isinstance(number, float):
+            assert math.isfinite(number), name
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e3])
+def test_a_machine_scaled_in_size_and_speed_has_the_same_safeties(size):
+    """Lengths times s: forces go with s^2 and stresses stay, as long as no inertia plays."""
+    m, p = PAPER.mechanism, PAPER.piston
+    scene = dataclasses.replace(
+        PAPER,
+        mechanism=rod.Mechanism(m.crank_radius * size, m.rod_length * size, m.speed),
+        piston=rod.Piston(p.diameter * size, p.skirt_length * size, friction_coefficient=p.friction_coefficient),
+    )
+    scaled = rod.check(scene, rod.Dimensions(STRIP.b * size, STRIP.h * size, STRIP.l * size), CORE).value
+    plain = rod.check(PAPER, STRIP, CORE).value
+    assert scaled.stability_safety == pytest.approx(plain.stability_safety, rel=1e-12)
+    assert scaled.stresses.fatigue_safety == pytest.approx(plain.stresses.fatigue_safety, rel=1e-7)
+
+
+def test_the_result_names_its_fatigue_convention():
+    material = dataclasses.replace(PAPER.material, ultimate_strength=1400e6)
+    scene = dataclasses.replace(PAPER, material=material)
+    assert rod.check(scene, STRIP, CORE).value.criterion == serensen(material).name
+    other = rod.check(scene, STRIP, CORE, criterion=goodman(material)).value
+    assert other.criterion == "goodman"
+    plain = rod.check(scene, STRIP, CORE).value.stresses
+    assert other.stresses.fatigue_safety != plain.fatigue_safety
+
+
+def test_without_friction_there_are_no_contact_results():
+    core = EffectSelection(frozenset({"beam_column"}), CORE.exclude | {"friction"})
+    with_friction, without = (rod.check(PAPER, STRIP, e).value.stresses for e in (CORE, core))
+    assert without.contact_pressure_max is None and without.friction_power is None
+    assert without.fatigue_safety == with_friction.fatigue_safety
+
+
+@pytest.mark.parametrize(
+    ("call", "field"),
+    [
+        (lambda: rod.check(PAPER, rod.Dimensions(9e-3, 0.46e-3, 46e-3), CORE), "dimensions.l"),
+        (lambda: rod.check(PAPER, STRIP, CORE, accuracy=1e-13), "accuracy"),
+        (lambda: rod.check(PAPER, STRIP, CORE, accuracy=math.nan), "accuracy"),
+        (lambda: rod.Dimensions(9e-3, 0.0, 23e-3), "dimensions.h"),
+        (lambda: rod.Mechanism(45.5e-3, 45.5e-3, 50.0), "mechanism.crank_radius"),
+    ],
+)
+def test_senseless_requests_name_their_field(call, field):
+    with pytest.raises(InvalidInput) as caught:
+        call()
+    assert caught.value.field == field

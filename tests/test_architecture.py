@@ -56,7 +56,7 @@ ABOVE = {
     "solvers.crank": ("solvers.rod",),
     "solvers.rod.scene": ("solvers.rod.check", "solvers.rod.design", "solvers.rod.effects"),
     "solvers.rod.effects": ("solvers.rod.check", "solvers.rod.design"),
-    "solvers.rod.check": ("solvers.rod.design", "solvers.rod.landscape"),
+    "solvers.rod.check": ("solvers.rod.design", "solvers.rod.survey"),
     "app.designs": ("app.store", "app.jobs", "app.api", "app.web", "app.cli", "app.main"),
     "app.store": ("app.designs", "app.jobs", "app.api", "app.web", "app.cli", "app.main", "solvers"),
     "app.jobs": ("app.store", "app.api", "app.web", "app.cli", "app.main"),

@@ -1,4 +1,4 @@
-"""Finding the strip: the global optimum over width, thickness and free length."""
+"""Finding the strip: the global optimum over width, thickness and free length, with the proof that it is one."""
 
 from __future__ import annotations
 
@@ -12,23 +12,25 @@ import numpy as np
 from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
-from solvers.outcome import Accuracy, ActiveConstraint, EffectState, Outcome, Shortfall, Status
+from solvers.outcome import Accuracy, ActiveConstraint, Certificate, EffectState, Outcome, Status
+from solvers.rod import rows
+from solvers.rod.certificate import Proof, Sizes, search
 from solvers.rod.check import RodCheck, check
 from solvers.rod.cycle import BeamColumn, Composition
+from solvers.rod.diagnosis import diagnose
 from solvers.rod.effects import ReciprocatingInertia
 from solvers.rod.effects_over_box import choose_over_box
-from solvers.rod.landscape import Landscape
-from solvers.rod.polish import Polished, polish
-from solvers.rod.problem import OBJECTIVES, Objective, RodProblem
+from solvers.rod.focus import FIXED_ROWS, Machine, rows_and_slopes
+from solvers.rod.multipliers import active_constraints
+from solvers.rod.polish import Limits, Polished, polish
+from solvers.rod.problem import OBJECTIVES, Objective, Requirements, RodProblem
 from solvers.rod.scene import Dimensions
+from solvers.rod.survey import ANGLES, survey
 
-_TAU_SAMPLES = 28
-_LENGTH_SAMPLES = 18
-_CORRECTIONS = 4
-_PERTURBATION = 1e-3
-_ACTIVE = 1e-4
-_STARTS = 4
-_NO_LIMIT = 1e-9
+BOXES = 20_000
+_CORRECTIONS = 6
+_SAFE = 1.0 + 1e-9
+_CORE = frozenset({"reciprocating_inertia", "beam_column", "friction"})
 
 
 @dataclass(frozen=True)
@@ -49,289 +51,192 @@ def design(
 ) -> Outcome[RodDesign]:
     """The best strip for a problem, or the diagnosis why there is none.
 
-    The landscape over (tau, l) is scanned, its best hollows are polished by scipy's SLSQP in logarithms, with every
-    section that may govern as a constraint of its own so that kinks are corners, and where the scene calls for effects
-    beyond the landscape the requirements are shifted by what the full model says until it agrees. The answer satisfies
-    every requirement on the full model.
+    Branch and bound over (ln tau, ln l), tau = 1/(b h^3), finds and proves the optimum of gas load, reciprocating
+    inertia, beam-column and contact; scipy's SLSQP polishes it. Where the scene calls for effects beyond these, the
+    limits are shifted by what the full model says at the strip found, and the search is done again until both agree.
+    The answer satisfies every requirement on the full model.
     """
     started = time.perf_counter()
     criterion = criterion or serensen(problem.scene.material)
     bounds = problem.bounds
+    lower = Dimensions(bounds.b[0], bounds.h[0], bounds.l[0])
+    upper = Dimensions(bounds.b[1], bounds.h[1], min(bounds.l[1], problem.scene.mechanism.rod_length))
     choice = choose_over_box(
-        problem.scene,
-        Dimensions(bounds.b[0], bounds.h[0], bounds.l[0]),
-        Dimensions(bounds.b[1], bounds.h[1], min(bounds.l[1], problem.scene.mechanism.rod_length)),
-        effects,
-        effect_tolerance,
-        problem.requirements.demands() + problem.objective.demands(),
-        problem.requirements.min_stability_safety,
-    )
-    settled = EffectSelection(
-        frozenset(e.name for e in choice.manifest if e.state is EffectState.ACTIVE),
-        frozenset(e.name for e in choice.manifest if e.state is EffectState.SKIPPED),
-    )
+        problem.scene, lower, upper, effects, effect_tolerance,
+        problem.requirements.demands() + problem.objective.demands(), problem.requirements.min_stability_safety,
+    )  # fmt: skip
+    active = frozenset(e.name for e in choice.manifest if e.state is EffectState.ACTIVE)
+    settled = EffectSelection(active, frozenset(e.name for e in choice.manifest) - active)
+    terms = (ReciprocatingInertia(),) if "reciprocating_inertia" in active else ()
+    machine = survey(problem.scene, criterion, Composition(force_terms=terms, beam=BeamColumn()), lower)
+    sizes = Sizes(bounds, problem.stock_h, problem.step_b, problem.step_l)
+    limits = _limits(problem)
 
-    def evaluate(dimensions: Dimensions) -> RodCheck:
-        outcome = check(problem.scene, dimensions, settled, effect_tolerance, min(accuracy, 1e-6), criterion)
-        return outcome.value
+    def evaluate(dimensions: Dimensions) -> Outcome[RodCheck]:
+        return check(problem.scene, dimensions, settled, effect_tolerance, min(accuracy, 1e-6), criterion)
 
-    terms = (ReciprocatingInertia(),) if choice.has("reciprocating_inertia") else ()
-    landscape = _landscape(problem, criterion, Composition(force_terms=terms, beam=BeamColumn()))
-    found = _solve_on_full_model(landscape, evaluate, accuracy)
-    timing = {"solve_s": time.perf_counter() - started}
+    found, evidence = _on_full_model(problem, machine, limits, sizes, evaluate, accuracy, not active <= _CORE)
     if found is None:
         return Outcome(
             Status.INFEASIBLE,
             None,
             choice.manifest,
-            Accuracy(accuracy, accuracy, {}),
-            diagnosis=_diagnose(landscape),
-            timing=timing,
+            Accuracy(accuracy, accuracy, {"angles": ANGLES}),
+            certificate=_infeasible(evidence),
+            diagnosis=diagnose(machine, limits, sizes, problem.requirements),
+            timing={"solve_s": time.perf_counter() - started},
         )
-    point, result, landscape = found
-    active = _active(landscape, point)
+    result = found.outcome.value
+    shaping = active_constraints(
+        machine, problem.objective, found.limits, bounds, sizes.around(result.dimensions), found.best
+    )
     return Outcome(
         Status.SUCCEEDED,
-        RodDesign(result, problem.objective.name, active),
+        RodDesign(result, problem.objective.name, shaping),
         choice.manifest,
-        Accuracy(accuracy, accuracy, {"tau_samples": _TAU_SAMPLES, "length_samples": _LENGTH_SAMPLES}),
+        Accuracy(accuracy, max(found.outcome.accuracy.estimated, accuracy), {"angles": ANGLES, "boxes": BOXES}),
+        certificate=_certificate(problem.objective, found, active),
         timing={"solve_s": time.perf_counter() - started},
     )
 
 
-def _landscape(problem: RodProblem, criterion: FatigueCriterion, composition: Composition) -> Landscape:
+@dataclass(frozen=True)
+class _Found:
+    """A strip that meets every requirement on the full model, and the search that it comes from."""
+
+    best: Polished
+    outcome: Outcome[RodCheck]
+    limits: Limits
+    proof: Proof
+
+
+def _limits(problem: RodProblem) -> Limits:
     r = problem.requirements
-    return Landscape(
-        problem,
-        criterion,
-        composition,
-        r.min_fatigue_safety,
-        r.min_stability_safety,
-        r.min_yield_safety,
-        r.max_contact_pressure,
-        r.max_friction_power,
+    stress = None if r.min_yield_safety is None else problem.scene.material.yield_strength / r.min_yield_safety
+    return Limits(
+        r.min_fatigue_safety, max(r.min_stability_safety, _SAFE), stress, r.max_contact_pressure, r.max_friction_power
     )
 
 
-def _solve_on_full_model(
-    landscape: Landscape, evaluate: Callable[[Dimensions], RodCheck], accuracy: float
-) -> tuple[Polished, RodCheck, Landscape] | None:
-    """Solve on the landscape, look at the full model, shift the limits by the difference, and again."""
-    best: tuple[Polished, RodCheck, Landscape] | None = None
-    point: Polished | None = None
+def _on_full_model(
+    problem: RodProblem,
+    machine: Machine,
+    limits: Limits,
+    sizes: Sizes,
+    evaluate: Callable[[Dimensions], Outcome[RodCheck]],
+    accuracy: float,
+    beyond_core: bool,
+) -> tuple[_Found | None, Proof]:
+    """Search, look at the full model, shift the limits by the difference, and again until both agree."""
+    objective = problem.objective
+    proof = search(machine, objective, limits, sizes, accuracy, BOXES)
+    best, found = proof.best, None
     for _ in range(_CORRECTIONS):
-        point = _solve(landscape) if point is None else polish(landscape, point.dimensions)
-        if point is None:
-            return best
-        result = evaluate(point.dimensions)
-        if result.stresses is None:
-            landscape, point = replace(landscape, stability_limit=landscape.stability_limit * 1.1), None
-            continue
-        shifted = _shifted(landscape, point, result)
-        if _meets(result, landscape.problem):
-            best = (point, result, landscape)
-            if _same_limits(shifted, landscape, accuracy):
-                break
-        landscape = shifted
-    return best
+        if best is None:
+            break
+        outcome = evaluate(best.dimensions)
+        if outcome.value.stresses is None:
+            limits = replace(limits, stability=1.1 * limits.stability)
+        else:
+            shifted = _shifted(machine, objective, limits, problem, best, outcome.value)
+            if _meets(outcome.value, problem.requirements):
+                better = found is None or _cost(objective, outcome.value) < _cost(objective, found.outcome.value)
+                found = _Found(best, outcome, limits, proof) if better else found
+                if _apart(shifted, limits) <= 0.1 * accuracy or not better:
+                    break
+            limits = shifted
+        if beyond_core or sizes.stock_h or sizes.step_b or sizes.step_l:
+            # The optimum itself may move elsewhere.
+            proof = search(machine, objective, limits, sizes, accuracy, BOXES)
+            best = proof.best
+        else:
+            best = polish(machine, objective, limits, sizes.around(best.dimensions), best.dimensions)
+    return found, proof
 
 
-def _meets(result: RodCheck, problem: RodProblem) -> bool:
-    r, s = problem.requirements, result.stresses
-    fatigue, stability = s.fatigue_safety or math.inf, result.stability_safety or math.inf
+def _cost(objective: Objective, result: RodCheck) -> float:
+    value = objective.read(result)
+    return -objective.sign * math.inf if value is None else objective.sign * value
+
+
+def _meets(result: RodCheck, r: Requirements) -> bool:
+    s = result.stresses
+    fatigue = math.inf if s.fatigue_safety is None else s.fatigue_safety
+    stability = math.inf if result.stability_safety is None else result.stability_safety
+    strength = math.inf if s.yield_safety is None else s.yield_safety
     return (
         fatigue >= r.min_fatigue_safety
         and stability >= r.min_stability_safety
-        and (r.min_yield_safety is None or (s.yield_safety or math.inf) >= r.min_yield_safety)
+        and (r.min_yield_safety is None or strength >= r.min_yield_safety)
         and (r.max_contact_pressure is None or s.contact_pressure_max <= r.max_contact_pressure)
         and (r.max_friction_power is None or s.friction_power <= r.max_friction_power)
     )
 
 
-def _shifted(landscape: Landscape, point: Polished, result: RodCheck) -> Landscape:
-    """The landscape with its limits moved by the ratio of its own values to the full model's, to the safe side."""
-    r, s = landscape.problem.requirements, result.stresses
-    safe = 1.0 + 1e-9
-    d = point.dimensions
-    tau = 1.0 / (d.b * d.h**3)
-    utilisation, stress = landscape.stresses(tau, d.l, d.h)
-    _, pressure, power = landscape.reactions(tau, d.l)
-    stability = landscape.stability(tau, d.l)
-    strength = landscape.problem.scene.material.yield_strength
+def _shifted(
+    machine: Machine, objective: Objective, limits: Limits, problem: RodProblem, best: Polished, full: RodCheck
+) -> Limits:
+    """The limits moved by the ratio of the search's own values to the full model's."""
+    d, r, s = best.dimensions, problem.requirements, full.stresses
+    own = _values(machine, d)
 
-    def shift(required: float | None, own: float, full: float | None) -> float | None:
-        return None if required is None else required * (own / full if full else 1.0)
+    def least(required: float | None, mine: float, theirs: float | None) -> float | None:
+        return None if required is None else required * (mine / theirs if theirs else 1.0)
 
-    return replace(
-        landscape,
-        fatigue_limit=safe * shift(r.min_fatigue_safety, 1.0 / utilisation, s.fatigue_safety),
-        stability_limit=safe * shift(r.min_stability_safety, stability, result.stability_safety),
-        yield_limit=shift(r.min_yield_safety, safe * strength / stress, s.yield_safety),
-        pressure_limit=shift(r.max_contact_pressure, pressure / safe, s.contact_pressure_max),
-        power_limit=shift(r.max_friction_power, power / safe, s.friction_power),
+    # Stresses in the ratio of the yield safeties, theirs to mine: a least safety turned into a greatest stress.
+    strength, highest = problem.scene.material.yield_strength, math.exp(own[FIXED_ROWS + 1])
+    stress = (
+        None if r.min_yield_safety is None else strength / least(r.min_yield_safety, strength / highest, s.yield_safety)
+    )
+    stability = math.exp(-max(own[rows.STABILITY], own[FIXED_ROWS]))
+    return Limits(
+        least(r.min_fatigue_safety, math.exp(-own[rows.UTILISATION]), s.fatigue_safety),
+        max(least(r.min_stability_safety, stability, full.stability_safety), _SAFE),
+        stress,
+        least(r.max_contact_pressure, math.exp(own[rows.PRESSURE]), s.contact_pressure_max),
+        least(r.max_friction_power, math.exp(own[rows.POWER]), s.friction_power),
+    )  # fmt: skip
+
+
+def _values(machine: Machine, d: Dimensions) -> np.ndarray:
+    """All rows of a strip on the search's model."""
+    focus, _ = machine.focus_at(d.b, d.h, d.l)
+    values = np.empty(FIXED_ROWS + 2 + 2 * (1 + (focus.eta.size - 1) // 3))
+    table = np.empty((focus.force.size, focus.eta.size))
+    rows_and_slopes(focus, np.log([d.b, d.h, d.l]), True, table, values, np.empty((values.size, 3)))
+    return values
+
+
+def _apart(a: Limits, b: Limits) -> float:
+    """The greatest relative difference of two sets of limits."""
+    pairs = [(getattr(a, n), getattr(b, n)) for n in a.__dataclass_fields__]
+    return max(abs(x / y - 1.0) for x, y in pairs if x is not None and y is not None)
+
+
+def _certificate(objective: Objective, found: _Found, active: frozenset[str]) -> Certificate:
+    proof, value = found.proof, objective.read(found.outcome.value)
+    gap = max(found.best.log_cost - proof.log_bound, 0.0)
+    evidence: dict[str, float | int | str] = {
+        "boxes": proof.boxes,
+        "rounds": proof.rounds,
+        "angles": proof.angles,
+        "rests_on": "ranges of the closed-form beam over boxes of (tau, l); monotone in b, h, l by energy",
+    }
+    beyond = sorted(active - _CORE)
+    if beyond:
+        evidence["beyond_the_proof"] = (
+            f"{', '.join(beyond)}: taken as constant factors on every limit, equal to those at the answer"
+        )
+    return Certificate(
+        "branch and bound over (ln tau, ln l)", value * math.exp(-objective.sign * gap), math.expm1(gap), evidence
     )
 
 
-def _same_limits(a: Landscape, b: Landscape, accuracy: float) -> bool:
-    names = ("fatigue_limit", "stability_limit", "yield_limit", "pressure_limit", "power_limit")
-    pairs = [(getattr(a, n), getattr(b, n)) for n in names if getattr(a, n) is not None]
-    return all(abs(x - y) <= accuracy * abs(y) for x, y in pairs)
-
-
-def _cost(landscape: Landscape, objective: Objective, tau: float, length: float) -> tuple[float, float]:
-    """The objective (to be made small) and the thickness that serves it; inf where nothing is admissible."""
-    span = landscape.admissible(tau, length)
-    if span is None:
-        return math.inf, math.nan
-    h = span[0] if objective.thickness < 0 else span[1]
-    if objective.name == "mass":
-        return landscape.problem.scene.material.density * length / (tau * h * h), h
-    if objective.name == "fatigue_safety":
-        return landscape.stresses(tau, length, h)[0], h
-    if objective.name == "stability_safety":
-        return 1.0 / landscape.stability(tau, length), h
-    side, pressure, power = landscape.reactions(tau, length)
-    return {"side_force": side, "contact_pressure": pressure, "friction_power": power}[objective.name], h
-
-
-def _solve(landscape: Landscape) -> Polished | None:
-    """Scan (tau, l), polish from the best of what is admissible; where nothing is, climb toward it first."""
-    starts, least_bad = _scan(landscape)
-    if not starts and least_bad is not None:
-        # The admissible set may be a crescent thinner than the scan's mesh: make the strip as safe as it can be first.
-        safest = replace(landscape, problem=replace(landscape.problem, objective=OBJECTIVES["fatigue_safety"]))
-        climbed = polish(replace(safest, fatigue_limit=_NO_LIMIT, yield_limit=None), least_bad)
-        starts = [climbed.dimensions] if climbed is not None else []
-    found = [polished for start in starts if (polished := polish(landscape, start)) is not None]
-    return min(found, key=lambda point: point.log_cost, default=None)
-
-
-def _scan(landscape: Landscape) -> tuple[list[Dimensions], Dimensions | None]:
-    """The best admissible strips of a mesh over (tau, l), far enough apart, and the least inadmissible one."""
-    objective, bounds = landscape.problem.objective, landscape.problem.bounds
-    longest = min(bounds.l[1], landscape.problem.scene.mechanism.rod_length)
-    lengths = np.linspace(bounds.l[0], longest, _LENGTH_SAMPLES) if longest > bounds.l[0] else [longest]
-    points: list[tuple[float, float, float, float]] = []
-    least_bad, least_excess = None, math.inf
-    for length in map(float, lengths):
-        low, high = _tau_range(landscape, length)
-        for tau in map(float, np.geomspace(low, high, _TAU_SAMPLES) if high >= low else []):
-            cost, h = _cost(landscape, objective, tau, length)
-            if math.isfinite(cost):
-                points.append((cost, tau, length, h))
-            elif not points:
-                thinnest, thickest = landscape.thickness_range(tau)
-                if thinnest <= thickest and (excess := landscape.excess(tau, length, thinnest)) < least_excess:
-                    least_bad, least_excess = landscape.dimensions(tau, length, thinnest), excess
-    points.sort()
-    chosen: list[tuple[float, float, float, float]] = []
-    for point in points:
-        if all(abs(math.log(point[1] / c[1])) + abs(math.log(point[2] / c[2])) > 0.3 for c in chosen):
-            chosen.append(point)
-        if len(chosen) == _STARTS:
-            break
-    return [landscape.dimensions(tau, length, h) for _, tau, length, h in chosen], least_bad
-
-
-def _tau_range(landscape: Landscape, length: float) -> tuple[float, float]:
-    bounds = landscape.problem.bounds
-    low = 1.0 / (bounds.b[1] * bounds.h[1] ** 3)
-    high = 1.0 / (bounds.b[0] * bounds.h[0] ** 3)
-    return low, min(high, landscape.greatest_tau(length))
-
-
-def _active(landscape: Landscape, point: Polished) -> tuple[ActiveConstraint, ...]:
-    """The constraints that hold with equality, each with d ln objective/d ln bound from a second solution."""
-    out = []
-    for name, slack, moved in _constraints(landscape, point.dimensions):
-        if abs(slack) > _ACTIVE:
-            continue
-        relaxed = polish(moved, point.dimensions)
-        if relaxed is None:
-            continue
-        gain = (relaxed.log_cost - point.log_cost) * landscape.problem.objective.sign
-        step = (
-            math.log1p(-_PERTURBATION)
-            if name.startswith("min_") or name.endswith("_lower")
-            else -math.log1p(-_PERTURBATION)
-        )
-        if abs(gain) > 1e-7:
-            out.append(ActiveConstraint(name, gain / step))
-    return tuple(out)
-
-
-def _constraints(landscape: Landscape, d: Dimensions) -> list[tuple[str, float, Landscape]]:
-    """Every constraint: its name, its relative slack at the point, and the landscape with it relaxed a little."""
-    p, ease = landscape.problem, 1.0 - _PERTURBATION
-    tau = 1.0 / (d.b * d.h**3)
-    utilisation, stress = landscape.stresses(tau, d.l, d.h)
-    stability = landscape.stability(tau, d.l)
-    out = [
-        ("min_fatigue_safety", 1.0 / utilisation / landscape.fatigue_limit - 1.0,
-         replace(landscape, fatigue_limit=landscape.fatigue_limit * ease)),
-        ("min_stability_safety", stability / landscape.stability_limit - 1.0,
-         replace(landscape, stability_limit=landscape.stability_limit * ease)),
-    ]  # fmt: skip
-    if landscape.yield_limit is not None:
-        slack = p.scene.material.yield_strength / stress / landscape.yield_limit - 1.0
-        out.append(("min_yield_safety", slack, replace(landscape, yield_limit=landscape.yield_limit * ease)))
-    _, pressure, power = landscape.reactions(tau, d.l)
-    if landscape.pressure_limit is not None:
-        moved = replace(landscape, pressure_limit=landscape.pressure_limit / ease)
-        out.append(("max_contact_pressure", pressure / landscape.pressure_limit - 1.0, moved))
-    if landscape.power_limit is not None:
-        moved = replace(landscape, power_limit=landscape.power_limit / ease)
-        out.append(("max_friction_power", power / landscape.power_limit - 1.0, moved))
-    for name in ("b", "h", "l"):
-        low, high = getattr(p.bounds, name)
-        value = getattr(d, name)
-        for side, bound, moved in (("lower", low, (low * ease, high)), ("upper", high, (low, high / ease))):
-            changed = replace(p, bounds=replace(p.bounds, **{name: moved}))
-            out.append((f"{name}_{side}", value / bound - 1.0, replace(landscape, problem=changed)))
-    return out
-
-
-_MEASURES = {
-    "min_fatigue_safety": ("fatigue_safety", "fatigue_limit", _NO_LIMIT),
-    "min_stability_safety": ("stability_safety", "stability_limit", 1.0),
-    "max_contact_pressure": ("contact_pressure", "pressure_limit", None),
-    "max_friction_power": ("friction_power", "power_limit", None),
-}
-"""Per requirement: the objective that serves it, the limit to drop, and what dropping means."""
-
-_ADVICE = {
-    "min_fatigue_safety": "allow a longer or wider strip, a smaller crank radius, or a stronger material",
-    "min_stability_safety": "allow a thicker or wider strip, a smaller piston, or lower pressure",
-    "max_contact_pressure": "allow a longer strip or a longer skirt",
-    "max_friction_power": "allow a longer strip or a lower friction coefficient",
-}
-
-
-def _diagnose(landscape: Landscape) -> tuple[Shortfall, ...]:
-    """For every requirement, the best value to be had while all others hold, or alone where they cannot hold."""
-    out = []
-    for name, (objective, limit, dropped) in _MEASURES.items():
-        required = getattr(landscape.problem.requirements, name)
-        if required is None:
-            continue
-        wanted = replace(landscape.problem, objective=OBJECTIVES[objective])
-        best = _solve(replace(landscape, problem=wanted, **{limit: dropped}))
-        alone = best is None
-        if alone:
-            nothing = replace(
-                landscape, problem=wanted, fatigue_limit=_NO_LIMIT, stability_limit=1.0, yield_limit=None,
-                pressure_limit=None, power_limit=None,
-            )  # fmt: skip
-            best = _solve(nothing)
-        attainable = None
-        if best is not None:
-            attainable = math.exp(OBJECTIVES[objective].sign * best.log_cost)
-            reached = attainable >= required if name.startswith("min_") else attainable <= required
-            if alone and reached:
-                continue
-        where = "even with no other requirement" if alone else "while the other requirements hold"
-        out.append(Shortfall(name, required, attainable, f"best to be had {where}; {_ADVICE[name]}"))
-    return tuple(out)
+def _infeasible(proof: Proof) -> Certificate | None:
+    if math.isfinite(proof.log_bound):
+        return None
+    evidence = {"boxes": proof.boxes, "rests_on": "every box of (tau, l) violates a requirement"}
+    return Certificate("branch and bound over (ln tau, ln l)", math.inf, 0.0, evidence)
 
 
 def require_known(name: str) -> Objective:

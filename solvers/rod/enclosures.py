@@ -37,6 +37,10 @@ for _n in range(3):
         _odd = math.prod(range(1, 2 * _n + 2 * _j + 2, 2))
         _G[_n, _j] = (-0.5) ** _j / (math.factorial(_j) * _odd)
 
+_PHASE = np.array(
+    [3.14159, 0.00121, 0.26981, 1.0763, -5.80599, 28.24394, -79.62024, 141.69129, -153.2619, 92.88904, -24.13172]
+)
+"""x(beta) to 1e-4 as a polynomial: where Newton's method starts."""
 FIRST_ROOT_SQUARED = 4.493409457909064**2
 
 STRONG = -400.0
@@ -116,17 +120,17 @@ def clamp(q: float, l: float, rod_length: float) -> tuple[float, float, float]:
 @kernel
 def critical_phase(beta: float) -> tuple[float, float]:
     """x(beta), the first buckling root (see ``solvers.rod.stability``), and dx/dbeta, by Newton's method."""
-    x = math.pi + beta * beta * (0.35 + 1.0018 * beta)
-    if x > 4.4934:
-        x = 4.4934
+    x = 0.0
+    for n in range(_PHASE.size - 1, -1, -1):
+        x = _PHASE[n] + beta * x
     slope = 0.0
-    for _ in range(12):
+    for _ in range(4):
         sine, cosine = math.sin(x), math.cos(x)
         value = beta * beta * (sine - x * cosine) + (1.0 - beta) * x * x * sine
         slope = beta * beta * x * sine + (1.0 - beta) * (2.0 * x * sine + x * x * cosine)
         step = value / slope
         x -= step
-        if abs(step) < 1e-14 * x:
+        if abs(step) < 1e-13 * x:
             break
     sine, cosine = math.sin(x), math.cos(x)
     slope = beta * beta * x * sine + (1.0 - beta) * (2.0 * x * sine + x * x * cosine)

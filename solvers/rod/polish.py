@@ -1,8 +1,9 @@
-"""From a good strip to the best one nearby: sequential quadratic programming in logarithms.
+"""From a good strip to the best one nearby: sequential quadratic programming in logarithms of b, h, l.
 
-The worst of many sections is a kinked function; each group of sections that may govern (the clamp and the inside, for
-both fibres) is a constraint of its own here, so that a kink becomes a corner where two smooth constraints meet.
-Logarithms make lengths of millimetres and forces of newtons alike. Source: D. Kraft (1988), as scipy's SLSQP.
+The worst of many sections is a kinked function; every fibre of the clamp and of each governing inner section is a
+constraint of its own here, so that a kink becomes a corner where smooth constraints meet. A fatigue objective is
+written with one more variable that all utilisations stay below. After each run the governing angles and sections are
+looked for again, until the strip stays where it is. Source: D. Kraft (1988), as scipy's SLSQP.
 """
 
 from __future__ import annotations
@@ -12,137 +13,162 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solvers.rod import envelope
-from solvers.rod.cycle import Array
-from solvers.rod.landscape import STATIONS, Landscape
+from solvers.rod import rows
+from solvers.rod.focus import FIXED_ROWS, Array, Focus, Machine, rows_and_slopes
+from solvers.rod.problem import Bounds, Objective
 from solvers.rod.scene import Dimensions
 
-_STEP = 1e-6
-_TOLERANCE = 1e-11
-_VIOLATION = 1e-8
-_BUCKLED = 1e3
+_TOLERANCE = 1e-13
+_VIOLATION = 0.9e-9
+_SAFE_SIDE = 1e-9
+_STILL = 1e-8
+_ROUNDS = 4
+_SIDEWAYS, _STRESS, _FIRST_GROUP = FIXED_ROWS, FIXED_ROWS + 1, FIXED_ROWS + 2
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a strip has to meet: least safeties, greatest stress, contact pressure and power; None asks for nothing."""
+
+    fatigue: float | None
+    stability: float
+    stress: float | None = None
+    pressure: float | None = None
+    power: float | None = None
 
 
 @dataclass(frozen=True)
 class Polished:
-    """A strip and the logarithm of its objective as made small (1/n for a safety)."""
+    """A strip and the logarithm of its objective as made small (1/n for a safety; mass per density)."""
 
     dimensions: Dimensions
     log_cost: float
 
 
-def polish(landscape: Landscape, start: Dimensions) -> Polished | None:
-    """The best strip near ``start`` that meets the landscape's limits, or None if none is reached."""
-    from scipy.optimize import minimize
+@dataclass
+class _Memory:
+    """One focus and the rows at the last place asked for."""
 
-    bounds = landscape.problem.bounds
-    longest = min(bounds.l[1], landscape.problem.scene.mechanism.rod_length)
-    box = [tuple(map(math.log, r)) for r in (bounds.b, bounds.h, (bounds.l[0], longest))]
-    fatigue = landscape.problem.objective.name == "fatigue_safety"
-    x = np.log([start.b, start.h, start.l])
-    x = np.clip(x, [low for low, _ in box], [high for _, high in box])
-    if fatigue:
-        x = np.append(x, float(np.max(_sections(landscape, x))))
-        box.append((-60.0, 60.0))
-    memory: dict[bytes, Array] = {}
+    focus: Focus
+    reactions: bool
+    at: Array | None = None
 
-    def terms(at: Array) -> Array:
-        key = at[:3].tobytes()
-        if key not in memory:
-            memory[key] = _terms(landscape, at[:3])
-        return memory[key]
+    def __post_init__(self) -> None:
+        groups = 1 + (self.focus.eta.size - 1) // 3
+        self.table = np.empty((self.focus.force.size, self.focus.eta.size))
+        self.values = np.empty(_FIRST_GROUP + 2 * groups)
+        self.slopes = np.empty((self.values.size, 3))
 
-    def cost(at: Array) -> float:
-        return float(at[3]) if fatigue else float(terms(at)[0])
+    def look(self, x: Array) -> tuple[Array, Array]:
+        if self.at is None or not np.array_equal(x, self.at):
+            rows_and_slopes(self.focus, x, self.reactions, self.table, self.values, self.slopes)
+            self.at = x.copy()
+        return self.values, self.slopes
 
-    def slacks(at: Array) -> Array:
-        values = terms(at)[1:]
-        return np.append(values, at[3] - _sections(landscape, at[:3])) if fatigue else values
 
-    def gradient(at: Array) -> Array:
-        if fatigue:
-            return np.array([0.0, 0.0, 0.0, 1.0])
-        return _derivative(lambda y: np.array([cost(y)]), at)[0]
+def needs_reactions(objective: Objective, limits: Limits) -> bool:
+    """Whether side force, contact pressure or power matter."""
+    weighed = {row for row, _ in objective.weights}
+    return bool(weighed & {rows.SIDE, rows.PRESSURE, rows.POWER}) or not limits.pressure is limits.power is None
 
-    found = minimize(
-        cost,
-        x,
-        jac=gradient,
-        bounds=box,
-        method="SLSQP",
-        constraints={"type": "ineq", "fun": slacks, "jac": lambda at: _derivative(slacks, at)},
-        options={"ftol": _TOLERANCE, "maxiter": 80},
-    )
-    at = np.clip(found.x, [low for low, _ in box], [high for _, high in box])
-    if not np.all(np.isfinite(at)) or float(np.min(slacks(at))) < -_VIOLATION:
+
+def constraint_rows(limits: Limits, groups: int) -> tuple[Array, Array]:
+    """The rows that are limited and the logarithms of their limits."""
+    which, limit = [rows.STABILITY, _SIDEWAYS], [-math.log(limits.stability)] * 2
+    if limits.fatigue is not None:
+        which += range(_FIRST_GROUP, _FIRST_GROUP + 2 * groups)
+        limit += [-math.log(limits.fatigue)] * (2 * groups)
+    for row, greatest in ((_STRESS, limits.stress), (rows.PRESSURE, limits.pressure), (rows.POWER, limits.power)):
+        if greatest is not None:
+            which.append(row)
+            limit.append(math.log(greatest))
+    return np.array(which), np.array(limit)
+
+
+def polish(
+    machine: Machine, objective: Objective, limits: Limits, bounds: Bounds, start: Dimensions
+) -> Polished | None:
+    """The best strip near ``start`` that meets the limits, to the safe side by 1e-9, or None if none is reached."""
+    box = np.log([bounds.b, bounds.h, bounds.l])
+    x = np.clip(np.log([start.b, start.h, start.l]), box[:, 0], box[:, 1])
+    reactions = needs_reactions(objective, limits)
+    found = None
+    for _ in range(_ROUNDS):
+        focus, _ = machine.focus_at(*np.exp(x))
+        moved, cost, violation = _run(_Memory(focus, reactions), objective, limits, box, x)
+        if not np.all(np.isfinite(moved)):
+            return None
+        still = float(np.max(np.abs(moved - x))) < _STILL
+        x = moved
+        found = (x, cost) if violation <= _VIOLATION else None
+        if still:
+            break
+    if found is None:
         return None
     b, h, l = (
-        min(max(math.exp(v), r[0]), r[1])
-        for v, r in zip(at, (bounds.b, bounds.h, (bounds.l[0], longest)), strict=False)
+        min(max(math.exp(v), low), high)
+        for v, (low, high) in zip(found[0], (bounds.b, bounds.h, bounds.l), strict=True)
     )
-    return Polished(Dimensions(b, h, l), cost(at))
+    return Polished(Dimensions(b, h, l), found[1])
 
 
-def _derivative(function, at: Array) -> Array:
-    """Central differences in logarithms: shape (values, variables)."""
-    columns = []
-    for i in range(at.size):
-        step = np.zeros_like(at)
-        step[i] = _STEP
-        columns.append((function(at + step) - function(at - step)) / (2.0 * _STEP))
-    return np.stack(columns, axis=-1)
+def _run(memory: _Memory, objective: Objective, limits: Limits, box: Array, x: Array) -> tuple[Array, float, float]:
+    """One run of SLSQP on one focus: where it ends, ln objective, greatest violation."""
+    from scipy.optimize import minimize
 
+    groups = 1 + (memory.focus.eta.size - 1) // 3
+    which, limit = constraint_rows(limits, groups)
+    limit = limit - _SAFE_SIDE
+    free = np.flatnonzero(box[:, 1] > box[:, 0])
+    weights = dict(objective.weights)
+    above = weights.pop(rows.UTILISATION, 0.0)
+    inner = np.arange(_FIRST_GROUP, _FIRST_GROUP + 2 * groups)
 
-def _sections(landscape: Landscape, x: Array) -> Array:
-    """ln of the fatigue utilisation at the clamp and inside, both fibres: four values."""
-    return np.log(np.maximum(_stress_groups(landscape, x)[0], 1e-300)).ravel()
+    def place(y: Array) -> Array:
+        at = x.copy()
+        at[free] = y[: free.size]
+        return at
 
+    def cost(y: Array) -> tuple[float, Array]:
+        values, slopes = memory.look(place(y))
+        value, slope = 0.0, np.zeros(y.size)
+        for row, weight in weights.items():
+            value += weight * values[row]
+            slope[: free.size] += weight * slopes[row, free]
+        if above:
+            value += above * y[-1]
+            slope[-1] += above
+        return value, slope
 
-def _stress_groups(landscape: Landscape, x: Array) -> tuple[Array, float]:
-    """Utilisation by fibre for clamp and inside, shape (2, 2), and the greatest stress [Pa]."""
-    b, h, l = np.exp(x)
-    scene = landscape.problem.scene
-    high, low = np.empty((2, STATIONS)), np.empty((2, STATIONS))
-    stands = envelope.stress_envelope(
-        landscape.force,
-        landscape.stroke,
-        scene.material.elastic_modulus,
-        b,
-        h,
-        l,
-        scene.mechanism.rod_length,
-        high,
-        low,
-    )
-    if not stands:
-        return np.full((2, 2), _BUCKLED), _BUCKLED * scene.material.yield_strength
-    utilisation = landscape.criterion.utilisation(0.5 * (high - low), 0.5 * (high + low))
-    groups = np.stack([utilisation[:, 0], utilisation[:, 1:].max(axis=1)])
-    return groups, float(max(high.max(), -low.min()))
+    def slack(y: Array) -> Array:
+        values = memory.look(place(y))[0]
+        out = limit - values[which]
+        return np.concatenate([out, y[-1] - values[inner]]) if above else out
 
+    def slack_slope(y: Array) -> Array:
+        slopes = memory.look(place(y))[1][:, free]
+        if not above:
+            return -slopes[which]
+        out = np.zeros((which.size + inner.size, y.size))
+        out[: which.size, :-1], out[which.size :, :-1], out[which.size :, -1] = -slopes[which], -slopes[inner], 1.0
+        return out
 
-def _terms(landscape: Landscape, x: Array) -> Array:
-    """ln objective (made small) first, then the slacks of all limits as logarithms: positive where met."""
-    b, h, l = map(float, np.exp(x))
-    tau, problem = 1.0 / (b * h**3), landscape.problem
-    l = min(l, problem.scene.mechanism.rod_length)
-    groups, stress = _stress_groups(landscape, x)
-    stability = landscape.stability(tau, l)
-    side, pressure, power = landscape.reactions(tau, l)
-    costs = {
-        "mass": x.sum() + math.log(problem.scene.material.density),
-        "fatigue_safety": 0.0,
-        "stability_safety": -math.log(stability),
-        "side_force": math.log(side),
-        "contact_pressure": math.log(pressure),
-        "friction_power": math.log(max(power, 1e-300)),
-    }
-    slacks = list(-np.log(np.maximum(groups, 1e-300) * landscape.fatigue_limit).ravel())
-    slacks.append(math.log(min(stability, 1e300) / landscape.stability_limit))
-    if landscape.yield_limit is not None:
-        slacks.append(math.log(problem.scene.material.yield_strength / (stress * landscape.yield_limit)))
-    if landscape.pressure_limit is not None:
-        slacks.append(math.log(landscape.pressure_limit / pressure))
-    if landscape.power_limit is not None:
-        slacks.append(math.log(landscape.power_limit / max(power, 1e-300)))
-    return np.array([costs[problem.objective.name], *slacks])
+    start, ranges = x[free], box[free]
+    if above:
+        start = np.append(start, np.max(memory.look(x)[0][inner]))
+        ranges = np.vstack([ranges, [-700.0, 700.0]])
+    if start.size:
+        result = minimize(
+            cost,
+            start,
+            jac=True,
+            bounds=ranges,
+            method="SLSQP",
+            constraints={"type": "ineq", "fun": slack, "jac": slack_slope},
+            options={"ftol": _TOLERANCE, "maxiter": 60},
+        )
+        start = np.clip(result.x, ranges[:, 0], ranges[:, 1])
+    at = place(start)
+    values = memory.look(at)[0]
+    violation = float(np.max(values[which] - limit))
+    return at, float(sum(weight * values[row] for row, weight in objective.weights)), violation

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from solvers.effects import Demand
 from solvers.errors import InvalidInput
 from solvers.rod.check import RodCheck
+from solvers.rod.rows import LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
 from solvers.rod.scene import Scene
 
 Range = tuple[float, float]
@@ -62,13 +63,13 @@ class Requirements:
 class Objective:
     """What is wanted: a result to be made small (``sign`` +1) or great (-1), and the effect it needs, if any.
 
-    ``thickness`` says which end of the admissible thicknesses serves it for given tau = 1/(b h^3) and l: +1 the
-    greatest (least mass), -1 the least (least stress), 0 any.
+    ``weights`` are the factors of its logarithm, as made small, in the rows of ``solvers.rod.rows``: up to a constant,
+    ln(mass) = ln l - ln tau - 2 ln h.
     """
 
     name: str
     sign: int
-    thickness: int
+    weights: tuple[tuple[int, float], ...]
     read: Callable[[RodCheck], float | None]
     effect: str | None = None
 
@@ -79,12 +80,14 @@ class Objective:
 OBJECTIVES = {
     objective.name: objective
     for objective in (
-        Objective("mass", 1, 1, lambda check: check.mass),
-        Objective("friction_power", 1, 0, lambda check: check.stresses.friction_power, "friction"),
-        Objective("contact_pressure", 1, 0, lambda check: check.stresses.contact_pressure_max, "friction"),
-        Objective("side_force", 1, 0, lambda check: check.stresses.side_force_max),
-        Objective("fatigue_safety", -1, -1, lambda check: check.stresses.fatigue_safety),
-        Objective("stability_safety", -1, 0, lambda check: check.stability_safety),
+        Objective("mass", 1, ((LENGTH, 1.0), (TAU, -1.0), (THICKNESS, -2.0)), lambda check: check.mass),
+        Objective("friction_power", 1, ((POWER, 1.0),), lambda check: check.stresses.friction_power, "friction"),
+        Objective(
+            "contact_pressure", 1, ((PRESSURE, 1.0),), lambda check: check.stresses.contact_pressure_max, "friction"
+        ),
+        Objective("side_force", 1, ((SIDE, 1.0),), lambda check: check.stresses.side_force_max),
+        Objective("fatigue_safety", -1, ((UTILISATION, 1.0),), lambda check: check.stresses.fatigue_safety),
+        Objective("stability_safety", -1, ((STABILITY, 1.0),), lambda check: check.stability_safety),
     )
 }
 """The objectives by name."""

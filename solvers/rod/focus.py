@@ -1,0 +1,267 @@
+"""The crank angles and sections that govern a strip, and its results from them alone.
+
+Where stresses peak is found once on a fine grid; from then on the peaks are followed by parabolas through three angles
+and three sections beside each of them. That makes an evaluation of a strip, with all derivatives, a matter of
+microseconds, and exact at the strip in focus: away from it the error grows with the cube of the distance.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
+from solvers.rod.enclosures import clamp, critical_parameter, curvature_and_stiffness
+from solvers.rod.relaxation import utilisation_of
+from solvers.rod.rows import COUNT, LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
+
+Array = NDArray[np.float64]
+
+ANGLE_STEP = 0.02
+SECTION_STEP = 0.02
+FIXED_ROWS = COUNT
+_STEP = 1e-6
+_SECTIONS = 41
+_FINE = 21
+_BUCKLED = 40.0
+
+
+class Focus(NamedTuple):
+    """What governs a strip, as arrays that kernels take. SI units.
+
+    force, stroke        at the governing angles, in threes one ANGLE_STEP apart
+    eta                  sections by distance from the head over l: the clamp first, then in threes (ends may repeat)
+    cycle_force, cycle_stroke, cycle_speed   the whole cycle at equal steps, for reactions; speed [m/s]
+    lines, parabola      the fatigue criterion as in ``relaxation.Relaxation``
+    compression          the cycle's greatest [N]
+    guide                clamp offset, diameter, skirt length [m], friction coefficient
+    """
+
+    force: Array
+    stroke: Array
+    eta: Array
+    cycle_force: Array
+    cycle_stroke: Array
+    cycle_speed: Array
+    lines: Array
+    parabola: Array
+    compression: float
+    guide: Array
+    modulus: float
+    rod_length: float
+
+
+@kernel
+def peak(left: float, middle: float, right: float) -> float:
+    """The height of the parabola through three samples if its vertex lies among them, else the greatest sample."""
+    bend = 2.0 * middle - left - right
+    slope = 0.5 * (right - left)
+    if bend > 0.0 and abs(slope) <= bend:
+        return middle + 0.5 * slope * slope / bend
+    return max(middle, max(left, right))
+
+
+@kernel
+def rows_at(f: Focus, b: float, h: float, l: float, reactions: bool, table: Array, out: Array) -> None:
+    """Logarithms of all results: those of ``rows``, sideways stability, stress, then utilisations.
+
+    out[UTILISATION] is the greatest; out[FIXED_ROWS], out[FIXED_ROWS + 1] are ln(compression/sideways critical force)
+    and ln(greatest stress); from FIXED_ROWS + 2 on, two fibres for every group of sections. Stability is
+    ln(compression/critical force); ``table`` is room of shape (angles, sections).
+    """
+    tau, L = 1.0 / (b * h * h * h), f.rod_length
+    scale = 12.0 * tau / f.modulus
+    groups = 1 + (f.eta.size - 1) // 3
+    out[TAU], out[LENGTH], out[THICKNESS] = math.log(tau), math.log(l), math.log(h)
+    out[SIDE] = out[PRESSURE] = out[POWER] = 0.0
+    if f.compression > 0.0:
+        ln_u, _ = critical_parameter(l, L)
+        euler = 2.0 * ln_u + math.log(f.modulus / (12.0 * L * L * f.compression))
+        out[STABILITY], out[FIXED_ROWS] = math.log(tau) - euler, -math.log(h * b * b * b) - euler
+    else:
+        out[STABILITY] = out[FIXED_ROWS] = -700.0
+    if out[STABILITY] >= 0.0:
+        for r in range(FIXED_ROWS + 1, out.size):
+            out[r] = _BUCKLED
+        out[UTILISATION] = out[SIDE] = out[PRESSURE] = out[POWER] = _BUCKLED
+        return
+    for i in range(f.force.size):
+        curvature_and_stiffness(f.force[i] * scale, l, L, f.eta, table[i])
+    worst, greatest = 0.0, 0.0
+    value = np.empty(3)
+    for fibre in range(2):
+        sign = 1.0 - 2.0 * fibre
+        bending = sign * 0.5 * f.modulus * h
+        for g in range(groups):
+            sections = 1 if g == 0 else 3
+            for k in range(sections):
+                j = 0 if g == 0 else 3 * g - 2 + k
+                high, low = -np.inf, np.inf
+                for i in range(0, f.force.size, 3):
+                    a = f.force[i] / (b * h) + bending * f.stroke[i] * table[i, j]
+                    m = f.force[i + 1] / (b * h) + bending * f.stroke[i + 1] * table[i + 1, j]
+                    c = f.force[i + 2] / (b * h) + bending * f.stroke[i + 2] * table[i + 2, j]
+                    high, low = max(high, peak(a, m, c)), min(low, -peak(-a, -m, -c))
+                greatest = max(greatest, max(high, -low))
+                value[k] = utilisation_of(high, low, f.lines, f.parabola) if high > low else 0.0
+            top = value[0] if g == 0 else peak(value[0], value[1], value[2])
+            worst = max(worst, top)
+            out[FIXED_ROWS + 2 + 2 * g + fibre] = math.log(max(top, 1e-300))
+    out[UTILISATION], out[FIXED_ROWS + 1] = math.log(max(worst, 1e-300)), math.log(max(greatest, 1e-300))
+    if reactions:
+        side, pressure, power = 0.0, 0.0, 0.0
+        n = f.cycle_force.size
+        offset, diameter, skirt, friction = f.guide
+        sides, pressures = np.empty(n), np.empty(n)
+        for i in range(n):
+            _, stiffness, _ = clamp(f.cycle_force[i] * scale, l, L)
+            k = stiffness / scale
+            s = abs(f.cycle_stroke[i])
+            T = s * abs(k)
+            couple = 6.0 / skirt * s * abs((L + offset) * k - f.cycle_force[i])
+            sides[i], pressures[i] = T, T + couple
+            power += (0.5 * (couple + T * T / couple) if couple > T else T) * f.cycle_speed[i]
+        for i in range(n):
+            side = max(side, peak(sides[i - 1], sides[i], sides[(i + 1) % n]))
+            pressure = max(pressure, peak(pressures[i - 1], pressures[i], pressures[(i + 1) % n]))
+        out[SIDE], out[PRESSURE] = (
+            math.log(max(side, 1e-300)),
+            math.log(max(pressure * 4.0 / (math.pi * diameter * skirt), 1e-300)),
+        )
+        out[POWER] = math.log(max(power / n * friction * 4.0 / math.pi, 1e-300))
+
+
+@kernel
+def rows_and_slopes(f: Focus, x: Array, reactions: bool, table: Array, out: Array, slopes: Array) -> None:
+    """``rows_at`` the logarithms x of b, h, l, and its derivatives by them, shape (rows, 3), by central differences."""
+    up, down, moved = np.empty(out.size), np.empty(out.size), x.copy()
+    moved[2] = min(moved[2], math.log(f.rod_length) - _STEP)
+    for v in range(3):
+        here = moved[v]
+        moved[v] = here + _STEP
+        rows_at(f, math.exp(moved[0]), math.exp(moved[1]), min(math.exp(moved[2]), f.rod_length), reactions, table, up)
+        moved[v] = here - _STEP
+        rows_at(
+            f, math.exp(moved[0]), math.exp(moved[1]), min(math.exp(moved[2]), f.rod_length), reactions, table, down
+        )
+        moved[v] = here
+        for r in range(out.size):
+            slopes[r, v] = (up[r] - down[r]) / (2.0 * _STEP)
+    rows_at(f, math.exp(x[0]), math.exp(x[1]), min(math.exp(x[2]), f.rod_length), reactions, table, out)
+
+
+@kernel
+def stress_table(
+    force: Array, stroke: Array, modulus: float, rod_length: float, b: float, h: float, l: float, eta: Array, out: Array
+) -> None:
+    """Both fibres' stresses [Pa] at all sections and angles, shape (2, sections, angles)."""
+    scale = 12.0 / (modulus * b * h * h * h)
+    room = np.empty(eta.size)
+    for i in range(force.size):
+        curvature_and_stiffness(force[i] * scale, l, rod_length, eta, room)
+        direct, bending = force[i] / (b * h), 0.5 * modulus * h * stroke[i]
+        for j in range(eta.size):
+            out[0, j, i], out[1, j, i] = direct + bending * room[j], direct - bending * room[j]
+
+
+class Cycle(Protocol):
+    """What a focus has to know of a machine: its axial force [N] at any crank angles."""
+
+    def axial_force(self, angle: Array) -> Array: ...
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A cycle sampled once, to be focused on any strip."""
+
+    cycle: Cycle
+    crank_radius: float
+    rod_length: float
+    modulus: float
+    guide: Array
+    lines: Array
+    parabola: Array
+    angle: Array
+    force: Array
+    stroke: Array
+    speed: Array
+    compression: float
+    hardest: float
+
+    def focus_at(self, b: float, h: float, l: float) -> tuple[Focus, Array]:
+        """The focus on a strip, and the middle angle of each of its threes."""
+        eta = np.linspace(0.0, 1.0, _SECTIONS)[::-1].copy()
+        table = np.empty((2, eta.size, self.angle.size))
+        stress_table(self.force, self.stroke, self.modulus, self.rod_length, b, h, l, eta, table)
+        high, low = table.max(axis=2), table.min(axis=2)
+        severity = np.empty_like(high)
+        severities(high, low, self.lines, self.parabola, severity)
+        sections = _inner_peaks(severity, eta) + _inner_peaks(np.maximum(high, -low), eta)
+        chosen: list[float] = []
+        for section in sections:
+            if all(abs(section - other) > SECTION_STEP for other in chosen):
+                chosen.append(section)
+        stations = [1.0]
+        for section in chosen:
+            middle = min(max(section, SECTION_STEP), 1.0 - SECTION_STEP)
+            stations += [middle + SECTION_STEP, middle, middle - SECTION_STEP]
+        columns = [0] + [int(np.argmin(np.abs(eta - section))) for section in chosen]
+        peaks = table[:, columns].reshape(-1, self.angle.size)
+        index = np.unique(np.concatenate([peaks.argmax(axis=1), peaks.argmin(axis=1)]))
+        middles = self._climb(index, b, h, l, np.array([1.0, *chosen]))
+        threes = (middles[:, None] + np.array([-ANGLE_STEP, 0.0, ANGLE_STEP])).ravel()
+        focus = Focus(
+            self.cycle.axial_force(threes), self.crank_radius * np.sin(threes), np.array(stations), self.force,
+            self.stroke, self.speed, self.lines, self.parabola, self.compression, self.guide, self.modulus,
+            self.rod_length,
+        )  # fmt: skip
+        return focus, middles
+
+    def _climb(self, index: NDArray[np.int64], b: float, h: float, l: float, eta: Array) -> Array:
+        """The angles of the stresses' extremes at the sections, near those of the samples at ``index``."""
+        span = 2.0 * np.pi / self.angle.size
+        start = self.angle[index]
+        around = start[:, None] + span * np.linspace(-1.25, 1.25, _FINE)
+        force, stroke = self.cycle.axial_force(around.ravel()), self.crank_radius * np.sin(around.ravel())
+        table = np.empty((2, eta.size, around.size))
+        stress_table(force, stroke, self.modulus, self.rod_length, b, h, l, eta, table)
+        table = table.reshape(2 * eta.size, index.size, _FINE)
+        step = 2.5 * span / (_FINE - 1)
+        found = set()
+        for sign in (1.0, -1.0):
+            peaks = (sign * table).max(axis=2)
+            best = peaks.argmax(axis=1)
+            for row, which in enumerate(best):
+                values = sign * table[row, which]
+                at = min(max(int(values.argmax()), 1), _FINE - 2)
+                bend = 2.0 * values[at] - values[at - 1] - values[at + 1]
+                shift = 0.5 * (values[at + 1] - values[at - 1]) / bend if bend > 0 else 0.0
+                found.add(round(float(around[which, at] + step * min(max(shift, -1.0), 1.0)), 5))
+        return np.array(sorted(found))
+
+
+def _inner_peaks(values: Array, eta: Array) -> list[float]:
+    """Where, away from the clamp, either fibre's value along the strip has its greatest peak."""
+    out = []
+    for row in values:
+        inner = (row[1:-1] >= row[:-2]) & (row[1:-1] >= row[2:])
+        at = np.flatnonzero(inner) + 1
+        if at.size == 0:
+            continue
+        j = int(at[np.argmax(row[at])])
+        bend = 2.0 * row[j] - row[j - 1] - row[j + 1]
+        shift = 0.5 * (row[j + 1] - row[j - 1]) / bend if bend > 0 else 0.0
+        out.append(float(eta[j] + shift * (eta[1] - eta[0])))
+    return out or [0.5]
+
+
+@kernel
+def severities(high: Array, low: Array, lines: Array, parabola: Array, out: Array) -> None:
+    """The criterion's utilisation of every cycle, shape of ``high``."""
+    for fibre in range(high.shape[0]):
+        for j in range(high.shape[1]):
+            out[fibre, j] = utilisation_of(high[fibre, j], low[fibre, j], lines, parabola)

@@ -16,7 +16,7 @@ import numpy as np
 from solvers.numerics.periodic import grid
 from solvers.rod import rows
 from solvers.rod.branch_and_bound import lagrangian, prove
-from solvers.rod.focus import Array, Machine, stress_table
+from solvers.rod.focus import Array, Machine, severities, stress_table
 from solvers.rod.polish import Limits, Polished, needs_reactions, polish
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.relaxation import Cuts, Relaxation, fill, workspace
@@ -29,6 +29,7 @@ _FIRST_BOXES = 2000
 _ROUNDS = 12
 _MOST_ANGLES = 48
 _NEAR = 2e-3
+_NEARLY = 0.9
 _BALANCED = 1e-6
 
 
@@ -131,17 +132,25 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
         if looked >= boxes or (key in tried and found is None):
             break
         tried.add(key)
-        for strip in (candidate,) if found is None else (candidate, found.dimensions):
-            view.add(*governing(machine, strip))
+        view.add(*governing(machine, incumbent.dimensions if incumbent is found and found else candidate))
     if incumbent is not None:
         bound = min(bound, incumbent.log_cost)
     return Proof(incumbent, bound, looked, turn + 1, len(view.angles))
 
 
 def governing(machine: Machine, d: Dimensions) -> tuple[Array, Array]:
-    """The angles and sections (eta) that govern a strip."""
+    """The angles and sections (eta) that govern a strip: those of every fibre's cycle that is nearly as bad as the worst."""
     focus, angles = machine.focus_at(d.b, d.h, d.l)
-    return angles, np.concatenate([focus.eta[:1], focus.eta[2::3]])
+    eta = np.concatenate([focus.eta[:1], focus.eta[2::3]])
+    table = np.empty((2, eta.size, angles.size))
+    stress_table(focus.force[1::3], focus.stroke[1::3], machine.modulus, machine.rod_length, d.b, d.h, d.l, eta, table)
+    high, low = table.max(axis=2), table.min(axis=2)
+    severity = np.empty_like(high)
+    severities(high, low, machine.lines, machine.parabola, severity)
+    strength = np.maximum(high, -low)
+    kept = (severity > _NEARLY * severity.max()) | (strength > _NEARLY * strength.max())
+    wanted = np.unique(np.concatenate([table.argmax(axis=2)[kept], table.argmin(axis=2)[kept]]))
+    return np.concatenate([angles[wanted], machine.reaction_peaks(d.b, d.h, d.l)]), eta[kept.any(axis=0)]
 
 
 def _length_range(machine: Machine, sizes: Sizes) -> tuple[float, float]:

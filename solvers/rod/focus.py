@@ -27,6 +27,8 @@ FIXED_ROWS = COUNT
 _STEP = 1e-6
 _SECTIONS = 41
 _FINE = 21
+_ZOOM = 17
+_SECTION_SPAN = 0.04
 _BUCKLED = 40.0
 
 
@@ -205,14 +207,14 @@ class Machine:
         for section in sections:
             if all(abs(section - other) > SECTION_STEP for other in chosen):
                 chosen.append(section)
-        stations = [1.0]
-        for section in chosen:
-            middle = min(max(section, SECTION_STEP), 1.0 - SECTION_STEP)
-            stations += [middle + SECTION_STEP, middle, middle - SECTION_STEP]
         columns = [0] + [int(np.argmin(np.abs(eta - section))) for section in chosen]
         peaks = table[:, columns].reshape(-1, self.angle.size)
         index = np.unique(np.concatenate([peaks.argmax(axis=1), peaks.argmin(axis=1)]))
         middles = self._climb(index, b, h, l, np.array([1.0, *chosen]))
+        stations = [1.0]
+        for section in chosen:
+            middle = min(max(self._zoom(section, middles, b, h, l), SECTION_STEP), 1.0 - SECTION_STEP)
+            stations += [middle + SECTION_STEP, middle, middle - SECTION_STEP]
         threes = (middles[:, None] + np.array([-ANGLE_STEP, 0.0, ANGLE_STEP])).ravel()
         focus = Focus(
             self.cycle.axial_force(threes), self.crank_radius * np.sin(threes), np.array(stations), self.force,
@@ -220,6 +222,42 @@ class Machine:
             self.rod_length,
         )  # fmt: skip
         return focus, middles
+
+    def _zoom(self, section: float, angles: Array, b: float, h: float, l: float) -> float:
+        """Where near ``section`` the worse fibre's utilisation peaks, seen at the governing angles."""
+        eta = np.clip(section + _SECTION_SPAN * np.linspace(1.0, -1.0, _ZOOM), 0.0, 1.0)
+        table = np.empty((2, eta.size, angles.size))
+        force, stroke = self.cycle.axial_force(angles), self.crank_radius * np.sin(angles)
+        stress_table(force, stroke, self.modulus, self.rod_length, b, h, l, eta, table)
+        severity = np.empty((2, eta.size))
+        severities(table.max(axis=2), table.min(axis=2), self.lines, self.parabola, severity)
+        row = severity[int(severity.max(axis=1).argmax())]
+        j = int(row.argmax())
+        if not 0 < j < eta.size - 1:
+            return section
+        bend = 2.0 * row[j] - row[j - 1] - row[j + 1]
+        return float(eta[j] + (0.5 * (row[j + 1] - row[j - 1]) / bend if bend > 0 else 0.0) * (eta[1] - eta[0]))
+
+    def reaction_peaks(self, b: float, h: float, l: float) -> Array:
+        """The angles of the greatest side force and contact pressure, shape (2,)."""
+        span = 2.0 * np.pi / self.angle.size
+        found = self.angle[self._reactions(self.force, self.stroke, b, h, l).argmax(axis=1)]
+        around = found[:, None] + span * np.linspace(-1.25, 1.25, _FINE)
+        force, stroke = self.cycle.axial_force(around.ravel()), self.crank_radius * np.sin(around.ravel())
+        values = self._reactions(force, stroke, b, h, l).reshape(2, 2, _FINE)
+        out = []
+        for k in range(2):
+            row, at = values[k, k], min(max(int(values[k, k].argmax()), 1), _FINE - 2)
+            bend = 2.0 * row[at] - row[at - 1] - row[at + 1]
+            shift = 0.5 * (row[at + 1] - row[at - 1]) / bend if bend > 0 else 0.0
+            out.append(around[k, at] + min(max(shift, -1.0), 1.0) * 2.5 * span / (_FINE - 1))
+        return np.array(out)
+
+    def _reactions(self, force: Array, stroke: Array, b: float, h: float, l: float) -> Array:
+        """Side force and contact pressure (in N) at each angle, shape (2, angles)."""
+        out = np.empty((2, force.size))
+        side_and_pressure(force, stroke, self.modulus, self.rod_length, self.guide, b, h, l, out)
+        return out
 
     def _climb(self, index: NDArray[np.int64], b: float, h: float, l: float, eta: Array) -> Array:
         """The angles of the stresses' extremes at the sections, near those of the samples at ``index``."""
@@ -265,3 +303,24 @@ def severities(high: Array, low: Array, lines: Array, parabola: Array, out: Arra
     for fibre in range(high.shape[0]):
         for j in range(high.shape[1]):
             out[fibre, j] = utilisation_of(high[fibre, j], low[fibre, j], lines, parabola)
+
+
+@kernel
+def side_and_pressure(
+    force: Array,
+    stroke: Array,
+    modulus: float,
+    rod_length: float,
+    guide: Array,
+    b: float,
+    h: float,
+    l: float,
+    out: Array,
+) -> None:
+    """|T| and |T| + 6 |M0 + T e|/Lp [N] at every angle: out of shape (2, angles)."""
+    stiffness = modulus * b * h * h * h / 12.0
+    for i in range(force.size):
+        _, k, _ = clamp(force[i] / stiffness, l, rod_length)
+        T = stiffness * k * stroke[i]
+        out[0, i] = abs(T)
+        out[1, i] = abs(T) + 6.0 / guide[2] * abs((rod_length + guide[0]) * T - force[i] * stroke[i])

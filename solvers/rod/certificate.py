@@ -139,7 +139,7 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
 
 
 def governing(machine: Machine, d: Dimensions) -> tuple[Array, Array]:
-    """The angles and sections (eta) that govern a strip: those of every fibre's cycle that is nearly as bad as the worst."""
+    """The angles and sections (eta) that govern a strip: where a fibre's cycle is nearly as bad as the worst."""
     focus, angles = machine.focus_at(d.b, d.h, d.l)
     eta = np.concatenate([focus.eta[:1], focus.eta[2::3]])
     table = np.empty((2, eta.size, angles.size))

@@ -17,6 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.jit import kernel
+
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
@@ -43,7 +45,7 @@ def climb(evaluate: Evaluate, places: Array, values: Array, tolerance: Array) ->
 
     The function is taken to have one maximum in each bracket; without that the result is still one of its values.
     """
-    places, values = places.copy(), values.copy()
+    places, values = np.array(places, dtype=float), np.array(values, dtype=float)
     count = places.shape[0]
     error = np.full(count, np.inf)
     rounding = 4.0 * _EPS * np.max(np.abs(values), axis=1, initial=0.0)
@@ -51,54 +53,73 @@ def climb(evaluate: Evaluate, places: Array, values: Array, tolerance: Array) ->
     for _ in range(MOST_ROUNDS):
         if not todo.size:
             break
-        points = _trial(places[todo], values[todo])
-        x = np.concatenate([places[todo], points], axis=1)
-        f = np.concatenate([values[todo], evaluate(points, todo)], axis=1)
-        order = np.argsort(x, axis=1, kind="stable")
-        x, f = np.take_along_axis(x, order, axis=1), np.take_along_axis(f, order, axis=1)
-        places[todo], values[todo], error[todo] = _narrow(x, f)
+        points = _trial(places, values, todo)
+        _narrow(places, values, error, todo, points, np.ascontiguousarray(evaluate(points, todo)))
         width = places[todo, 2] - places[todo, 0]
         spent = width <= 8.0 * _EPS * np.maximum(np.abs(places[todo, 1]), _EPS)
         todo = todo[~((error[todo] <= np.maximum(tolerance[todo], rounding[todo])) | spent)]
     return Summits(places[:, 1], values[:, 1], np.maximum(error, rounding), places[:, 2] - places[:, 0])
 
 
-def _trial(x: Array, f: Array) -> Array:
-    a, c, b = x.T
-    fa, fc, fb = f.T
-    left, right = (c - a) * (fc - fb), (b - c) * (fc - fa)
-    bend = left + right
-    safe = np.where(bend > 0, bend, 1.0)
-    vertex = np.where(bend > 0, c + 0.5 * ((b - c) * right - (c - a) * left) / safe, c)
-    near = NEAR * (b - a)
-    vertex = np.clip(vertex, a, b)
-    spread = np.stack([vertex - near, vertex, vertex + near, 0.5 * (a + c), 0.5 * (c + b)], axis=1)
-    return np.clip(spread, a[:, None], b[:, None])
+@kernel
+def _trial(places: Array, values: Array, todo: Rows) -> Array:
+    """The five points of a round for every unfinished row, shape (rows, 5)."""
+    out = np.empty((todo.size, 5))
+    for n in range(todo.size):
+        a, c, b = places[todo[n]]
+        fa, fc, fb = values[todo[n]]
+        left, right = (c - a) * (fc - fb), (b - c) * (fc - fa)
+        vertex = c
+        if left + right > 0.0:
+            vertex = c + 0.5 * ((b - c) * right - (c - a) * left) / (left + right)
+        vertex = min(max(vertex, a), b)
+        near = NEAR * (b - a)
+        out[n, 0], out[n, 1], out[n, 2] = max(vertex - near, a), vertex, min(vertex + near, b)
+        out[n, 3], out[n, 4] = 0.5 * (a + c), 0.5 * (c + b)
+    return out
 
 
-def _narrow(x: Array, f: Array) -> tuple[Array, Array, Array]:
-    rows, last = np.arange(x.shape[0]), x.shape[1] - 1
-    # Points may coincide; the neighbours are the nearest that do not.
-    best = np.argmax(f, axis=1)
-    c, fc = x[rows, best], f[rows, best]
-    before, after = x < c[:, None], x > c[:, None]
-    i = np.where(before.any(axis=1), before.sum(axis=1) - 1, best)
-    j = np.where(after.any(axis=1), last + 1 - after.sum(axis=1), best)
-    a, fa, b, fb = x[rows, i], f[rows, i], x[rows, j], f[rows, j]
-    to_left, to_right = c - a, b - c
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inside = np.maximum((fc - fa) * to_right / to_left, (fc - fb) * to_left / to_right)
-        # At an end: the chord through the two nearest points inside, extended to the end.
-        following = np.minimum(last + 1 - (x > b[:, None]).sum(axis=1), last)
-        beyond = x[rows, following] - b
-        at_start = fb + (fb - f[rows, following]) * to_right / beyond - fc
-        preceding = np.maximum((x < a[:, None]).sum(axis=1) - 1, 0)
-        ahead = a - x[rows, preceding]
-        at_finish = fa + (fa - f[rows, preceding]) * to_left / ahead - fc
-        at_start, at_finish = np.where(beyond > 0, at_start, np.inf), np.where(ahead > 0, at_finish, np.inf)
-    error = np.where(to_left <= 0, at_start, np.where(to_right <= 0, at_finish, inside))
-    error = np.where((to_left <= 0) & (to_right <= 0), 0.0, np.maximum(error, 0.0))
-    return np.stack([a, c, b], axis=1), np.stack([fa, fc, fb], axis=1), error
+@kernel
+def _narrow(places: Array, values: Array, error: Array, todo: Rows, points: Array, heights: Array) -> None:
+    """Replace every unfinished row's bracket by the best point and its nearest distinct neighbours, with its error."""
+    x, f = np.empty(8), np.empty(8)
+    for n in range(todo.size):
+        row = todo[n]
+        x[:3], f[:3], x[3:], f[3:] = places[row], values[row], points[n], heights[n]
+        best = 0
+        for m in range(1, 8):
+            if f[m] > f[best]:
+                best = m
+        c, fc = x[best], f[best]
+        # The two nearest points on either side: the neighbour, and the one its chord needs at an end.
+        a, fa, a2, fa2 = -np.inf, 0.0, -np.inf, 0.0
+        b, fb, b2, fb2 = np.inf, 0.0, np.inf, 0.0
+        for m in range(8):
+            if x[m] < c:
+                if x[m] > a:
+                    a2, fa2, a, fa = a, fa, x[m], f[m]
+                elif a > x[m] > a2:
+                    a2, fa2 = x[m], f[m]
+            elif x[m] > c:
+                if x[m] < b:
+                    b2, fb2, b, fb = b, fb, x[m], f[m]
+                elif b < x[m] < b2:
+                    b2, fb2 = x[m], f[m]
+        first, last = a == -np.inf, b == np.inf
+        missing = 0.0
+        if first and last:
+            a, fa, b, fb = c, fc, c, fc
+        elif first:
+            missing = np.inf if b2 == np.inf else fb + (fb - fb2) * (b - c) / (b2 - b) - fc
+            a, fa = c, fc
+        elif last:
+            missing = np.inf if a2 == -np.inf else fa + (fa - fa2) * (c - a) / (a - a2) - fc
+            b, fb = c, fc
+        else:
+            missing = max((fc - fa) * (b - c) / (c - a), (fc - fb) * (c - a) / (b - c))
+        error[row] = max(missing, 0.0)
+        places[row, 0], places[row, 1], places[row, 2] = a, c, b
+        values[row, 0], values[row, 1], values[row, 2] = fa, fc, fb
 
 
 def humps(samples: Array, slack: float, closed: bool) -> tuple[Rows, Rows]:

@@ -99,7 +99,9 @@ class LinearShape:
         return beam_column.slope(self.constants, stations) * self.stroke
 
     def deflection(self, stations: ArrayLike) -> Array:
-        return beam_column.deflection(self.constants, stations) * self.stroke
+        c, z = self.constants, np.atleast_1d(np.asarray(stations, dtype=float))
+        bent = strip_kernels.deflection(c.coupling, c.length, c.clamp_curvature, c.clamp_shear, c.head_curvature, z)
+        return bent * self.stroke
 
     def axial_force(self, stations: ArrayLike) -> Array:
         return np.broadcast_to(self.force, (np.size(stations), self.force.size))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.rod.beam_column import FORWARD_LIMIT
-from solvers.rod.envelope import _SERIES_LIMIT, beam_constants
+from solvers.rod.envelope import _SERIES_LIMIT, _remainders, beam_constants
 
 Array = NDArray[np.float64]
 _LIMIT = FORWARD_LIMIT
@@ -59,8 +59,39 @@ def curvature(q: Array, l: float, clamp: Array, shear: Array, head: Array, z: Ar
     return out
 
 
+@kernel
+def deflection(q: Array, l: float, clamp: Array, shear: Array, head: Array, z: Array) -> Array:
+    """V(z) per unit stroke (dimensionless), shape (stations, couplings)."""
+    out = np.empty((z.size, q.size))
+    for i in range(q.size):
+        if q[i] * l * l > _LIMIT:
+            # Integrated twice: q V = V'' - C - D z, with V'' from its two ends.
+            k = math.sqrt(q[i])
+            span = -math.expm1(-2.0 * k * l)
+            for j in range(z.size):
+                down = math.exp(-k * z[j]) * -math.expm1(-2.0 * k * (l - z[j]))
+                up = math.exp(-k * (l - z[j])) * -math.expm1(-2.0 * k * z[j])
+                out[j, i] = ((clamp[i] * down + head[i] * up) / span - clamp[i] - shear[i] * z[j]) / q[i]
+            continue
+        for j in range(z.size):
+            t = -q[i] * z[j] * z[j]
+            if abs(t) <= _UNSCALED:
+                c2, c3 = _remainders(t)
+            elif t > 0.0:
+                x = math.sqrt(t)
+                half = math.sin(0.5 * x) / x
+                c2, c3 = 2.0 * half * half, (x - math.sin(x)) / (x * t)
+            else:
+                y = math.sqrt(-t)
+                half = math.sinh(0.5 * y) / y
+                c2, c3 = 2.0 * half * half, (math.sinh(y) - y) / (y * -t)
+            out[j, i] = z[j] * z[j] * (clamp[i] * c2 + shear[i] * z[j] * c3)
+    return out
+
+
 def warm_up() -> None:
-    """Compile, or load from the cache, both kernels."""
+    """Compile, or load from the cache, the three kernels."""
     q = np.array([-1.0, 1.0, 10.0])
     clamp, shear, head, _ = solve(q, 1.0, 2.0)
     curvature(q, 1.0, clamp, shear, head, np.array([0.0, 0.5]))
+    deflection(q, 1.0, clamp, shear, head, np.array([0.0, 0.5]))

@@ -25,6 +25,9 @@ def test_constants_and_curvature_agree(sign, low, high):
     expected = beam_column.curvature(constants, z)
     found = strip_kernels.curvature(q, LENGTH, clamp, shear, head, z)
     assert np.all(np.abs(found - expected) <= 1e-14 * np.abs(expected).max(axis=0))
+    expected = beam_column.deflection(constants, z)
+    found = strip_kernels.deflection(q, LENGTH, clamp, shear, head, z)
+    assert np.all(np.abs(found - expected) <= 1e-14 * np.abs(expected).max(axis=0))
 
 
 def test_no_load_is_no_special_case():

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
 from pydantic import ValidationError
 from starlette.exceptions import HTTPException
 
+from app.designs.schema import Entry, is_tag
 from app.jobs.errors import Busy, ExecutorClosed
 from app.store.errors import IdempotencyConflict, InvalidCursor, UnknownRun
 
 MEDIA_TYPE = "application/problem+json"
+INVALID = "The request is not valid"
+MOST_ENTRIES = 100
+LONGEST_POINTER = 500
 
 _LIMITS = {
+    "allowed": "{}",
     "gt": "more than {}",
     "ge": "at least {}",
     "lt": "less than {}",
@@ -23,56 +30,80 @@ _LIMITS = {
     "min_length": "at least {} long",
     "max_length": "at most {} long",
     "expected": "{}",
-    "expected_tags": "{}",
 }
 _ALLOWED_BY_TYPE = {
     "finite_number": "a finite number",
     "float_type": "a number",
+    "float_parsing": "a number",
     "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
     "string_type": "a string",
+    "string_pattern_mismatch": "no NUL character",
     "list_type": "an array",
     "missing": "this field",
     "extra_forbidden": "only the fields of the contract",
     "model_type": "an object",
     "model_attributes_type": "an object",
     "json_invalid": "one well-formed JSON value in UTF-8",
+    "datetime_parsing": "a time such as 2026-01-31T12:00:00Z",
+    "datetime_from_date_parsing": "a time such as 2026-01-31T12:00:00Z",
+    "timezone_aware": "a time with its zone, such as 2026-01-31T12:00:00Z",
 }
 
 
 class Problem(Exception):
     """A refusal on its way to the client."""
 
-    def __init__(self, status: int, title: str, detail: str, errors: list[dict[str, Any]] | None = None) -> None:
+    def __init__(
+        self,
+        status: int,
+        title: str,
+        detail: str,
+        errors: list[Entry] | None = None,
+        headers: Mapping[str, str] | None = None,
+    ) -> None:
         super().__init__(detail)
         self.status = status
-        self.body = {"type": "about:blank", "title": title, "status": status, "detail": detail}
+        self.headers = dict(headers or {})
+        self.body: dict[str, Any] = {"type": "about:blank", "title": title, "status": status, "detail": detail}
         if errors is not None:
             self.body["errors"] = errors
 
 
-def problem_response(body: dict[str, Any]) -> Response:
-    """A response that carries a problem; its status is the problem's own."""
+def problem_response(problem: Problem) -> Response:
+    """The problem as a response."""
     # ASCII only: a lone surrogate in a field's name cannot be encoded as UTF-8, but can be escaped.
-    return Response(json.dumps(body, allow_nan=False), status_code=body["status"], media_type=MEDIA_TYPE)
+    body = json.dumps(problem.body, allow_nan=False)
+    return Response(body, status_code=problem.status, headers=problem.headers, media_type=MEDIA_TYPE)
 
 
 def invalid(error: ValidationError) -> Problem:
-    """One entry per bad field: pointer, what is wrong, what is allowed. Values are never echoed."""
-    errors = []
-    for item in error.errors(include_url=False, include_input=False):
-        limits = [text.format(item["ctx"][key]) for key, text in _LIMITS.items() if key in item.get("ctx", {})]
-        allowed = ", ".join(limits) or _ALLOWED_BY_TYPE.get(item["type"], "see the contract")
-        pointer = "".join(f"/{str(part).replace('~', '~0').replace('/', '~1')}" for part in _path(item["loc"]))
-        errors.append({"pointer": pointer, "detail": item["msg"], "allowed": allowed})
-    return Problem(422, "The request is not valid", f"{len(errors)} field(s) cannot be accepted", errors)
+    """The refusal of a body. Values are never echoed, for JSON cannot carry them all."""
+    return refusal(error.errors(include_url=False, include_input=False))
 
 
-def _path(loc: tuple[int | str, ...]) -> list[int | str]:
-    """The field's path without the names of union members that pydantic weaves into it."""
-    return [part for part in loc if not (isinstance(part, str) and (part[:1].isupper() or part in _UNION_TAGS))]
+def refusal(errors: Iterable[Mapping[str, Any]], depth: int = 0) -> Problem:
+    """One entry per bad field: pointer, what is wrong, what is allowed; ``depth`` parts of each location are dropped.
+
+    A request can be wrong in ten thousand places; the first hundred are told.
+    """
+    found = list(errors)
+    entries = [_entry(item, depth) for item in found[:MOST_ENTRIES]]
+    return Problem(422, INVALID, f"{len(found)} field(s) cannot be accepted", entries)
 
 
-_UNION_TAGS = frozenset({"schmidt", "table", "constant", "literal['auto','all']", "function-after"})
+def _entry(item: Mapping[str, Any], depth: int) -> Entry:
+    context = item.get("ctx", {})
+    limits = [text.format(context[key]) for key, text in _LIMITS.items() if key in context]
+    allowed = ", ".join(limits) or _ALLOWED_BY_TYPE.get(item["type"], "see the contract")
+    parts = [part for part in item["loc"][depth:] if not is_tag(part)]
+    return {"pointer": json_pointer(parts), "detail": item["msg"], "allowed": allowed}
+
+
+def json_pointer(parts: Iterable[int | str]) -> str:
+    """RFC 6901, cut where a client sent a monster of a name."""
+    return "".join(f"/{str(part).replace('~', '~0').replace('/', '~1')}" for part in parts)[:LONGEST_POINTER]
 
 
 def install(app: FastAPI) -> None:
@@ -80,36 +111,35 @@ def install(app: FastAPI) -> None:
 
     @app.exception_handler(Problem)
     async def _problem(_: Request, problem: Problem) -> Response:
-        return problem_response(problem.body)
+        return problem_response(problem)
+
+    @app.exception_handler(RequestValidationError)
+    async def _parameter(_: Request, error: RequestValidationError) -> Response:
+        # The location starts with where the parameter was: query, header, path.
+        return problem_response(refusal(error.errors(), depth=1))
 
     @app.exception_handler(HTTPException)
     async def _http(_: Request, error: HTTPException) -> Response:
-        response = problem_response(Problem(error.status_code, str(error.detail), str(error.detail)).body)
-        response.headers.update(error.headers or {})
-        return response
+        return problem_response(Problem(error.status_code, error.detail, error.detail, headers=error.headers))
 
     @app.exception_handler(IdempotencyConflict)
     async def _conflict(_: Request, error: IdempotencyConflict) -> Response:
-        return problem_response(Problem(409, "The idempotency key is taken", str(error)).body)
+        return problem_response(Problem(409, "The idempotency key is taken", str(error)))
 
     @app.exception_handler(UnknownRun)
     async def _unknown(_: Request, error: UnknownRun) -> Response:
-        return problem_response(Problem(404, "No such run", "no run has this id").body)
+        return problem_response(Problem(404, "No such run", "no run has this id"))
 
     @app.exception_handler(InvalidCursor)
     async def _cursor(_: Request, error: InvalidCursor) -> Response:
         entry = {"pointer": "/cursor", "detail": str(error), "allowed": "the next_cursor of an earlier page"}
-        return problem_response(Problem(422, "The request is not valid", str(error), [entry]).body)
+        return problem_response(Problem(422, INVALID, str(error), [entry]))
 
     @app.exception_handler(Busy)
     @app.exception_handler(ExecutorClosed)
     async def _busy(_: Request, error: Exception) -> Response:
-        response = problem_response(Problem(503, "Too much work waits", str(error)).body)
-        response.headers["Retry-After"] = "1"
-        return response
+        return problem_response(Problem(503, "Too much work waits", str(error), headers={"Retry-After": "1"}))
 
     @app.exception_handler(Exception)
     async def _unforeseen(_: Request, error: Exception) -> Response:
-        return problem_response(
-            Problem(500, "Something went wrong", "the request was understood; the fault is here").body
-        )
+        return problem_response(Problem(500, "Something went wrong", "the request was understood; the fault is here"))

@@ -7,7 +7,6 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
-from fastapi.exceptions import RequestValidationError
 from fastapi.staticfiles import StaticFiles
 from prometheus_fastapi_instrumentator import Instrumentator
 
@@ -59,17 +58,6 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )
     app.state.settings = settings
     errors.install(app)
-
-    @app.exception_handler(RequestValidationError)
-    async def _query(_, error: RequestValidationError):
-        entries = [
-            {"pointer": "/" + "/".join(map(str, item["loc"][1:])), "detail": item["msg"], "allowed": "see /docs"}
-            for item in error.errors()
-        ]
-        return errors.problem_response(
-            errors.Problem(422, "The request is not valid", "a parameter cannot be accepted", entries).body
-        )
-
     for router in (operation.router, runs.router, submissions.router, pages.router):
         app.include_router(router)
     app.mount("/static", StaticFiles(directory=pages.STATIC), name="static")

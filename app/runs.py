@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from dataclasses import replace
+from typing import Any
 
 from pydantic import BaseModel
 
@@ -40,7 +41,7 @@ def queued(slug: str, mode: Mode, request: BaseModel) -> RunRecord:
 def answered(run: RunRecord, answer: Answer, started: float) -> RunRecord:
     """The run with its answer; one that JSON cannot carry becomes a failure, not a null."""
     if not (finite(answer.result) and finite(answer.effects) and finite(answer.accuracy)):
-        return failed(run, "The result is not finite", "the solver gave a number that is not finite", started)
+        return failed(run, 500, "The result is not finite", "the solver gave a number that is not finite", started)
     timing = {**answer.timing, "total_s": time.perf_counter() - started}
     return replace(
         run,
@@ -53,9 +54,13 @@ def answered(run: RunRecord, answer: Answer, started: float) -> RunRecord:
     )
 
 
-def failed(run: RunRecord, title: str, detail: str, started: float) -> RunRecord:
-    """The run as ended without an answer."""
-    problem = {"type": "about:blank", "title": title, "status": 500, "detail": detail}
+def failed(run: RunRecord, status: int, title: str, detail: str, started: float) -> RunRecord:
+    """The run as ended without an answer; ``status`` is the HTTP status that says why."""
+    return refused(run, {"type": "about:blank", "title": title, "status": status, "detail": detail}, started)
+
+
+def refused(run: RunRecord, problem: dict[str, Any], started: float) -> RunRecord:
+    """The run as ended with a problem: what the solver saw only after a 202 was given."""
     timing = {"total_s": time.perf_counter() - started}
     return replace(run, status=RunStatus.FAILED, problem=canonical_json(problem), timing=canonical_json(timing))
 

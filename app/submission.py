@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import asyncio
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from pydantic import BaseModel
 
 from app import runs
 from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.registry import job_of
 from app.errors import Problem
-from app.jobs.errors import BudgetExceeded, MemoryExceeded, SolveFailed, WorkerCrashed
+from app.jobs.errors import BudgetExceeded, Busy, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.jobs.executor import Executor
 from app.store.record import Finish, RunRecord, StoredResponse
 from app.store.repository import RunStore
 
 REFUSED = "refused"
 """The status of an answer whose request the solver could not accept: nothing is stored."""
+
+MOST_IN_BACKGROUND = 1000
+"""Runs that may be queued or solved after their 202; one more is refused, not promised."""
+
+_RETRY_S = 0.2
 
 
 @dataclass(frozen=True)
@@ -32,21 +38,24 @@ class Service:
     async def answer(self, kind: Kind, mode: Mode, request: BaseModel) -> RunRecord:
         """The run for a request, answered but not stored yet. Raises Problem if the solver refuses the request."""
         started = time.perf_counter()
+        job = job_of(kind, mode)
         run = runs.queued(kind.slug, mode, request)
-        earlier = await self.store.find_answer(run.spec_hash, run.solver_name, run.solver_version)
-        if earlier is not None:
-            return runs.repeated(run, earlier, started)
-        return await self._solve(run, kind.jobs[mode], request, started)
+        if job.repeatable:
+            earlier = await self.store.find_answer(run.spec_hash, run.solver_name, run.solver_version)
+            if earlier is not None:
+                return runs.repeated(run, earlier, started)
+        return await self._solve(run, job, request, started)
 
     async def _solve(self, run: RunRecord, job: Job, request: BaseModel, started: float) -> RunRecord:
+        """The run with the solver's answer, or failed where it came to none."""
         try:
             answer = await self._run(run, job, request)
         except BudgetExceeded as error:
-            return runs.failed(run, "The time budget ran out", str(error), started)
+            return runs.failed(run, 504, "The time budget ran out", str(error), started)
         except MemoryExceeded as error:
-            return runs.failed(run, "The memory bound was reached", str(error), started)
+            return runs.failed(run, 507, "The memory bound was reached", str(error), started)
         except (WorkerCrashed, SolveFailed):
-            return runs.failed(run, "The solver failed", "the solve ended without an answer", started)
+            return runs.failed(run, 500, "The solver failed", "the solve ended without an answer", started)
         if answer.status == REFUSED and answer.problem is not None:
             problem = answer.problem
             raise Problem(problem["status"], problem["title"], problem["detail"], problem["errors"])
@@ -55,7 +64,8 @@ class Service:
     async def _run(self, run: RunRecord, job: Job, request: BaseModel) -> Answer:
         if job.inline:
             return job.run(request)
-        return await self.executor.run(run.kind, run.mode, request.model_dump_json().encode(), self.solve_budget_s)
+        budget = self.solve_budget_s + job.extra_s(request)
+        return await self.executor.run(run.kind, run.mode, request.model_dump_json().encode(), budget)
 
     async def submit(
         self, kind: Kind, mode: Mode, request: BaseModel, key: str | None, request_hash: str
@@ -68,10 +78,12 @@ class Service:
         self, kind: Kind, mode: Mode, request: BaseModel, key: str | None, request_hash: str
     ) -> StoredResponse:
         """Store the run as queued, answer 202, and solve in the background."""
+        if len(self.background) >= MOST_IN_BACKGROUND:
+            raise Busy(f"{len(self.background)} runs wait already")
         run = runs.queued(kind.slug, mode, request)
         response = await self._keep(run, 202, key, request_hash)
         if response.run_id == run.id:
-            task = asyncio.create_task(self._finish(run, kind.jobs[mode], request))
+            task = asyncio.create_task(self._finish(run, job_of(kind, mode), request))
             self.background.add(task)
             task.add_done_callback(self.background.discard)
         return response
@@ -85,17 +97,26 @@ class Service:
         return first or response
 
     async def _finish(self, run: RunRecord, job: Job, request: BaseModel) -> None:
+        """Solve a queued run and write down how it ended, whatever happens."""
         started = time.perf_counter()
         await self.store.start(run.id)
         try:
-            ended = await self._solve(run, job, request, started)
+            ended = await self._solve_in_turn(run, job, request, started)
         except Problem as problem:
-            ended = replace(runs.failed(run, problem.body["title"], problem.body["detail"], started))
+            ended = runs.refused(run, problem.body, started)
         except Exception as error:
-            ended = runs.failed(run, "The solver failed", type(error).__name__, started)
+            ended = runs.failed(run, 500, "The solver failed", type(error).__name__, started)
         await self.store.finish(
             run.id, Finish(ended.status, ended.result, ended.problem, ended.effects, ended.accuracy, ended.timing)
         )
+
+    async def _solve_in_turn(self, run: RunRecord, job: Job, request: BaseModel, started: float) -> RunRecord:
+        """Solve once the executor has room: a run that was promised is not refused for want of it."""
+        while True:
+            try:
+                return await self._solve(run, job, request, started)
+            except Busy:
+                await asyncio.sleep(_RETRY_S)
 
     async def close(self) -> None:
         """Let go of background solves: their runs stay open and are failed at the next start."""

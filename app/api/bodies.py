@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
+import json
+from typing import Any, Protocol, Self, TypeVar
 
 from fastapi import Request
 from pydantic import ValidationError
 
-from app.designs.schema import SolverRequest
-from app.errors import Problem, invalid
+from app.designs.schema import Entry, entry
+from app.errors import INVALID, Problem, invalid, json_pointer
 
-M = TypeVar("M", bound=SolverRequest)
+
+class Body(Protocol):
+    """What a request model must offer: a pydantic model that can see what single fields cannot."""
+
+    @classmethod
+    def model_validate_json(cls, json_data: bytes) -> Self: ...
+
+    def contradictions(self) -> list[Entry]: ...
+
+
+M = TypeVar("M", bound=Body)
 
 
 async def read_body(request: Request) -> bytes:
@@ -34,6 +45,54 @@ def parse(model: type[M], body: bytes) -> M:
         request = model.model_validate_json(body)
     except ValidationError as error:
         raise invalid(error) from None
+    if repeated := _repeated_names(body):
+        raise Problem(422, INVALID, "names appear more than once", repeated)
     if contradictions := request.contradictions():
-        raise Problem(422, "The request is not valid", "values contradict each other", contradictions)
+        raise Problem(422, INVALID, "values contradict each other", contradictions)
     return request
+
+
+class _Repeating(dict[str, Any]):
+    """A JSON object in which some names appear more than once."""
+
+    names: list[str]
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) == len(pairs):
+        return found
+    repeating, seen = _Repeating(found), set()
+    repeating.names = [name for name, _ in pairs if name in seen or seen.add(name)]
+    return repeating
+
+
+def _repeated_names(body: bytes) -> list[Entry]:
+    """One entry per name that an object has twice: validation takes the last one, the sender may have meant the first.
+
+    For bodies that are valid otherwise: their depth is that of the model.
+    """
+    found: list[Entry] = []
+
+    def look(value: Any, path: tuple[int | str, ...]) -> None:
+        if isinstance(value, _Repeating):
+            found.extend(
+                entry(json_pointer((*path, name)), "appears more than once", "each name once") for name in value.names
+            )
+        children = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+        for name, child in children:
+            look(child, (*path, name))
+
+    repeats = False
+
+    def build(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        nonlocal repeats
+        built = _object(pairs)
+        repeats = repeats or isinstance(built, _Repeating)
+        return built
+
+    # Numbers stay text: none is looked at, and Python refuses integers of more than 4300 digits.
+    content = json.loads(body, object_pairs_hook=build, parse_int=str, parse_float=str)
+    if repeats:
+        look(content, ())
+    return found

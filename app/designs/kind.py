@@ -36,23 +36,33 @@ class Answer:
     problem: dict[str, Any] | None = None
 
 
+def _nothing(_request: Any) -> float:
+    return 0.0
+
+
 @dataclass(frozen=True)
 class Job:
     """One thing that can be asked of a kind: a request model, a result model, and the pure call between them.
 
     ``inline`` is true only where the call's time has a small proven bound, so that it may run on the event
-    loop; everything else runs in a process that can be killed.
+    loop; everything else runs in a process that can be killed. ``extra_s`` is the time that a request itself may ask
+    for on top of the budget. ``repeatable`` is false where time is part of the answer, so that no earlier one will do.
     """
 
     request: type[BaseModel]
     result: type[BaseModel]
     run: Callable[[Any], Answer]
     inline: bool = False
+    extra_s: Callable[[Any], float] = _nothing
+    repeatable: bool = True
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Kind:
-    """A kind of design: its slug in URLs, its title for people, its jobs by mode, effects and plots by name."""
+    """A kind of design: its slug in URLs, its title for people, its jobs by mode, effects and plots by name.
+
+    ``main_results`` are the numbers of a result that an accuracy study judges.
+    """
 
     slug: str
     title: str
@@ -61,3 +71,4 @@ class Kind:
     effects: Callable[[], list[dict[str, Any]]]
     example: Callable[[Mode], dict[str, Any]]
     plots: Mapping[str, Callable[[dict[str, Any]], str]]
+    main_results: tuple[str, ...]

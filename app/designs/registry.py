@@ -2,7 +2,23 @@
 
 from __future__ import annotations
 
+from app.designs.accuracy import study_job
 from app.designs.flexible_rod import FLEXIBLE_ROD
-from app.designs.kind import Kind
+from app.designs.kind import Job, Kind, Mode
 
 KINDS: dict[str, Kind] = {kind.slug: kind for kind in (FLEXIBLE_ROD,)}
+
+
+def job_of(kind: Kind, mode: Mode) -> Job:
+    """What a mode of a kind does: one of the kind's own jobs, or the accuracy study that every kind has."""
+    return study_job(kind) if mode is Mode.ACCURACY else kind.jobs[mode]
+
+
+def example_of(kind: Kind, mode: Mode) -> dict[str, object]:
+    """A request of that mode: the kind's own example, or the study of its check."""
+    return {"spec": kind.example(Mode.CHECK), "time_budget_s": 2.0} if mode is Mode.ACCURACY else kind.example(mode)
+
+
+def modes_of(kind: Kind) -> tuple[Mode, ...]:
+    """Everything that can be asked of a kind over HTTP."""
+    return (*kind.jobs, Mode.ACCURACY) if Mode.CHECK in kind.jobs or Mode.DESIGN in kind.jobs else tuple(kind.jobs)

@@ -7,20 +7,27 @@ turns the path of a refused quantity into the JSON pointer of the field that the
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, Literal, Union
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
+from app.designs.kind import Answer
 from solvers.effects import ALL, AUTO, EffectSelection
-from solvers.errors import InvalidInput
-from solvers.outcome import Outcome, Status
+from solvers.errors import EffectConflict, InvalidInput
+from solvers.outcome import Certificate, Outcome
 
 MILLI, MEGA, GIGA = 1e-3, 1e6, 1e9
 _LARGEST_INFLUENCE = 1e9
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, le=1e9, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
+# The ranges are far wider than any machine, and narrow enough that no product of a few such values leaves the range
+# of a float: b h^3 of the least sizes is 1e-36 m^4, not 0.
+Finite = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
+Positive = Annotated[float, Field(ge=1e-6, le=1e6, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
+
+Entry = dict[str, str]
+"""One bad field of problem details: ``pointer``, ``detail``, ``allowed``."""
 
 
 class Strict(BaseModel):
@@ -29,11 +36,58 @@ class Strict(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, hide_input_in_errors=True)
 
 
+def one_of(choose: Callable[[Any], str | None], models: Mapping[str, Any], needs: str) -> Any:
+    """A union of which ``choose`` picks the member by name, from the value as sent.
+
+    So a bad field is judged by the one member that was meant, not by all of them. The names go into pydantic's error
+    locations in parentheses, where ``is_tag`` knows them.
+    """
+    members = tuple(Annotated[model, Tag(f"({name})")] for name, model in models.items())
+
+    def tag(value: Any) -> str:
+        return f"({choose(value)})"
+
+    decide = Discriminator(
+        tag,
+        custom_error_type="one_of",
+        custom_error_message="is none of the forms this field can have",
+        custom_error_context={"allowed": needs},
+    )
+    return Annotated[Union[members], decide]  # noqa: UP007
+
+
+def is_tag(part: int | str) -> bool:
+    """Whether a part of an error location names a member of a union, not a field."""
+    return isinstance(part, str) and part.startswith("(") and part.endswith(")")
+
+
+def named(value: Any, field: str) -> str | None:
+    """The text under ``field`` of an object as sent, or of a model."""
+    found = value.get(field) if isinstance(value, dict) else getattr(value, field, None)
+    return found if isinstance(found, str) else None
+
+
+def _form_of_effects(value: Any) -> str | None:
+    if isinstance(value, str):
+        return "word"
+    return "choice" if isinstance(value, (dict, BaseModel)) else None
+
+
+EffectName = Annotated[str, Field(max_length=64)]
+
+
 class EffectChoice(Strict):
     """Effects that the user settles; all others follow their bounds."""
 
-    include: list[str] = Field(default=[], max_length=32)
-    exclude: list[str] = Field(default=[], max_length=32)
+    include: list[EffectName] = Field(default=[], max_length=32)
+    exclude: list[EffectName] = Field(default=[], max_length=32)
+
+
+_Effects = one_of(
+    _form_of_effects,
+    {"word": Literal["auto", "all"], "choice": EffectChoice},
+    '"auto", "all", or an object with include and exclude',
+)
 
 
 class SolverRequest(Strict):
@@ -42,15 +96,13 @@ class SolverRequest(Strict):
     name: str = Field(
         default="", max_length=200, pattern=r"^[^\x00]*$", description="a name for people; it changes no result"
     )
-    effects: Literal["auto", "all"] | EffectChoice = Field(
-        default="auto", description="auto, all, or a choice with include and exclude"
-    )
+    effects: _Effects = Field(default="auto", description="auto, all, or a choice with include and exclude")
     effect_tolerance: float = Field(
         default=1e-2, gt=0, le=1, description="what all effects left out may change together, relative"
     )
     accuracy: float = Field(default=1e-6, ge=1e-12, le=1e-1, description="wanted relative numerical accuracy")
 
-    def contradictions(self) -> list[dict[str, str]]:
+    def contradictions(self) -> list[Entry]:
         """What single fields cannot see: one problem entry for every pair of values that cannot both hold."""
         return []
 
@@ -65,25 +117,83 @@ def scaled(value: float | None, unit: float) -> float | None:
     return None if value is None else value / unit
 
 
-def envelope(outcome: Outcome, result: dict[str, Any] | None) -> dict[str, Any]:
-    """The parts of an answer that every kind has, as plain JSON values."""
-    if outcome.status is Status.INFEASIBLE:
-        result = {
-            **(result or {}),
-            "diagnosis": [
-                {
-                    "requirement": s.requirement,
-                    "required": s.required,
-                    "attainable": s.attainable,
-                    "advice": s.advice,
-                }
-                for s in outcome.diagnosis
-            ],
-        }
+class EffectResult(Strict):
+    """One line of the effects manifest."""
+
+    name: str
+    state: Literal["active", "skipped"]
+    influence: float = Field(description="bound on the relative change of the main results; 1e9 stands for unbounded")
+    why: str
+
+
+class AccuracyResult(Strict):
+    """What was asked for, the estimate of what was reached, and the settings that did it."""
+
+    requested: float
+    estimated: float
+    settings: dict[str, float | int | str]
+
+
+class CertificateResult(Strict):
+    """How a design is known to be the best there is."""
+
+    method: str
+    bound: float | None = Field(description="no feasible design is better, in the objective's unit; null: none exists")
+    gap: float = Field(description="relative distance of the answer from the bound")
+    evidence: dict[str, float | int | str]
+
+
+class ShortfallResult(Strict):
+    """A requirement that cannot be met."""
+
+    requirement: str
+    required: float
+    attainable: float | None = Field(description="the best to be had; null: nothing")
+    advice: str
+
+
+class Infeasible(Strict):
+    """Why there is no design."""
+
+    diagnosis: list[ShortfallResult]
+    certificate: CertificateResult | None = None
+
+
+def certificate_json(certificate: Certificate | None, unit: float) -> dict[str, Any] | None:
+    """A certificate; its bound in the unit in which the result shows the objective."""
+    if certificate is None:
+        return None
+    bound = float(certificate.bound) / unit
     return {
-        "status": str(outcome.status),
-        "result": result,
-        "effects": [
+        "method": certificate.method,
+        "bound": bound if math.isfinite(bound) else None,
+        "gap": float(certificate.gap),
+        "evidence": dict(certificate.evidence),
+    }
+
+
+def diagnosis_json(outcome: Outcome, limits: Mapping[str, tuple[str, float]]) -> list[dict[str, Any]]:
+    """What cannot be met; ``limits`` gives the name and the unit of requirements that the contract shows otherwise."""
+    found = []
+    for shortfall in outcome.diagnosis:
+        name, unit = limits.get(shortfall.requirement, (shortfall.requirement, 1.0))
+        found.append(
+            {
+                "requirement": name,
+                "required": shortfall.required / unit,
+                "attainable": scaled(shortfall.attainable, unit),
+                "advice": shortfall.advice,
+            }
+        )
+    return found
+
+
+def envelope(outcome: Outcome, result: dict[str, Any] | None) -> Answer:
+    """An outcome as the answer of a job: the result as given, and the parts that every kind has."""
+    return Answer(
+        status=str(outcome.status),
+        result=result,
+        effects=[
             {
                 "name": e.name,
                 "state": str(e.state),
@@ -92,24 +202,24 @@ def envelope(outcome: Outcome, result: dict[str, Any] | None) -> dict[str, Any]:
             }
             for e in outcome.effects
         ],
-        "accuracy": {
+        accuracy={
             "requested": outcome.accuracy.requested,
             "estimated": float(outcome.accuracy.estimated),
             "settings": dict(outcome.accuracy.settings),
         },
-        "timing": {name: float(seconds) for name, seconds in outcome.timing.items()},
-    }
+        timing={name: float(seconds) for name, seconds in outcome.timing.items()},
+    )
 
 
-def pointer(request: BaseModel, refusal: InvalidInput) -> str:
-    """The JSON pointer of the field behind a solver's path, as far as the request knows it."""
+def pointer(request: BaseModel, field: str) -> str:
+    """The JSON pointer of the field behind a solver's dotted path, as far as the request knows it."""
     parts: list[str] = []
     here: Any = request
-    for step in refusal.field.split("."):
+    for step in field.split("."):
         name = step
         if isinstance(here, BaseModel):
             names = type(here).model_fields
-            name = next((n for n in names if n == step or n.startswith(step + "_")), step)
+            name = step if step in names else next((n for n in names if n.startswith(step + "_")), step)
             here = getattr(here, name, None)
         elif isinstance(here, (list, tuple)) and step.isdigit():
             here = here[int(step)] if int(step) < len(here) else None
@@ -117,19 +227,27 @@ def pointer(request: BaseModel, refusal: InvalidInput) -> str:
     return "/" + "/".join(parts)
 
 
-def entry(pointer: str, detail: str, allowed: str) -> dict[str, str]:
+def entry(pointer: str, detail: str, allowed: str) -> Entry:
     """One bad field of problem details."""
     return {"pointer": pointer, "detail": detail, "allowed": allowed}
 
 
 def refusal_problem(request: BaseModel, refusal: InvalidInput) -> dict[str, Any]:
-    """Problem details for an input that only the solver could see through."""
+    """Problem details for an input that only the solver could see through.
+
+    A limit or an objective that needs an excluded effect is named at both ends.
+    """
+    errors = [entry(pointer(request, refusal.field), refusal.reason, refusal.allowed)]
+    if isinstance(refusal, EffectConflict):
+        # "requirements.max_friction_power", or "objective friction_power"
+        needing = pointer(request, refusal.needed_by.partition(" ")[0])
+        errors = [entry(at, refusal.reason, refusal.allowed) for at in (errors[0]["pointer"], needing)]
     return {
         "type": "about:blank",
         "title": "The request is not valid",
         "status": 422,
         "detail": refusal.reason,
-        "errors": [entry(pointer(request, refusal), refusal.reason, refusal.allowed)],
+        "errors": errors,
     }
 
 

@@ -12,9 +12,9 @@ WarmUp = Callable[[], None]
 def answer(kind_slug: str, mode: str, payload: bytes) -> Answer:
     """Run one job of the registry on a request given as JSON."""
     # Imported here, not above: the service process imports this module too, and needs none of the solvers for it.
-    from app.designs.registry import KINDS
+    from app.designs.registry import KINDS, job_of
 
-    job = KINDS[kind_slug].jobs[Mode(mode)]
+    job = job_of(KINDS[kind_slug], Mode(mode))
     return job.run(job.request.model_validate_json(payload))
 
 

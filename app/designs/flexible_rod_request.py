@@ -1,0 +1,261 @@
+"""What can be asked of the flexible rod, in the units of the contract, and the way into the solver's SI scene."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from app.designs.schema import (
+    GIGA,
+    MEGA,
+    MILLI,
+    Entry,
+    Finite,
+    NotNegative,
+    Positive,
+    SolverRequest,
+    Strict,
+    entry,
+    named,
+    one_of,
+)
+from solvers import rod
+from solvers.fatigue import CRITERIA
+
+MOST_POINTS = 10_000
+MOST_THICKNESSES = 200
+
+
+def _pascal(megapascal: float | None) -> float | None:
+    return None if megapascal is None else megapascal * MEGA
+
+
+class Mechanism(Strict):
+    crank_radius_mm: Positive = Field(description="r, crank radius; less than the rod's length")
+    rod_length_mm: Positive = Field(description="L, clamp in the piston to crank pin")
+    speed_hz: Positive = Field(description="revolutions per second")
+
+
+class Piston(Strict):
+    diameter_mm: Positive
+    skirt_length_mm: Positive
+    reciprocating_mass_kg: NotNegative = Field(default=0.0, description="piston and the rod's upper share")
+    clamp_offset_mm: Finite = Field(default=0.0, description="e, clamp from mid-skirt toward the crank")
+    friction_coefficient: float = Field(default=0.0, ge=0, le=1)
+
+
+class SchmidtLoad(Strict):
+    """p = p_min (1 + delta)/(1 - delta cos(phi - theta)): the isothermal Stirling cycle."""
+
+    kind: Literal["schmidt"]
+    p_min_mpa: NotNegative
+    delta: float = Field(ge=0, lt=1, description="compression parameter")
+    theta_rad: Finite = Field(description="angle of greatest pressure")
+    back_pressure_mpa: Finite | None = Field(default=None, description="null: the mean of the cycle")
+
+    def to_solver(self) -> rod.SchmidtLoad:
+        return rod.SchmidtLoad(self.p_min_mpa * MEGA, self.delta, self.theta_rad, _pascal(self.back_pressure_mpa))
+
+
+class TableLoad(Strict):
+    """Pressures at crank angles, joined by a monotone periodic cubic."""
+
+    kind: Literal["table"]
+    angle_deg: list[Finite] = Field(min_length=3, max_length=MOST_POINTS, description="rising, within one turn")
+    pressure_mpa: list[Finite] = Field(min_length=3, max_length=MOST_POINTS, description="one for each angle")
+    back_pressure_mpa: Finite | None = Field(default=None, description="null: the mean of the cycle")
+
+    def to_solver(self) -> rod.TableLoad:
+        return rod.TableLoad(
+            tuple(math.radians(a) for a in self.angle_deg),
+            tuple(p * MEGA for p in self.pressure_mpa),
+            _pascal(self.back_pressure_mpa),
+        )
+
+
+class ConstantLoad(Strict):
+    """One pressure at all angles, as a press or a test bench applies it."""
+
+    kind: Literal["constant"]
+    constant_pressure_mpa: Finite
+    back_pressure_mpa: Finite | None = Field(default=None, description="null: none")
+
+    def to_solver(self) -> rod.ConstantLoad:
+        return rod.ConstantLoad(self.constant_pressure_mpa * MEGA, _pascal(self.back_pressure_mpa))
+
+
+class CustomMaterial(Strict):
+    elastic_modulus_gpa: Positive
+    fatigue_limit_mpa: Positive = Field(description="alternating bending of a smooth specimen")
+    fatigue_reduction: float = Field(ge=1, le=100, description="K: notch, size and surface together")
+    mean_stress_sensitivity: float = Field(ge=0, lt=1, description="psi")
+    yield_strength_mpa: Positive
+    density_kg_m3: Positive
+    poisson: float = Field(default=0.3, gt=-1, lt=0.5)
+    ultimate_strength_mpa: Positive | None = Field(default=None, description="for Goodman and Gerber")
+
+    def to_solver(self) -> rod.Material:
+        return rod.Material(
+            self.elastic_modulus_gpa * GIGA,
+            self.fatigue_limit_mpa * MEGA,
+            self.fatigue_reduction,
+            self.mean_stress_sensitivity,
+            self.yield_strength_mpa * MEGA,
+            self.density_kg_m3,
+            self.poisson,
+            _pascal(self.ultimate_strength_mpa),
+        )
+
+
+class CatalogueMaterial(Strict):
+    name: Literal[tuple(rod.CATALOGUE)] = Field(description="a name of the catalogue")  # type: ignore[valid-type]
+
+    def to_solver(self) -> rod.Material:
+        return rod.CATALOGUE[self.name]
+
+
+def _form_of_material(value: Any) -> str | None:
+    if isinstance(value, dict):
+        return "catalogue" if "name" in value else "custom"
+    return {CustomMaterial: "custom", CatalogueMaterial: "catalogue"}.get(type(value))
+
+
+_LOADS = {"schmidt": SchmidtLoad, "table": TableLoad, "constant": ConstantLoad}
+_Load = one_of(lambda value: named(value, "kind"), _LOADS, 'an object whose "kind" is one of ' + ", ".join(_LOADS))
+_Material = one_of(
+    _form_of_material,
+    {"custom": CustomMaterial, "catalogue": CatalogueMaterial},
+    "an object with the material's properties, or with its name in the catalogue",
+)
+
+
+class Dimensions(Strict):
+    b_mm: Positive = Field(description="width")
+    h_mm: Positive = Field(description="thickness; the strip bends about it")
+    l_mm: Positive = Field(description="free length; at most the rod's length")
+
+
+class RodRequest(SolverRequest):
+    """The machine, its load and its material."""
+
+    mechanism: Mechanism
+    piston: Piston
+    load: _Load
+    material: _Material
+    fatigue_criterion: Literal[tuple(CRITERIA)] = Field(  # type: ignore[valid-type]
+        default="serensen", description="the convention of the fatigue safety"
+    )
+
+    def contradictions(self) -> list[Entry]:
+        if self.mechanism.crank_radius_mm < self.mechanism.rod_length_mm:
+            return []
+        return [
+            entry(
+                "/mechanism/crank_radius_mm",
+                "the crank is not shorter than the rod, so the mechanism cannot turn",
+                "less than mechanism.rod_length_mm",
+            )
+        ]
+
+    def scene(self) -> rod.Scene:
+        """The machine in SI units. Raises InvalidInput for what only the solver can see."""
+        m, p = self.mechanism, self.piston
+        return rod.Scene(
+            rod.Mechanism(m.crank_radius_mm * MILLI, m.rod_length_mm * MILLI, m.speed_hz),
+            rod.Piston(
+                p.diameter_mm * MILLI,
+                p.skirt_length_mm * MILLI,
+                p.reciprocating_mass_kg,
+                p.clamp_offset_mm * MILLI,
+                p.friction_coefficient,
+            ),
+            self.load.to_solver(),
+            self.material.to_solver(),
+        )
+
+
+class CheckRequest(RodRequest):
+    """A strip of given dimensions in its machine."""
+
+    dimensions: Dimensions
+
+    def contradictions(self) -> list[Entry]:
+        found = super().contradictions()
+        if self.dimensions.l_mm > self.mechanism.rod_length_mm:
+            found.append(
+                entry("/dimensions/l_mm", "the free length exceeds the rod", "at most mechanism.rod_length_mm")
+            )
+        return found
+
+    def strip(self) -> rod.Dimensions:
+        d = self.dimensions
+        return rod.Dimensions(d.b_mm * MILLI, d.h_mm * MILLI, d.l_mm * MILLI)
+
+
+class Requirements(Strict):
+    """Least safeties and greatest loads of the piston's guide."""
+
+    min_fatigue_safety: Positive
+    min_stability_safety: float = Field(ge=1, le=1e6)
+    max_contact_pressure_mpa: Positive | None = Field(default=None, description="calls for the effect friction")
+    max_friction_power_w: Positive | None = Field(default=None, description="calls for the effect friction")
+    min_yield_safety: Positive | None = None
+
+
+Range = Annotated[list[Positive], Field(min_length=2, max_length=2, description="least and greatest")]
+
+
+class RodBounds(Strict):
+    b_mm: Range
+    h_mm: Range
+    l_mm: Range
+
+
+class Steps(Strict):
+    """Steps to whose multiples width and free length are rounded; null: not rounded."""
+
+    b: Positive | None = None
+    l: Positive | None = None
+
+
+class DesignRequest(RodRequest):
+    """The best strip for a machine: requirements, bounds, and what is wanted."""
+
+    requirements: Requirements
+    bounds: RodBounds
+    stock_h_mm: list[Positive] | None = Field(
+        default=None, min_length=1, max_length=MOST_THICKNESSES, description="the thicknesses to be had; null: any"
+    )
+    step_mm: Steps = Steps()
+    objective: Literal[tuple(rod.OBJECTIVES)] = "mass"  # type: ignore[valid-type]
+
+    def contradictions(self) -> list[Entry]:
+        found = super().contradictions()
+        for name in ("b_mm", "h_mm", "l_mm"):
+            low, high = getattr(self.bounds, name)
+            if low > high:
+                found.append(entry(f"/bounds/{name}", "the least exceeds the greatest", "[least, greatest]"))
+        if self.bounds.l_mm[0] > self.mechanism.rod_length_mm:
+            found.append(entry("/bounds/l_mm", "starts beyond the rod's own length", "at most mechanism.rod_length_mm"))
+        return found
+
+    def problem(self) -> rod.RodProblem:
+        """The design problem in SI units. Raises InvalidInput for what only the solver can see."""
+        r, b = self.requirements, self.bounds
+        return rod.RodProblem(
+            self.scene(),
+            rod.Bounds(*(tuple(v * MILLI for v in pair) for pair in (b.b_mm, b.h_mm, b.l_mm))),
+            rod.Requirements(
+                r.min_fatigue_safety,
+                r.min_stability_safety,
+                _pascal(r.max_contact_pressure_mpa),
+                r.max_friction_power_w,
+                r.min_yield_safety,
+            ),
+            rod.OBJECTIVES[self.objective],
+            stock_h=None if self.stock_h_mm is None else tuple(h * MILLI for h in self.stock_h_mm),
+            step_b=None if self.step_mm.b is None else self.step_mm.b * MILLI,
+            step_l=None if self.step_mm.l is None else self.step_mm.l * MILLI,
+        )

@@ -11,7 +11,7 @@ from fastapi.staticfiles import StaticFiles
 from prometheus_fastapi_instrumentator import Instrumentator
 
 from app import errors
-from app.api import operation, runs, submissions
+from app.api import contract, operation, runs, submissions
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.settings import Settings
 from app.store.migrate import upgrade
@@ -58,6 +58,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )
     app.state.settings = settings
     errors.install(app)
+    contract.install(app)
     for router in (operation.router, runs.router, submissions.router, pages.router):
         app.include_router(router)
     app.mount("/static", StaticFiles(directory=pages.STATIC), name="static")

@@ -17,7 +17,9 @@ async def healthz() -> dict[str, str]:
     return {"status": "ok"}
 
 
-@router.get("/readyz", tags=["operation"], summary="Can it answer now")
+@router.get(
+    "/readyz", tags=["operation"], summary="Can it answer now", responses={503: {"description": "workers are starting"}}
+)
 async def readyz(request: Request, response: Response) -> dict[str, object]:
     """200 once the database answers and a worker is warm, 503 before."""
     service: Service = request.app.state.service
@@ -27,7 +29,12 @@ async def readyz(request: Request, response: Response) -> dict[str, object]:
     return {"status": "ready" if warm else "warming up", "database": "ok", "workers": "warm" if warm else "starting"}
 
 
-@router.get("/api/v1/effects/{kind}", tags=["effects"], summary="The effects a kind's scene can call for")
+@router.get(
+    "/api/v1/effects/{kind}",
+    tags=["effects"],
+    summary="The effects a kind's scene can call for",
+    responses={404: {"description": "there is no such kind"}},
+)
 async def effects(kind: str) -> dict[str, object]:
     """Each with what it adds and its a-priori measure."""
     if kind not in KINDS:

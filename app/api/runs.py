@@ -15,6 +15,13 @@ from app.store.record import ANSWERED_STATUSES, RunFilter
 from app.submission import Service
 
 router = APIRouter(prefix="/api/v1/runs", tags=["runs"])
+_MISSING: dict[int | str, dict[str, str]] = {404: {"description": "there is no such run"}}
+
+
+class SvgResponse(Response):
+    """A drawing."""
+
+    media_type = "image/svg+xml"
 
 
 @router.get("", summary="List runs, newest first")
@@ -39,14 +46,19 @@ async def list_runs(
     return {"items": [runs.summary(item) for item in page.items], "next_cursor": page.next_cursor}
 
 
-@router.get("/{run_id}", summary="One run")
+@router.get("/{run_id}", summary="One run", responses=_MISSING)
 async def one_run(request: Request, run_id: str) -> Response:
     """The run, whatever became of it."""
     service: Service = request.app.state.service
     return Response(runs.run_json(await service.store.get(run_id)), media_type="application/json")
 
 
-@router.get("/{run_id}/plots/{plot}", summary="A plot of a run, as SVG")
+@router.get(
+    "/{run_id}/plots/{plot}",
+    summary="A plot of a run, as SVG",
+    response_class=SvgResponse,
+    responses={**_MISSING, 409: {"description": "the run has nothing to draw"}},
+)
 async def plot(request: Request, run_id: str, plot: str) -> Response:
     """One of the kind's plots, drawn from the stored result."""
     service: Service = request.app.state.service
@@ -56,4 +68,4 @@ async def plot(request: Request, run_id: str, plot: str) -> Response:
         raise Problem(404, "No such plot", "there are " + ", ".join(plots))
     if run.status not in ANSWERED_STATUSES or run.result is None:
         raise Problem(409, "Nothing to draw", f"the run is {run.status}")
-    return Response(plots[plot](json.loads(runs.run_json(run))), media_type="image/svg+xml")
+    return SvgResponse(plots[plot](json.loads(runs.run_json(run))))

@@ -1,4 +1,4 @@
-"""POST /api/v1/designs, /checks: one route per kind and mode, made from the registry."""
+"""POST /api/v1/designs, /checks, /accuracy: one route per kind and mode, made from the registry."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from typing import Annotated
 from fastapi import APIRouter, Header, Request, Response
 
 from app.api.bodies import parse, read_body
+from app.api.contract import PATHS
 from app.designs.kind import Kind, Mode
-from app.designs.registry import KINDS
+from app.designs.registry import KINDS, job_of, modes_of
 from app.errors import Problem
 from app.store.hashing import request_hash
 from app.store.record import StoredResponse
@@ -16,8 +17,17 @@ from app.submission import Service
 
 router = APIRouter(prefix="/api/v1")
 
-PATHS = {Mode.DESIGN: "designs", Mode.CHECK: "checks", Mode.ANALYSIS: "analyses"}
 _MOST_KEY = 200
+_ANSWERS: dict[int | str, dict[str, str]] = {
+    201: {"description": "the run, answered and stored; an infeasible design is an answer too"},
+    400: {"description": "the request cannot be read"},
+    409: {"description": "the idempotency key was used with another request"},
+    413: {"description": "the body is too large"},
+    415: {"description": "the body is not JSON"},
+    422: {"description": "one entry per bad field"},
+    503: {"description": "too much work waits"},
+}
+_LATER: dict[int | str, dict[str, str]] = {202: {"description": "the run, queued: asked for by respond-async"}}
 
 
 def answer(response: StoredResponse) -> Response:
@@ -27,7 +37,7 @@ def answer(response: StoredResponse) -> Response:
 
 
 def _route(kind: Kind, mode: Mode) -> None:
-    job = kind.jobs[mode]
+    job = job_of(kind, mode)
 
     async def submit(
         request: Request,
@@ -55,34 +65,17 @@ def _route(kind: Kind, mode: Mode) -> None:
         description=(job.request.__doc__ or ""),
         name=f"{mode}-{kind.slug}",
         tags=[kind.slug],
-        responses={
-            409: {"description": "the idempotency key was used with another request"},
-            413: {"description": "the body is too large"},
-            415: {"description": "the body is not JSON"},
-            422: {"description": "problem details with one entry per bad field"},
-            503: {"description": "too much work waits"},
-        },
-        openapi_extra={
-            "requestBody": {
-                "required": True,
-                "content": {
-                    "application/json": {
-                        "schema": job.request.model_json_schema(ref_template="#/components/schemas/{model}"),
-                        "example": kind.example(mode),
-                    }
-                },
-            }
-        },
+        responses=_ANSWERS | (_LATER if mode is Mode.DESIGN else {}),
     )
 
 
 for _kind in KINDS.values():
-    for _mode in _kind.jobs:
+    for _mode in modes_of(_kind):
         _route(_kind, _mode)
 
 
 @router.post("/{collection}/{slug}", include_in_schema=False)
 async def unknown_kind(collection: str, slug: str) -> Response:
     """Name what there is when a kind or a mode does not exist."""
-    known = sorted(f"{PATHS[mode]}/{kind.slug}" for kind in KINDS.values() for mode in kind.jobs)
+    known = sorted(f"{PATHS[mode]}/{kind.slug}" for kind in KINDS.values() for mode in modes_of(kind))
     raise Problem(404, "No such kind", "there are " + ", ".join(known))

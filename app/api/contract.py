@@ -1,0 +1,153 @@
+"""The OpenAPI document: every request, run and refusal of every kind with its schema, made from the registry.
+
+The routes read and write bytes themselves, so the framework cannot see their models; this file tells it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import datetime
+from functools import cache
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+from pydantic import BaseModel, ConfigDict, Field, create_model
+from pydantic.json_schema import models_json_schema
+
+from app.designs.kind import Kind, Mode
+from app.designs.registry import KINDS, example_of, job_of, modes_of
+from app.designs.schema import AccuracyResult, EffectResult, Infeasible
+from app.errors import MEDIA_TYPE
+from app.store.record import RunStatus
+
+PATHS = {Mode.DESIGN: "designs", Mode.CHECK: "checks", Mode.ANALYSIS: "analyses", Mode.ACCURACY: "accuracy"}
+"""The part of the path that stands for a mode."""
+
+
+class _Shown(BaseModel):
+    """What the service sends; every field is always there."""
+
+    model_config = ConfigDict(json_schema_serialization_defaults_required=True)
+
+
+class ProblemEntry(_Shown):
+    """One bad field."""
+
+    pointer: str = Field(description="JSON pointer of the field (RFC 6901)")
+    detail: str
+    allowed: str
+
+
+class ProblemDetails(_Shown):
+    """A refusal (RFC 9457)."""
+
+    model_config = ConfigDict(json_schema_serialization_defaults_required=False)
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    errors: list[ProblemEntry] = []
+
+
+class Solver(_Shown):
+    """Who solved."""
+
+    name: str
+    version: str
+
+
+class RunLine(_Shown):
+    """A line of the listing."""
+
+    id: str
+    kind: str
+    mode: Mode
+    status: RunStatus
+    name: str
+    created_at: datetime
+    spec_hash: str
+    cached: bool
+    batch_id: str | None
+    solver: Solver
+
+
+class RunPage(_Shown):
+    """A page of the listing; ``next_cursor`` asks for the next one."""
+
+    items: list[RunLine]
+    next_cursor: str | None
+
+
+class Run(RunLine):
+    """A run: what was asked for, what came out, which effects were computed, how accurate it is and what it took."""
+
+    spec: dict[str, Any]
+    result: dict[str, Any] | None
+    problem: ProblemDetails | None
+    effects: list[EffectResult]
+    accuracy: AccuracyResult | None
+    timing: dict[str, float]
+
+
+@cache
+def run_model(kind: Kind, mode: Mode) -> type[Run]:
+    """The run of one kind and mode, with its own spec and result."""
+    job = job_of(kind, mode)
+    words = f"{kind.slug}-{mode}-run".split("-")
+    return create_model(
+        "".join(word.capitalize() for word in words),
+        __base__=Run,
+        __doc__=Run.__doc__,
+        spec=(job.request, ...),
+        result=(job.result | Infeasible | None, ...),
+    )
+
+
+def _submissions() -> Iterator[tuple[str, Kind, Mode]]:
+    for kind in KINDS.values():
+        for mode in modes_of(kind):
+            yield f"/api/v1/{PATHS[mode]}/{kind.slug}", kind, mode
+
+
+def document(app: FastAPI) -> dict[str, Any]:
+    """The OpenAPI document of the application."""
+    asked = {path: job_of(kind, mode).request for path, kind, mode in _submissions()}
+    runs = {path: run_model(kind, mode) for path, kind, mode in _submissions()}
+    shown = {ProblemDetails, RunPage, Run, *runs.values()}
+    models = [(model, "validation") for model in asked.values()] + [(model, "serialization") for model in shown]
+    references, definitions = models_json_schema(models, ref_template="#/components/schemas/{model}")
+    found = get_openapi(title=app.title, version=app.version, summary=app.summary, routes=app.routes)
+    found["components"] = {"schemas": definitions["$defs"]}
+
+    def content(model: type[BaseModel], way: str = "serialization") -> dict[str, Any]:
+        return {"application/json": {"schema": references[(model, way)]}}
+
+    for path, kind, mode in _submissions():
+        post = found["paths"][path]["post"]
+        body = content(asked[path], "validation")
+        body["application/json"]["example"] = example_of(kind, mode)
+        post["requestBody"] = {"required": True, "content": body}
+        for status in post["responses"].keys() & {"201", "202"}:
+            post["responses"][status]["content"] = content(runs[path])
+    listing, one = found["paths"]["/api/v1/runs"]["get"], found["paths"]["/api/v1/runs/{run_id}"]["get"]
+    listing["responses"]["200"]["content"], one["responses"]["200"]["content"] = content(RunPage), content(Run)
+    refusal = {MEDIA_TYPE: {"schema": references[(ProblemDetails, "serialization")]}}
+    for operations in found["paths"].values():
+        for operation in operations.values():
+            for status, response in operation["responses"].items():
+                if int(status) >= 400:
+                    response["content"] = refusal
+    return found
+
+
+def install(app: FastAPI) -> None:
+    """Serve this document instead of the framework's own."""
+
+    def openapi() -> dict[str, Any]:
+        if app.openapi_schema is None:
+            app.openapi_schema = document(app)
+        return app.openapi_schema
+
+    app.openapi = openapi  # type: ignore[method-assign]

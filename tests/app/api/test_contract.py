@@ -1,0 +1,117 @@
+"""The OpenAPI document: what it says is what the service does."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+import schemathesis
+from hypothesis import HealthCheck, Phase, settings
+from jsonschema import Draft202012Validator
+from schemathesis import Case
+from schemathesis.checks import not_a_server_error
+from schemathesis.specs.openapi.checks import (
+    content_type_conformance,
+    response_schema_conformance,
+    status_code_conformance,
+)
+
+from app.api.contract import PATHS
+from app.designs.kind import Mode
+from app.designs.registry import KINDS, example_of, modes_of
+from app.main import create_app
+
+DOCUMENT = create_app().openapi()
+EVERYTHING = [(kind, mode) for kind in KINDS.values() for mode in modes_of(kind)]
+CHECKED = [
+    not_a_server_error,
+    status_code_conformance,
+    content_type_conformance,
+    response_schema_conformance,
+]
+
+
+def valid(instance: object, pointer: str) -> None:
+    schema = {"$ref": f"#/components/schemas/{pointer}", "components": DOCUMENT["components"]}
+    Draft202012Validator(schema).validate(instance)
+
+
+def schema_of(path: str, status: str, media_type: str = "application/json") -> str:
+    content = DOCUMENT["paths"][path]["post"]["responses"][status]["content"]
+    return content[media_type]["schema"]["$ref"].rpartition("/")[2]
+
+
+def test_every_reference_leads_somewhere():
+    named = set(re.findall(r'"#/components/schemas/([^"]+)"', json.dumps(DOCUMENT)))
+    assert named
+    assert named <= set(DOCUMENT["components"]["schemas"])
+
+
+@pytest.mark.parametrize(("kind", "mode"), EVERYTHING, ids=lambda value: getattr(value, "slug", str(value)))
+def test_every_example_is_valid_and_answered_as_the_document_says(client, kind, mode):
+    path = f"/api/v1/{PATHS[mode]}/{kind.slug}"
+    example = example_of(kind, mode)
+    body = DOCUMENT["paths"][path]["post"]["requestBody"]["content"]["application/json"]
+    assert body["example"] == example
+    valid(example, body["schema"]["$ref"].rpartition("/")[2])
+    answer = client.post(path, json=example)
+    assert answer.status_code == 201, answer.text
+    assert answer.json()["status"] == "succeeded"
+    valid(answer.json(), schema_of(path, "201"))
+    valid(client.get(answer.headers["location"]).json(), "Run")
+
+
+def test_infeasible_and_refused_answers_are_as_the_document_says(client, design_request):
+    path = "/api/v1/designs/flexible-rod"
+    design_request["requirements"]["min_fatigue_safety"] = 4.0
+    infeasible = client.post(path, json=design_request)
+    assert infeasible.json()["status"] == "infeasible"
+    valid(infeasible.json(), schema_of(path, "201"))
+    refused = client.post(path, json={**design_request, "objective": "beauty"})
+    valid(refused.json(), schema_of(path, "422", "application/problem+json"))
+    assert refused.status_code == 422
+    valid(client.get("/api/v1/runs").json(), "RunPage")
+
+
+def test_a_study_shows_what_accuracy_costs(client, check_request):
+    request = {"spec": {**check_request, "accuracy": 1e-4}, "time_budget_s": 1.0}
+    result = client.post("/api/v1/accuracy/flexible-rod", json=request).json()["result"]
+    asked = [level["accuracy"] for level in result["levels"]]
+    assert asked == sorted(asked, reverse=True)
+    for level in result["levels"]:
+        assert level["error"] <= level["accuracy"], level["accuracy"]
+        assert 0 < level["time_min_s"] <= level["time_median_s"]
+    assert result["recommended"]["error"] <= 1e-4
+
+
+def test_a_study_of_a_bad_case_points_into_the_case(client, check_request):
+    check_request["dimensions"]["l_mm"] = 50.0
+    answer = client.post("/api/v1/accuracy/flexible-rod", json={"spec": check_request})
+    assert answer.status_code == 422
+    assert [e["pointer"] for e in answer.json()["errors"]] == ["/spec/dimensions/l_mm"]
+
+
+api = schemathesis.openapi.from_dict(DOCUMENT)
+
+
+@api.exclude(path_regex="accuracy").parametrize()
+@settings(
+    max_examples=15,
+    deadline=None,
+    derandomize=True,
+    database=None,
+    phases=[Phase.generate],
+    suppress_health_check=list(HealthCheck),
+)
+def test_requests_made_from_the_document_are_answered_as_it_says(client, case: Case):
+    sent = case.as_transport_kwargs(base_url=str(client.base_url))
+    answer = client.request(
+        sent["method"], sent["url"], params=sent.get("params"), headers=sent["headers"],
+        content=sent.get("data") or (json.dumps(sent["json"]) if "json" in sent else None),
+    )  # fmt: skip
+    case.validate_response(answer, checks=CHECKED)
+
+
+def test_modes_have_their_place_in_the_path():
+    assert set(PATHS) == set(Mode)

@@ -1,11 +1,10 @@
-"""The command line: serve, design, check, migrate, verify, and the first run that `make run` shows."""
+"""The command line: serve, design, check, accuracy, migrate, verify, and the first run that `make run` shows."""
 
 from __future__ import annotations
 
 import asyncio
 import json
 import os
-import sys
 import time
 from pathlib import Path
 from typing import Annotated, Any
@@ -58,8 +57,9 @@ def verify(database_url: DatabaseUrl = _DATABASE) -> None:
 
     report = verify_store(database_url)
     for damage in report.damages:
-        typer.echo(str(damage), err=True)
-    typer.echo(f"{report.runs} runs, {len(report.damages)} damaged")
+        typer.echo(f"{damage.table} {damage.key}: {damage.what}", err=True)
+    damaged = {(damage.table, damage.key) for damage in report.damages}
+    typer.echo(f"{report.runs} runs, {len(damaged)} damaged")
     raise typer.Exit(0 if report.sound else 1)
 
 
@@ -73,6 +73,17 @@ def design(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json
 def check(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json: AsJson = False) -> None:
     """Check the dimensions of a request in FILE.json; the run is stored."""
     _solve(kind, "check", _read(file), database_url, as_json)
+
+
+@app.command()
+def accuracy(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json: AsJson = False) -> None:
+    """Show what accuracy costs in time, for the check or design in FILE.json; the run is stored."""
+    try:
+        spec = json.loads(_read(file))
+    except ValueError as error:
+        _refuse({"title": "The request is not valid", "detail": str(error)})
+    body = spec if isinstance(spec, dict) and "spec" in spec else {"spec": spec}
+    _solve(kind, "accuracy", json.dumps(body).encode(), database_url, as_json)
 
 
 @app.command()
@@ -103,21 +114,24 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
     from app import runs
     from app.api.bodies import parse
     from app.designs.kind import Mode
-    from app.designs.registry import KINDS
+    from app.designs.registry import KINDS, job_of, modes_of
     from app.errors import Problem
+    from app.printing import print_run
     from app.store.migrate import upgrade
     from app.store.repository import RunStore
     from app.submission import REFUSED
 
-    if slug not in KINDS or Mode(mode_name) not in KINDS[slug].jobs:
-        _refuse({"title": "No such kind", "detail": "there are " + ", ".join(KINDS)})
-    job = KINDS[slug].jobs[Mode(mode_name)]
+    mode = Mode(mode_name)
+    known = [name for name, kind in KINDS.items() if mode in modes_of(kind)]
+    if slug not in known:
+        _refuse({"title": "No such kind", "detail": "there are " + ", ".join(known)})
+    job = job_of(KINDS[slug], mode)
     try:
         request = parse(job.request, body)
     except Problem as problem:
         _refuse(problem.body)
     started = time.perf_counter()
-    run = runs.queued(slug, Mode(mode_name), request)
+    run = runs.queued(slug, mode, request)
     answer = job.run(request)
     if answer.status == REFUSED:
         _refuse(answer.problem)
@@ -129,50 +143,12 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
     if as_json:
         typer.echo(shown.decode())
     else:
-        _print_run(json.loads(shown))
+        print_run(json.loads(shown))
     raise typer.Exit(0 if run.status == "succeeded" else 3)
 
 
 async def _put(store: Any, run: Any) -> None:
     await store.put(run)
-
-
-def _print_run(run: dict[str, Any]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    console = Console(file=sys.stdout)
-    table = Table(title=f"{run['kind']} · {run['mode']} · {run['status']}", title_justify="left", show_header=False)
-    result = run["result"] or {}
-    for name, value in result.items():
-        if name == "dimensions":
-            table.add_row("dimensions", " × ".join(f"{v:.4g}" for v in value.values()) + " mm  (b × h × l)")
-        elif name == "active_constraints":
-            for item in value:
-                table.add_row(
-                    f"active: {item['name']}", f"+1 % of it moves the objective by {item['sensitivity']:+.2f} %"
-                )
-        elif name == "diagnosis":
-            for item in value:
-                best = "nothing" if item["attainable"] is None else f"{item['attainable']:.4g}"
-                table.add_row(
-                    item["requirement"], f"required {item['required']:.4g}, attainable {best}; {item['advice']}"
-                )
-        elif isinstance(value, float):
-            table.add_row(name, f"{value:.6g}")
-        elif value is not None and value != []:
-            table.add_row(name, str(value))
-    for effect in run["effects"]:
-        table.add_row(
-            f"effect {effect['name']}", f"{effect['state']}, bound {effect['influence']:.2g}: {effect['why']}"
-        )
-    if run["accuracy"]:
-        table.add_row(
-            "accuracy", f"requested {run['accuracy']['requested']:g}, estimated {run['accuracy']['estimated']:.1g}"
-        )
-    table.add_row("time", f"{run['timing'].get('solve_s', run['timing']['total_s']):.3f} s")
-    table.add_row("run", run["id"])
-    console.print(table)
 
 
 def main() -> None:

@@ -1,0 +1,96 @@
+"""A run as a table that people read in a terminal."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+Row = tuple[str, str]
+
+
+def _figure(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else "none" if value is None else str(value)
+
+
+def _dimensions(value: dict[str, float]) -> Iterator[Row]:
+    names = " × ".join(name.partition("_")[0] for name in value)
+    yield "dimensions", " × ".join(f"{v:.4g}" for v in value.values()) + f" mm  ({names})"
+
+
+def _active(value: list[dict[str, Any]]) -> Iterator[Row]:
+    for item in value:
+        yield f"active: {item['name']}", f"+1 % of it moves the objective by {item['sensitivity']:+.2f} %"
+
+
+def _diagnosis(value: list[dict[str, Any]]) -> Iterator[Row]:
+    for item in value:
+        best = "nothing" if item["attainable"] is None else f"{item['attainable']:.4g}"
+        yield item["requirement"], f"required {item['required']:.4g}, attainable {best}; {item['advice']}"
+
+
+def _certificate(value: dict[str, Any] | None) -> Iterator[Row]:
+    if value is not None and "method" in value:
+        bound = "none exists" if value["bound"] is None else f"none is better than {value['bound']:.6g}"
+        yield "certificate", f"{bound}, gap {value['gap']:.1e}, by {value['method']}"
+
+
+def _levels(value: list[dict[str, Any]]) -> Iterator[Row]:
+    for level in value:
+        error = "failed" if level["error"] is None else f"error {level['error']:.1e}"
+        yield (
+            f"accuracy {level['accuracy']:g}",
+            f"{error}, {level['time_median_s'] * 1e3:.1f} ms ({level['runs']} runs)",
+        )
+
+
+def _recommended(value: dict[str, Any] | None) -> Iterator[Row]:
+    yield "cheapest that will do", "none" if value is None else f"accuracy {value['accuracy']:g}"
+
+
+_SHOWN: dict[str, Callable[[Any], Iterator[Row]]] = {
+    "dimensions": _dimensions,
+    "active_constraints": _active,
+    "diagnosis": _diagnosis,
+    "certificate": _certificate,
+    "levels": _levels,
+    "recommended": _recommended,
+}
+"""Parts of results that have a sentence of their own."""
+
+
+def _rows(result: dict[str, Any]) -> Iterator[Row]:
+    for name, value in result.items():
+        if name in _SHOWN:
+            yield from _SHOWN[name](value)
+        elif isinstance(value, dict):
+            yield name, ", ".join(f"{key} {_figure(inner)}" for key, inner in value.items())
+        elif isinstance(value, list) and any(isinstance(item, (dict, list)) for item in value):
+            yield name, f"{len(value)} rows; --json prints them"
+        elif isinstance(value, list):
+            yield from ((name, _figure(item)) for item in value)
+        elif value is not None:
+            yield name, _figure(value)
+
+
+def print_run(run: dict[str, Any]) -> None:
+    """Print a run as its JSON tells it: results, effects, accuracy and time."""
+    table = Table(title=f"{run['kind']} · {run['mode']} · {run['status']}", title_justify="left", show_header=False)
+    for row in _rows(run["result"] or {}):
+        table.add_row(*row)
+    if run["problem"]:
+        table.add_row("problem", run["problem"]["detail"])
+    for effect in run["effects"]:
+        table.add_row(
+            f"effect {effect['name']}", f"{effect['state']}, bound {effect['influence']:.2g}: {effect['why']}"
+        )
+    if run["accuracy"]:
+        table.add_row(
+            "accuracy", f"requested {run['accuracy']['requested']:g}, estimated {run['accuracy']['estimated']:.1g}"
+        )
+    table.add_row("time", f"{run['timing'].get('solve_s', run['timing']['total_s']):.3f} s")
+    table.add_row("run", run["id"])
+    Console(file=sys.stdout).print(table)

@@ -154,3 +154,7 @@ async def _put(store: Any, run: Any) -> None:
 def main() -> None:
     """Entry point of the ``crankwright`` command."""
     app()
+
+
+if __name__ == "__main__":
+    main()

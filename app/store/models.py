@@ -18,6 +18,7 @@ from sqlalchemy import (
     String,
     Table,
     TypeDecorator,
+    text,
 )
 
 NAMING = {
@@ -46,6 +47,11 @@ class UtcDateTime(TypeDecorator[datetime]):
         if value is None:
             return None
         return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)
+
+
+def _index_of_named(column: str) -> Index:
+    named = text(f"{column} IS NOT NULL")
+    return Index(None, column, "id", sqlite_where=named, postgresql_where=named)
 
 
 metadata = MetaData(naming_convention=NAMING)
@@ -77,8 +83,9 @@ runs = Table(
     Index(None, "kind", "id"),
     Index(None, "mode", "id"),
     Index(None, "status", "id"),
-    Index(None, "name", "id"),
-    Index(None, "batch_id", "id"),
+    # Most runs have no name and no batch: they stay out of these two.
+    _index_of_named("name"),
+    _index_of_named("batch_id"),
     Index(None, "created_at"),
     Index(None, "spec_hash"),
 )

@@ -16,6 +16,7 @@ from app.store.engine import make_engine
 from app.store.errors import InvalidCursor, UnknownRun
 from app.store.models import runs
 from app.store.operations import Advance, FailOrphans, Put, PutOnce, find_response
+from app.store.recent import RecentSpecs
 from app.store.record import (
     ANSWERED_STATUSES,
     Finish,
@@ -32,6 +33,9 @@ T = TypeVar("T")
 MAX_PAGE = 200
 """The most runs that one page of the listing holds."""
 
+RECENT = 20_000
+"""How many specs back a repeated one is recognised."""
+
 READERS = 4
 """Threads for reads; each holds at most one connection."""
 
@@ -47,6 +51,8 @@ class RunStore:
         self._engine = make_engine(url)
         self._writer = GroupWriter(self._engine, capacity=write_capacity)
         self._readers = ThreadPoolExecutor(READERS, thread_name_prefix="store-reader")
+        self._recent = RecentSpecs(RECENT)
+        self._recent.fill(reversed(self.read(_newest_specs)))
 
     # -- writes ---------------------------------------------------------------------------------------------
 
@@ -57,11 +63,15 @@ class RunStore:
         body was first, nothing is inserted and that request's answer is returned; with another body,
         IdempotencyConflict is raised.
         """
-        return await self._writer.submit(_insertion(record, response))
+        first = await self._writer.submit(_insertion(record, response))
+        self._recent.add(record.spec_hash)
+        return first
 
     def put_and_wait(self, record: RunRecord, response: StoredResponse | None = None) -> StoredResponse | None:
         """``put`` for code without an event loop (the command line)."""
-        return self._writer.submit_and_wait(_insertion(record, response))
+        first = self._writer.submit_and_wait(_insertion(record, response))
+        self._recent.add(record.spec_hash)
+        return first
 
     async def start(self, run_id: str) -> bool:
         """Queued → running. False if the run had ended already (cancelled, say)."""
@@ -90,7 +100,12 @@ class RunStore:
         return await self._read(lambda connection: find_response(connection, key, request_hash))
 
     async def find_answer(self, spec_hash: str, solver_name: str, solver_version: str) -> RunRecord | None:
-        """The newest undamaged run that this very solver answered (succeeded or infeasible) for the same spec."""
+        """The newest undamaged run that this very solver answered (succeeded or infeasible) for the same spec.
+
+        Only the ``RECENT`` newest specs are looked for.
+        """
+        if spec_hash not in self._recent:
+            return None
         return await self._read(lambda connection: _find_answer(connection, spec_hash, solver_name, solver_version))
 
     async def list_runs(self, wanted: RunFilter, cursor: str | None = None, limit: int = 50) -> RunPage:
@@ -140,6 +155,10 @@ def _get(connection: Connection, run_id: str) -> RunRecord:
     if row is None:
         raise UnknownRun(run_id)
     return row_to_run(row)
+
+
+def _newest_specs(connection: Connection) -> list[str]:
+    return list(connection.scalars(select(runs.c.spec_hash).order_by(runs.c.id.desc()).limit(RECENT)))
 
 
 def _find_answer(connection: Connection, spec_hash: str, solver_name: str, solver_version: str) -> RunRecord | None:

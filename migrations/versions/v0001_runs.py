@@ -11,6 +11,11 @@ branch_labels = None
 depends_on = None
 
 
+def _index_of_named(name: str, column: str) -> None:
+    named = sa.text(f"{column} IS NOT NULL")
+    op.create_index(name, "runs", [column, "id"], sqlite_where=named, postgresql_where=named)
+
+
 def upgrade() -> None:
     op.create_table(
         "runs",
@@ -38,8 +43,8 @@ def upgrade() -> None:
     op.create_index("ix_runs_kind_id", "runs", ["kind", "id"])
     op.create_index("ix_runs_mode_id", "runs", ["mode", "id"])
     op.create_index("ix_runs_status_id", "runs", ["status", "id"])
-    op.create_index("ix_runs_name_id", "runs", ["name", "id"])
-    op.create_index("ix_runs_batch_id_id", "runs", ["batch_id", "id"])
+    _index_of_named("ix_runs_name_id", "name")
+    _index_of_named("ix_runs_batch_id_id", "batch_id")
     op.create_index("ix_runs_created_at", "runs", ["created_at"])
     op.create_index("ix_runs_spec_hash", "runs", ["spec_hash"])
     op.create_table(

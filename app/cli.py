@@ -35,6 +35,9 @@ def serve(
     """Migrate the database and serve the API and the pages."""
     import uvicorn
 
+    from app.jobs.pool import begin
+
+    begin()
     os.environ["CRANKWRIGHT_DATABASE_URL"] = database_url
     typer.echo(f"Crankwright      http://{host}:{port}/")
     typer.echo(f"API reference    http://{host}:{port}/docs")

@@ -14,7 +14,7 @@ from typing import Protocol
 from app.designs.kind import Answer
 from app.jobs import calls
 from app.jobs.errors import Busy, ExecutorClosed, JobError, WorkerCrashed
-from app.jobs.pool import Call, Place, preload
+from app.jobs.pool import Call, Place, begin
 from app.jobs.worker import Entry, WorkerSettings
 
 logger = logging.getLogger(__name__)
@@ -22,7 +22,6 @@ logger = logging.getLogger(__name__)
 DEFAULT_BUDGET_S = 10.0
 DEFAULT_MEMORY_BYTES = 2 << 30
 DEFAULT_QUEUE_LIMIT = 64
-PRELOAD = ["app.jobs.worker", "app.designs.registry"]
 
 
 class Executor(Protocol):
@@ -76,7 +75,7 @@ class ProcessPool:
         self._closed = False
 
     def start(self) -> None:
-        preload(PRELOAD)
+        begin()
         for _ in self._places:
             self._threads.submit(self._prepare_one)
 

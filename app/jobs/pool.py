@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import threading
 import time
+from multiprocessing import forkserver
 from multiprocessing.process import BaseProcess
 from typing import Any
 
@@ -17,9 +18,13 @@ START_TIMEOUT_S = 300.0
 _FORKSERVER = multiprocessing.get_context("forkserver")
 
 
-def preload(modules: list[str]) -> None:
-    """Modules that the fork server imports once, for all workers. Takes effect before the first worker starts."""
-    _FORKSERVER.set_forkserver_preload(modules)
+def begin() -> None:
+    """Start the process that workers are forked from, importing and warming up meanwhile. Returns at once.
+
+    A command that knows it will serve calls this first, so that the warm-up runs beside its own imports.
+    """
+    _FORKSERVER.set_forkserver_preload(["app.jobs.worker", "app.jobs.warmed"])
+    forkserver.ensure_running()
 
 
 class Call:

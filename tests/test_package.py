@@ -1,0 +1,51 @@
+"""What `pip install .` installs: the whole service, away from the checkout."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The distribution, without its dependencies, in a folder of its own."""
+    folder = tmp_path_factory.mktemp("installed")
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation"]
+    subprocess.run([*pip, "--target", str(folder), str(ROOT)], check=True, timeout=120)
+    return folder
+
+
+def python(installed: Path, *arguments: str) -> str:
+    environment = {**os.environ, "PYTHONPATH": str(installed), "PYTHONSAFEPATH": "1"}
+    done = subprocess.run(
+        [sys.executable, *arguments], env=environment, cwd=installed, capture_output=True, text=True, timeout=170
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_it_carries_pages_examples_and_migrations(installed):
+    code = "import app, solvers, migrations; print(app.__file__, solvers.__file__, migrations.__file__)"
+    assert python(installed, "-c", code).count(str(installed)) == 3
+    for folder in ("app/web/templates", "app/web/static", "app/designs/examples", "migrations/versions"):
+        there = {p.relative_to(ROOT) for p in (ROOT / folder).glob("*.*")}
+        assert there
+        assert all((installed / path).exists() for path in there), folder
+
+
+def test_its_command_checks_and_stores(installed, check_request, tmp_path):
+    request = tmp_path / "request.json"
+    request.write_text(json.dumps({**check_request, "effects": {"exclude": ["rod_inertia"]}}))
+    out = python(
+        installed, "-m", "app.cli", "check", "flexible-rod", str(request), "--json",
+        "--database-url", f"sqlite:///{tmp_path}/runs.sqlite3",
+    )  # fmt: skip
+    assert json.loads(out)["status"] == "succeeded"
+    assert (installed / "bin" / "crankwright").exists()

@@ -78,6 +78,22 @@ def test_a_design_meets_its_requirements_and_names_what_shapes_it(client, design
     assert active["min_fatigue_safety"] > 0 > active["b_upper"]
 
 
+def test_a_design_from_stock_is_rounded_and_carries_its_certificate(client, design_request):
+    request = {**design_request, "effects": CORE, "stock_h_mm": [0.4, 0.45, 0.5], "step_mm": {"b": 0.5, "l": 0.5}}
+    result = client.post(DESIGNS, json=request).json()["result"]
+    found = result["dimensions"]
+    assert found["h_mm"] in request["stock_h_mm"]
+    assert found["b_mm"] % 0.5 == pytest.approx(0, abs=1e-9)
+    assert found["l_mm"] % 0.5 == pytest.approx(0, abs=1e-9)
+    assert result["fatigue_safety"] >= 2.65
+    assert result["certificate"]["bound"] <= result["mass_g"] * (1 + 1e-9)
+    assert result["certificate"]["gap"] <= 1e-6
+    # One step shorter, the strip fails: the rounding gave nothing away.
+    shorter = {"b_mm": found["b_mm"], "h_mm": found["h_mm"], "l_mm": found["l_mm"] - 0.5}
+    check = {k: v for k, v in request.items() if k in ("mechanism", "piston", "load", "material", "effects")}
+    assert client.post(CHECKS, json={**check, "dimensions": shorter}).json()["result"]["fatigue_safety"] < 2.65
+
+
 def test_an_infeasible_design_is_an_answer_with_a_diagnosis(client, design_request):
     design_request["requirements"]["min_fatigue_safety"] = 4.0
     answer = client.post(DESIGNS, json={**design_request, "effects": CORE})

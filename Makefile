@@ -10,10 +10,10 @@ STAMP := $(VENV)/.installed
 help:            ## list the commands
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
-$(STAMP): requirements.lock pyproject.toml
+$(STAMP): requirements-dev.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Python 3.11 or newer is needed"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --require-hashes -r requirements-dev.lock
 	$(BIN)/python -m pip install --quiet --no-deps --editable .
 	touch $(STAMP)
 
@@ -37,9 +37,11 @@ lint: $(STAMP)   ## style only
 bench: $(STAMP)  ## measure against the peers, write docs/benchmarks.md
 	$(BIN)/python -m bench
 
-lock:            ## resolve the dependencies anew (needs uv)
-	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-		--all-extras --quiet --no-header pyproject.toml -o requirements.lock
+LOCKING := uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet --no-header
+
+lock:            ## resolve the dependencies anew, for the service and for its development (needs uv)
+	$(LOCKING) --all-extras pyproject.toml -o requirements-dev.lock
+	$(LOCKING) --constraint requirements-dev.lock pyproject.toml -o requirements.lock
 
 clean:           ## remove what make made
 	rm -rf $(VENV) build dist *.egg-info

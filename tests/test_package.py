@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -49,3 +51,24 @@ def test_its_command_checks_and_stores(installed, check_request, tmp_path):
     )  # fmt: skip
     assert json.loads(out)["status"] == "succeeded"
     assert (installed / "bin" / "crankwright").exists()
+
+
+def locked(name: str) -> dict[str, str]:
+    """The entries of a lock file by distribution."""
+    entries = re.split(r"\n(?=[a-z0-9])", (ROOT / name).read_text())
+    return {re.split(r"[=\[ ]", entry, maxsplit=1)[0]: entry for entry in entries}
+
+
+def test_every_dependency_is_locked_with_hashes_and_in_one_version():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    service, development = locked("requirements.lock"), locked("requirements-dev.lock")
+    wanted = [re.split(r"[>=\[ ]", item, maxsplit=1)[0] for item in project["dependencies"]]
+    extras = [
+        re.split(r"[>=\[ ]", item, maxsplit=1)[0]
+        for group in project["optional-dependencies"].values()
+        for item in group
+    ]
+    assert set(wanted) <= set(service)
+    assert {*wanted, *extras} <= set(development)
+    assert all("--hash=sha256:" in entry for entry in [*service.values(), *development.values()])
+    assert {e.partition(" ")[0] for e in service.values()} <= {e.partition(" ")[0] for e in development.values()}

@@ -9,9 +9,10 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request, Response
 
 from app import runs
-from app.designs.registry import KINDS
+from app.designs.kind import Mode
+from app.designs.registry import KINDS, plots_of
 from app.errors import Problem
-from app.store.record import ANSWERED_STATUSES, RunFilter
+from app.store.record import RunFilter, RunStatus
 from app.submission import Service
 
 router = APIRouter(prefix="/api/v1/runs", tags=["runs"])
@@ -63,9 +64,9 @@ async def plot(request: Request, run_id: str, plot: str) -> Response:
     """One of the kind's plots, drawn from the stored result."""
     service: Service = request.app.state.service
     run = await service.store.get(run_id)
-    plots = KINDS[run.kind].plots
+    plots = plots_of(KINDS[run.kind], Mode(run.mode))
     if plot not in plots:
         raise Problem(404, "No such plot", "there are " + ", ".join(plots))
-    if run.status not in ANSWERED_STATUSES or run.result is None:
+    if run.status != RunStatus.SUCCEEDED:
         raise Problem(409, "Nothing to draw", f"the run is {run.status}")
     return SvgResponse(plots[plot](json.loads(runs.run_json(run))))

@@ -12,6 +12,9 @@ from typing import Any
 
 from pydantic import BaseModel
 
+Plot = Callable[[dict[str, Any]], str]
+"""From a succeeded run, as its JSON tells it, to SVG."""
+
 
 class Mode(StrEnum):
     DESIGN = "design"
@@ -70,5 +73,5 @@ class Kind:
     jobs: Mapping[Mode, Job]
     effects: Callable[[], list[dict[str, Any]]]
     example: Callable[[Mode], dict[str, Any]]
-    plots: Mapping[str, Callable[[dict[str, Any]], str]]
+    plots: Mapping[str, Plot]
     main_results: tuple[str, ...]

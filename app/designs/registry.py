@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from app.designs.accuracy import study_job
 from app.designs.flexible_rod import FLEXIBLE_ROD
-from app.designs.kind import Job, Kind, Mode
+from app.designs.kind import Job, Kind, Mode, Plot
+from app.designs.work_precision import work_precision
 
 KINDS: dict[str, Kind] = {kind.slug: kind for kind in (FLEXIBLE_ROD,)}
 
@@ -22,3 +25,8 @@ def example_of(kind: Kind, mode: Mode) -> dict[str, object]:
 def modes_of(kind: Kind) -> tuple[Mode, ...]:
     """Everything that can be asked of a kind over HTTP."""
     return (*kind.jobs, Mode.ACCURACY) if Mode.CHECK in kind.jobs or Mode.DESIGN in kind.jobs else tuple(kind.jobs)
+
+
+def plots_of(kind: Kind, mode: Mode) -> Mapping[str, Plot]:
+    """The pictures of a run of that mode."""
+    return {"error-against-time": work_precision} if mode is Mode.ACCURACY else kind.plots

@@ -13,10 +13,10 @@ from fastapi.templating import Jinja2Templates
 from app import runs
 from app.api.bodies import parse
 from app.designs.kind import Kind, Mode
-from app.designs.registry import KINDS
+from app.designs.registry import KINDS, job_of, modes_of, plots_of
 from app.errors import Problem
 from app.store.errors import UnknownRun
-from app.store.record import RunFilter
+from app.store.record import RunFilter, RunStatus
 from app.submission import Service
 from app.web.fields import form_fields, request_from, split_unit
 
@@ -111,5 +111,22 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
         return _page(request, "missing.html", 404)
     result = run["result"] or {}
     numbers = {n: v for n, v in result.items() if isinstance(v, (int, float, str)) and not isinstance(v, bool)}
-    plots = list(KINDS[run["kind"]].plots) if result.get("dimensions") else []
+    succeeded = run["status"] == RunStatus.SUCCEEDED
+    plots = list(plots_of(KINDS[run["kind"]], Mode(run["mode"]))) if succeeded else []
     return _page(request, "run.html", run=run, result=result, numbers=numbers, plots=plots)
+
+
+@router.post("/runs/{run_id}/accuracy")
+async def study_accuracy(request: Request, run_id: str) -> Response:
+    """Study what accuracy costs for the case of a stored run, and go to the study's page."""
+    service: Service = request.app.state.service
+    try:
+        run = await service.store.get(run_id)
+    except UnknownRun:
+        return _page(request, "missing.html", 404)
+    kind = KINDS[run.kind]
+    if run.mode not in kind.jobs or Mode.ACCURACY not in modes_of(kind):
+        raise Problem(409, "Nothing to study", "only checks and designs can be studied")
+    body = b'{"spec":' + run.spec + b"}"
+    stored = await service.submit(kind, Mode.ACCURACY, parse(job_of(kind, Mode.ACCURACY).request, body), None, "")
+    return RedirectResponse(f"/runs/{stored.run_id}", status_code=303)

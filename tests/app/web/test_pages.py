@@ -51,6 +51,22 @@ def test_an_infeasible_design_explains_itself(client, design_request):
     assert "Why there is no answer" in page.text
 
 
+def test_a_study_is_one_button_away_from_a_run(client, check_request):
+    run = client.post("/api/v1/checks/flexible-rod", json=check_request).json()
+    assert f'action="/runs/{run["id"]}/accuracy"' in client.get(f"/runs/{run['id']}").text
+    answer = client.post(f"/runs/{run['id']}/accuracy", follow_redirects=False)
+    assert answer.status_code == 303
+    page = client.get(answer.headers["location"]).text
+    assert "What accuracy costs" in page
+    assert "plots/error-against-time" in page
+    study_id = answer.headers["location"].rpartition("/")[2]
+    plot = client.get(f"/api/v1/runs/{study_id}/plots/error-against-time")
+    assert plot.headers["content-type"] == "image/svg+xml"
+    assert "asked for" in plot.text
+    assert client.post(f"/runs/{study_id}/accuracy").status_code == 409
+    assert client.post("/runs/none/accuracy").status_code == 404
+
+
 def test_unknown_pages(client):
     assert client.get("/runs/none").status_code == 404
     assert client.get("/designs/none").status_code == 404

@@ -1,0 +1,150 @@
+"""Charts as SVG text: one pair of axes, linear or logarithmic, with lines, areas, marks and words on it.
+
+Drawn here rather than by a plotting library, so that a picture takes a millisecond, follows the page's ink in light and
+dark, and is the same bytes for the same run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Protocol
+
+WIDTH, HEIGHT = 560, 380
+LEFT, RIGHT, TOP, BOTTOM = 70, 20, 20, 52
+
+BLUE, RED, GREEN, GREY = "#1a5fb4", "#b3261e", "#1c7c54", "#5b6472"
+
+
+class Scale(Protocol):
+    """From values to the unit interval."""
+
+    def place(self, value: float) -> float: ...
+
+    def ticks(self) -> Iterable[tuple[float, str]]: ...
+
+
+@dataclass(frozen=True)
+class Linear:
+    """From ``low`` to ``high`` in equal steps; what lies outside is drawn at the edge."""
+
+    low: float
+    high: float
+
+    def place(self, value: float) -> float:
+        return min(max((value - self.low) / (self.high - self.low), 0.0), 1.0)
+
+    def ticks(self) -> list[tuple[float, str]]:
+        step = _round_step((self.high - self.low) / 6)
+        digits = max(0, -math.floor(math.log10(step) + 1e-9))
+        first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
+        return [(n * step, f"{n * step:.{digits}f}") for n in range(first, last + 1)]
+
+
+@dataclass(frozen=True)
+class Logarithmic:
+    """Powers of ten from ``low`` to ``high``, both positive."""
+
+    low: float
+    high: float
+
+    def place(self, value: float) -> float:
+        span = math.log(self.high / self.low)
+        return min(max(math.log(max(value, self.low) / self.low) / span, 0.0), 1.0)
+
+    def ticks(self) -> list[tuple[float, str]]:
+        first, last = math.ceil(math.log10(self.low) - 1e-9), math.floor(math.log10(self.high) + 1e-9)
+        every = max(1, (last - first) // 7 + 1)
+        return [(10.0**n, f"1e{n}") for n in range(first, last + 1, every)]
+
+
+def around(values: Iterable[float], margin: float = 0.06) -> Linear:
+    """A linear scale that holds all the values, with a margin; finite even if they are all the same."""
+    found = list(values)
+    low, high = min(found), max(found)
+    pad = margin * (high - low) or 0.5 * abs(high) or 1.0
+    return Linear(low - pad, high + pad)
+
+
+def decades_around(values: Iterable[float]) -> Logarithmic:
+    """Whole decades that hold all the (positive) values."""
+    found = [math.log10(value) for value in values]
+    return Logarithmic(10.0 ** math.floor(min(found)), 10.0 ** max(math.ceil(max(found)), math.floor(min(found)) + 1))
+
+
+class Chart:
+    """One pair of axes; every method adds a layer above the ones before."""
+
+    def __init__(self, title: str, x: Scale, y: Scale, x_label: str, y_label: str) -> None:
+        self._x, self._y = x, y
+        self._layers = [
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" class="plot" '
+            'font-family="system-ui, sans-serif" font-size="13">',
+            f"<title>{escape(title)}</title>",
+        ]
+        bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
+        for value, words in x.ticks():
+            at = f"{self._across(value):.1f}"
+            self._layers.append(_grid(at, at, TOP, bottom) + _words(at, bottom + 18, words, "middle"))
+        for value, words in y.ticks():
+            at = self._up(value)
+            self._layers.append(
+                _grid(LEFT, right, f"{at:.1f}", f"{at:.1f}") + _words(LEFT - 8, f"{at + 4:.1f}", words, "end")
+            )
+        middle = (HEIGHT - BOTTOM + TOP) / 2
+        self._layers += [
+            _words((LEFT + right) / 2, HEIGHT - 10, x_label, "middle"),
+            f'<text transform="translate(16 {middle}) rotate(-90)" text-anchor="middle" fill="currentColor">'
+            f"{escape(y_label)}</text>",
+        ]
+
+    def line(self, xs: Sequence[float], ys: Sequence[float], color: str = BLUE, dashes: str = "") -> None:
+        """A line through points."""
+        style = f' stroke-dasharray="{dashes}"' if dashes else ""
+        self._layers.append(f'<path d="{self._path(xs, ys)}" fill="none" stroke="{color}" stroke-width="2"{style}/>')
+
+    def area(self, xs: Sequence[float], ys: Sequence[float], color: str = RED) -> None:
+        """A tinted polygon."""
+        self._layers.append(f'<path d="{self._path(xs, ys)}Z" fill="{color}" fill-opacity="0.10"/>')
+
+    def mark(self, x: float, y: float, words: str = "", color: str = BLUE) -> None:
+        """A dot with words beside it, on the side where there is room."""
+        left = self._x.place(x) > 0.72
+        at = self._across(x) + (-12 if left else 12)
+        self._layers.append(
+            f'<circle cx="{self._across(x):.1f}" cy="{self._up(y):.1f}" r="5" fill="{color}"/>'
+            + _words(f"{at:.1f}", f"{self._up(y) + 4:.1f}", words, "end" if left else "start", color)
+        )
+
+    def words(self, x: float, y: float, words: str, color: str = GREY) -> None:
+        """Words at a place."""
+        self._layers.append(_words(f"{self._across(x):.1f}", f"{self._up(y) - 5:.1f}", words, "start", color))
+
+    def svg(self) -> str:
+        """The picture."""
+        return "".join(self._layers) + "</svg>"
+
+    def _across(self, value: float) -> float:
+        return LEFT + self._x.place(value) * (WIDTH - LEFT - RIGHT)
+
+    def _up(self, value: float) -> float:
+        return HEIGHT - BOTTOM - self._y.place(value) * (HEIGHT - TOP - BOTTOM)
+
+    def _path(self, xs: Sequence[float], ys: Sequence[float]) -> str:
+        return "M" + "L".join(f"{self._across(x):.1f},{self._up(y):.1f}" for x, y in zip(xs, ys, strict=True))
+
+
+def _words(x: object, y: object, words: str, anchor: str, color: str = "currentColor") -> str:
+    return f'<text x="{x}" y="{y}" text-anchor="{anchor}" fill="{color}">{escape(words)}</text>' if words else ""
+
+
+def _grid(x1: object, x2: object, y1: object, y2: object) -> str:
+    return f'<line x1="{x1}" x2="{x2}" y1="{y1}" y2="{y2}" stroke="currentColor" stroke-opacity="0.15"/>'
+
+
+def _round_step(step: float) -> float:
+    """1, 2 or 5 times a power of ten, at least ``step``."""
+    unit = 10.0 ** math.floor(math.log10(step))
+    return next(n * unit for n in (1, 2, 5, 10) if n * unit >= step * (1 - 1e-9))

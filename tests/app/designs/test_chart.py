@@ -1,0 +1,80 @@
+"""Charts: valid SVG, things where the scale says they are, words that cannot break out."""
+
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree
+
+import pytest
+
+from app.designs.chart import (
+    BOTTOM,
+    HEIGHT,
+    LEFT,
+    RIGHT,
+    TOP,
+    WIDTH,
+    Chart,
+    Linear,
+    Logarithmic,
+    around,
+    decades_around,
+)
+
+DOT = re.compile(r'<circle cx="([\d.]+)" cy="([\d.]+)"')
+
+
+def dot(chart: Chart) -> tuple[float, float]:
+    x, y = DOT.search(chart.svg()).groups()
+    return float(x), float(y)
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (10.0, 1.0), (5.0, 0.5), (2.5, 0.25)])
+def test_a_mark_stands_where_the_scales_say(x, y):
+    chart = Chart("t", Linear(0, 10), Linear(0, 1), "x", "y")
+    chart.mark(x, y)
+    across, up = dot(chart)
+    assert across == pytest.approx(LEFT + x / 10 * (WIDTH - LEFT - RIGHT), abs=0.06)
+    assert up == pytest.approx(HEIGHT - BOTTOM - y * (HEIGHT - TOP - BOTTOM), abs=0.06)
+
+
+def test_decades_are_equally_long():
+    scale = Logarithmic(1e-8, 1e4)
+    assert scale.place(1e-2) == pytest.approx(0.5)
+    assert scale.place(0.0) == 0.0
+    assert [words for _, words in Logarithmic(1e-2, 1e1).ticks()] == ["1e-2", "1e-1", "1e0", "1e1"]
+
+
+@pytest.mark.parametrize(
+    ("scale", "ticks"),
+    [
+        (Linear(0.1, 1.0), ["0.2", "0.4", "0.6", "0.8", "1.0"]),
+        (Linear(0.0, 16.0), ["0", "5", "10", "15"]),
+        (Linear(-0.003, 0.004), ["-0.002", "0.000", "0.002", "0.004"]),
+    ],
+)
+def test_ticks_are_round_numbers(scale, ticks):
+    assert [words for _, words in scale.ticks()] == ticks
+
+
+@pytest.mark.parametrize("values", [[0.0], [3.0, 3.0], [-1.0, 4.0], [1e-300], [1e9, 2e9]])
+def test_scales_around_values_hold_them(values):
+    scale = around(values)
+    assert scale.low < scale.high
+    assert all(scale.low <= v <= scale.high for v in values)
+    positive = [v for v in values if v > 0]
+    if positive:
+        decades = decades_around(positive)
+        assert all(decades.low <= v * (1 + 1e-9) and v <= decades.high * (1 + 1e-9) for v in positive)
+        assert decades.low < decades.high
+
+
+def test_words_are_escaped_and_the_svg_is_well_formed():
+    chart = Chart("a < b & c", around([1.0, 2.0]), around([0.0]), "<x>", "y & z")
+    chart.line([1.0, 2.0], [0.0, 0.0], dashes="4 3")
+    chart.area([1.0, 2.0, 2.0], [0.0, 0.0, 1.0])
+    chart.mark(1.5, 0.0, "<script>")
+    chart.words(1.0, 0.0, '"quoted"')
+    root = ElementTree.fromstring(chart.svg())
+    assert root.tag.endswith("svg")
+    assert "<script>" not in chart.svg()

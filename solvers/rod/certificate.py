@@ -27,6 +27,7 @@ _FIRST_SECTIONS = (1.0, 0.75, 0.5, 0.25)
 _FIRST_GAP = 0.1
 _FIRST_BOXES = 2000
 _ROUNDS = 12
+_LEAST_GAP = 5e-9
 _MOST_ANGLES = 48
 _NEAR = 2e-3
 _NEARLY = 0.9
@@ -104,6 +105,8 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
     slices, length = sizes.slices(), np.array(_length_range(machine, sizes))
     steps = np.array([sizes.step_b or 0.0, sizes.step_l or 0.0])
     incumbent: Polished | None = None
+    # Half of the gap is left to the relaxation's own best strip, which may lie a little below the best of all.
+    gap = max(0.45 * gap, _LEAST_GAP)
     looked, bound, tried = 0, -math.inf, set()
     for turn in range(_ROUNDS):
         p = _relaxation(machine, objective, limits, view)

@@ -90,12 +90,13 @@ def design(
     shaping = active_constraints(
         machine, problem.objective, found.limits, bounds, sizes.around(result.dimensions), found.best
     )
+    certificate = _certificate(problem.objective, found, active)
     return Outcome(
         Status.SUCCEEDED,
         RodDesign(result, problem.objective.name, shaping),
         choice.manifest,
-        Accuracy(accuracy, max(found.outcome.accuracy.estimated, accuracy), {"angles": ANGLES, "boxes": BOXES}),
-        certificate=_certificate(problem.objective, found, active),
+        Accuracy(accuracy, max(found.outcome.accuracy.estimated, certificate.gap), {"angles": ANGLES, "boxes": BOXES}),
+        certificate=certificate,
         timing={"solve_s": time.perf_counter() - started},
     )
 

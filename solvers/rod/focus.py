@@ -30,6 +30,7 @@ _FINE = 21
 _ZOOM = 17
 _SECTION_SPAN = 0.04
 _BUCKLED = 40.0
+_HUMP = 0.8
 
 
 class Focus(NamedTuple):
@@ -37,7 +38,8 @@ class Focus(NamedTuple):
 
     force, stroke        at the governing angles, in threes one ANGLE_STEP apart
     eta                  sections by distance from the head over l: the clamp first, then in threes (ends may repeat)
-    cycle_force, cycle_stroke, cycle_speed   the whole cycle at equal steps, for reactions; speed [m/s]
+    react_force, react_stroke   at the peaks of side force and contact pressure, in threes one ANGLE_STEP apart
+    cycle_force, cycle_stroke, cycle_speed   the whole cycle at equal steps, for power; speed [m/s]
     lines, parabola      the fatigue criterion as in ``relaxation.Relaxation``
     compression          the cycle's greatest [N]
     guide                clamp offset, diameter, skirt length [m], friction coefficient
@@ -46,6 +48,8 @@ class Focus(NamedTuple):
     force: Array
     stroke: Array
     eta: Array
+    react_force: Array
+    react_stroke: Array
     cycle_force: Array
     cycle_stroke: Array
     cycle_speed: Array
@@ -65,6 +69,14 @@ def peak(left: float, middle: float, right: float) -> float:
     if bend > 0.0 and abs(slope) <= bend:
         return middle + 0.5 * slope * slope / bend
     return max(middle, max(left, right))
+
+
+@kernel
+def reaction(force: float, stroke: float, f: Focus, l: float, scale: float) -> tuple[float, float]:
+    """|T| and 6 |M0 + T e|/Lp [N] at one angle; ``scale`` is 1/EI."""
+    _, stiffness, _ = clamp(force * scale, l, f.rod_length)
+    k, s = stiffness / scale, abs(stroke)
+    return s * abs(k), 6.0 / f.guide[2] * s * abs((f.rod_length + f.guide[0]) * k - force)
 
 
 @kernel
@@ -116,20 +128,18 @@ def rows_at(f: Focus, b: float, h: float, l: float, reactions: bool, table: Arra
     out[UTILISATION], out[FIXED_ROWS + 1] = math.log(max(worst, 1e-300)), math.log(max(greatest, 1e-300))
     if reactions:
         side, pressure, power = 0.0, 0.0, 0.0
-        n = f.cycle_force.size
-        offset, diameter, skirt, friction = f.guide
-        sides, pressures = np.empty(n), np.empty(n)
+        _, diameter, skirt, friction = f.guide
+        n, peaks = f.cycle_force.size, f.react_force.size
+        sides, pressures = np.empty(3), np.empty(3)
+        for i in range(peaks):
+            sides[i % 3], couple = reaction(f.react_force[i], f.react_stroke[i], f, l, scale)
+            pressures[i % 3] = sides[i % 3] + couple
+            if i % 3 == 2:
+                side = max(side, peak(sides[0], sides[1], sides[2]))
+                pressure = max(pressure, peak(pressures[0], pressures[1], pressures[2]))
         for i in range(n):
-            _, stiffness, _ = clamp(f.cycle_force[i] * scale, l, L)
-            k = stiffness / scale
-            s = abs(f.cycle_stroke[i])
-            T = s * abs(k)
-            couple = 6.0 / skirt * s * abs((L + offset) * k - f.cycle_force[i])
-            sides[i], pressures[i] = T, T + couple
+            T, couple = reaction(f.cycle_force[i], f.cycle_stroke[i], f, l, scale)
             power += (0.5 * (couple + T * T / couple) if couple > T else T) * f.cycle_speed[i]
-        for i in range(n):
-            side = max(side, peak(sides[i - 1], sides[i], sides[(i + 1) % n]))
-            pressure = max(pressure, peak(pressures[i - 1], pressures[i], pressures[(i + 1) % n]))
         out[SIDE], out[PRESSURE] = (
             math.log(max(side, 1e-300)),
             math.log(max(pressure * 4.0 / (math.pi * diameter * skirt), 1e-300)),
@@ -215,11 +225,13 @@ class Machine:
         for section in chosen:
             middle = min(max(self._zoom(section, middles, b, h, l), SECTION_STEP), 1.0 - SECTION_STEP)
             stations += [middle + SECTION_STEP, middle, middle - SECTION_STEP]
-        threes = (middles[:, None] + np.array([-ANGLE_STEP, 0.0, ANGLE_STEP])).ravel()
+        triple = np.array([-ANGLE_STEP, 0.0, ANGLE_STEP])
+        threes = (middles[:, None] + triple).ravel()
+        peaks = (self.reaction_peaks(b, h, l)[:, None] + triple).ravel()
         focus = Focus(
-            self.cycle.axial_force(threes), self.crank_radius * np.sin(threes), np.array(stations), self.force,
-            self.stroke, self.speed, self.lines, self.parabola, self.compression, self.guide, self.modulus,
-            self.rod_length,
+            self.cycle.axial_force(threes), self.crank_radius * np.sin(threes), np.array(stations),
+            self.cycle.axial_force(peaks), self.crank_radius * np.sin(peaks), self.force, self.stroke,
+            self.speed, self.lines, self.parabola, self.compression, self.guide, self.modulus, self.rod_length,
         )  # fmt: skip
         return focus, middles
 
@@ -239,19 +251,20 @@ class Machine:
         return float(eta[j] + (0.5 * (row[j + 1] - row[j - 1]) / bend if bend > 0 else 0.0) * (eta[1] - eta[0]))
 
     def reaction_peaks(self, b: float, h: float, l: float) -> Array:
-        """The angles of the greatest side force and contact pressure, shape (2,)."""
+        """The angles at which side force or contact pressure peak, of all peaks that may come to be the greatest."""
         span = 2.0 * np.pi / self.angle.size
-        found = self.angle[self._reactions(self.force, self.stroke, b, h, l).argmax(axis=1)]
-        around = found[:, None] + span * np.linspace(-1.25, 1.25, _FINE)
+        values = self._reactions(self.force, self.stroke, b, h, l)
+        humps = (values >= np.roll(values, 1, axis=1)) & (values >= np.roll(values, -1, axis=1))
+        row, at = np.nonzero(humps & (values >= _HUMP * values.max(axis=1, keepdims=True)))
+        offsets = span * np.linspace(-1.25, 1.25, _FINE)
+        around = self.angle[at][:, None] + offsets
         force, stroke = self.cycle.axial_force(around.ravel()), self.crank_radius * np.sin(around.ravel())
-        values = self._reactions(force, stroke, b, h, l).reshape(2, 2, _FINE)
-        out = []
-        for k in range(2):
-            row, at = values[k, k], min(max(int(values[k, k].argmax()), 1), _FINE - 2)
-            bend = 2.0 * row[at] - row[at - 1] - row[at + 1]
-            shift = 0.5 * (row[at + 1] - row[at - 1]) / bend if bend > 0 else 0.0
-            out.append(around[k, at] + min(max(shift, -1.0), 1.0) * 2.5 * span / (_FINE - 1))
-        return np.array(out)
+        values = self._reactions(force, stroke, b, h, l).reshape(2, at.size, _FINE)[row, np.arange(at.size)]
+        j = np.clip(values.argmax(axis=1), 1, _FINE - 2)
+        left, here, right = (values[np.arange(j.size), j + shift] for shift in (-1, 0, 1))
+        bend = 2.0 * here - left - right
+        shift = np.clip(0.5 * (right - left) / np.where(bend > 0, bend, np.inf), -1.0, 1.0)
+        return np.unique(np.round(self.angle[at] + offsets[j] + shift * (offsets[1] - offsets[0]), 6))
 
     def _reactions(self, force: Array, stroke: Array, b: float, h: float, l: float) -> Array:
         """Side force and contact pressure (in N) at each angle, shape (2, angles)."""

@@ -23,6 +23,8 @@ _VIOLATION = 0.9e-9
 _SAFE_SIDE = 1e-9
 _STILL = 1e-8
 _ROUNDS = 4
+_STEPS_BACK = 4
+_NEAR_ENOUGH = 1e-2
 _SIDEWAYS, _STRESS, _FIRST_GROUP = FIXED_ROWS, FIXED_ROWS + 1, FIXED_ROWS + 2
 
 
@@ -98,6 +100,8 @@ def polish(
         moved, cost, violation = _run(_Memory(focus, reactions), objective, limits, box, x)
         if not np.all(np.isfinite(moved)):
             return None
+        if violation > _VIOLATION:
+            moved, cost, violation = _restored(_Memory(focus, reactions), objective, limits, box, moved)
         still = float(np.max(np.abs(moved - x))) < _STILL
         x = moved
         found = (x, cost) if violation <= _VIOLATION else None
@@ -110,6 +114,34 @@ def polish(
         for v, (low, high) in zip(found[0], (bounds.b, bounds.h, bounds.l), strict=True)
     )
     return Polished(Dimensions(b, h, l), found[1])
+
+
+def _restored(
+    memory: _Memory, objective: Objective, limits: Limits, box: Array, x: Array
+) -> tuple[Array, float, float]:
+    """The least steps that take the violated limits back, where the run stopped outside: as ``_run`` returns."""
+    groups = 1 + (memory.focus.eta.size - 1) // 3
+    which, limit = constraint_rows(limits, groups)
+    limit = limit - _SAFE_SIDE
+    for _ in range(_STEPS_BACK):
+        values, slopes = memory.look(x)
+        excess = values[which] - limit
+        over = excess > 0.0
+        if not over.any() or excess.max() > _NEAR_ENOUGH:
+            break
+        free = np.ones(3, dtype=bool)
+        step = np.zeros(3)
+        for _ in range(3):
+            step[free] = -np.linalg.lstsq(slopes[which][over][:, free], excess[over], rcond=1e-9)[0]
+            outside = free & ((x + step < box[:, 0]) | (x + step > box[:, 1]))
+            if not outside.any():
+                break
+            free &= ~outside
+            step[~free] = 0.0
+        x = np.clip(x + step, box[:, 0], box[:, 1])
+    values = memory.look(x)[0]
+    violation = float(np.max(values[which] - limit))
+    return x, float(sum(weight * values[row] for row, weight in objective.weights)), violation
 
 
 def _run(memory: _Memory, objective: Objective, limits: Limits, box: Array, x: Array) -> tuple[Array, float, float]:

@@ -1,0 +1,139 @@
+"""Designs against a dense search that shares nothing with the solver, on random problems of every objective."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from solvers import rod
+from solvers.outcome import Status
+from tests.solvers.rod.brute_force import CoreModel
+from tests.solvers.rod.dense_search import MISSED, dense_search, random_problem, sample
+from tests.solvers.rod.machines import CORE, PAPER, random_machine
+
+REFERENCE = rod.RodProblem(
+    PAPER,
+    rod.Bounds((4e-3, 9e-3), (0.2e-3, 1e-3), (8e-3, 26e-3)),
+    rod.Requirements(2.65, 1.8),
+    rod.OBJECTIVES["mass"],
+)
+
+
+def arrays(dimensions):
+    return tuple(np.array([v]) for v in (dimensions.b, dimensions.h, dimensions.l))
+
+
+def cost_of(problem, outcome):
+    value = problem.objective.read(outcome.value.check)
+    return value if problem.objective.sign > 0 else 1 / value
+
+
+def bound_of(problem, outcome):
+    bound = outcome.certificate.bound
+    return bound if problem.objective.sign > 0 else 1 / bound
+
+
+@pytest.mark.parametrize("seed", [100, 101])
+@pytest.mark.parametrize("objective", rod.OBJECTIVES)
+def test_no_sampled_strip_beats_the_design_or_its_bound(objective, seed):
+    problem, _ = random_problem(np.random.default_rng(seed), objective, random_machine)
+    outcome = rod.design(problem, CORE)
+    assert outcome.status is Status.SUCCEEDED
+    d, r = outcome.value.check.dimensions, problem.requirements
+    cost = cost_of(problem, outcome)
+
+    # What is claimed of the strip is so, and it meets what is asked, as the sampled model sees it.
+    seen = sample(problem.scene, *arrays(d), angles=720, sections=201)
+    assert seen.cost(objective)[0] == pytest.approx(cost, rel=1e-4)
+    assert seen.admissible(r, -1e-8)[0]
+    for name in ("b", "h", "l"):
+        low, high = getattr(problem.bounds, name)
+        assert low <= getattr(d, name) <= high
+
+    # Sampling misses peaks: of an objective that is a peak, the sampled cost may be too low by as much.
+    sampled = dense_search(problem, objective, r)[0]
+    assert cost <= sampled * (1 + MISSED / 2)
+    assert bound_of(problem, outcome) <= sampled * (1 + MISSED / 2)
+    assert sampled <= cost * 1.03, "the search that judges was not dense enough"
+
+
+@pytest.mark.parametrize("seed", [103, 104])
+@pytest.mark.parametrize("objective", rod.OBJECTIVES)
+def test_bound_and_gap_keep_their_promise(objective, seed):
+    problem, strip = random_problem(np.random.default_rng(seed), objective, random_machine)
+    outcome = rod.design(problem, CORE)
+    certificate, cost = outcome.certificate, cost_of(problem, outcome)
+    assert 0 <= certificate.gap <= 1e-6
+    assert bound_of(problem, outcome) == pytest.approx(cost / (1 + certificate.gap), rel=1e-12)
+    assert certificate.gap <= outcome.accuracy.estimated <= outcome.accuracy.requested == 1e-6
+    assert bound_of(problem, outcome) <= sample(problem.scene, *arrays(strip)).cost(objective)[0] * (1 + MISSED)
+
+    # Neighbours that would be better than the bound allows must break a requirement.
+    d, r = outcome.value.check.dimensions, problem.requirements
+    rng = np.random.default_rng(seed)
+    size = 10.0 ** rng.uniform(-4, -1, (400, 1))
+    low = [getattr(problem.bounds, n)[0] for n in ("b", "h", "l")]
+    high = [getattr(problem.bounds, n)[1] for n in ("b", "h", "l")]
+    near = np.clip(np.array([d.b, d.h, d.l]) * np.exp(size * rng.uniform(-1, 1, (400, 3))), low, high)
+    found = sample(problem.scene, *near.T)
+    better = found.cost(objective) < bound_of(problem, outcome) * (1 - MISSED)
+    assert not np.any(better & found.admissible(r, 1e-9 + MISSED))
+
+
+def test_reference_problem():
+    """Mass of the paper's machine: three governing limits meet in one point, checked by peaks searched one by one."""
+    outcome = rod.design(REFERENCE, CORE)
+    d = outcome.value.check.dimensions
+    model = CoreModel(PAPER, d)
+    material = PAPER.material
+
+    def use(high, low):
+        mean = max((high + low) / 2, 0)
+        return (1.15 * (high - low) / 2 + 0.12 * mean) / material.fatigue_limit
+
+    assert 1 / model.worst(use) == pytest.approx(2.65, rel=1e-8)
+    assert d.b == pytest.approx(9e-3, rel=1e-12)
+    assert outcome.value.check.mass == pytest.approx(7850 * d.b * d.h * d.l, rel=1e-14)
+    assert outcome.value.check.mass == pytest.approx(0.57120936e-3, rel=1e-6)
+    assert {a.name for a in outcome.value.active} == {"min_fatigue_safety", "b_upper"}
+    # Any strip lighter by 1e-5 of the same section breaks a limit, so does one shorter, thinner or both.
+    for shrink in ((0, 1e-5, 0), (0, 0, 1e-5), (0, -1e-4, 2e-4), (0, 2e-4, -1e-4)):
+        other = rod.Dimensions(*(v * (1 - s) for v, s in zip((d.b, d.h, d.l), shrink, strict=True)))
+        assert 1 / CoreModel(PAPER, other).worst(use) < 2.65
+
+
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-6])
+def test_gap_follows_the_accuracy_asked_for(accuracy):
+    outcome = rod.design(REFERENCE, CORE, accuracy=accuracy)
+    assert outcome.certificate.gap <= accuracy
+    assert outcome.accuracy.estimated <= accuracy
+    assert outcome.value.check.mass == pytest.approx(0.571209360e-3, rel=accuracy)
+    assert outcome.certificate.bound <= 0.57120937e-3
+
+
+def test_an_accuracy_out_of_reach_is_not_claimed():
+    outcome = rod.design(REFERENCE, CORE, accuracy=1e-12)
+    assert outcome.accuracy.estimated >= outcome.certificate.gap > 1e-12
+
+
+@pytest.mark.parametrize(
+    ("l", "h", "safety"), [(18e-3, 0.41e-3, 2.619), (20e-3, 0.43e-3, 2.660), (23e-3, 0.46e-3, 2.698)]
+)
+def test_paper_strip_is_the_best_of_its_width_and_length(l, h, safety):
+    bounds = rod.Bounds((9e-3, 9e-3), (0.3e-3, 0.7e-3), (l, l))
+    steps = tuple(round(n * 0.01e-3, 9) for n in range(30, 71))
+    problem = rod.RodProblem(PAPER, bounds, rod.Requirements(1.0, 1.0), rod.OBJECTIVES["fatigue_safety"], steps)
+    outcome = rod.design(problem, CORE)
+    assert outcome.value.check.dimensions.h == pytest.approx(h, abs=1e-9)
+    assert outcome.value.check.stresses.fatigue_safety == pytest.approx(safety, abs=6e-4)
+
+
+def test_paper_strip_without_steps():
+    bounds = rod.Bounds((9e-3, 9e-3), (0.3e-3, 0.7e-3), (23e-3, 23e-3))
+    problem = rod.RodProblem(PAPER, bounds, rod.Requirements(1.0, 1.0), rod.OBJECTIVES["fatigue_safety"])
+    outcome = rod.design(problem, CORE)
+    found = outcome.value.check
+    heights = np.linspace(0.44e-3, 0.47e-3, 301)
+    every = sample(PAPER, np.full(301, 9e-3), heights, np.full(301, 23e-3), angles=360, sections=101)
+    assert found.dimensions.h == pytest.approx(heights[every.fatigue.argmax()], abs=2e-7)
+    assert found.stresses.fatigue_safety == pytest.approx(every.fatigue.max(), rel=3e-4)

@@ -1,0 +1,115 @@
+"""What a design says beside its strip: why there is none, and what its limits are worth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from solvers import rod
+from solvers.outcome import Status
+from tests.solvers.rod.dense_search import MISSED, dense_search
+from tests.solvers.rod.machines import CORE
+from tests.solvers.rod.test_design import REFERENCE, bound_of, cost_of
+
+ANYTHING = rod.Requirements(1e-3, 1.0)
+
+
+def test_a_safety_out_of_reach_is_named_with_the_best_there_is():
+    outcome = rod.design(replace(REFERENCE, requirements=rod.Requirements(4.0, 1.8)), CORE)
+    assert outcome.status is Status.INFEASIBLE
+    (entry,) = outcome.diagnosis
+    best = 1 / dense_search(REFERENCE, "fatigue_safety", ANYTHING)[0]
+    assert (entry.requirement, entry.required) == ("min_fatigue_safety", 4.0)
+    assert entry.attainable == pytest.approx(best, rel=MISSED)
+    assert outcome.certificate.gap == 0.0
+
+
+def test_limits_that_only_clash_are_each_named_with_what_the_other_leaves():
+    asked = rod.Requirements(2.7, 2.6)
+    outcome = rod.design(replace(REFERENCE, requirements=asked), CORE)
+    assert outcome.status is Status.INFEASIBLE
+    entries = {entry.requirement: entry for entry in outcome.diagnosis}
+    assert set(entries) == {"min_fatigue_safety", "min_stability_safety"}
+    fatigue = 1 / dense_search(REFERENCE, "fatigue_safety", replace(ANYTHING, min_stability_safety=2.6))[0]
+    stability = 1 / dense_search(REFERENCE, "stability_safety", replace(ANYTHING, min_fatigue_safety=2.7), 0.0)[0]
+    assert entries["min_fatigue_safety"].attainable == pytest.approx(fatigue, rel=2 * MISSED)
+    assert entries["min_stability_safety"].attainable == pytest.approx(stability, rel=0.02)
+    # What is said to be attainable can be had.
+    given = replace(asked, min_fatigue_safety=entries["min_fatigue_safety"].attainable * 0.999)
+    assert rod.design(replace(REFERENCE, requirements=given), CORE).status is Status.SUCCEEDED
+
+
+def test_a_contact_pressure_out_of_reach():
+    asked = replace(REFERENCE.requirements, max_contact_pressure=1e4)
+    outcome = rod.design(replace(REFERENCE, requirements=asked), CORE)
+    (entry,) = (e for e in outcome.diagnosis if e.requirement == "max_contact_pressure")
+    best = dense_search(REFERENCE, "contact_pressure", ANYTHING)[0]
+    assert entry.attainable == pytest.approx(best, rel=MISSED)
+
+
+LIMITS = {
+    "min_fatigue_safety": lambda p, f: replace(
+        p, requirements=replace(p.requirements, min_fatigue_safety=p.requirements.min_fatigue_safety * f)
+    ),
+    "min_stability_safety": lambda p, f: replace(
+        p, requirements=replace(p.requirements, min_stability_safety=p.requirements.min_stability_safety * f)
+    ),
+    "max_contact_pressure": lambda p, f: replace(
+        p, requirements=replace(p.requirements, max_contact_pressure=p.requirements.max_contact_pressure * f)
+    ),
+    "b_upper": lambda p, f: replace(p, bounds=replace(p.bounds, b=(p.bounds.b[0], p.bounds.b[1] * f))),
+    "b_lower": lambda p, f: replace(p, bounds=replace(p.bounds, b=(p.bounds.b[0] * f, p.bounds.b[1]))),
+    "l_upper": lambda p, f: replace(p, bounds=replace(p.bounds, l=(p.bounds.l[0], p.bounds.l[1] * f))),
+    "l_lower": lambda p, f: replace(p, bounds=replace(p.bounds, l=(p.bounds.l[0] * f, p.bounds.l[1]))),
+}
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        REFERENCE,
+        replace(REFERENCE, requirements=rod.Requirements(2.5, 2.3)),
+        replace(REFERENCE, requirements=rod.Requirements(2.3, 1.8, max_contact_pressure=3.6e4)),
+        replace(REFERENCE, objective=rod.OBJECTIVES["stability_safety"]),
+        replace(REFERENCE, objective=rod.OBJECTIVES["contact_pressure"], requirements=rod.Requirements(2.5, 1.8)),
+        replace(REFERENCE, objective=rod.OBJECTIVES["fatigue_safety"], requirements=rod.Requirements(2.0, 2.5)),
+    ],
+    ids=lambda p: p.objective.name,
+)
+def test_sensitivities_are_what_solving_again_gives(problem):
+    outcome = rod.design(problem, CORE, accuracy=1e-4)
+    active = {a.name: a.sensitivity for a in outcome.value.active}
+    assert active
+
+    def value(p):
+        return problem.objective.read(rod.design(p, CORE, accuracy=1e-4).value.check)
+
+    step = 2e-4
+    for name, sensitivity in active.items():
+        move = LIMITS[name]
+        change = np.log(value(move(problem, 1 + step)) / value(move(problem, 1 - step))) / np.log(
+            (1 + step) / (1 - step)
+        )
+        assert sensitivity == pytest.approx(change, rel=2e-2, abs=2e-3), name
+
+
+def test_a_tighter_limit_never_helps():
+    costs = []
+    for safety in (2.0, 2.3, 2.5, 2.6, 2.65, 2.68):
+        problem = replace(REFERENCE, requirements=rod.Requirements(safety, 1.8))
+        outcome = rod.design(problem, CORE)
+        costs.append((bound_of(problem, outcome), cost_of(problem, outcome)))
+    for (_, loose), (tight, _) in pairwise(costs):
+        assert loose <= tight * (1 + 1e-6)
+
+
+def test_effects_beyond_the_core_are_met_on_the_full_model():
+    """With all effects the answer meets every requirement as the full check sees it, and says what its proof leaves."""
+    outcome = rod.design(REFERENCE, rod.ALL)
+    again = rod.check(REFERENCE.scene, outcome.value.check.dimensions, rod.ALL).value
+    assert again.stresses.fatigue_safety >= 2.65 * (1 - 1e-9)
+    assert again.stability_safety >= 1.8 * (1 - 1e-9)
+    assert "beyond_the_proof" in outcome.certificate.evidence

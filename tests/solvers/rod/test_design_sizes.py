@@ -1,0 +1,87 @@
+"""Stock thicknesses and steps of width and length, against looking at every combination."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+
+from solvers import rod
+from solvers.outcome import Status
+from tests.solvers.rod.dense_search import MISSED, random_problem, sample
+from tests.solvers.rod.machines import CORE, random_machine
+from tests.solvers.rod.test_design import REFERENCE, arrays, cost_of
+
+
+def multiples(step, low, high):
+    return [n * step for n in range(int(np.ceil(low / step - 1e-9)), int(np.floor(high / step + 1e-9)) + 1)]
+
+
+def combinations(scene, widths, heights, lengths):
+    """Everything about every combination."""
+    return sample(scene, *(np.array(v) for v in zip(*product(widths, heights, lengths), strict=True)))
+
+
+def best_of_all(problem, found, margin):
+    """Least cost over all combinations, and how many are admissible."""
+    cost = np.where(found.admissible(problem.requirements, margin), found.cost(problem.objective.name), np.inf)
+    return cost.min(), int(np.isfinite(cost).sum())
+
+
+@pytest.fixture(scope="module")
+def steps():
+    return combinations(REFERENCE.scene, multiples(1e-3, 4e-3, 9e-3), STOCK, multiples(1e-3, 8e-3, 26e-3))
+
+
+STOCK = (0.25e-3, 0.3e-3, 0.4e-3, 0.45e-3, 0.5e-3, 0.6e-3, 0.8e-3)
+
+
+@pytest.mark.parametrize("objective", rod.OBJECTIVES)
+def test_all_three_sizes_in_steps(objective, steps):
+    problem = replace(
+        REFERENCE, requirements=rod.Requirements(2.3, 1.8), objective=rod.OBJECTIVES[objective],
+        stock_h=STOCK, step_b=1e-3, step_l=1e-3,
+    )  # fmt: skip
+    outcome = rod.design(problem, CORE)
+    d = outcome.value.check.dimensions
+    assert d.h in STOCK
+    assert d.b / 1e-3 == pytest.approx(round(d.b / 1e-3), abs=1e-9)
+    assert d.l / 1e-3 == pytest.approx(round(d.l / 1e-3), abs=1e-9)
+    sure, _ = best_of_all(problem, steps, MISSED)
+    hopeful, count = best_of_all(problem, steps, -MISSED)
+    assert count > 10
+    assert hopeful * (1 - MISSED) <= cost_of(problem, outcome) <= sure * (1 + MISSED)
+    assert sample(problem.scene, *arrays(d), angles=720, sections=201).admissible(problem.requirements, -1e-8)[0]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_only_some_sizes_in_steps(seed):
+    """One, two of the three sizes free: no combination of the steps with sampled free sizes does better."""
+    rng = np.random.default_rng(seed)
+    problem, strip = random_problem(rng, "mass", random_machine)
+    low_h, high_h = problem.bounds.h
+    stock = (strip.h, *np.linspace(low_h, high_h, 7)) if seed != 1 else None
+    step_b, step_l = (strip.b / 6 if seed else None), (strip.l / 12 if seed != 2 else None)
+    problem = replace(problem, stock_h=stock, step_b=step_b, step_l=step_l)
+    outcome = rod.design(problem, CORE)
+    assert outcome.status is Status.SUCCEEDED
+    d, bounds = outcome.value.check.dimensions, problem.bounds
+    heights = [h for h in stock if low_h <= h <= high_h] if stock else np.geomspace(low_h, high_h, 24)
+    widths = multiples(step_b, *bounds.b) if step_b else np.geomspace(*bounds.b, 8)
+    lengths = multiples(step_l, *bounds.l) if step_l else np.geomspace(*bounds.l, 14)
+    sure, count = best_of_all(problem, combinations(problem.scene, widths, heights, lengths), MISSED)
+    assert count > 0
+    assert cost_of(problem, outcome) <= sure
+    assert sample(problem.scene, *arrays(d), angles=720, sections=201).admissible(problem.requirements, -1e-8)[0]
+    assert stock is None or d.h in stock
+    for size, step in ((d.b, step_b), (d.l, step_l)):
+        assert step is None or size / step == pytest.approx(round(size / step), abs=1e-9)
+
+
+def test_no_stock_that_is_thin_enough_is_an_answer():
+    outcome = rod.design(replace(REFERENCE, stock_h=(0.8e-3, 0.9e-3)), CORE)
+    assert outcome.status is Status.INFEASIBLE
+    assert outcome.value is None
+    assert [entry.requirement for entry in outcome.diagnosis] == ["min_fatigue_safety"]

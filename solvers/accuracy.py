@@ -1,8 +1,9 @@
 """Error against time of any problem, measured on the problem itself over a ladder of accuracies.
 
 A solver takes the wanted accuracy as an input and turns it into settings; here the same case is solved on every rung
-from loose to tight, each rung's error is its distance from a reference two orders tighter than the tightest rung, and
-the runs are interleaved (one of each rung in turn), so that a machine that slows down slows every rung alike.
+from loose to tight. Each rung's error is its distance from a reference: an independent solution where a wing has one,
+or else the solver's own, two orders tighter than the tightest rung. The runs are interleaved (one of each rung in
+turn), so that a machine that slows down slows every rung alike.
 
 Source: the work-precision diagrams of E. Hairer, G. Wanner, Solving Ordinary Differential Equations II.
 """
@@ -14,12 +15,13 @@ import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from solvers.errors import InvalidInput
 
 LEAST_ACCURACY, GREATEST_ACCURACY = 1e-12, 1e-1
-LADDER = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10)
-REFERENCE_ACCURACY = 1e-12
+LADDER = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+TWO_ORDERS = 100.0
 
 Clock = Callable[[], float]
 
@@ -47,17 +49,83 @@ class Level:
 
 @dataclass(frozen=True)
 class Study:
-    """The table, how its reference was made, and the cheapest level that meets the wanted accuracy (None: none)."""
+    """The table, how its reference was made, and the level that suits the goal (None: none does)."""
 
     levels: tuple[Level, ...]
     reference: str
     recommended: Level | None
 
 
+class Goal(Protocol):
+    """What the user wants of a level."""
+
+    def pick(self, levels: Sequence[Level]) -> Level | None: ...
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """An accuracy to be met, as cheaply as can be."""
+
+    accuracy: float
+
+    def __post_init__(self) -> None:
+        require_accuracy(self.accuracy)
+
+    def pick(self, levels: Sequence[Level]) -> Level | None:
+        """The cheapest of the levels whose error is small enough."""
+        good = [level for level in levels if level.error is not None and level.error <= self.accuracy]
+        return min(good, key=lambda level: level.time_median, default=None)
+
+
+@dataclass(frozen=True)
+class Within:
+    """A time per solution [s], of which the best is to be made."""
+
+    time: float
+
+    def __post_init__(self) -> None:
+        _require_time("time_budget", self.time)
+
+    def pick(self, levels: Sequence[Level]) -> Level | None:
+        """The most accurate of the levels that take no longer."""
+        affordable = [level for level in levels if level.error is not None and level.time_median <= self.time]
+        return min(affordable, key=lambda level: (level.error, level.time_median), default=None)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Main results found by other means, far tighter than any rung, and a sentence on how."""
+
+    made: str
+    results: Callable[[], Mapping[str, float | None]]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The rungs, how often each is run, and the time [s] after which no further round begins.
+
+    The first round, which gives the errors, always ends.
+    """
+
+    ladder: Sequence[float] = LADDER
+    runs: int = 20
+    time: float = 10.0
+
+    def __post_init__(self) -> None:
+        for accuracy in self.ladder:
+            require_accuracy(accuracy)
+        _require_time("study_budget", self.time)
+
+
 def require_accuracy(accuracy: float) -> None:
     """Refuse, with InvalidInput, an accuracy outside [1e-12, 1e-1]."""
     if not LEAST_ACCURACY <= accuracy <= GREATEST_ACCURACY:
         raise InvalidInput("accuracy", "lies outside what can be asked for", "[1e-12, 1e-1]")
+
+
+def _require_time(field: str, seconds: float) -> None:
+    if not (math.isfinite(seconds) and seconds > 0):
+        raise InvalidInput(field, "must be positive", "(0, inf)")
 
 
 def relative_errors(results: Mapping[str, float | None], reference: Mapping[str, float | None]) -> dict[str, float]:
@@ -74,35 +142,34 @@ def relative_errors(results: Mapping[str, float | None], reference: Mapping[str,
 
 def study(
     solve: Callable[[float], Solved],
-    wanted: float,
-    ladder: Sequence[float] = LADDER,
-    time_budget: float = 5.0,
-    most_runs: int = 7,
+    goal: Goal,
+    plan: Plan | None = None,
+    reference: Reference | None = None,
     clock: Clock = time.perf_counter,
 ) -> Study:
     """Solve one case at every accuracy of the ladder.
 
-    solve        the case at a wanted accuracy; an ArithmeticError marks that level as failed
-    wanted       the accuracy that the recommendation must meet
-    time_budget  [s] after which no further round begins; the first round, which gives the errors, always ends
+    solve      the case at a wanted accuracy; an ArithmeticError marks that level as failed
+    reference  an independent solution; without one the solver judges itself, and rungs too tight for that are left out
 
-    Raises InvalidInput for accuracies or a budget that make no sense, and whatever ``solve`` raises on the reference.
+    Raises whatever ``solve`` raises besides, and whatever the reference raises.
     """
-    require_accuracy(wanted)
-    if not (math.isfinite(time_budget) and time_budget > 0):
-        raise InvalidInput("time_budget", "must be positive", "(0, inf)")
-    rungs = sorted(set(ladder), reverse=True)
-    for accuracy in rungs:
-        require_accuracy(accuracy)
-    tightest = max(LEAST_ACCURACY, min(REFERENCE_ACCURACY, rungs[-1] / 100.0))
+    plan = plan or Plan()
     started = clock()
     # The reference comes first, so that whatever is worked out once per process is not billed to the first rung.
-    reference = solve(tightest)
+    if reference is None:
+        rungs = sorted({a for a in plan.ladder if a >= TWO_ORDERS * LEAST_ACCURACY}, reverse=True)
+        tightest = max(LEAST_ACCURACY, rungs[-1] / TWO_ORDERS)
+        exact, made = solve(tightest).results, f"the same case solved to {tightest:g}"
+    else:
+        rungs = sorted(set(plan.ladder), reverse=True)
+        solve(rungs[0])
+        exact, made = reference.results(), reference.made
 
     solved: dict[float, Solved | None] = {}
     times: dict[float, list[float]] = {accuracy: [] for accuracy in rungs}
-    for turn in range(most_runs):
-        if turn and clock() - started > time_budget:
+    for turn in range(plan.runs):
+        if turn and clock() - started > plan.time:
             break
         for accuracy in rungs:
             if turn and solved[accuracy] is None:
@@ -115,17 +182,12 @@ def study(
             times[accuracy].append(clock() - begun)
             solved.setdefault(accuracy, answer)
 
-    levels = tuple(_level(accuracy, solved[accuracy], times[accuracy], reference) for accuracy in rungs)
-    good = [level for level in levels if level.error is not None and level.error <= wanted]
-    return Study(
-        levels=levels,
-        reference=f"the same case solved to {tightest:g}",
-        recommended=min(good, key=lambda level: level.time_min, default=None),
-    )
+    levels = tuple(_level(accuracy, solved[accuracy], times[accuracy], exact) for accuracy in rungs)
+    return Study(levels, made, goal.pick(levels))
 
 
-def _level(accuracy: float, solved: Solved | None, times: Sequence[float], reference: Solved) -> Level:
-    errors = {} if solved is None else relative_errors(solved.results, reference.results)
+def _level(accuracy: float, solved: Solved | None, times: Sequence[float], exact: Mapping[str, float | None]) -> Level:
+    errors = {} if solved is None else relative_errors(solved.results, exact)
     error = None if solved is None else max(errors.values(), default=0.0)
     if error is not None and not math.isfinite(error):
         # A result that exists on one side only is a failure of the level, not a large error.

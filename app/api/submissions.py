@@ -18,6 +18,9 @@ from app.submission import Service
 router = APIRouter(prefix="/api/v1")
 
 _MOST_KEY = 200
+_LONG = (Mode.DESIGN, Mode.ACCURACY)
+"""Modes that may take seconds, so that a client may ask for a 202."""
+
 _ANSWERS: dict[int | str, dict[str, str]] = {
     201: {"description": "the run, answered and stored; an infeasible design is an answer too"},
     400: {"description": "the request cannot be read"},
@@ -52,7 +55,7 @@ def _route(kind: Kind, mode: Mode) -> None:
             if first is not None:
                 return answer(first)
         asked = parse(job.request, body)
-        later = mode is Mode.DESIGN and "respond-async" in (prefer or "")
+        later = mode in _LONG and "respond-async" in (prefer or "")
         handle = service.submit_later if later else service.submit
         return answer(await handle(kind, mode, asked, idempotency_key, digest))
 
@@ -65,7 +68,7 @@ def _route(kind: Kind, mode: Mode) -> None:
         description=(job.request.__doc__ or ""),
         name=f"{mode}-{kind.slug}",
         tags=[kind.slug],
-        responses=_ANSWERS | (_LATER if mode is Mode.DESIGN else {}),
+        responses=_ANSWERS | (_LATER if mode in _LONG else {}),
     )
 
 

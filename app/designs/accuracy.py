@@ -9,20 +9,30 @@ from pydantic import BaseModel, Field, create_model
 
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.schema import Entry, Strict, one_of
-from solvers.accuracy import Level, Solved, Study, study
+from solvers.accuracy import Goal, Level, Meeting, Plan, Solved, Study, Within, study
 
-LEAST_BUDGET_S, GREATEST_BUDGET_S = 0.1, 60.0
+GREATEST_BUDGET_S = 60.0
 
 
 class StudyRequest(Strict):
-    """The case, and how long its levels may be timed."""
+    """The case, what is wanted of a solution, and how long the levels may be timed."""
 
-    time_budget_s: float = Field(
+    time_budget_s: float | None = Field(
+        default=None,
+        ge=1e-6,
+        le=1e6,
+        description="what one solution may take; null: the spec's accuracy decides what is recommended",
+    )
+    study_budget_s: float = Field(
         default=5.0,
-        ge=LEAST_BUDGET_S,
+        ge=0.1,
         le=GREATEST_BUDGET_S,
         description="no further round of timing begins after it; the first round always ends",
     )
+
+    def goal(self) -> Goal:
+        """What the recommended level must do."""
+        return Meeting(self.spec.accuracy) if self.time_budget_s is None else Within(self.time_budget_s)
 
     @property
     def name(self) -> str:
@@ -49,7 +59,9 @@ class StudyResult(Strict):
 
     levels: list[LevelResult]
     reference: str = Field(description="how the reference was made")
-    recommended: LevelResult | None = Field(description="the cheapest level that meets the spec's accuracy")
+    recommended: LevelResult | None = Field(
+        description="the cheapest level that meets the spec's accuracy, or the best within the time"
+    )
 
 
 class _NoAnswer(Exception):
@@ -75,7 +87,7 @@ def study_job(kind: Kind) -> Job:
         mode = next(Mode(name) for name, model in specs.items() if isinstance(asked.spec, model))
         return _run(kind, kind.jobs[mode], asked)
 
-    return Job(request, StudyResult, run, extra_s=lambda asked: asked.time_budget_s, repeatable=False)
+    return Job(request, StudyResult, run, extra_s=lambda asked: asked.study_budget_s, repeatable=False)
 
 
 def _spec(specs: dict[str, type[BaseModel]]) -> Any:
@@ -108,7 +120,7 @@ def _run(kind: Kind, job: Job, asked: Any) -> Answer:
         return Solved(results, answer.accuracy["settings"] if answer.accuracy else {})
 
     try:
-        found = study(solve, asked.spec.accuracy, time_budget=asked.time_budget_s)
+        found = study(solve, asked.goal(), Plan(time=asked.study_budget_s), job.reference(asked.spec))
     except _NoAnswer as nothing:
         return _without_study(nothing.answer)
     reached = found.recommended

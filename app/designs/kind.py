@@ -12,6 +12,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from solvers.accuracy import Reference
+
 Plot = Callable[[dict[str, Any]], str]
 """From a succeeded run, as its JSON tells it, to SVG."""
 
@@ -43,13 +45,18 @@ def _nothing(_request: Any) -> float:
     return 0.0
 
 
+def _no_reference(_request: Any) -> None:
+    return None
+
+
 @dataclass(frozen=True)
 class Job:
     """One thing that can be asked of a kind: a request model, a result model, and the pure call between them.
 
-    ``inline`` is true only where the call's time has a small proven bound, so that it may run on the event
-    loop; everything else runs in a process that can be killed. ``extra_s`` is the time that a request itself may ask
-    for on top of the budget. ``repeatable`` is false where time is part of the answer, so that no earlier one will do.
+    ``inline`` is true only where the call's time has a small proven bound, so that it may run on the event loop;
+    everything else runs in a process that can be killed. ``extra_s`` is the time that a request itself may ask for on
+    top of the budget. ``repeatable`` is false where time is part of the answer, so that no earlier one will do.
+    ``reference`` solves a request by independent means, to judge accuracies by, where there are such means.
     """
 
     request: type[BaseModel]
@@ -58,6 +65,7 @@ class Job:
     inline: bool = False
     extra_s: Callable[[Any], float] = _nothing
     repeatable: bool = True
+    reference: Callable[[Any], Reference | None] = _no_reference
 
 
 @dataclass(frozen=True, eq=False)

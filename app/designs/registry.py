@@ -19,7 +19,7 @@ def job_of(kind: Kind, mode: Mode) -> Job:
 
 def example_of(kind: Kind, mode: Mode) -> dict[str, object]:
     """A request of that mode: the kind's own example, or the study of its check."""
-    return {"spec": kind.example(Mode.CHECK), "time_budget_s": 2.0} if mode is Mode.ACCURACY else kind.example(mode)
+    return {"spec": kind.example(Mode.CHECK), "study_budget_s": 2.0} if mode is Mode.ACCURACY else kind.example(mode)
 
 
 def modes_of(kind: Kind) -> tuple[Mode, ...]:

@@ -75,7 +75,7 @@ def test_infeasible_and_refused_answers_are_as_the_document_says(client, design_
 
 
 def test_a_study_shows_what_accuracy_costs(client, check_request):
-    request = {"spec": {**check_request, "accuracy": 1e-4}, "time_budget_s": 1.0}
+    request = {"spec": {**check_request, "accuracy": 1e-4}, "study_budget_s": 1.0}
     result = client.post("/api/v1/accuracy/flexible-rod", json=request).json()["result"]
     asked = [level["accuracy"] for level in result["levels"]]
     assert asked == sorted(asked, reverse=True)

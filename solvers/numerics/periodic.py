@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,9 @@ FIRST_SAMPLES = 64
 MOST_SAMPLES = 1 << 15
 _ROUNDING = 4.0 * np.finfo(float).eps
 _SHRINK = 0.125
+_PIECE = 16
+_SPLIT = 0.4
+_MOST_PIECE_SAMPLES = 1 << 18
 _MOST_ROUNDS = 24
 
 Periodic = Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -54,6 +58,78 @@ def mean(function: Periodic, tolerance: float) -> Estimate:
         total = refined
         if change <= tolerance * magnitude or samples >= MOST_SAMPLES:
             return Estimate(total, change + _ROUNDING * magnitude, float("nan"), samples)
+
+
+@lru_cache(maxsize=1)
+def _clenshaw_curtis() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Points on [0, 1], the weights of all of them, and those of every second one."""
+
+    def weights(intervals: int) -> NDArray[np.float64]:
+        order = np.arange(0, intervals + 1, 2)
+        moments = np.zeros(intervals + 1)
+        moments[::2] = 1.0 / (1.0 - order.astype(float) ** 2)
+        angle = np.pi * np.arange(intervals + 1) / intervals
+        return np.linalg.solve(np.cos(np.outer(np.arange(intervals + 1), angle)), moments)
+
+    half = np.zeros(_PIECE + 1)
+    half[::2] = weights(_PIECE // 2)
+    return 0.5 * (1.0 - np.cos(np.pi * np.arange(_PIECE + 1) / _PIECE)), weights(_PIECE), half
+
+
+def mean_by_pieces(function: Periodic, tolerance: float, ends: NDArray[np.float64]) -> Estimate:
+    """Mean over one turn of a function with corners or sharp peaks, to ``tolerance`` times the mean magnitude.
+
+    ``ends`` [rad] are places where it may have a corner; more are found by halving. On every piece Clenshaw-Curtis'
+    rule is compared with the one on every second point, and pieces that differ are halved. The error is the sum of
+    the differences, which is that of the coarser rule.
+    """
+    points, whole, half = _clenshaw_curtis()
+    edges = np.unique(np.concatenate([np.mod(ends, TURN), [0.0, TURN]]))
+    left, width = edges[:-1], np.diff(edges)
+    total = magnitude = error = 0.0
+    samples = 0
+    while True:
+        values = function((left[:, None] + width[:, None] * points).ravel()).reshape(left.size, points.size)
+        samples += values.size
+        value, doubt = width * (values @ whole), width * np.abs(values @ (whole - half))
+        size = magnitude + float(np.sum(width * (np.abs(values) @ whole)))
+        good = (doubt <= tolerance * size * width / TURN) | (doubt <= _ROUNDING * size * 1e-3)
+        if samples >= _MOST_PIECE_SAMPLES:
+            good[:] = True
+        total, error = total + float(np.sum(value[good])), error + float(np.sum(doubt[good]))
+        magnitude += float(np.sum(width[good] * (np.abs(values[good]) @ whole)))
+        if good.all():
+            break
+        left, width = left[~good], 0.5 * width[~good]
+        left, width = np.concatenate([left, left + width]), np.concatenate([width, width])
+    return Estimate(total / TURN, (error + _ROUNDING * magnitude) / TURN, float("nan"), samples)
+
+
+def resolve_from(function: Periodic, wanted: float, angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sorted angles in [0, 2 pi) that resolve a function of shape (quantities, angles), denser where it is sharp.
+
+    From ``angles`` and an even grid on, intervals are split until the chord foretells the value at every split to
+    ``wanted`` times the quantity's largest magnitude. Splits stand off the middle, where an odd jump lies on its chord.
+    """
+    angles = np.unique(np.concatenate([np.mod(angles, TURN), grid(FIRST_SAMPLES)]))
+    angles = angles[np.diff(angles, append=angles[0] + TURN) > 8.0 * np.finfo(float).eps]
+    values = function(angles)
+    scale = np.max(np.abs(values), axis=-1, keepdims=True)
+    after, following = np.append(angles[1:], angles[0] + TURN), np.roll(values, -1, axis=-1)
+    found = [angles]
+    left, right, low, high = angles, after, values, following
+    count = angles.size
+    while left.size and count < MOST_SAMPLES:
+        middle = left + _SPLIT * (right - left)
+        between = function(middle)
+        count += middle.size
+        found.append(middle)
+        rough = np.any(np.abs(between - (low + _SPLIT * (high - low))) > wanted * scale, axis=0)
+        rough &= right - left > 1e-12
+        left, right, low, high, middle, between = (x[..., rough] for x in (left, right, low, high, middle, between))
+        left, right = np.concatenate([left, middle]), np.concatenate([middle, right])
+        low, high = np.concatenate([low, between], axis=-1), np.concatenate([between, high], axis=-1)
+    return np.unique(np.mod(np.concatenate(found), TURN))
 
 
 def resolve(function: Periodic, wanted: float) -> NDArray[np.float64]:

@@ -17,6 +17,7 @@ from solvers.rod import beam_column, strip_kernels
 from solvers.rod.scene import Dimensions, Scene
 
 Array = NDArray[np.float64]
+_QUARTERS = 0.5 * np.pi * np.arange(4)
 
 
 class ForceTerm(Protocol):
@@ -199,6 +200,10 @@ class Cycle:
         if self.composition.feedback is not None:
             force = self.composition.feedback.axial_force(scene, self.dimensions, self.composition.beam, angle, force)
         return force
+
+    def corners(self) -> Array:
+        """Angles [rad] at which what follows from the cycle may have corners: dead centres and the load's own."""
+        return np.concatenate([_QUARTERS, self.scene.load.sharp_angles()])
 
     def at(self, angle: ArrayLike) -> Instants:
         """The machine at the given crank angles [rad]."""

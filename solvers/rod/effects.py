@@ -40,7 +40,8 @@ class Situation:
     @cached_property
     def gas_force(self) -> Array:
         load = self.scene.load
-        return -(load.pressure(grid(_ANGLES)) - load.reference_pressure()) * self.scene.piston.area
+        angles = np.concatenate([grid(_ANGLES), load.sharp_angles()])
+        return -(load.pressure(angles) - load.reference_pressure()) * self.scene.piston.area
 
     @cached_property
     def inertia_force(self) -> float:

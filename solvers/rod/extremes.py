@@ -79,6 +79,9 @@ class Turn:
             now = self.cycle.at(angle)
             return np.stack([now.force, now.shape.clamp_moment(), now.shape.side_force()])
 
+        sharp = self.cycle.scene.load.sharp_angles()
+        if sharp.size:
+            return self.cycle.at(periodic.resolve_from(rows, RESOLVED, sharp))
         return self.cycle.at(periodic.resolve(rows, RESOLVED))
 
     def greatest(self, readings: Sequence[Reading]) -> list[Extreme]:
@@ -97,8 +100,9 @@ class Turn:
         """Greatest value of every row of samples, shape (rows, angles), and its error."""
         rows, at = brackets.humps(samples, RESOLVED, closed=True)
         angle, count = self.instants.angle, self.instants.angle.size
-        step = periodic.TURN / count
-        places = angle[at][:, None] + step * np.array([-1.0, 0.0, 1.0])
+        before = angle[at - 1] - np.where(at == 0, periodic.TURN, 0.0)
+        after = angle[(at + 1) % count] + np.where(at == count - 1, periodic.TURN, 0.0)
+        places = np.stack([before, angle[at], after], axis=1)
         values = np.stack([samples[rows, (at + shift) % count] for shift in (-1, 0, 1)], axis=1)
         wanted = tolerance * np.abs(samples).max(axis=1)[rows]
         found = brackets.climb(lambda x, todo: evaluate(x, rows[todo]), places, values, wanted)

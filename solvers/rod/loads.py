@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator
 
 TURN = 2.0 * math.pi
+_WIDE_PEAK = 0.1
+_MOST_SHARP = 4096
 
 
 class Load(Protocol):
@@ -26,6 +28,9 @@ class Load(Protocol):
 
     def reference_pressure(self) -> float:
         """The pressure behind the piston [Pa]: the one given, else the mean of the cycle."""
+
+    def sharp_angles(self) -> NDArray[np.float64]:
+        """Angles [rad] between which the pressure is smooth, where even sampling might step over a peak or a jump."""
 
 
 def _require(ok: bool, name: str, reason: str, allowed: str) -> None:
@@ -65,6 +70,14 @@ class SchmidtLoad:
             return self.back_pressure
         return self.p_min * math.sqrt((1.0 + self.delta) / (1.0 - self.delta))
 
+    def sharp_angles(self) -> NDArray[np.float64]:
+        """Around the peak, in steps that grow from a quarter of its half-width in proportion to the distance."""
+        width = math.sqrt((1.0 - self.delta) / (1.0 + self.delta))
+        if width > _WIDE_PEAK:
+            return np.empty(0)
+        steps = math.ceil(4.0 * math.asinh(math.pi / width))
+        return self.theta + width * np.sinh(0.25 * np.arange(-steps, steps + 1))
+
 
 @dataclass(frozen=True)
 class ConstantLoad:
@@ -82,6 +95,9 @@ class ConstantLoad:
 
     def reference_pressure(self) -> float:
         return 0.0 if self.back_pressure is None else self.back_pressure
+
+    def sharp_angles(self) -> NDArray[np.float64]:
+        return np.empty(0)
 
 
 @dataclass(frozen=True)
@@ -126,3 +142,13 @@ class TableLoad:
         if self.back_pressure is not None:
             return self.back_pressure
         return float(self._curve.integrate(self.angle[0], self.angle[0] + TURN)) / TURN
+
+    def sharp_angles(self) -> NDArray[np.float64]:
+        """The points of the table; of a very long one the highest and the lowest point in each of many equal steps."""
+        angle, values = np.asarray(self.angle), np.asarray(self.values)
+        if angle.size <= _MOST_SHARP:
+            return angle
+        step = np.floor((angle - angle[0]) * (_MOST_SHARP // 2 / TURN)).astype(int)
+        first = np.flatnonzero(np.diff(step, prepend=-1))
+        chosen = [np.lexsort((sign * values, step))[first] for sign in (1.0, -1.0)]
+        return angle[np.unique(np.concatenate(chosen))]

@@ -121,3 +121,25 @@ def test_textbook_points_of_the_curves():
     half = 480e6 * (1 + 0.25 / 3) / (1.25 * 1.25)
     assert CRITERIA["fkm"](smooth).utilisation(half, 3 * half) == pytest.approx(1.0)
     assert CRITERIA["fkm"](smooth).utilisation(half, 9 * half) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("delta", [0.99, 1 - 1e-6, 1 - 1e-12])
+def test_a_narrow_pressure_peak_is_surrounded_by_angles(delta):
+    """Between neighbouring angles the pressure changes by less than a sixth of its greatest value."""
+    load = rod.SchmidtLoad(1.0, delta, -0.3)
+    angle = np.sort(load.sharp_angles())
+    pressure = load.pressure(angle)
+    assert pressure.max() == load.pressure(-0.3)
+    assert np.abs(np.diff(pressure)).max() <= pressure.max() / 6
+    assert rod.SchmidtLoad(1.0, 0.5, 0.0).sharp_angles().size == 0
+    assert rod.ConstantLoad(1e5).sharp_angles().size == 0
+
+
+@pytest.mark.parametrize("points", [5, 20_000])
+def test_a_tables_sharp_angles_hold_its_extremes(points):
+    rng = np.random.default_rng(points)
+    angle = np.sort(rng.uniform(0.1, 6.2, points))
+    values = rng.normal(size=points)
+    chosen = rod.TableLoad(tuple(angle), tuple(values)).sharp_angles()
+    assert chosen.size <= 4096
+    assert {angle[np.argmax(values)], angle[np.argmin(values)]} <= set(chosen)

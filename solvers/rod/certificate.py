@@ -15,11 +15,11 @@ import numpy as np
 
 from solvers.numerics.periodic import grid
 from solvers.rod import rows
-from solvers.rod.branch_and_bound import lagrangian, prove
+from solvers.rod.branch_and_bound import prove
 from solvers.rod.focus import Array, Machine, severities, stress_table
 from solvers.rod.polish import Limits, Polished, needs_reactions, polish
 from solvers.rod.problem import Bounds, Objective
-from solvers.rod.relaxation import Cuts, Relaxation, fill, workspace
+from solvers.rod.relaxation import Relaxation, workspace
 from solvers.rod.scene import Dimensions
 
 FIRST_ANGLES = 12
@@ -29,9 +29,7 @@ _FIRST_BOXES = 2000
 _ROUNDS = 12
 _LEAST_GAP = 5e-9
 _MOST_ANGLES = 48
-_NEAR = 2e-3
 _NEARLY = 0.9
-_BALANCED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -111,11 +109,10 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
     for turn in range(_ROUNDS):
         p = _relaxation(machine, objective, limits, view)
         work, best = workspace(p), np.empty(5)
-        cuts = _NO_CUTS if incumbent is None else _cuts(machine, p, objective, limits, incumbent, slices)
         known = math.inf if incumbent is None else _as_relaxed(incumbent.log_cost, objective, limits)
         wanted = _FIRST_GAP if incumbent is None and turn == 0 else gap
         room = _FIRST_BOXES if incumbent is None else max(boxes - looked, 200)
-        lower, count, left = prove(p, slices, length, steps, cuts, known, wanted, room, work, 0.0, best)
+        lower, count, left = prove(p, slices, length, steps, known, wanted, room, work, 0.0, best)
         looked += count
         bound = max(bound, _from_relaxed(lower, objective, limits))
         if not math.isfinite(best[0]):
@@ -193,145 +190,3 @@ def _relaxation(machine: Machine, objective: Objective, limits: Limits, view: _V
                   limits.power or none]),
         machine.compression * limits.stability, machine.guide, weights, machine.modulus, machine.rod_length,
     )  # fmt: skip
-
-
-_NO_CUTS = Cuts(
-    np.zeros((0, 2), np.int64), np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros(0), np.zeros(0), np.zeros(0),
-    np.zeros(2), np.zeros(3), 0,
-)  # fmt: skip
-
-
-def _cuts(
-    machine: Machine, p: Relaxation, objective: Objective, limits: Limits, incumbent: Polished, slices: Array
-) -> Cuts:
-    """The functionals of stress that govern the incumbent, with the multipliers that make the Lagrangian stationary."""
-    from scipy.optimize import nnls
-
-    weights = p.weights
-    if np.any(weights[[rows.SIDE, rows.PRESSURE, rows.POWER]] != 0.0):
-        return _NO_CUTS
-    d = incumbent.dimensions
-    table = np.empty((2, p.eta.size, p.force.size))
-    stress_table(p.force, p.stroke, p.modulus, p.rod_length, d.b, d.h, d.l, p.eta, table)
-    fatigue = weights[rows.UTILISATION] != 0.0
-    angles, section, factors, shared = [], [], [], []
-    for fibre in range(2):
-        for j in range(p.eta.size):
-            i1, i2 = int(table[fibre, j].argmax()), int(table[fibre, j].argmin())
-            high, low = table[fibre, j, i1], table[fibre, j, i2]
-            for limit, share in ([(p.limits[0], False)] if p.limits[0] < 1e299 else []) + (
-                [(math.exp(incumbent.log_cost), True)] if fatigue else []
-            ):
-                for pull, push in _lines(p, 0.5 * (high - low), 0.5 * (high + low)):
-                    if abs(math.log(max((pull * high + push * low) / limit, 1e-300))) < _NEAR:
-                        angles.append((i1, i2))
-                        section.append(j)
-                        factors.append((1.0 - 2.0 * fibre, pull, push, limit))
-                        shared.append(share)
-            if p.limits[1] < math.inf and abs(math.log(max(high, -low) / p.limits[1])) < _NEAR:
-                angles.append((i1, i1) if high > -low else (i2, i2))
-                section.append(j)
-                factors.append((1.0 - 2.0 * fibre, 1.0 if high > -low else -1.0, 0.0, p.limits[1]))
-                shared.append(False)
-    n = len(section)
-    if n == 0:
-        return _NO_CUTS
-    tau = 1.0 / (d.b * d.h**3)
-    # The slice the incumbent lies in: the one whose fixed size, of b or of h, is its own.
-    apart = np.abs(slices[:, 2] / d.h - 1.0) if slices[0, 2] == slices[0, 3] else np.abs(slices[:, 0] / d.b - 1.0)
-    x, slice_ = math.log(tau), slices[int(np.argmin(apart))]
-    work, gradient = workspace(p), np.empty(4)
-    fill(p, np.full(3, tau), np.full(3, d.l), work)
-    base = dict(
-        angles=np.array(angles), section=np.array(section), factors=np.array(factors), share=np.zeros(n),
-        ceiling=np.zeros(n), linear=np.zeros(3), floors=np.zeros(2), caps=np.zeros(3),
-        thickness=0 if abs(math.log(d.h / slice_[2])) < _NEAR else 1,
-    )  # fmt: skip
-
-    def column(name: str, index: int) -> Array:
-        one = {**base, name: np.eye(base[name].size)[index]}
-        lagrangian(p, Cuts(**one), slice_, x, x, d.l, d.l, work, gradient)
-        return np.array([gradient[0], gradient[2]])
-
-    columns, names = [], []
-
-    def offer(name: str, index: int, thickness: float, share: float) -> None:
-        columns.append([*column(name, index), thickness, share])
-        names.append((name, index))
-
-    for k in range(n):
-        if shared[k]:
-            offer("share", k, 0.0, 1.0)
-        else:
-            offer("ceiling", k, 1.0, 0.0)
-    if p.compression > 0.0:
-        offer("linear", 2, 0.0, 0.0)
-    for name, index, value in (
-        ("floors", 0, d.h / slice_[2]), ("floors", 1, d.b / slice_[1]),
-        ("caps", 0, d.h / slice_[3]), ("caps", 1, d.b / slice_[0]),
-    ):  # fmt: skip
-        if abs(math.log(value)) < _NEAR:
-            offer(name, index, -1.0 if name == "floors" else 1.0, 0.0)
-    for sign in (1.0, -1.0):
-        # At a bound of l, and at fixed tau, the gradient may point outward.
-        columns.append([0.0, sign, 0.0, 0.0])
-        names.append(("length", 0))
-    target = np.array([-weights[rows.TAU] - weights[rows.STABILITY],
-                       -weights[rows.LENGTH] - weights[rows.STABILITY] * column("linear", 2)[1],
-                       -weights[rows.THICKNESS], weights[rows.UTILISATION]])  # fmt: skip
-    matrix = np.array(columns).T
-    # Free slack in l costs a little, so that it is used only where a bound of l holds.
-    matrix_used = matrix[:, :-2]
-    found, residual = nnls(matrix_used, target)
-    if residual > _BALANCED:
-        found, residual = nnls(matrix, target)
-        found = found[:-2]
-    parts = {
-        key: np.array(value, dtype=float) if isinstance(value, np.ndarray) else value for key, value in base.items()
-    }
-    parts["angles"], parts["section"] = base["angles"], base["section"]
-    for (name, index), value in zip(names, found, strict=False):
-        parts[name][index] += value
-    parts["linear"][0] += weights[rows.TAU]
-    parts["linear"][1] += weights[rows.LENGTH]
-    parts["linear"][2] += weights[rows.STABILITY]
-    return _balanced(Cuts(**parts), weights)
-
-
-def _lines(p: Relaxation, amplitude: float, mean: float) -> list[tuple[float, float]]:
-    """The lines alpha sigma_a + beta sigma_m that rule here, as factors of the highest and the lowest stress.
-
-    A corner of several lines is the least of them, which no single one bounds from below: it gives none. A parabola is
-    convex, so its tangent does.
-    """
-    out = []
-    for corner in p.lines:
-        distinct = {tuple(line) for line in corner}
-        if len(distinct) == 1:
-            alpha, beta = corner[0]
-            out.append((0.5 * (alpha + beta), 0.5 * (beta - alpha)))
-    if p.parabola[0] > 0.0:
-        a, m = p.parabola[0] * amplitude, 2.0 * p.parabola[1] * max(mean, 0.0)
-        root = math.hypot(a, m)
-        if root > 0.0:
-            alpha, beta = 0.5 * p.parabola[0] * (1.0 + a / root), p.parabola[1] * m / root
-            out.append((0.5 * (alpha + beta), 0.5 * (beta - alpha)))
-    return out
-
-
-def _balanced(cuts: Cuts, weights: Array) -> Cuts:
-    """Multipliers bound the objective only if they balance exactly in ln h and in the shares; none if they do not."""
-    surplus = cuts.ceiling.sum() + cuts.caps.sum() - cuts.floors.sum() + weights[rows.THICKNESS]
-    shares = cuts.share.sum() - weights[rows.UTILISATION]
-    if abs(surplus) > 1e-3 or abs(shares) > 1e-3:
-        return _NO_CUTS
-    k = int(np.argmax(cuts.ceiling))
-    if surplus < 0.0 or cuts.ceiling[k] >= surplus:
-        cuts.ceiling[k] -= surplus
-    elif cuts.caps.max() >= surplus:
-        cuts.caps[int(np.argmax(cuts.caps))] -= surplus
-    else:
-        return _NO_CUTS
-    if weights[rows.UTILISATION] != 0.0:
-        cuts.share[:] *= weights[rows.UTILISATION] / cuts.share.sum()
-    return cuts

@@ -21,8 +21,9 @@ from solvers.rod.rows import COUNT, LENGTH, POWER, PRESSURE, SIDE, STABILITY, TA
 
 Array = NDArray[np.float64]
 
-ANGLE_STEP = 0.02
-SECTION_STEP = 0.02
+ANGLE_STEP = 0.01
+SECTION_STEP = 0.006
+_TRUSTED = 1.0
 FIXED_ROWS = COUNT
 _STEP = 1e-6
 _SECTIONS = 41
@@ -63,10 +64,10 @@ class Focus(NamedTuple):
 
 @kernel
 def peak(left: float, middle: float, right: float) -> float:
-    """The height of the parabola through three samples if its vertex lies among them, else the greatest sample."""
+    """The height of the parabola through three samples if its vertex lies near them, else the greatest sample."""
     bend = 2.0 * middle - left - right
     slope = 0.5 * (right - left)
-    if bend > 0.0 and abs(slope) <= bend:
+    if bend > 0.0 and abs(slope) <= _TRUSTED * bend:
         return middle + 0.5 * slope * slope / bend
     return max(middle, max(left, right))
 

@@ -51,26 +51,6 @@ class Relaxation(NamedTuple):
     rod_length: float
 
 
-class Cuts(NamedTuple):
-    """Linear functionals of stress that govern near an optimum, p sigma(i1) + m sigma(i2) <= limit, and multipliers.
-
-    angles (n, 2), section (n,), factors (n, 4): fibre, p, m, limit; the Lagrangian is
-    x X + y Y + stability S + sum share ln(functional at the least thickness) - sum ceiling ln(h that the cut allows)
-    + sum floors ln h_lower_k - sum caps ln h_upper_k, ``linear`` = (x, y, stability), ``thickness`` = index of the
-    least thickness (0 bound of h, 1 bound of b), floors for these two, caps: bound of h, bound of b, sideways.
-    """
-
-    angles: NDArray[np.int64]
-    section: NDArray[np.int64]
-    factors: Array
-    share: Array
-    ceiling: Array
-    linear: Array
-    floors: Array
-    caps: Array
-    thickness: int
-
-
 class Work(NamedTuple):
     """Room for the ranges over one box: values (angles, sections) and derivatives (angles, sections, 4)."""
 

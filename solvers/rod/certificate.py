@@ -16,15 +16,15 @@ import numpy as np
 from solvers.numerics.periodic import grid
 from solvers.rod import rows
 from solvers.rod.branch_and_bound import prove
-from solvers.rod.focus import Array, Machine, severities, stress_table
+from solvers.rod.focus import Array, Focus, Machine, severities, stress_table
 from solvers.rod.polish import Limits, Polished, needs_reactions, polish
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.relaxation import Relaxation, workspace
 from solvers.rod.scene import Dimensions
 
-FIRST_ANGLES = 12
+FIRST_ANGLES = 8
 _FIRST_SECTIONS = (1.0, 0.75, 0.5, 0.25)
-_FIRST_GAP = 0.1
+_FIRST_GAP = 1.0
 _FIRST_BOXES = 2000
 _ROUNDS = 12
 _LEAST_GAP = 5e-9
@@ -132,15 +132,17 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
         if looked >= boxes or (key in tried and found is None):
             break
         tried.add(key)
-        view.add(*governing(machine, incumbent.dimensions if incumbent is found and found else candidate))
+        if found is not None and found is incumbent:
+            view.add(*governing(machine, found.dimensions, found.focus, found.angles))
+        else:
+            view.add(*governing(machine, candidate, *machine.focus_at(candidate.b, candidate.h, candidate.l)))
     if incumbent is not None:
         bound = min(bound, incumbent.log_cost)
     return Proof(incumbent, bound, looked, turn + 1, len(view.angles))
 
 
-def governing(machine: Machine, d: Dimensions) -> tuple[Array, Array]:
+def governing(machine: Machine, d: Dimensions, focus: Focus, angles: Array) -> tuple[Array, Array]:
     """The angles and sections (eta) that govern a strip: where a fibre's cycle is nearly as bad as the worst."""
-    focus, angles = machine.focus_at(d.b, d.h, d.l)
     eta = np.concatenate([focus.eta[:1], focus.eta[2::3]])
     table = np.empty((2, eta.size, angles.size))
     stress_table(focus.force[1::3], focus.stroke[1::3], machine.modulus, machine.rod_length, d.b, d.h, d.l, eta, table)

@@ -20,7 +20,7 @@ from solvers.rod.cycle import BeamColumn, Composition
 from solvers.rod.diagnosis import diagnose
 from solvers.rod.effects import ReciprocatingInertia
 from solvers.rod.effects_over_box import choose_over_box
-from solvers.rod.focus import FIXED_ROWS, Machine, rows_and_slopes
+from solvers.rod.focus import FIXED_ROWS, Machine, rows_at
 from solvers.rod.multipliers import active_constraints
 from solvers.rod.polish import Limits, Polished, polish
 from solvers.rod.problem import OBJECTIVES, Objective, Requirements, RodProblem
@@ -139,7 +139,7 @@ def _on_full_model(
         if outcome.value.stresses is None:
             limits = replace(limits, stability=1.1 * limits.stability)
         else:
-            shifted = _shifted(machine, objective, limits, problem, best, outcome.value)
+            shifted = _shifted(problem, best, outcome.value)
             if _meets(outcome.value, problem.requirements):
                 better = found is None or _cost(objective, outcome.value) < _cost(objective, found.outcome.value)
                 found = _Found(best, outcome, limits, proof) if better else found
@@ -174,12 +174,10 @@ def _meets(result: RodCheck, r: Requirements) -> bool:
     )
 
 
-def _shifted(
-    machine: Machine, objective: Objective, limits: Limits, problem: RodProblem, best: Polished, full: RodCheck
-) -> Limits:
+def _shifted(problem: RodProblem, best: Polished, full: RodCheck) -> Limits:
     """The limits moved by the ratio of the search's own values to the full model's."""
-    d, r, s = best.dimensions, problem.requirements, full.stresses
-    own = _values(machine, d)
+    r, s = problem.requirements, full.stresses
+    own = _values(best)
 
     def least(required: float | None, mine: float, theirs: float | None) -> float | None:
         return None if required is None else required * (mine / theirs if theirs else 1.0)
@@ -199,12 +197,11 @@ def _shifted(
     )  # fmt: skip
 
 
-def _values(machine: Machine, d: Dimensions) -> np.ndarray:
+def _values(best: Polished) -> np.ndarray:
     """All rows of a strip on the search's model."""
-    focus, _ = machine.focus_at(d.b, d.h, d.l)
+    d, focus = best.dimensions, best.focus
     values = np.empty(FIXED_ROWS + 2 + 2 * (1 + (focus.eta.size - 1) // 3))
-    table = np.empty((focus.force.size, focus.eta.size))
-    rows_and_slopes(focus, np.log([d.b, d.h, d.l]), True, table, values, np.empty((values.size, 3)))
+    rows_at(focus, d.b, d.h, d.l, True, np.empty((focus.force.size, focus.eta.size)), values)
     return values
 
 

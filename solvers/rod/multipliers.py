@@ -29,8 +29,7 @@ def active_constraints(
     ``sizes`` are the bounds narrowed to the sizes that are to be had: a dimension with freedom in ``bounds`` but none
     there is named ``h_size`` and so on, its sensitivity that to the size itself.
     """
-    d = best.dimensions
-    focus, _ = machine.focus_at(d.b, d.h, d.l)
+    d, focus = best.dimensions, best.focus
     groups = 1 + (focus.eta.size - 1) // 3
     values = np.empty(FIXED_ROWS + 2 + 2 * groups)
     slopes = np.empty((values.size, 3))

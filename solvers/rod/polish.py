@@ -41,10 +41,13 @@ class Limits:
 
 @dataclass(frozen=True)
 class Polished:
-    """A strip and the logarithm of its objective as made small (1/n for a safety; mass per density)."""
+    """A strip, the logarithm of its objective as made small (1/n for a safety; mass per density), and what governs it:
+    the focus on it and the middle angles of the focus."""
 
     dimensions: Dimensions
     log_cost: float
+    focus: Focus
+    angles: Array
 
 
 @dataclass
@@ -96,7 +99,7 @@ def polish(
     reactions = needs_reactions(objective, limits)
     found = None
     for _ in range(_ROUNDS):
-        focus, _ = machine.focus_at(*np.exp(x))
+        focus, angles = machine.focus_at(*np.exp(x))
         moved, cost, violation = _run(_Memory(focus, reactions), objective, limits, box, x)
         if not np.all(np.isfinite(moved)):
             return None
@@ -113,7 +116,7 @@ def polish(
         min(max(math.exp(v), low), high)
         for v, (low, high) in zip(found[0], (bounds.b, bounds.h, bounds.l), strict=True)
     )
-    return Polished(Dimensions(b, h, l), found[1])
+    return Polished(Dimensions(b, h, l), found[1], focus, angles)
 
 
 def _restored(

@@ -47,6 +47,15 @@ def _levels(value: list[dict[str, Any]]) -> Iterator[Row]:
         )
 
 
+def _effect_costs(value: list[dict[str, Any]]) -> Iterator[Row]:
+    for cost in value:
+        if cost["change"] is None:
+            yield f"turning {cost['name']} about", "no answer, or out of time"
+        else:
+            extra = (cost["time_with_s"] - cost["time_without_s"]) * 1e3
+            yield f"with {cost['name']}", f"results change by {cost['change']:.2g}, time by {extra:+.1f} ms"
+
+
 def _recommended(value: dict[str, Any] | None) -> Iterator[Row]:
     yield "cheapest that will do", "none" if value is None else f"accuracy {value['accuracy']:g}"
 
@@ -58,6 +67,7 @@ _SHOWN: dict[str, Callable[[Any], Iterator[Row]]] = {
     "certificate": _certificate,
     "levels": _levels,
     "recommended": _recommended,
+    "effect_costs": _effect_costs,
 }
 """Parts of results that have a sentence of their own."""
 

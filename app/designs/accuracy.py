@@ -1,4 +1,5 @@
-"""The accuracy study of any kind: the error-against-time table of the very case that a check or a design asks for."""
+"""The accuracy study of any kind, for the very case that a check or a design asks for: error against time, and what
+each effect changes and costs."""
 
 from __future__ import annotations
 
@@ -8,10 +9,13 @@ from typing import Any
 from pydantic import BaseModel, Field, create_model
 
 from app.designs.kind import Answer, Job, Kind, Mode
-from app.designs.schema import Entry, Strict, one_of
+from app.designs.schema import EffectChoice, Entry, Strict, one_of
 from solvers.accuracy import Goal, Level, Meeting, Plan, Solved, Study, Within, study
+from solvers.effect_costs import Chosen, EffectCost, effect_costs
 
 GREATEST_BUDGET_S = 60.0
+_SHARE_OF_LEVELS = 0.6
+"""Of the study's time; the rest goes to its effects."""
 
 
 class StudyRequest(Strict):
@@ -54,14 +58,26 @@ class LevelResult(Strict):
     runs: int
 
 
+class EffectCostResult(Strict):
+    """What one effect changes and costs here; null where there is no answer without it, or the time was over."""
+
+    name: str
+    active: bool
+    change: float | None = Field(description="greatest relative change of the main results between with and without")
+    time_with_s: float | None
+    time_without_s: float | None
+    runs: int
+
+
 class StudyResult(Strict):
-    """Error against time, from loose to tight."""
+    """Error against time, from loose to tight; and the effects, each turned about in turn."""
 
     levels: list[LevelResult]
     reference: str = Field(description="how the reference was made")
     recommended: LevelResult | None = Field(
         description="the cheapest level that meets the spec's accuracy, or the best within the time"
     )
+    effect_costs: list[EffectCostResult]
 
 
 class _NoAnswer(Exception):
@@ -106,28 +122,29 @@ def _spec(specs: dict[str, type[BaseModel]]) -> Any:
 
 
 def _run(kind: Kind, job: Job, asked: Any) -> Answer:
-    """Solve the case at every accuracy of the ladder."""
+    """Solve the case at every accuracy of the ladder, then with every effect turned about."""
     last: dict[str, Answer] = {}
 
     def solve(accuracy: float) -> Solved:
         answer = job.run(asked.spec.model_copy(update={"accuracy": accuracy}))
-        if answer.status != "succeeded" or answer.result is None:
+        solved = _solved(kind, answer)
+        if solved is None:
             raise _NoAnswer(answer)
         last["answer"] = answer
-        results = {name: answer.result[name] for name in kind.main_results if name in answer.result}
-        for name, value in answer.result.get("dimensions", {}).items():
-            results[f"dimensions.{name}"] = value
-        return Solved(results, answer.accuracy["settings"] if answer.accuracy else {})
+        return solved
 
     try:
-        found = study(solve, asked.goal(), Plan(time=asked.study_budget_s), job.reference(asked.spec))
+        plan = Plan(time=_SHARE_OF_LEVELS * asked.study_budget_s)
+        found = study(solve, asked.goal(), plan, job.reference(asked.spec))
     except _NoAnswer as nothing:
         return _without_study(nothing.answer)
+    effects = last["answer"].effects
+    costs = _effect_costs(kind, job, asked, effects)
     reached = found.recommended
     return Answer(
         status="succeeded",
-        result=_result(found),
-        effects=last["answer"].effects,
+        result={**_result(found), "effect_costs": [_cost(cost) for cost in costs]},
+        effects=effects,
         accuracy={
             "requested": asked.spec.accuracy,
             "estimated": reached.error if reached else max((e for e in map(_error, found.levels)), default=0.0),
@@ -135,6 +152,27 @@ def _run(kind: Kind, job: Job, asked: Any) -> Answer:
         },
         timing={"solve_s": sum(level.time_median * level.runs for level in found.levels)},
     )
+
+
+def _solved(kind: Kind, answer: Answer) -> Solved | None:
+    """The main results of an answer; None where it has none."""
+    if answer.status != "succeeded" or answer.result is None:
+        return None
+    results = {name: answer.result[name] for name in kind.main_results if name in answer.result}
+    for name, value in answer.result.get("dimensions", {}).items():
+        results[f"dimensions.{name}"] = value
+    return Solved(results, answer.accuracy["settings"] if answer.accuracy else {})
+
+
+def _effect_costs(kind: Kind, job: Job, asked: Any, manifest: list[dict[str, Any]]) -> tuple[EffectCost, ...]:
+    names = [effect["name"] for effect in manifest]
+
+    def solve(chosen: Chosen) -> Solved | None:
+        settled = EffectChoice(include=sorted(chosen), exclude=sorted(set(names) - chosen))
+        return _solved(kind, job.run(asked.spec.model_copy(update={"effects": settled})))
+
+    active = frozenset(effect["name"] for effect in manifest if effect["state"] == "active")
+    return effect_costs(solve, names, active, (1.0 - _SHARE_OF_LEVELS) * asked.study_budget_s)
 
 
 def _error(level: Level) -> float:
@@ -155,6 +193,17 @@ def _result(found: Study) -> dict[str, Any]:
         "levels": [_level(level) for level in found.levels],
         "reference": found.reference,
         "recommended": _level(found.recommended) if found.recommended else None,
+    }
+
+
+def _cost(cost: EffectCost) -> dict[str, Any]:
+    return {
+        "name": cost.name,
+        "active": cost.active,
+        "change": cost.change,
+        "time_with_s": cost.time_with,
+        "time_without_s": cost.time_without,
+        "runs": cost.runs,
     }
 
 

@@ -60,6 +60,19 @@ class Logarithmic:
         return [(10.0**n, f"1e{n}") for n in range(first, last + 1, every)]
 
 
+@dataclass(frozen=True)
+class Categories:
+    """One place per name, from top to bottom; the value is the name's number."""
+
+    names: Sequence[str]
+
+    def place(self, value: float) -> float:
+        return 1.0 - (value + 0.5) / len(self.names)
+
+    def ticks(self) -> list[tuple[float, str]]:
+        return list(enumerate(self.names))
+
+
 def around(values: Iterable[float], margin: float = 0.06) -> Linear:
     """A linear scale that holds all the values, with a margin; finite even if they are all the same."""
     found = list(values)
@@ -75,10 +88,11 @@ def decades_around(values: Iterable[float]) -> Logarithmic:
 
 
 class Chart:
-    """One pair of axes; every method adds a layer above the ones before."""
+    """One pair of axes, ``left`` of which is the room for the words beside the upright one; every method adds a layer
+    above the ones before."""
 
-    def __init__(self, title: str, x: Scale, y: Scale, x_label: str, y_label: str) -> None:
-        self._x, self._y = x, y
+    def __init__(self, title: str, x: Scale, y: Scale, x_label: str, y_label: str, left: int = LEFT) -> None:
+        self._x, self._y, self._left = x, y, left
         self._layers = [
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" class="plot" '
             'font-family="system-ui, sans-serif" font-size="13">',
@@ -91,11 +105,11 @@ class Chart:
         for value, words in y.ticks():
             at = self._up(value)
             self._layers.append(
-                _grid(LEFT, right, f"{at:.1f}", f"{at:.1f}") + _words(LEFT - 8, f"{at + 4:.1f}", words, "end")
+                _grid(left, right, f"{at:.1f}", f"{at:.1f}") + _words(left - 8, f"{at + 4:.1f}", words, "end")
             )
         middle = (HEIGHT - BOTTOM + TOP) / 2
         self._layers += [
-            _words((LEFT + right) / 2, HEIGHT - 10, x_label, "middle"),
+            _words((left + right) / 2, HEIGHT - 10, x_label, "middle"),
             f'<text transform="translate(16 {middle}) rotate(-90)" text-anchor="middle" fill="currentColor">'
             f"{escape(y_label)}</text>",
         ]
@@ -108,6 +122,14 @@ class Chart:
     def area(self, xs: Sequence[float], ys: Sequence[float], color: str = RED) -> None:
         """A tinted polygon."""
         self._layers.append(f'<path d="{self._path(xs, ys)}Z" fill="{color}" fill-opacity="0.10"/>')
+
+    def bar(self, x: float, y: float, color: str = BLUE) -> None:
+        """A bar from the upright axis to a value."""
+        width = self._across(x) - self._left
+        self._layers.append(
+            f'<rect x="{self._left}" y="{self._up(y) - 7:.1f}" width="{width:.1f}" height="14" fill="{color}" '
+            'fill-opacity="0.45"/>'
+        )
 
     def mark(self, x: float, y: float, words: str = "", color: str = BLUE) -> None:
         """A dot with words beside it, on the side where there is room."""
@@ -127,7 +149,7 @@ class Chart:
         return "".join(self._layers) + "</svg>"
 
     def _across(self, value: float) -> float:
-        return LEFT + self._x.place(value) * (WIDTH - LEFT - RIGHT)
+        return self._left + self._x.place(value) * (WIDTH - self._left - RIGHT)
 
     def _up(self, value: float) -> float:
         return HEIGHT - BOTTOM - self._y.place(value) * (HEIGHT - TOP - BOTTOM)

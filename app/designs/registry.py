@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from app.designs.accuracy import study_job
+from app.designs.effect_bars import effect_bars
 from app.designs.flexible_rod import FLEXIBLE_ROD
 from app.designs.kind import Job, Kind, Mode, Plot
 from app.designs.work_precision import work_precision
@@ -29,4 +30,5 @@ def modes_of(kind: Kind) -> tuple[Mode, ...]:
 
 def plots_of(kind: Kind, mode: Mode) -> Mapping[str, Plot]:
     """The pictures of a run of that mode."""
-    return {"error-against-time": work_precision} if mode is Mode.ACCURACY else kind.plots
+    own = {"error-against-time": work_precision} if mode is Mode.ACCURACY else kind.plots
+    return {**own, "effects": effect_bars} if kind.effects() else own

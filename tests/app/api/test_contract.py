@@ -85,6 +85,18 @@ def test_a_study_shows_what_accuracy_costs(client, check_request):
     assert result["recommended"]["error"] <= 1e-4
 
 
+def test_a_study_shows_what_effects_change_and_cost(client, check_request):
+    run = client.post("/api/v1/accuracy/flexible-rod", json={"spec": check_request, "study_budget_s": 5.0}).json()
+    costs = run["result"]["effect_costs"]
+    assert [cost["name"] for cost in costs] == [effect["name"] for effect in run["effects"]]
+    measured = {cost["name"]: cost["change"] for cost in costs if cost["change"] is not None}
+    assert {"reciprocating_inertia", "beam_column", "shear"} <= measured.keys()
+    for effect in run["effects"]:
+        bound = effect["influence"]
+        assert bound is None or measured.get(effect["name"], 0.0) <= bound, effect["name"]
+    assert "<rect" in client.get(f"/api/v1/runs/{run['id']}/plots/effects").text
+
+
 def test_a_study_of_a_bad_case_points_into_the_case(client, check_request):
     check_request["dimensions"]["l_mm"] = 50.0
     answer = client.post("/api/v1/accuracy/flexible-rod", json={"spec": check_request})

@@ -1,0 +1,51 @@
+"""The picture of a run's effects: how much each may matter, what decided, and, where it was measured, what it did."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from app.designs.chart import BLUE, GREEN, GREY, RED, Categories, Chart, decades_around
+
+_LEAST, _GREATEST = 1e-9, 1e1
+"""Bounds are drawn within this range; a bar that reaches the right edge stands for more, or for no bound at all."""
+_ROOM = 165
+
+
+def effect_bars(run: dict[str, Any]) -> str:
+    """SVG with one bar per effect, as long as its a-priori bound: blue where it ran, grey where it was left out.
+
+    In a study the measured change is a dot on the bar, with the time that the effect took beside it.
+    """
+    effects = run["effects"]
+    bounds = [_drawn(effect["influence"]) for effect in effects]
+    costs = {cost["name"]: cost for cost in (run["result"] or {}).get("effect_costs", [])}
+    chart = Chart(
+        "Effects: what each may change, and what decided",
+        decades_around([*bounds, _tolerance(run), 1.0]),
+        Categories([effect["name"].replace("_", " ") for effect in effects]),
+        "bound on the relative change of the results" + (" (dot: measured)" if costs else ""),
+        "",
+        left=_ROOM,
+    )
+    tolerance = _tolerance(run)
+    for number, (effect, bound) in enumerate(zip(effects, bounds, strict=True)):
+        chart.bar(bound, number, BLUE if effect["state"] == "active" else GREY)
+        cost = costs.get(effect["name"])
+        if cost and cost["change"] is not None:
+            chart.mark(_drawn(cost["change"]), number, _price(cost), GREEN)
+    chart.line([tolerance, tolerance], [-0.5, len(effects) - 0.5], RED, dashes="4 3")
+    chart.words(tolerance, -0.5, "tolerance", RED)
+    return chart.svg()
+
+
+def _tolerance(run: dict[str, Any]) -> float:
+    spec = run["spec"].get("spec", run["spec"])
+    return float(spec["effect_tolerance"])
+
+
+def _drawn(value: float | None) -> float:
+    return _GREATEST if value is None else min(max(value, _LEAST), _GREATEST)
+
+
+def _price(cost: dict[str, Any]) -> str:
+    return f"{(cost['time_with_s'] - cost['time_without_s']) * 1e3:+.3g} ms"

@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: help run test lint lock bench system clean
+.PHONY: help run test lint lock bench campaign system clean
 
 help:            ## list the commands
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -36,6 +36,9 @@ lint: $(STAMP)   ## style only
 
 bench: $(STAMP)  ## measure against the peers, write docs/benchmarks.md
 	$(BIN)/python -m bench
+
+campaign: $(STAMP)  ## hold every promise against thousands of random scenes (hours), write docs/campaign.md
+	$(BIN)/python -m bench.campaign
 
 LOCKING := uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet --no-header
 

@@ -1,0 +1,84 @@
+"""Honest estimates: is the true error of the main results ever above the estimate, and how far below?
+
+Every scene is solved at one random accuracy and judged by the kind's independent reference, or, where there is none, by
+a solution to 1e-12. Scenes without an answer are counted, not hidden.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.campaign.scenes import Results, Scene, greatest_change
+
+_ACCURACIES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+_TIGHTEST = 1e-12
+_ROUNDING = 1e-13
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One scene at one accuracy: what was estimated, and what was true."""
+
+    seed: int
+    requested: float
+    estimated: float
+    error: float
+    doubt: float
+
+    @property
+    def honest(self) -> bool:
+        """Not above the estimate by more than rounding and the reference's own doubt."""
+        return self.error <= self.estimated + self.doubt + _ROUNDING
+
+    @property
+    def met(self) -> bool:
+        return self.error <= self.requested
+
+
+@dataclass(frozen=True)
+class Honesty:
+    """All scenes of a kind."""
+
+    judged: tuple[Judged, ...]
+    without_answer: int
+
+    @property
+    def dishonest(self) -> tuple[int, ...]:
+        return tuple(j.seed for j in self.judged if not j.honest)
+
+    @property
+    def missed(self) -> tuple[int, ...]:
+        return tuple(j.seed for j in self.judged if not j.met)
+
+    @property
+    def median_ratio(self) -> float:
+        """Median of estimate/error; errors below rounding count as rounding."""
+        return statistics.median(j.estimated / max(j.error, _ROUNDING) for j in self.judged)
+
+
+def honesty(scenes: Iterable[Scene]) -> Honesty:
+    """Judge every scene's estimate."""
+    judged, without = [], 0
+    for scene in scenes:
+        accuracy = float(np.random.default_rng(scene.seed).choice(_ACCURACIES))
+        answer = scene.solve(accuracy=accuracy)
+        if answer.status != "succeeded":
+            without += 1
+            continue
+        exact, doubt = _reference(scene)
+        error = greatest_change(scene.results(answer), exact)
+        judged.append(Judged(scene.seed, accuracy, answer.accuracy["estimated"], error, doubt))
+    return Honesty(tuple(judged), without)
+
+
+def _reference(scene: Scene) -> tuple[Results, float]:
+    """The main results by independent means, or by the tightest solution, with the doubt that it has of itself."""
+    independent = scene.job.reference(scene.request(accuracy=_TIGHTEST))
+    if independent is not None:
+        return {n: v for n, v in independent.results().items() if v is not None}, 0.0
+    answer = scene.solve(accuracy=_TIGHTEST)
+    return scene.results(answer), answer.accuracy["estimated"]

@@ -1,0 +1,60 @@
+"""Random requests of every kind, and what a campaign needs to put them to the service's own jobs."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.registry import KINDS
+from bench.campaign import flexible_rod
+
+Body = dict[str, Any]
+Results = dict[str, float]
+
+DRAWN: Mapping[str, Callable[[np.random.Generator], Body]] = {"flexible-rod": flexible_rod.request}
+"""For every kind, how a random check (or analysis) request is made."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A random request of a kind; the seed makes it again."""
+
+    kind: Kind
+    seed: int
+    body: Body
+
+    @property
+    def job(self) -> Job:
+        return self.kind.jobs[Mode.CHECK if Mode.CHECK in self.kind.jobs else Mode.ANALYSIS]
+
+    def request(self, **settings: Any) -> Any:
+        """The request with some of its common fields set anew."""
+        return self.job.request.model_validate_json(json.dumps({**self.body, **settings}))
+
+    def solve(self, **settings: Any) -> Answer:
+        """The answer to such a request."""
+        return self.job.run(self.request(**settings))
+
+    def results(self, answer: Answer) -> Results:
+        """The main results that exist, by name."""
+        found = answer.result or {}
+        return {n: found[n] for n in self.kind.main_results if isinstance(found.get(n), (int, float))}
+
+
+def scenes(slug: str, count: int, first_seed: int = 0) -> Iterator[Scene]:
+    """So many random scenes of a kind, each from a seed of its own."""
+    for seed in range(first_seed, first_seed + count):
+        yield Scene(KINDS[slug], seed, DRAWN[slug](np.random.default_rng(seed)))
+
+
+def greatest_change(found: Results, exact: Results) -> float:
+    """The greatest relative difference over the results; inf where one exists on one side only."""
+    if found.keys() != exact.keys():
+        return math.inf
+    return max((abs(found[n] - x) / abs(x) if x else abs(found[n]) for n, x in exact.items()), default=0.0)

@@ -1,0 +1,37 @@
+"""A share of the campaign: the promises held on a few random scenes of every kind; `make campaign` does thousands."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.designs.registry import KINDS
+from bench.campaign.choices import choices
+from bench.campaign.combinations import combinations
+from bench.campaign.honesty import honesty
+from bench.campaign.scenes import DRAWN, scenes
+
+
+def test_every_kind_has_its_scenes():
+    assert DRAWN.keys() == KINDS.keys()
+
+
+@pytest.mark.parametrize("slug", DRAWN)
+def test_estimates_are_honest_and_accuracies_met(slug):
+    judged = honesty(scenes(slug, 16))
+    assert len(judged.judged) >= 12
+    assert judged.dishonest == ()
+    assert judged.missed == ()
+
+
+@pytest.mark.parametrize("slug", DRAWN)
+def test_auto_keeps_its_promise(slug):
+    chosen = choices(scenes(slug, 3, first_seed=500), tolerances=(1e-1, 1e-3, 1e-5))
+    assert len(chosen.verdicts) >= 6
+    assert chosen.false_skips == ()
+
+
+@pytest.mark.parametrize("slug", DRAWN)
+def test_every_combination_of_effects_runs(slug):
+    tried = combinations(scenes(slug, 1, first_seed=900))
+    assert tried.run == 2 ** len(KINDS[slug].effects())
+    assert tried.broken == ()

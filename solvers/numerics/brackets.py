@@ -127,21 +127,33 @@ def humps(samples: Array, slack: float, closed: bool) -> tuple[Rows, Rows]:
 
     A hump may rise above its sample by half its second difference (a parabola rises by an eighth), and by ``slack``
     times the row's largest magnitude. ``closed`` says that the samples close on themselves; otherwise the ends count.
+    Of a plateau, level to rounding, the first sample stands for all; a row that is level everywhere has its highest.
     """
-    if closed:
-        left, right = np.roll(samples, 1, axis=1), np.roll(samples, -1, axis=1)
-    else:
-        left = np.concatenate([samples[:, 1:2], samples[:, :-1]], axis=1)
-        right = np.concatenate([samples[:, 1:], samples[:, -2:-1]], axis=1)
-    reach = samples + 0.5 * np.abs(left - 2.0 * samples + right)
-    need = samples.max(axis=1, keepdims=True) - slack * np.abs(samples).max(axis=1, keepdims=True)
-    # Of a plateau, level to rounding, the first sample stands for all; a row that is level everywhere has its highest.
-    level = 8.0 * _EPS * np.abs(samples).max(axis=1, keepdims=True)
-    rising = samples > left + level
-    if not closed:
-        rising[:, 0] = samples[:, 0] >= samples[:, 1] - level[:, 0]
-    peaks = rising & (samples >= right - level) & (reach >= need)
-    bare = np.flatnonzero(~peaks.any(axis=1))
-    peaks[bare, np.argmax(samples[bare], axis=1)] = True
-    rows, columns = np.nonzero(peaks)
-    return rows, columns
+    peaks = np.zeros(samples.shape, dtype=np.bool_)
+    _mark_humps(np.ascontiguousarray(samples), slack, closed, peaks)
+    return np.nonzero(peaks)
+
+
+@kernel
+def _mark_humps(samples: Array, slack: float, closed: bool, peaks: NDArray[np.bool_]) -> None:
+    rows, count = samples.shape
+    for row in range(rows):
+        highest, size = 0, 0.0
+        for n in range(count):
+            if samples[row, n] > samples[row, highest]:
+                highest = n
+            size = max(size, abs(samples[row, n]))
+        need, level = samples[row, highest] - slack * size, 8.0 * _EPS * size
+        bare = True
+        for n in range(count):
+            # Beyond the ends of an open row lies what mirrors its inside.
+            before = samples[row, n - 1] if n > 0 else samples[row, count - 1 if closed else 1]
+            after = samples[row, n + 1] if n < count - 1 else samples[row, 0 if closed else count - 2]
+            here = samples[row, n]
+            rises = here >= before - level if n == 0 and not closed else here > before + level
+            reach = here + 0.5 * abs(before - 2.0 * here + after)
+            if rises and here >= after - level and reach >= need:
+                peaks[row, n] = True
+                bare = False
+        if bare:
+            peaks[row, highest] = True

@@ -103,6 +103,7 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
     slices, length = sizes.slices(), np.array(_length_range(machine, sizes))
     steps = np.array([sizes.step_b or 0.0, sizes.step_l or 0.0])
     incumbent: Polished | None = None
+    stress = limits.stress is not None
     # Half of the gap is left to the relaxation's own best strip, which may lie a little below the best of all.
     gap = max(0.45 * gap, _LEAST_GAP)
     looked, bound, tried = 0, -math.inf, set()
@@ -133,26 +134,41 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
             break
         tried.add(key)
         if found is not None and found is incumbent:
-            view.add(*governing(machine, found.dimensions, found.focus, found.angles))
+            view.add(*governing(machine, found.dimensions, found.focus, found.angles, stress))
         else:
-            view.add(*governing(machine, candidate, *machine.focus_at(candidate.b, candidate.h, candidate.l)))
+            view.add(*governing(machine, candidate, *machine.focus_at(candidate.b, candidate.h, candidate.l), stress))
     if incumbent is not None:
         bound = min(bound, incumbent.log_cost)
     return Proof(incumbent, bound, looked, turn + 1, len(view.angles))
 
 
-def governing(machine: Machine, d: Dimensions, focus: Focus, angles: Array) -> tuple[Array, Array]:
-    """The angles and sections (eta) that govern a strip: where a fibre's cycle is nearly as bad as the worst."""
-    eta = np.concatenate([focus.eta[:1], focus.eta[2::3]])
+def governing(machine: Machine, d: Dimensions, focus: Focus, angles: Array, stress: bool) -> tuple[Array, Array]:
+    """The angles and sections (eta) that govern a strip: where a fibre's cycle is nearly as bad as the worst.
+
+    ``stress`` says whether the greatest stress matters beside the utilisation; the two peak at different sections.
+    """
+    eta = focus.eta
     table = np.empty((2, eta.size, angles.size))
     stress_table(focus.force[1::3], focus.stroke[1::3], machine.modulus, machine.rod_length, d.b, d.h, d.l, eta, table)
     high, low = table.max(axis=2), table.min(axis=2)
     severity = np.empty_like(high)
     severities(high, low, machine.lines, machine.parabola, severity)
-    strength = np.maximum(high, -low)
-    kept = (severity > _NEARLY * severity.max()) | (strength > _NEARLY * strength.max())
-    wanted = np.unique(np.concatenate([table.argmax(axis=2)[kept], table.argmin(axis=2)[kept]]))
-    return np.concatenate([angles[wanted], machine.reaction_peaks(d.b, d.h, d.l)]), eta[kept.any(axis=0)]
+    wanted: set[int] = set()
+    sections: list[float] = []
+    for values in (severity, np.maximum(high, -low)) if stress else (severity,):
+        for fibre, j in np.argwhere(values > _NEARLY * values.max()):
+            if j % 3 == 2:
+                sections.append(eta[j] + _vertex(*values[fibre, j - 1 : j + 2]) * (eta[j + 1] - eta[j]))
+            elif j == 0:
+                sections.append(eta[0])
+            wanted.update((int(table[fibre, j].argmax()), int(table[fibre, j].argmin())))
+    return np.concatenate([angles[sorted(wanted)], machine.reaction_peaks(d.b, d.h, d.l)]), np.array(sections)
+
+
+def _vertex(left: float, middle: float, right: float) -> float:
+    """Where the parabola through three samples peaks, in steps from the middle one, at most one."""
+    bend = 2.0 * middle - left - right
+    return min(max(0.5 * (right - left) / bend, -1.0), 1.0) if bend > 0.0 else 0.0
 
 
 def _length_range(machine: Machine, sizes: Sizes) -> tuple[float, float]:

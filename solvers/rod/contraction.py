@@ -25,6 +25,7 @@ import numpy as np
 
 from solvers.numerics.jit import kernel
 from solvers.rod.enclosures import critical_parameter, product
+from solvers.rod.reactions_over_box import reaction_row
 from solvers.rod.relaxation import (
     Array,
     Relaxation,
@@ -248,7 +249,8 @@ def contract(
     polygon[0, 0], polygon[1, 0], polygon[2, 0], polygon[3, 0] = -rx, rx, rx, -rx
     polygon[0, 1], polygon[1, 1], polygon[2, 1], polygon[3, 1] = -ry, -ry, ry, ry
     corners, w = 4, p.weights
-    value, gx, gy1, gy2 = w[TAU] * x + w[LENGTH] * y, w[TAU], w[LENGTH], w[LENGTH]
+    value, gx1, gx2 = w[TAU] * x + w[LENGTH] * y, w[TAU], w[TAU]
+    gy1, gy2 = w[LENGTH], w[LENGTH]
     if p.compression > 0.0:
         _, s1 = critical_parameter(l1, p.rod_length)
         _, s2 = critical_parameter(l2, p.rod_length)
@@ -256,12 +258,24 @@ def contract(
         stability = stability_row(p, x, math.exp(y))
         corners = cut(polygon, corners, stability, 1.0, 1.0, s1, s2, rx, ry, room)
         if w[STABILITY] != 0.0:
-            value, gx = value + w[STABILITY] * stability, gx + w[STABILITY]
+            value += w[STABILITY] * stability
+            gx1, gx2 = gx1 + w[STABILITY], gx2 + w[STABILITY]
             gy1, gy2 = gy1 + w[STABILITY] * s1, gy2 + w[STABILITY] * s2
-    if w[SIDE] != 0.0 or w[PRESSURE] != 0.0 or w[POWER] != 0.0:
-        side, pressure, power = reactions(p, work.stiffness[:, 0], work.stiffness[:, 2])
-        value += w[SIDE] * math.log(max(side, 1e-300)) + w[PRESSURE] * math.log(max(pressure, 1e-300))
-        value += w[POWER] * math.log(max(power, 1e-300))
+    row = np.empty(5)
+    for which in (SIDE, PRESSURE, POWER):
+        limit = np.inf if which == SIDE else p.limits[which - PRESSURE + 2]
+        if w[which] == 0.0 and not limit < np.inf:
+            continue
+        if not reaction_row(p, work, which, tau1, tau2, row):
+            if w[which] == 0.0:
+                continue
+            bounds = reactions(p, work.stiffness[:, 0], work.stiffness[:, 2])
+            row[:] = 0.0
+            row[0] = math.log(max(bounds[which - SIDE], 1e-300))
+        elif limit < np.inf:
+            corners = cut(polygon, corners, row[0] - math.log(limit), row[1], row[2], row[3], row[4], rx, ry, room)
+        value, gx1, gx2 = value + w[which] * row[0], gx1 + w[which] * row[1], gx2 + w[which] * row[2]
+        gy1, gy2 = gy1 + w[which] * row[3], gy2 + w[which] * row[4]
     floor = np.empty(2)
     floor[0], floor[1] = math.log(slice_[2]), -(x + math.log(slice_[1])) / 3.0
     high = np.empty((3 + 4 * p.eta.size, 5))
@@ -276,13 +290,13 @@ def contract(
         if w[THICKNESS] < 0.0 and target < np.inf:
             wh = w[THICKNESS]
             corners = cut(
-                polygon, corners, value + wh * high[k, 0] - target, gx + wh * high[k, 2], gx + wh * high[k, 1],
+                polygon, corners, value + wh * high[k, 0] - target, gx1 + wh * high[k, 2], gx2 + wh * high[k, 1],
                 gy1 + wh * high[k, 4], gy2 + wh * high[k, 3], rx, ry, room,
             )  # fmt: skip
     if w[THICKNESS] == 0.0 and w[UTILISATION] == 0.0 and target < np.inf:
-        corners = cut(polygon, corners, value - target, gx, gx, gy1, gy2, rx, ry, room)
+        corners = cut(polygon, corners, value - target, gx1, gx2, gy1, gy2, rx, ry, room)
     if w[UTILISATION] != 0.0 and target < np.inf:
-        bending, row = np.empty(7), np.empty(5)
+        bending = np.empty(7)
         for m in range(2):
             turn, h = 0.0 if m == 0 else -1.0 / 3.0, math.exp(floor[m])
             for fibre in range(2):
@@ -304,7 +318,7 @@ def contract(
                     if utilisation_at_floor(D, bending, tau1, tau, tau2, floor[m], turn, rx, row):
                         wu = w[UTILISATION]
                         corners = cut(
-                            polygon, corners, value + wu * row[0] - target, gx + wu * row[1], gx + wu * row[2],
+                            polygon, corners, value + wu * row[0] - target, gx1 + wu * row[1], gx2 + wu * row[2],
                             gy1 + wu * row[3], gy2 + wu * row[4], rx, ry, room,
                         )  # fmt: skip
     if corners == 0:

@@ -75,7 +75,7 @@ def design(
     def evaluate(dimensions: Dimensions) -> Outcome[RodCheck]:
         return check(problem.scene, dimensions, settled, effect_tolerance, min(accuracy, 1e-6), criterion)
 
-    found, evidence = _on_full_model(problem, machine, limits, sizes, evaluate, accuracy, not active <= _CORE)
+    found, evidence = _on_full_model(problem, machine, limits, sizes, evaluate, accuracy)
     if found is None:
         return Outcome(
             Status.INFEASIBLE,
@@ -126,7 +126,6 @@ def _on_full_model(
     sizes: Sizes,
     evaluate: Callable[[Dimensions], Outcome[RodCheck]],
     accuracy: float,
-    beyond_core: bool,
 ) -> tuple[_Found | None, Proof]:
     """Search, look at the full model, shift the limits by the difference, and again until both agree."""
     objective = problem.objective
@@ -137,7 +136,7 @@ def _on_full_model(
             break
         outcome = evaluate(best.dimensions)
         if outcome.value.stresses is None:
-            limits = replace(limits, stability=1.1 * limits.stability)
+            limits, moved = replace(limits, stability=1.1 * limits.stability), True
         else:
             shifted = _shifted(problem, best, outcome.value)
             if _meets(outcome.value, problem.requirements):
@@ -145,9 +144,9 @@ def _on_full_model(
                 found = _Found(best, outcome, limits, proof) if better else found
                 if _apart(shifted, limits) <= 0.1 * accuracy or not better:
                     break
-            limits = shifted
-        if beyond_core or sizes.stock_h or sizes.step_b or sizes.step_l:
-            # The optimum itself may move elsewhere.
+            limits, moved = shifted, _apart(shifted, limits) > 0.05 * accuracy
+        if moved or sizes.stock_h or sizes.step_b or sizes.step_l:
+            # The optimum itself may move elsewhere, and its bound with it.
             proof = search(machine, objective, limits, sizes, accuracy, BOXES)
             best = proof.best
         else:

@@ -107,7 +107,7 @@ def rows_at(f: Focus, b: float, h: float, l: float, reactions: bool, table: Arra
     for i in range(f.force.size):
         curvature_and_stiffness(f.force[i] * scale, l, L, f.eta, table[i])
     worst, greatest = 0.0, 0.0
-    value = np.empty(3)
+    value, strength = np.empty(3), np.empty(3)
     for fibre in range(2):
         sign = 1.0 - 2.0 * fibre
         bending = sign * 0.5 * f.modulus * h
@@ -121,10 +121,12 @@ def rows_at(f: Focus, b: float, h: float, l: float, reactions: bool, table: Arra
                     m = f.force[i + 1] / (b * h) + bending * f.stroke[i + 1] * table[i + 1, j]
                     c = f.force[i + 2] / (b * h) + bending * f.stroke[i + 2] * table[i + 2, j]
                     high, low = max(high, peak(a, m, c)), min(low, -peak(-a, -m, -c))
-                greatest = max(greatest, max(high, -low))
+                strength[k] = max(high, -low)
                 value[k] = utilisation_of(high, low, f.lines, f.parabola) if high > low else 0.0
             top = value[0] if g == 0 else peak(value[0], value[1], value[2])
             worst = max(worst, top)
+            most = strength[0] if g == 0 else peak(strength[0], strength[1], strength[2])
+            greatest = max(greatest, most)
             out[FIXED_ROWS + 2 + 2 * g + fibre] = math.log(max(top, 1e-300))
     out[UTILISATION], out[FIXED_ROWS + 1] = math.log(max(worst, 1e-300)), math.log(max(greatest, 1e-300))
     if reactions:

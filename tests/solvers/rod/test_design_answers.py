@@ -10,7 +10,7 @@ import pytest
 
 from solvers import rod
 from solvers.outcome import Status
-from tests.solvers.rod.dense_search import MISSED, dense_search
+from tests.solvers.rod.dense_search import MISSED, dense_search, sample
 from tests.solvers.rod.machines import CORE
 from tests.solvers.rod.test_design import REFERENCE, bound_of, cost_of
 
@@ -42,12 +42,58 @@ def test_limits_that_only_clash_are_each_named_with_what_the_other_leaves():
     assert rod.design(replace(REFERENCE, requirements=given), CORE).status is Status.SUCCEEDED
 
 
-def test_a_contact_pressure_out_of_reach():
-    asked = replace(REFERENCE.requirements, max_contact_pressure=1e4)
+OUT_OF_REACH = {
+    "min_fatigue_safety": (4.0, lambda s: s.fatigue),
+    "min_stability_safety": (500.0, lambda s: s.stability),
+    "max_contact_pressure": (1e4, lambda s: s.pressure),
+    "max_friction_power": (0.01, lambda s: s.power),
+    "min_yield_safety": (6.0, lambda s: s.strength),
+}
+
+
+@pytest.mark.parametrize("name", OUT_OF_REACH)
+def test_every_requirement_out_of_reach_is_named_alone_with_the_best_there_is(name):
+    required, result = OUT_OF_REACH[name]
+    asked = replace(rod.Requirements(1.0, 1.0), **{name: required})
     outcome = rod.design(replace(REFERENCE, requirements=asked), CORE)
-    (entry,) = (e for e in outcome.diagnosis if e.requirement == "max_contact_pressure")
-    best = dense_search(REFERENCE, "contact_pressure", ANYTHING)[0]
-    assert entry.attainable == pytest.approx(best, rel=MISSED)
+    assert outcome.status is Status.INFEASIBLE
+    (entry,) = outcome.diagnosis
+    assert (entry.requirement, entry.required) == (name, required)
+    heights, lengths = np.geomspace(0.2e-3, 1e-3, 40), np.linspace(8e-3, 26e-3, 4)
+    b, h, l = (v.ravel() for v in np.meshgrid([4e-3, 9e-3], heights, lengths))
+    sampled = sample(REFERENCE.scene, b, h, l)
+    values = result(sampled)[sampled.stability > 1]
+    best = values.max() if name.startswith("min") else values.min()
+    assert entry.attainable == pytest.approx(best, rel=0.04)
+    # Not worse than any strip sampled, as far as sampling sees the peaks.
+    assert (entry.attainable - best) * (1 if name.startswith("min") else -1) >= -MISSED * best
+
+
+def test_a_strip_that_cannot_stand_at_all_is_said_to_buckle():
+    thin = replace(REFERENCE, bounds=rod.Bounds((1e-3, 2e-3), (0.1e-3, 0.2e-3), (20e-3, 26e-3)))
+    (entry,) = rod.design(thin, CORE).diagnosis
+    assert entry.requirement == "min_stability_safety"
+    best = sample(REFERENCE.scene, np.array([2e-3]), np.array([0.2e-3]), np.array([20e-3])).stability[0]
+    assert entry.attainable == pytest.approx(best, rel=1e-6)
+
+
+def test_opponents_name_each_other():
+    """Fatigue and yield want a long, thick strip, contact a thin one; stability stands by."""
+    asked = rod.Requirements(2.65, 1.2, max_contact_pressure=3.4e4, min_yield_safety=5.3)
+    outcome = rod.design(replace(REFERENCE, requirements=asked), CORE)
+    entries = {entry.requirement: entry for entry in outcome.diagnosis}
+    assert set(entries) == {"min_fatigue_safety", "max_contact_pressure", "min_yield_safety"}
+    assert "while max_contact_pressure holds" in entries["min_fatigue_safety"].advice
+    assert "while max_contact_pressure holds" in entries["min_yield_safety"].advice
+    assert "while min_fatigue_safety or min_yield_safety holds" in entries["max_contact_pressure"].advice
+    # Each may be had with the others as they are left: contact against both, either one against contact.
+    given = replace(asked, max_contact_pressure=entries["max_contact_pressure"].attainable * 1.001)
+    assert rod.design(replace(REFERENCE, requirements=given), CORE).status is Status.SUCCEEDED
+    for name in ("min_fatigue_safety", "min_yield_safety"):
+        other = {"min_fatigue_safety": 1.0, "min_yield_safety": None}
+        reached = {name: entries[name].attainable * 0.998}
+        given = replace(asked, **{**other, **reached})
+        assert rod.design(replace(REFERENCE, requirements=given), CORE).status is Status.SUCCEEDED
 
 
 LIMITS = {

@@ -59,6 +59,8 @@ CASES = [
     ("fatigue_safety", None, Limits(1.5, 1.5)),
     ("stability_safety", None, Limits(2.3, 1.5)),
     ("side_force", None, Limits(2.0, 1.5)),
+    ("contact_pressure", None, Limits(2.0, 1.5, power=0.4)),
+    ("friction_power", None, Limits(2.0, 1.5, stress=300e6, pressure=6e4)),
 ]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -86,18 +86,21 @@ def check(
     if dimensions.l > scene.mechanism.rod_length:
         raise InvalidInput("dimensions.l", "the free length exceeds the rod", "at most mechanism.rod_length")
     choice = choose_for(scene, dimensions, effects, effect_tolerance, demands)
-    cycle = Cycle(scene, dimensions, compose(choice))
+    composition = compose(choice)
     criterion = criterion or serensen(scene.material)
 
-    turn = Turn(cycle, 0.1 * accuracy)
+    # Corrections of the shape have no part in the axial force, and beyond buckling there is no shape to correct.
+    turn = Turn(Cycle(scene, dimensions, replace(composition, corrections=())), 0.1 * accuracy)
     pushed, pulled = turn.greatest([lambda i: -i.force, lambda i: i.force])
     critical = _critical_force(scene, dimensions, choice.has("shear"))
     compression = max(pushed.value, 0.0)
     safety = critical / compression if compression > 0 else None
     stresses, error = None, max(pushed.relative_error, pulled.relative_error)
     if safety is None or safety > 1:
+        if composition.corrections:
+            turn = replace(turn, cycle=Cycle(scene, dimensions, composition, turn.tolerance))
         stresses, further = _stresses(turn, criterion, choice.has("friction"))
-        error = max(error, further)
+        error = max(error, further) + turn.cycle.refinement_error
         if safety is not None:
             # Near buckling the last digits of load and strip decide over the first ones of the stresses.
             error = max(error, _LAST_DIGITS / (1.0 - 1.0 / safety))

@@ -69,7 +69,9 @@ class Feedback(Protocol):
 
 
 class Refinement(Protocol):
-    """A correction made ready for one cycle."""
+    """A correction made ready for one cycle; ``error`` estimates its own numerical error, relative to the bending."""
+
+    error: float
 
     def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
         """The corrected shape at the angles."""
@@ -181,15 +183,24 @@ class Instants:
 
 @dataclass(frozen=True)
 class Cycle:
-    """A scene with its strip and the physics chosen for it."""
+    """A scene with its strip and the physics chosen for it.
+
+    ``tolerance`` is the numerical error, relative to the bending, that corrections may have where they need series.
+    """
 
     scene: Scene
     dimensions: Dimensions
     composition: Composition
+    tolerance: float = 1e-10
 
     @cached_property
     def _refinements(self) -> tuple[Refinement, ...]:
         return tuple(correction.prepare(self) for correction in self.composition.corrections)
+
+    @property
+    def refinement_error(self) -> float:
+        """The corrections' own numerical errors, relative to the bending of the strip."""
+        return sum(refinement.error for refinement in self._refinements)
 
     def axial_force(self, angle: Array) -> Array:
         """P(phi) = -(p - p_back) pi D^2/4 and the force terms, tension positive [N]."""

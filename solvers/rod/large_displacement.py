@@ -93,12 +93,16 @@ class LargeDisplacement:
 
 @dataclass(frozen=True)
 class ElasticaExpansion:
-    """The expansion for one strip: EI, free length l, head length e, and whether the axial force bends it."""
+    """The expansion for one strip: EI, free length l, head length e, and whether the axial force bends it.
+
+    ``error`` is that of the collocation, which is not felt within its validity.
+    """
 
     stiffness: float
     length: float
     head: float
     couples: float
+    error: float = 0.0
 
     def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
         stiffness, l, e = self.stiffness, self.length, self.head

@@ -84,9 +84,9 @@ def test_an_effect_left_out_is_the_scene_that_never_had_it(monkeypatch):
         assert {effect.name for effect in choice.active} == names
         with monkeypatch.context() as patch:
             calls = count_calls(patch)
-            chosen = Cycle(HEAVY, STRIP, compose(choice)).at(angles)
+            chosen = Cycle(HEAVY, STRIP, compose(choice), 1e-2).at(angles)
         assert {name for name, count in calls.items() if count} == names - {"friction"}
-        plain = Cycle(HEAVY, STRIP, by_hand(names)).at(angles)
+        plain = Cycle(HEAVY, STRIP, by_hand(names), 1e-2).at(angles)
         assert chosen.force.tobytes() == plain.force.tobytes()
         for field in ("curvature", "axial_force"):
             first, second = getattr(chosen.shape, field)(stations), getattr(plain.shape, field)(stations)
@@ -116,7 +116,7 @@ def test_every_effect_changes_something_when_it_runs(name):
 
 
 def main_results(scene, strip, effects, tolerance):
-    outcome = rod.check(scene, strip, effects, tolerance, 1e-7)
+    outcome = rod.check(scene, strip, effects, tolerance, 1e-6)
     value = outcome.value
     found = {"stability_safety": value.stability_safety}
     if value.stresses is not None:
@@ -133,10 +133,10 @@ def test_auto_differs_from_all_by_no_more_than_the_tolerance():
         scene, strip = random_machine(rng)
         scene = replace(scene, piston=replace(scene.piston, reciprocating_mass=10 ** rng.uniform(-4.0, -1.0)))
         everything, _ = main_results(scene, strip, rod.ALL, 1e-2)
-        for tolerance in (1e-1, 1e-2, 1e-4):
+        for tolerance in (1e-1, 1e-3):
             found, skipped = main_results(scene, strip, rod.AUTO, tolerance)
             left_out |= skipped
             assert found.keys() == everything.keys()
             for name, value in everything.items():
-                assert found[name] == pytest.approx(value, rel=tolerance + 3e-7), (name, tolerance, skipped)
+                assert found[name] == pytest.approx(value, rel=tolerance + 3e-6), (name, tolerance, skipped)
     assert {"shear", "large_displacement", "friction_feedback", "rod_inertia"} <= left_out

@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solvers.rod.cycle import BeamColumn, Composition, Cycle
+from solvers import rod
+from solvers.rod.cycle import BeamColumn, Composition, Cycle, bending_stiffness
+from solvers.rod.effects import EFFECTS
 from solvers.rod.rod_inertia import RodInertia
 from solvers.rod.vibration import natural_frequency
 from tests.solvers.rod.finite_elements import vibration
@@ -49,3 +51,75 @@ def test_is_amplified_where_a_harmonic_meets_the_natural_frequency(harmonic):
     near = max(np.abs(departure(at_speed(resonance * f))).max() for f in (0.99, 0.995, 1.0, 1.005, 1.01))
     aside = min(np.abs(departure(at_speed(resonance * f))).max() for f in (0.9, 1.1))
     assert near > 3 * aside
+
+
+def collocated(scene, strip, harmonics, nodes):
+    """The whole motion at once, not split into still and moving: Chebyshev points along the strip, even angles.
+
+    (V''(0), V'''(0)) at the angles from the partial differential equation and its four conditions as they stand.
+    """
+    count, l, e = 2 * harmonics + 1, strip.l, scene.mechanism.rod_length - strip.l
+    angles = 2 * np.pi * np.arange(count) / count
+    x = np.cos(np.pi * np.arange(nodes) / (nodes - 1))
+    weight = np.where((np.arange(nodes) % (nodes - 1)) == 0, 2.0, 1.0) * (-1.0) ** np.arange(nodes)
+    first = np.outer(weight, 1 / weight) / (x[:, None] - x[None, :] + np.eye(nodes))
+    first = -(first - np.diag(first.sum(axis=1))) * 2 / l
+    # The points run from the clamp (x = 1) to the head. The unknown is V'' there, of which V' and V are integrals.
+    integral = np.zeros((nodes, nodes))
+    integral[1:, 1:] = np.linalg.inv(first[1:, 1:])
+    d = [integral @ integral, integral, np.eye(nodes), first, first @ first]
+    steps = np.arange(count)[:, None] - np.arange(count)[None, :]
+    turned = np.fft.ifft(-(np.fft.fftfreq(count, 1 / count) ** 2))[steps % count].real
+    stiffness = scene.material.elastic_modulus * strip.b * strip.h**3 / 12
+    inertia = scene.material.density * strip.b * strip.h * scene.mechanism.angular_speed**2
+    force = Cycle(scene, strip, STILL).axial_force(angles)
+    matrix = np.kron(np.eye(count), stiffness * d[4]) - np.kron(np.diag(force), d[2])
+    matrix += inertia * np.kron(turned, d[0])
+    right = np.zeros((count, nodes))
+    conditions = (d[0][-1] + e * d[1][-1], l**2 * (d[2][-1] + e * d[3][-1]))
+    for row, condition in zip((nodes - 2, nodes - 1), conditions, strict=True):
+        matrix[row::nodes] = np.kron(np.eye(count), stiffness * condition[None, :] / l**4)
+    right[:, nodes - 2] = stiffness / l**4 * scene.mechanism.crank_radius * np.sin(angles)
+    found = np.linalg.solve(matrix, right.ravel()).reshape(count, nodes)
+    return angles, found @ d[2][0], found @ d[3][0]
+
+
+@pytest.mark.parametrize(
+    ("speed", "delta", "harmonics", "nodes"),
+    [(50.0, 0.25, 60, 14), (400.0, 0.25, 40, 18), (900.0, 0.1, 40, 18), (160.0, 0.02, 40, 18)],
+)
+def test_the_truncation_is_smaller_than_its_estimate(speed, delta, harmonics, nodes):
+    """At 50 Hz the strip's own frequency sweeps the harmonics from the tenth to the fortieth as the force changes."""
+    scene = replace(at_speed(speed), load=rod.SchmidtLoad(1.4e6, delta, 1.16))
+    angles, curvature, shear = collocated(scene, STRIP, harmonics, nodes)
+    stiffness, shear = bending_stiffness(scene, STRIP), -bending_stiffness(scene, STRIP) * shear
+    for tolerance in (1e-4, 1e-7, 1e-10):
+        moving = Cycle(scene, STRIP, MOVING, tolerance)
+        shape, doubt = moving.at(angles).shape, moving.refinement_error
+        assert doubt <= tolerance
+        # Fourth derivatives by collocation cost the reference six of its sixteen digits.
+        error = max(doubt, 1e-9)
+        assert shape.clamp_moment() / stiffness == pytest.approx(curvature, abs=error * np.abs(curvature).max())
+        assert shape.side_force() == pytest.approx(shear, abs=error * np.abs(shear).max())
+
+
+def test_a_check_says_what_truncation_leaves_out():
+    """A table's curve has jumps of its second derivative, which no number of harmonics follows to the last digit."""
+    table = rod.TableLoad((0.0, 1.0, 3.0, 5.0), (1.0e6, 1.3e6, 1.1e6, 1.2e6))
+    active = frozenset({"beam_column", "rod_inertia"})
+    effects = rod.EffectSelection(active, frozenset(effect.name for effect in EFFECTS) - active)
+    for load, reached in ((PAPER.load, True), (table, False)):
+        outcome = rod.check(replace(at_speed(400.0), load=load), STRIP, effects, accuracy=1e-8)
+        assert (outcome.accuracy.estimated <= 1e-8) == reached
+        assert any("not reached" in warning for warning in outcome.value.warnings) != reached
+    finer = Cycle(replace(at_speed(400.0), load=table), STRIP, MOVING)
+    assert 0.0 < finer.refinement_error < 1e-3
+
+
+def test_beyond_buckling_nothing_vibrates(monkeypatch):
+    def refuse(*arguments):
+        raise AssertionError("the vibration of a buckled strip was computed")
+
+    monkeypatch.setattr(RodInertia, "prepare", refuse)
+    value = rod.check(PAPER, rod.Dimensions(9e-3, 0.3e-3, 23e-3), rod.ALL).value
+    assert value.stability_safety < 1 and value.stresses is None

@@ -103,7 +103,7 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
     slices, length = sizes.slices(), np.array(_length_range(machine, sizes))
     steps = np.array([sizes.step_b or 0.0, sizes.step_l or 0.0])
     incumbent: Polished | None = None
-    stress = limits.stress is not None
+    matter = limits.stress is not None, needs_reactions(objective, limits)
     # Half of the gap is left to the relaxation's own best strip, which may lie a little below the best of all.
     gap = max(0.45 * gap, _LEAST_GAP)
     looked, bound, tried = 0, -math.inf, set()
@@ -134,18 +134,21 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
             break
         tried.add(key)
         if found is not None and found is incumbent:
-            view.add(*governing(machine, found.dimensions, found.focus, found.angles, stress))
+            view.add(*governing(machine, found.dimensions, found.focus, found.angles, *matter))
         else:
-            view.add(*governing(machine, candidate, *machine.focus_at(candidate.b, candidate.h, candidate.l), stress))
+            view.add(*governing(machine, candidate, *machine.focus_at(candidate.b, candidate.h, candidate.l), *matter))
     if incumbent is not None:
         bound = min(bound, incumbent.log_cost)
     return Proof(incumbent, bound, looked, turn + 1, len(view.angles))
 
 
-def governing(machine: Machine, d: Dimensions, focus: Focus, angles: Array, stress: bool) -> tuple[Array, Array]:
+def governing(
+    machine: Machine, d: Dimensions, focus: Focus, angles: Array, stress: bool, reactions: bool
+) -> tuple[Array, Array]:
     """The angles and sections (eta) that govern a strip: where a fibre's cycle is nearly as bad as the worst.
 
     ``stress`` says whether the greatest stress matters beside the utilisation; the two peak at different sections.
+    ``reactions`` asks for the angles of greatest side force and contact pressure too.
     """
     eta = focus.eta
     table = np.empty((2, eta.size, angles.size))
@@ -162,7 +165,10 @@ def governing(machine: Machine, d: Dimensions, focus: Focus, angles: Array, stre
             elif j == 0:
                 sections.append(eta[0])
             wanted.update((int(table[fibre, j].argmax()), int(table[fibre, j].argmin())))
-    return np.concatenate([angles[sorted(wanted)], machine.reaction_peaks(d.b, d.h, d.l)]), np.array(sections)
+    governed = angles[sorted(wanted)]
+    if reactions:
+        governed = np.concatenate([governed, machine.reaction_peaks(d.b, d.h, d.l)])
+    return governed, np.array(sections)
 
 
 def _vertex(left: float, middle: float, right: float) -> float:

@@ -29,6 +29,12 @@ from solvers.rod.survey import ANGLES, survey
 
 BOXES = 20_000
 _CORRECTIONS = 6
+_COARSE = (1e-2, 1e-2, 1e-4)
+"""Accuracies of the first looks at the full model."""
+_GUARD = 0.1
+_AGREED = 0.25
+"""Shares of the accuracy: how far to the safe side limits are shifted, and how far apart shifts may be in the end."""
+_STEEPEST = 0.5
 _SAFE = 1.0 + 1e-9
 _CORE = frozenset({"reciprocating_inertia", "beam_column", "friction"})
 
@@ -72,10 +78,10 @@ def design(
     sizes = Sizes(bounds, problem.stock_h, problem.step_b, problem.step_l)
     limits = _limits(problem)
 
-    def evaluate(dimensions: Dimensions) -> Outcome[RodCheck]:
-        return check(problem.scene, dimensions, settled, effect_tolerance, min(accuracy, 1e-6), criterion)
+    def evaluate(dimensions: Dimensions, to: float) -> Outcome[RodCheck]:
+        return check(problem.scene, dimensions, settled, effect_tolerance, to, criterion)
 
-    found, evidence = _on_full_model(problem, machine, limits, sizes, evaluate, accuracy)
+    found, evidence = _on_full_model(problem, machine, limits, sizes, evaluate, accuracy, not active <= _CORE)
     if found is None:
         return Outcome(
             Status.INFEASIBLE,
@@ -90,7 +96,7 @@ def design(
     shaping = active_constraints(
         machine, problem.objective, found.limits, bounds, sizes.around(result.dimensions), found.best
     )
-    certificate = _certificate(problem.objective, found, active)
+    certificate = _certificate(problem.objective, found, active, shaping)
     return Outcome(
         Status.SUCCEEDED,
         RodDesign(result, problem.objective.name, shaping),
@@ -103,12 +109,16 @@ def design(
 
 @dataclass(frozen=True)
 class _Found:
-    """A strip that meets every requirement on the full model, and the search that it comes from."""
+    """A strip that meets every requirement on the full model, and the search that it comes from.
+
+    ``apart`` is by how much (relative) the full model would shift the limits once more.
+    """
 
     best: Polished
     outcome: Outcome[RodCheck]
     limits: Limits
     proof: Proof
+    apart: float
 
 
 def _limits(problem: RodProblem) -> Limits:
@@ -124,34 +134,59 @@ def _on_full_model(
     machine: Machine,
     limits: Limits,
     sizes: Sizes,
-    evaluate: Callable[[Dimensions], Outcome[RodCheck]],
+    evaluate: Callable[[Dimensions, float], Outcome[RodCheck]],
     accuracy: float,
+    beyond_core: bool,
 ) -> tuple[_Found | None, Proof]:
-    """Search, look at the full model, shift the limits by the difference, and again until both agree."""
+    """Search, look at the full model, shift the limits by the difference, and again until both agree.
+
+    Where the full model is more than the search's own physics, the first looks are coarse ones: the strip still moves.
+    From the second look on the shift is that of a secant, since the difference itself changes with the strip.
+    """
     objective = problem.objective
+    coarse = [a for a in _COARSE if a > accuracy] if beyond_core else []
+    guard = _GUARD * accuracy if beyond_core else 0.0
+    enough = _AGREED * accuracy if beyond_core else 0.1 * accuracy
     proof = search(machine, objective, limits, sizes, accuracy, BOXES)
-    best, found = proof.best, None
-    for _ in range(_CORRECTIONS):
+    best, found, before = proof.best, None, None
+    for look in range(_CORRECTIONS + len(coarse)):
         if best is None:
             break
-        outcome = evaluate(best.dimensions)
+        final = look >= len(coarse)
+        outcome = evaluate(best.dimensions, min(accuracy, 1e-6) if final else coarse[look])
         if outcome.value.stresses is None:
-            limits, moved = replace(limits, stability=1.1 * limits.stability), True
+            limits, before, apart = replace(limits, stability=1.1 * limits.stability), None, math.inf
         else:
-            shifted = _shifted(problem, best, outcome.value)
-            if _meets(outcome.value, problem.requirements):
+            shifted = _shifted(problem, best, outcome.value, guard)
+            apart = _apart(shifted, limits)
+            if final and _meets(outcome.value, problem.requirements):
                 better = found is None or _cost(objective, outcome.value) < _cost(objective, found.outcome.value)
-                found = _Found(best, outcome, limits, proof) if better else found
-                if _apart(shifted, limits) <= 0.1 * accuracy or not better:
+                found = _Found(best, outcome, limits, proof, apart) if better else found
+                if apart <= enough or not better:
                     break
-            limits, moved = shifted, _apart(shifted, limits) > 0.05 * accuracy
-        if moved or sizes.stock_h or sizes.step_b or sizes.step_l:
+            limits, before = _secant(before, (limits, shifted)), (limits, shifted)
+        if apart > 0.05 * accuracy or sizes.stock_h or sizes.step_b or sizes.step_l:
             # The optimum itself may move elsewhere, and its bound with it.
             proof = search(machine, objective, limits, sizes, accuracy, BOXES)
             best = proof.best
         else:
             best = polish(machine, objective, limits, sizes.around(best.dimensions), best.dimensions)
     return found, proof
+
+
+def _secant(before: tuple[Limits, Limits] | None, now: tuple[Limits, Limits]) -> Limits:
+    """Where shifted limits will be equal to the limits that they come from, by one look or by two."""
+    if before is None:
+        return now[1]
+    values = {}
+    for name in Limits.__dataclass_fields__:
+        points = [getattr(limits, name) for limits in (*before, *now)]
+        values[name] = points[3]
+        if None not in points and points[0] != points[2]:
+            x0, g0, x1, g1 = map(math.log, points)
+            slope = min(max((g1 - g0) / (x1 - x0), -_STEEPEST), _STEEPEST)
+            values[name] = math.exp(x1 + (g1 - x1) / (1.0 - slope))
+    return Limits(**values | {"stability": max(values["stability"], _SAFE)})
 
 
 def _cost(objective: Objective, result: RodCheck) -> float:
@@ -173,13 +208,16 @@ def _meets(result: RodCheck, r: Requirements) -> bool:
     )
 
 
-def _shifted(problem: RodProblem, best: Polished, full: RodCheck) -> Limits:
-    """The limits moved by the ratio of the search's own values to the full model's."""
+def _shifted(problem: RodProblem, best: Polished, full: RodCheck, guard: float) -> Limits:
+    """The limits moved by the ratio of own values to the full model's, and by ``guard`` to the safe side."""
     r, s = problem.requirements, full.stresses
     own = _values(best)
 
     def least(required: float | None, mine: float, theirs: float | None) -> float | None:
-        return None if required is None else required * (mine / theirs if theirs else 1.0)
+        return None if required is None else required * (1.0 + guard) * (mine / theirs if theirs else 1.0)
+
+    def most(required: float | None, mine: float, theirs: float | None) -> float | None:
+        return None if required is None else required * (1.0 - guard) * (mine / theirs if theirs else 1.0)
 
     # Stresses in the ratio of the yield safeties, theirs to mine: a least safety turned into a greatest stress.
     strength, highest = problem.scene.material.yield_strength, math.exp(own[FIXED_ROWS + 1])
@@ -191,8 +229,8 @@ def _shifted(problem: RodProblem, best: Polished, full: RodCheck) -> Limits:
         least(r.min_fatigue_safety, math.exp(-own[rows.UTILISATION]), s.fatigue_safety),
         max(least(r.min_stability_safety, stability, full.stability_safety), _SAFE),
         stress,
-        least(r.max_contact_pressure, math.exp(own[rows.PRESSURE]), s.contact_pressure_max),
-        least(r.max_friction_power, math.exp(own[rows.POWER]), s.friction_power),
+        most(r.max_contact_pressure, math.exp(own[rows.PRESSURE]), s.contact_pressure_max),
+        most(r.max_friction_power, math.exp(own[rows.POWER]), s.friction_power),
     )  # fmt: skip
 
 
@@ -210,9 +248,13 @@ def _apart(a: Limits, b: Limits) -> float:
     return max(abs(x / y - 1.0) for x, y in pairs if x is not None and y is not None)
 
 
-def _certificate(objective: Objective, found: _Found, active: frozenset[str]) -> Certificate:
+def _certificate(
+    objective: Objective, found: _Found, active: frozenset[str], shaping: tuple[ActiveConstraint, ...]
+) -> Certificate:
     proof, value = found.proof, objective.read(found.outcome.value)
-    gap = max(found.best.log_cost - proof.log_bound, 0.0)
+    # What the limits could still be shifted by buys as much as the multipliers of the requirements say.
+    owed = found.apart * sum(abs(c.sensitivity) for c in shaping if c.name.startswith(("min_", "max_")))
+    gap = max(found.best.log_cost - proof.log_bound, 0.0) + owed
     evidence: dict[str, float | int | str] = {
         "boxes": proof.boxes,
         "rounds": proof.rounds,

@@ -17,7 +17,7 @@ import numpy as np
 from solvers.crank import kinematics
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.numerics.periodic import grid
-from solvers.rod import beam_column, guide
+from solvers.rod import beam_column, guide, strip_kernels
 from solvers.rod.cycle import Array, BeamColumn, Composition, PlainBending
 from solvers.rod.friction import FrictionFeedback
 from solvers.rod.large_displacement import LargeDisplacement
@@ -79,7 +79,11 @@ class Situation:
     def constants(self) -> beam_column.BeamConstants:
         """The beam at the least and the greatest force, and at none."""
         extremes = np.array([self.gas_force.min() - self.inertia_force, self.gas_force.max() + self.inertia_force, 0.0])
-        return beam_column.solve(extremes / self.stiffness, self.dimensions.l, self.scene.mechanism.rod_length)
+        length, rod_length = self.dimensions.l, self.scene.mechanism.rod_length
+        coupling = extremes / self.stiffness
+        return beam_column.BeamConstants(
+            coupling, length, rod_length, *strip_kernels.solve(coupling, length, rod_length)
+        )
 
 
 class RodEffect(Protocol):

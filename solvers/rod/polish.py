@@ -21,7 +21,7 @@ from solvers.rod.scene import Dimensions
 _TOLERANCE = 1e-13
 _VIOLATION = 0.9e-9
 _SAFE_SIDE = 1e-9
-_STILL = 1e-8
+_STILL = 1e-5
 _ROUNDS = 4
 _STEPS_BACK = 4
 _NEAR_ENOUGH = 1e-2

@@ -25,6 +25,7 @@ _PIECE = 16
 _SPLIT = 0.4
 _MOST_PIECE_SAMPLES = 1 << 18
 _MOST_ROUNDS = 24
+_CROSSING = 1e-10
 
 Periodic = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
@@ -103,6 +104,28 @@ def mean_by_pieces(function: Periodic, tolerance: float, ends: NDArray[np.float6
         left, width = left[~good], 0.5 * width[~good]
         left, width = np.concatenate([left, left + width]), np.concatenate([width, width])
     return Estimate(total / TURN, (error + _ROUNDING * magnitude) / TURN, float("nan"), samples)
+
+
+def crossings(function: Periodic, angles: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Angles at which the rows of a function of shape (rows, angles) change sign between two neighbouring samples.
+
+    By the Illinois rule on all of them at once, to ``_CROSSING`` rad. Two changes within one interval go unnoticed.
+    """
+    following = np.roll(values, -1, axis=1)
+    row, at = np.nonzero(np.sign(values) * np.sign(following) < 0)
+    left, right = angles[at], np.append(angles[1:], angles[0] + TURN)[at]
+    low, high = values[row, at], following[row, at]
+    place, entry = left, np.arange(row.size)
+    for _ in range(_MOST_ROUNDS):
+        trial = right - high * (right - left) / (high - low)
+        moved, place = np.abs(trial - place), trial
+        if not place.size or np.all(moved <= _CROSSING):
+            break
+        value = function(place)[row, entry]
+        crossed = np.sign(value) * np.sign(high) < 0
+        left, low = np.where(crossed, right, left), np.where(crossed, high, 0.5 * low)
+        right, high = place, np.where(value == 0.0, np.copysign(np.finfo(float).tiny, -low), value)
+    return np.mod(place, TURN)
 
 
 def resolve_from(function: Periodic, wanted: float, angles: NDArray[np.float64]) -> NDArray[np.float64]:

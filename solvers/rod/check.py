@@ -14,7 +14,7 @@ from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.numerics import periodic
 from solvers.outcome import Accuracy, Outcome, Status
-from solvers.rod import friction, shear, stability
+from solvers.rod import friction, guide, shear, stability
 from solvers.rod.cycle import Array, Cycle, Instants, bending_stiffness
 from solvers.rod.effects import choose_for, compose
 from solvers.rod.extremes import STATIONS, Extreme, Reading, Turn
@@ -100,7 +100,7 @@ def check(
         if composition.corrections:
             turn = replace(turn, cycle=Cycle(scene, dimensions, composition, turn.tolerance))
         stresses, further = _stresses(turn, criterion, choice.has("friction"))
-        error = max(error, further) + turn.cycle.refinement_error
+        error = max(error, further)
         if safety is not None:
             # Near buckling the last digits of load and strip decide over the first ones of the stresses.
             error = max(error, _LAST_DIGITS / (1.0 - 1.0 / safety))
@@ -173,11 +173,13 @@ def _stresses(turn: Turn, criterion: FatigueCriterion, contact: bool) -> tuple[S
     errors.append(fatigue.extremes_error / scale if scale else 0.0)
     power = None
     if contact:
-        average = periodic.mean_by_pieces(
-            lambda angle: friction.power(turn.cycle, angle), turn.tolerance, turn.cycle.corners()
-        )
+        corners = np.concatenate([turn.cycle.corners(), _second_wall(turn)])
+        average = periodic.mean_by_pieces(lambda angle: friction.power(turn.cycle, angle), turn.tolerance, corners)
         power = average.value
         errors.append(average.error / average.value if average.value else 0.0)
+    refined = turn.cycle.refinement_error
+    if contact and refined:
+        refined *= _cancellation(turn.cycle, side.value, moment.value, pressure.value, power)
     value = Stresses(
         fatigue_safety=1.0 / fatigue.value if fatigue.value > 0 else None,
         yield_safety=scene.material.yield_strength / strength.value if strength.value > 0 else None,
@@ -191,7 +193,31 @@ def _stresses(turn: Turn, criterion: FatigueCriterion, contact: bool) -> tuple[S
         contact_pressure_max=pressure.value if pressure else None,
         friction_power=power,
     )
-    return value, max(errors)
+    return value, max(errors) + refined
+
+
+def _cancellation(cycle: Cycle, side: float, moment: float, pressure: float, power: float) -> float:
+    """How much a relative error of the greatest side force and moment may grow in what their sum and mean make."""
+    piston, mechanism = cycle.scene.piston, cycle.scene.mechanism
+    moment = np.array([moment + side * abs(piston.clamp_offset)])
+    most = guide.contact_pressure([side], moment, 0.0, piston.diameter, piston.skirt_length)[0]
+    # Both walls together carry at most the side force and the couple; the mean of |v| is two strokes a turn.
+    force = piston.friction_coefficient * (4.0 / math.pi) * (side + 6.0 * moment[0] / piston.skirt_length)
+    mean = force * 4.0 * mechanism.crank_radius * mechanism.speed
+    return max(1.0, most / pressure if pressure else 1.0, mean / power if power else 1.0)
+
+
+def _second_wall(turn: Turn) -> Array:
+    """Angles at which the piston begins or ceases to bear on both walls, where the friction force has corners."""
+    piston = turn.cycle.scene.piston
+
+    def margins(instants: Instants) -> Array:
+        side, moment = instants.shape.side_force(), instants.shape.clamp_moment()
+        couple = 6.0 / piston.skirt_length * (moment + side * piston.clamp_offset)
+        return np.stack([couple - side, couple + side])
+
+    now = turn.instants
+    return periodic.crossings(lambda angle: margins(turn.cycle.at(angle)), now.angle, margins(now))
 
 
 def _guide(turn: Turn, contact: bool) -> tuple[Extreme, Extreme, Extreme | None]:

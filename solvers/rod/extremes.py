@@ -23,6 +23,7 @@ RESOLVED = 1e-2
 """What the samples of every row foretell of their midpoints, relative to the row's greatest magnitude."""
 
 _EPS = np.finfo(float).eps
+_SMALL = 1e-9
 _STEPS = np.arange(-3, 4)
 _WIDEST, _NARROWEST = 2e-3, 1e-6
 
@@ -93,19 +94,20 @@ class Turn:
             every = np.stack([reading(now) for reading in readings]).reshape(len(readings), *angle.shape)
             return every[rows, np.arange(angle.shape[0])]
 
-        values, errors = self._maxima(samples, evaluate, self.tolerance)
+        # Where a reading stays below zero its greatest value may be small beside its least, and is wanted all the same.
+        wanted = self.tolerance * np.maximum(np.abs(samples.max(axis=1)), _SMALL * np.abs(samples).max(axis=1))
+        values, errors = self._maxima(samples, evaluate, wanted)
         return [Extreme(float(v), float(e)) for v, e in zip(values, errors, strict=True)]
 
-    def _maxima(self, samples: Array, evaluate: brackets.Evaluate, tolerance: float) -> tuple[Array, Array]:
-        """Greatest value of every row of samples, shape (rows, angles), and its error."""
+    def _maxima(self, samples: Array, evaluate: brackets.Evaluate, wanted: Array) -> tuple[Array, Array]:
+        """Greatest value of every row of samples, shape (rows, angles), to the absolute error wanted; and its error."""
         rows, at = brackets.humps(samples, RESOLVED, closed=True)
         angle, count = self.instants.angle, self.instants.angle.size
         before = angle[at - 1] - np.where(at == 0, periodic.TURN, 0.0)
         after = angle[(at + 1) % count] + np.where(at == count - 1, periodic.TURN, 0.0)
         places = np.stack([before, angle[at], after], axis=1)
         values = np.stack([samples[rows, (at + shift) % count] for shift in (-1, 0, 1)], axis=1)
-        wanted = tolerance * np.abs(samples).max(axis=1)[rows]
-        found = brackets.climb(lambda x, todo: evaluate(x, rows[todo]), places, values, wanted)
+        found = brackets.climb(lambda x, todo: evaluate(x, rows[todo]), places, values, wanted[rows])
         best, error = np.full(samples.shape[0], -np.inf), np.zeros(samples.shape[0])
         np.maximum.at(best, rows, found.value)
         # A lower hump matters as far as its own error lets it reach above the highest.
@@ -216,8 +218,9 @@ class _SectionSearch:
             return sign[:, None] * every[layers[pair], where, np.arange(angle.shape[0])]
 
         # Extremes of sections that are compared must be smoother than what is wanted of the comparison.
-        tolerance = 1e-2 * turn.tolerance
-        found, error = turn._maxima(np.concatenate([samples, -samples]), evaluate, tolerance)
+        samples = np.concatenate([samples, -samples])
+        wanted = 1e-2 * turn.tolerance * np.abs(samples).max(axis=1)
+        found, error = turn._maxima(samples, evaluate, wanted)
         return found[:pairs], -found[pairs:], error[:pairs], error[pairs:]
 
 

@@ -306,7 +306,7 @@ def _balance(vibration: _Vibration, wanted: float, enough: float, coarser: _Bala
     return _Balance(
         series=series[:, : max(kept, 1)],
         angle_tail=3.0 * float(np.sum(share[:, -columns:])),
-        strip_tail=8.0 * float(np.sum(share[-rows:])),
+        strip_tail=32.0 * float(np.sum(share[-rows:])),
         residual=residual * weight,
         weight=weight,
     )

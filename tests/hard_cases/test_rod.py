@@ -1,0 +1,123 @@
+"""The rod's check and its kernels on hard cases, against values at 50 digits made by ``make_rod_references``.
+
+Errors are counted in eps max(1, kappa), kappa the value's relative condition number: what a change of the inputs'
+last digits does to it anyway.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from solvers import rod
+from solvers.rod import beam_column, envelope, strip_kernels
+from solvers.rod.effects import EFFECTS
+from tests.hard_cases.make_rod_references import load_cases
+
+EPS = 2.0**-52
+CASES = load_cases()
+REFERENCES = json.loads((Path(__file__).parent / "rod_references.json").read_text())
+KERNEL_LIMIT, CHECK_LIMIT = 3.0, 30.0
+
+
+def units(found, reference, scale=None):
+    """The error in eps max(1, kappa), relative to the value or to ``scale``, at least the least float."""
+    with mp.workdps(40):
+        exact = mp.mpf(reference["value"])
+        whole = max(abs(exact) if scale is None else scale, mp.mpf(2) ** -1022)
+        return float(abs(mp.mpf(float(found)) - exact) / whole) / (EPS * max(1.0, reference["condition"]))
+
+
+def scene_of(case):
+    data = case["scene"]
+    load = dict(data["load"])
+    kind = load.pop("kind")
+    if kind == "schmidt":
+        source = rod.SchmidtLoad(**load)
+    elif kind == "constant":
+        source = rod.ConstantLoad(**load)
+    else:
+        source = rod.TableLoad(tuple(load["angle"]), tuple(load["pressure"]))
+    scene = rod.Scene(
+        rod.Mechanism(**data["mechanism"]), rod.Piston(**data["piston"]), source, rod.Material(**data["material"])
+    )
+    return scene, rod.Dimensions(**data["dimensions"])
+
+
+def answers(case, accuracy):
+    scene, dimensions = scene_of(case)
+    active = frozenset({"beam_column", "friction", *case["scene"]["effects"]})
+    selection = rod.EffectSelection(active, frozenset(effect.name for effect in EFFECTS) - active)
+    outcome = rod.check(scene, dimensions, selection, accuracy=accuracy)
+    value = outcome.value
+    names = ("axial_force_min", "axial_force_max", "critical_force", "stability_safety")
+    found = {name: getattr(value, name) for name in names}
+    if value.stresses is not None:
+        names = ("fatigue_safety", "yield_safety", "deflection_ratio", "side_force_max", "clamp_moment_max",
+                 "contact_pressure_max", "friction_power")  # fmt: skip
+        found |= {name: getattr(value.stresses, name) for name in names}
+    return outcome, {name: x for name, x in found.items() if x is not None}
+
+
+def test_there_are_enough_cases():
+    assert len(CASES["checks"]) >= 30 and len(CASES["kernels"]) >= 25
+    assert set(REFERENCES) == {case["name"] for case in CASES["checks"] + CASES["kernels"]}
+
+
+@pytest.mark.parametrize("case", CASES["checks"], ids=lambda case: case["name"])
+def test_check(case):
+    """Every answer within a few eps kappa; what does not exist is not answered; the estimate covers the error."""
+    reference = REFERENCES[case["name"]]
+    outcome, found = answers(case, 1e-12)
+    assert found.keys() == reference.keys()
+    for name, value in found.items():
+        error = units(value, reference[name])
+        assert error <= CHECK_LIMIT, name
+        assert error * EPS * max(1.0, reference[name]["condition"]) <= outcome.accuracy.estimated, name
+    reached = outcome.accuracy.estimated <= 1e-12
+    assert reached != any("not reached" in warning for warning in outcome.value.warnings)
+
+
+@pytest.mark.parametrize("case", CASES["checks"], ids=lambda case: case["name"])
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-6])
+def test_a_loose_check_is_as_good_as_it_says(case, accuracy):
+    reference = REFERENCES[case["name"]]
+    outcome, found = answers(case, accuracy)
+    assert found.keys() == reference.keys()
+    for name, value in found.items():
+        exact = float(reference[name]["value"])
+        assert abs(value - exact) <= outcome.accuracy.estimated * abs(exact), name
+
+
+def kernels(case):
+    """Both ways to the same constants and fields."""
+    q, l, L = case["coupling"], case["length"], case["rod_length"]
+    z = np.array([0.25, 0.5, 0.75, 1.0]) * l
+    plain = beam_column.solve([q], l, L)
+    constants = (plain.clamp_curvature[0], plain.clamp_shear[0], plain.head_curvature[0])
+    yield constants, beam_column.curvature(plain, z)[:, 0], beam_column.deflection(plain, z)[:, 0]
+    one = np.array([q])
+    clamp, shear, head, _ = strip_kernels.solve(one, l, L)
+    fields = [f(one, l, clamp, shear, head, z)[:, 0] for f in (strip_kernels.curvature, strip_kernels.deflection)]
+    yield (clamp[0], shear[0], head[0]), *fields
+    yield envelope.beam_constants(q, l, L)[:3], *fields
+
+
+@pytest.mark.parametrize("case", CASES["kernels"], ids=lambda case: case["name"])
+def test_kernels(case):
+    """The constants in eps kappa of their own; fields in eps kappa of their greatest value."""
+    reference = REFERENCES[case["name"]]
+    for constants, curvature, deflection in kernels(case):
+        for name, value in zip(("clamp_curvature", "clamp_shear", "head_curvature"), constants, strict=True):
+            assert units(value, reference[name]) <= KERNEL_LIMIT, name
+        for name, field in (("curvature", curvature), ("deflection", deflection)):
+            exact = [reference[f"{name}_{i}"] for i in (1, 2, 3, 4)]
+            known = exact if name == "deflection" else [*exact, reference["clamp_curvature"]]
+            scale = max(abs(mp.mpf(entry["value"])) for entry in known)
+            condition = max(entry["condition"] for entry in exact)
+            for value, entry in zip(field, exact, strict=True):
+                assert units(value, {**entry, "condition": condition}, scale) <= KERNEL_LIMIT, name

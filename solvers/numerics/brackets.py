@@ -6,7 +6,9 @@ halves. The best point of all and its neighbours make the next bracket, which is
 function is smooth, twenty-five times narrower.
 
 What a row may still gain is bounded by concavity: no chord between known points, extended, lies below the function.
-At an end of the range (a = c or c = b) the chord through the two nearest points inside does the same.
+At an end of the range (a = c or c = b) the chord through the two nearest points inside does the same. Where the
+parabolas through the five nearest points agree in how much they bend, the function is smooth there, and the gain that
+the middle one foretells is a far closer estimate; where they disagree, as at a kink, the chords stand.
 """
 
 from __future__ import annotations
@@ -23,6 +25,10 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 NEAR = 0.02
+_ALIKE = 2.0
+"""How much the bends of neighbouring parabolas may differ, as a ratio, where a function counts as smooth."""
+_SAFETY = 8.0
+"""Over the gain that a parabola foretells: what its neighbours' bends may add to it, and some."""
 MOST_ROUNDS = 60
 _EPS = np.finfo(float).eps
 
@@ -117,9 +123,22 @@ def _narrow(places: Array, values: Array, error: Array, todo: Rows, points: Arra
             b, fb = c, fc
         else:
             missing = max((fc - fa) * (b - c) / (c - a), (fc - fb) * (c - a) / (b - c))
+            if a2 != -np.inf and b2 != np.inf:
+                bend = _bend(a, fa, c, fc, b, fb)
+                before, after = _bend(a2, fa2, a, fa, c, fc), _bend(c, fc, b, fb, b2, fb2)
+                if bend < 0.0 and bend * _ALIKE <= min(before, after) and max(before, after) * _ALIKE <= bend:
+                    # The parabola's slope at c, from the mean of the chords' slopes weighted by the far ends.
+                    slope = ((fc - fa) / (c - a) * (b - c) + (fb - fc) / (b - c) * (c - a)) / (b - a)
+                    missing = min(missing, _SAFETY * slope * slope / (-4.0 * bend))
         error[row] = max(missing, 0.0)
         places[row, 0], places[row, 1], places[row, 2] = a, c, b
         values[row, 0], values[row, 1], values[row, 2] = fa, fc, fb
+
+
+@kernel
+def _bend(a: float, fa: float, c: float, fc: float, b: float, fb: float) -> float:
+    """Second divided difference: half the second derivative of the parabola through three points."""
+    return ((fb - fc) / (b - c) - (fc - fa) / (c - a)) / (b - a)
 
 
 def humps(samples: Array, slack: float, closed: bool) -> tuple[Rows, Rows]:
@@ -143,13 +162,15 @@ def _mark_humps(samples: Array, slack: float, closed: bool, peaks: NDArray[np.bo
             if samples[row, n] > samples[row, highest]:
                 highest = n
             size = max(size, abs(samples[row, n]))
-        need, level = samples[row, highest] - slack * size, 8.0 * _EPS * size
+        need = samples[row, highest] - slack * size
         bare = True
         for n in range(count):
             # Beyond the ends of an open row lies what mirrors its inside.
             before = samples[row, n - 1] if n > 0 else samples[row, count - 1 if closed else 1]
             after = samples[row, n + 1] if n < count - 1 else samples[row, 0 if closed else count - 2]
             here = samples[row, n]
+            # A deep trough elsewhere in the row does not make a low hill level.
+            level = 8.0 * _EPS * max(abs(before), abs(here), abs(after))
             rises = here >= before - level if n == 0 and not closed else here > before + level
             reach = here + 0.5 * abs(before - 2.0 * here + after)
             if rises and here >= after - level and reach >= need:

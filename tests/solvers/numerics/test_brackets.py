@@ -57,3 +57,35 @@ def test_a_plateau_is_one_hump(closed):
     step = np.where(np.arange(64) < 20, 1.0, np.where(np.arange(64) < 50, 2.0, 0.5))
     rows, columns = brackets.humps(np.stack([flat, step]), 1e-2, closed)
     assert list(zip(rows, columns, strict=True)) == [(0, 0), (1, 20)]
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
+def test_the_error_of_a_smooth_peak_is_honest_and_not_far_from_the_truth(tolerance):
+    rng = np.random.default_rng(5)
+    places, ratios = [], []
+    tilts, bends = rng.uniform(-2.0, 2.0, 60), rng.uniform(-3.0, 3.0, 60)
+    # cos(x) + tilt sin(x) has its peak hypot(1, tilt) at atan(tilt); a cubic that vanishes there skews it.
+    functions = [
+        lambda x, t=t, b=b: np.hypot(1.0, t) * np.cos(x - np.arctan(t)) * np.exp(0.1 * b * (x - np.arctan(t)) ** 3)
+        for t, b in zip(tilts, bends, strict=True)
+    ]
+    peaks = np.hypot(1.0, tilts)
+    for peak in np.arctan(tilts):
+        places.append((peak - rng.uniform(0.05, 0.4), peak + rng.uniform(-0.04, 0.04), peak + rng.uniform(0.05, 0.4)))
+    found = climb(functions, places, tolerance)
+    missing = peaks - found.value
+    assert np.all(missing <= np.maximum(found.error, 4e-16 * peaks))
+    ratios = found.error / np.maximum(missing, 1e-15)
+    assert np.median(ratios) < 100.0
+
+
+def test_a_kink_keeps_the_bound_of_its_chords():
+    rng = np.random.default_rng(6)
+    for _ in range(200):
+        kink, left, right = rng.uniform(0.2, 0.8), 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-1, 1)
+        found = climb(
+            [lambda x, k=kink, a=left, b=right: 1.0 + np.where(x < k, a * (x - k), b * (k - x))],
+            [(0.0, 0.5, 1.0)],
+            1e-5,
+        )
+        assert 1.0 - found.value[0] <= max(found.error[0], 1e-15)

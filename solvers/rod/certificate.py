@@ -9,7 +9,7 @@ bound of the problem itself.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -90,11 +90,12 @@ class _View:
 
     angles: list[float]
     sections: list[float]
-    pairs: set[int] = field(default_factory=set)
 
     def add(self, angles: Array, sections: Array) -> None:
-        self.angles += [a for a in map(float, angles) if all(abs(a - b) > 1e-7 for b in self.angles)]
-        self.sections += [s for s in map(float, sections) if all(abs(s - b) > 1e-6 for b in self.sections)]
+        for known, new, apart in ((self.angles, angles, 1e-7), (self.sections, sections, 1e-6)):
+            for value in map(float, new):
+                if all(abs(value - other) > apart for other in known):
+                    known.append(value)
 
 
 def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int) -> Proof:
@@ -136,7 +137,11 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
         if found is not None and found is incumbent:
             view.add(*governing(machine, found.dimensions, found.focus, found.angles, *matter))
         else:
-            view.add(*governing(machine, candidate, *machine.focus_at(candidate.b, candidate.h, candidate.l), *matter))
+            view.add(
+                *governing(
+                    machine, candidate, *machine.focus_at(candidate.b, candidate.h, candidate.l, matter[1]), *matter
+                )
+            )
     if incumbent is not None:
         bound = min(bound, incumbent.log_cost)
     return Proof(incumbent, bound, looked, turn + 1, len(view.angles))

@@ -9,7 +9,7 @@ mean value theorem
 g the middle and w the half-width of a derivative's range, r the half-size of the box: a half-plane, with an error that
 falls with the square of the box's size. What all half-planes leave of the box is a convex polygon. Where it is empty
 the box is done with; else the box shrinks to the rectangle around it. Near an optimum, in a corner of requirements or
-not, that makes boxes shrink faster than halving would, and it is why a proof to 1e-6 takes a hundred boxes.
+not, that makes boxes shrink faster than halving would, and it is why a proof to 1e-6 takes a few hundred boxes.
 
 The functions: ceilings H_k of ln h (bounds of h and b, sideways buckling, and for every fibre and section the thickness
 at which the functional p sigma(i1) + m sigma(i2) of its stresses at two angles reaches the limit), floors F_m of ln h,

@@ -19,12 +19,12 @@ from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.numerics.periodic import grid
 from solvers.rod import beam_column, guide, strip_kernels
 from solvers.rod.cycle import Array, BeamColumn, Composition, PlainBending
+from solvers.rod.enclosures import critical_parameter
 from solvers.rod.friction import FrictionFeedback
 from solvers.rod.large_displacement import LargeDisplacement
 from solvers.rod.rod_inertia import RodInertia
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.shear import ShearFlexible, shear_stiffness
-from solvers.rod.stability import critical_force
 from solvers.rod.vibration import natural_frequency
 
 _ANGLES = 64
@@ -57,7 +57,9 @@ class Situation:
     @cached_property
     def critical(self) -> float:
         d, s = self.dimensions, self.scene
-        return float(critical_force(s.material.elastic_modulus, d.b, d.h, d.l, s.mechanism.rod_length))
+        ln_u, _ = critical_parameter(d.l, s.mechanism.rod_length)
+        weaker = d.b * d.h * min(d.b, d.h) ** 2 / 12.0
+        return s.material.elastic_modulus * weaker * (math.exp(ln_u) / s.mechanism.rod_length) ** 2
 
     @cached_property
     def compression(self) -> float:

@@ -207,8 +207,8 @@ class Machine:
     compression: float
     hardest: float
 
-    def focus_at(self, b: float, h: float, l: float) -> tuple[Focus, Array]:
-        """The focus on a strip, and the middle angle of each of its threes."""
+    def focus_at(self, b: float, h: float, l: float, reactions: bool) -> tuple[Focus, Array]:
+        """The focus on a strip, and the middle angle of each of its threes; ``reactions`` asks for theirs as well."""
         eta = np.linspace(0.0, 1.0, _SECTIONS)[::-1].copy()
         table = np.empty((2, eta.size, self.angle.size))
         stress_table(self.force, self.stroke, self.modulus, self.rod_length, b, h, l, eta, table)
@@ -230,7 +230,7 @@ class Machine:
             stations += [middle + SECTION_STEP, middle, middle - SECTION_STEP]
         triple = np.array([-ANGLE_STEP, 0.0, ANGLE_STEP])
         threes = (middles[:, None] + triple).ravel()
-        peaks = (self.reaction_peaks(b, h, l)[:, None] + triple).ravel()
+        peaks = (self.reaction_peaks(b, h, l)[:, None] + triple).ravel() if reactions else np.empty(0)
         focus = Focus(
             self.cycle.axial_force(threes), self.crank_radius * np.sin(threes), np.array(stations),
             self.cycle.axial_force(peaks), self.crank_radius * np.sin(peaks), self.force, self.stroke,

@@ -21,7 +21,7 @@ from solvers.rod.scene import Dimensions
 _TOLERANCE = 1e-13
 _VIOLATION = 0.9e-9
 _SAFE_SIDE = 1e-9
-_STILL = 1e-5
+_STILL = 1e-4
 _ROUNDS = 4
 _STEPS_BACK = 4
 _NEAR_ENOUGH = 1e-2
@@ -99,7 +99,7 @@ def polish(
     reactions = needs_reactions(objective, limits)
     found = None
     for _ in range(_ROUNDS):
-        focus, angles = machine.focus_at(*np.exp(x))
+        focus, angles = machine.focus_at(*np.exp(x), reactions)
         moved, cost, violation = _run(_Memory(focus, reactions), objective, limits, box, x)
         if not np.all(np.isfinite(moved)):
             return None

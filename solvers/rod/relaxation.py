@@ -24,6 +24,9 @@ from solvers.rod.rows import COUNT, LENGTH, POWER, PRESSURE, SIDE, STABILITY, TA
 
 Array = NDArray[np.float64]
 
+_ROUGH, _FINE = 3, 14
+"""Steps toward a greatest thickness: of a box, whose bound only decides its turn, and of a strip."""
+
 
 class Relaxation(NamedTuple):
     """A problem at some angles and sections, as arrays that kernels take. SI units, infinite limits ask for nothing.
@@ -114,12 +117,23 @@ def severity(p: Relaxation, low: Array, high: Array, tau1: float, tau2: float, h
 
 @kernel
 def greatest_thickness(
-    p: Relaxation, low: Array, high: Array, tau1: float, tau2: float, h1: float, h2: float, h2_severity: float
+    p: Relaxation,
+    low: Array,
+    high: Array,
+    tau1: float,
+    tau2: float,
+    h1: float,
+    h2: float,
+    h2_severity: float,
+    steps: int,
 ) -> float:
-    """A thickness at or little above that at which the severity reaches 1; severity(h1) <= 1 < severity(h2)."""
+    """A thickness at or little above that at which the severity reaches 1; severity(h1) <= 1 < severity(h2).
+
+    Never below it, however few the ``steps``.
+    """
     a, b = math.log(h1), math.log(h2)
     fa, fb = math.log(max(severity(p, low, high, tau1, tau2, h1), 1e-300)), math.log(min(h2_severity, 1e300))
-    for _ in range(14):
+    for _ in range(steps):
         if b - a < 1e-9:
             break
         share = fa / (fa - fb)
@@ -258,7 +272,7 @@ def box_bound(
             return wanted
         greatest = severity(p, work.low, work.high, tau[0], tau[2], h2)
         if greatest > 1.0 + 1e-12 and h2 > h1:
-            h2 = greatest_thickness(p, work.low, work.high, tau[0], tau[2], h1, h2, greatest)
+            h2 = greatest_thickness(p, work.low, work.high, tau[0], tau[2], h1, h2, greatest, _ROUGH)
         rows[THICKNESS] = math.log(h2)
     return weigh(w, rows)
 
@@ -288,6 +302,6 @@ def point_value(p: Relaxation, slice_: Array, x: float, l: float, work: Work, to
     if p.weights[THICKNESS] < 0.0:
         h, greatest = h2, severity(p, work.centre, work.centre, tau, tau, h2)
         if greatest > 1.0 + tolerance and h2 > h1:
-            h = greatest_thickness(p, work.centre, work.centre, tau, tau, h1, h2, greatest) * (1.0 - 1e-9)
+            h = greatest_thickness(p, work.centre, work.centre, tau, tau, h1, h2, greatest, _FINE) * (1.0 - 1e-9)
     rows[THICKNESS] = math.log(h)
     return weigh(p.weights, rows), h

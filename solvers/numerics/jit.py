@@ -1,13 +1,24 @@
-"""One place for how kernels are compiled: cached on disk, IEEE arithmetic, no hidden threads."""
+"""One place for how kernels are compiled: cached on disk, IEEE arithmetic, no hidden threads.
+
+numba keeps machine code as long as the file that a kernel stands in is unchanged, although code of the kernels it calls
+is part of it. Here the cache is told of every file of this package that the kernel's module imports, directly or not.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import re
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import TypeVar
 
 import numba
 
 F = TypeVar("F", bound=Callable[..., object])
+
+_ROOT = Path(__file__).parents[2]
+_IMPORT = re.compile(r"^from (solvers[\w.]*) import (\([^)]*\)|.*)$", re.MULTILINE)
 
 
 def kernel(function: F) -> F:
@@ -15,7 +26,7 @@ def kernel(function: F) -> F:
 
     ``error_model="numpy"`` lets divisions by zero give inf, as in numpy, so that loops vectorise.
     """
-    return numba.njit(cache=True, error_model="numpy", nogil=True)(function)  # type: ignore[return-value]
+    return _kept(numba.njit(cache=True, error_model="numpy", nogil=True)(function))
 
 
 def reducing_kernel(function: F) -> F:
@@ -25,4 +36,48 @@ def reducing_kernel(function: F) -> F:
     products keep their order and rounding.
     """
     options = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"nnan", "nsz"}}
-    return numba.njit(**options)(function)  # type: ignore[return-value]
+    return _kept(numba.njit(**options)(function))
+
+
+def _kept(compiled: F) -> F:
+    """The same kernel, its cache good for as long as no source it may hold code of has changed."""
+    # There is no public way to name what a cache depends on; without this attribute numba's own rule holds.
+    file = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
+    if file is not None and compiled.py_func.__module__.startswith("solvers."):
+        file._source_stamp = stamp(compiled.py_func.__module__)
+    return compiled
+
+
+@cache
+def stamp(module: str) -> str:
+    """A digest of the module and of everything in this package that it imports."""
+    digest = hashlib.sha256()
+    for path in sources(module):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def sources(module: str) -> list[Path]:
+    """The files of this package that a module's code may come from, itself first."""
+    found: list[Path] = []
+    waiting = [module]
+    while waiting:
+        path = _file(waiting.pop())
+        if path is not None and path not in found:
+            found.append(path)
+            waiting += _imports(path)
+    return found
+
+
+@cache
+def _imports(path: Path) -> list[str]:
+    names = []
+    for base, listed in _IMPORT.findall(path.read_text("utf-8")):
+        names += [base, *(f"{base}.{name}" for name in re.findall(r"\w+", listed))]
+    return names
+
+
+@cache
+def _file(module: str) -> Path | None:
+    path = _ROOT / Path(*module.split("."))
+    return next((p for p in (path.with_suffix(".py"), path / "__init__.py") if p.is_file()), None)

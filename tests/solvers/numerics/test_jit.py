@@ -1,0 +1,47 @@
+"""Machine code on disk is forgotten when any source that it holds code of has changed."""
+
+from __future__ import annotations
+
+from solvers.numerics import jit
+from solvers.rod.branch_and_bound import prove
+
+
+def names(module):
+    return {path.relative_to(jit._ROOT).as_posix() for path in jit.sources(module)}
+
+
+def test_sources_reach_the_kernels_that_kernels_call():
+    found = names("solvers.rod.branch_and_bound")
+    assert {
+        f"solvers/rod/{name}.py" for name in ("branch_and_bound", "contraction", "relaxation", "enclosures")
+    } < found
+    assert "solvers/rod/check.py" not in names("solvers.rod.enclosures")
+
+
+def test_a_kernel_is_kept_under_the_digest_of_all_its_sources():
+    assert prove._cache._cache_file._source_stamp == jit.stamp("solvers.rod.branch_and_bound")
+
+
+def test_code_kept_under_another_digest_is_not_loaded(tmp_path):
+    file = type(prove._cache._cache_file)
+    old, new = file(str(tmp_path), "kernel", "old"), file(str(tmp_path), "kernel", "new")
+    old.save("signature", b"code")
+    assert old.load("signature") == b"code"
+    assert new.load("signature") is None
+
+
+def test_a_digest_follows_a_change_in_an_imported_module(tmp_path, monkeypatch):
+    package = tmp_path / "solvers"
+    package.mkdir()
+    (package / "upper.py").write_text("from solvers.lower import one\n", "utf-8")
+    (package / "lower.py").write_text("one = 1\n", "utf-8")
+    monkeypatch.setattr(jit, "_ROOT", tmp_path)
+    digests = []
+    for value in (1, 2):
+        (package / "lower.py").write_text(f"one = {value}\n", "utf-8")
+        for memory in (jit.stamp, jit._imports, jit._file):
+            memory.cache_clear()
+        digests.append(jit.stamp("solvers.upper"))
+    for memory in (jit.stamp, jit._imports, jit._file):
+        memory.cache_clear()
+    assert digests[0] != digests[1]

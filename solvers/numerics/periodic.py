@@ -26,6 +26,8 @@ _SPLIT = 0.4
 _MOST_PIECE_SAMPLES = 1 << 18
 _MOST_ROUNDS = 24
 _CROSSING = 1e-10
+_MERGED = 1e-9
+"""Two corners closer than this [rad] are one: what lies between them adds the square of it."""
 
 Periodic = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
@@ -85,7 +87,7 @@ def mean_by_pieces(function: Periodic, tolerance: float, ends: NDArray[np.float6
     the differences, which is that of the coarser rule.
     """
     points, whole, half = _clenshaw_curtis()
-    edges = np.unique(np.concatenate([np.mod(ends, TURN), [0.0, TURN]]))
+    edges = _graded(np.mod(ends, TURN))
     left, width = edges[:-1], np.diff(edges)
     total = magnitude = error = 0.0
     samples = 0
@@ -104,6 +106,24 @@ def mean_by_pieces(function: Periodic, tolerance: float, ends: NDArray[np.float6
         left, width = left[~good], 0.5 * width[~good]
         left, width = np.concatenate([left, left + width]), np.concatenate([width, width])
     return Estimate(total / TURN, (error + _ROUNDING * magnitude) / TURN, float("nan"), samples)
+
+
+def _graded(ends: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The ends of pieces of one turn, none more than eight times as wide as the next one.
+
+    Two corners close together make a function change within their distance beside them too, where a wide piece's rule,
+    and the rule it is compared with, would both step over it.
+    """
+    edges = np.unique(np.concatenate([ends[(ends > _MERGED) & (ends < TURN - _MERGED)], [0.0, TURN]]))
+    edges = edges[np.diff(edges, prepend=-1.0) > _MERGED]
+    while True:
+        width = np.diff(edges)
+        before, after = np.roll(width, 1), np.roll(width, -1)
+        added = np.concatenate([(edges[:-1] + 4.0 * before)[width > 8.0 * before],
+                                (edges[1:] - 4.0 * after)[width > 8.0 * after]])  # fmt: skip
+        if not added.size:
+            return edges
+        edges = np.unique(np.concatenate([edges, added]))
 
 
 def crossings(function: Periodic, angles: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:

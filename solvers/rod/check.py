@@ -14,7 +14,7 @@ from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.numerics import periodic
 from solvers.outcome import Accuracy, Outcome, Status
-from solvers.rod import friction, guide, shear, stability
+from solvers.rod import friction, shear, stability
 from solvers.rod.cycle import Array, Cycle, Instants, bending_stiffness
 from solvers.rod.effects import choose_for, compose
 from solvers.rod.extremes import STATIONS, Extreme, Reading, Turn
@@ -179,7 +179,7 @@ def _stresses(turn: Turn, criterion: FatigueCriterion, contact: bool) -> tuple[S
         errors.append(average.error / average.value if average.value else 0.0)
     refined = turn.cycle.refinement_error
     if contact and refined:
-        refined *= _cancellation(turn.cycle, side.value, moment.value, pressure.value, power)
+        refined = max(refined, _guide_error(turn.cycle, side.value, moment.value, pressure.value, power))
     value = Stresses(
         fatigue_safety=1.0 / fatigue.value if fatigue.value > 0 else None,
         yield_safety=scene.material.yield_strength / strength.value if strength.value > 0 else None,
@@ -196,15 +196,18 @@ def _stresses(turn: Turn, criterion: FatigueCriterion, contact: bool) -> tuple[S
     return value, max(errors) + refined
 
 
-def _cancellation(cycle: Cycle, side: float, moment: float, pressure: float, power: float) -> float:
-    """How much a relative error of the greatest side force and moment may grow in what their sum and mean make."""
+def _guide_error(cycle: Cycle, side: float, moment: float, pressure: float, power: float) -> float:
+    """What the corrections' errors, shares of the greatest side force and moment, may make in their sum and mean."""
     piston, mechanism = cycle.scene.piston, cycle.scene.mechanism
-    moment = np.array([moment + side * abs(piston.clamp_offset)])
-    most = guide.contact_pressure([side], moment, 0.0, piston.diameter, piston.skirt_length)[0]
+    couple = 6.0 * (moment + side * abs(piston.clamp_offset)) / piston.skirt_length
+    most = 4.0 / (math.pi * piston.diameter * piston.skirt_length) * (side + couple)
     # Both walls together carry at most the side force and the couple; the mean of |v| is two strokes a turn.
-    force = piston.friction_coefficient * (4.0 / math.pi) * (side + 6.0 * moment[0] / piston.skirt_length)
-    mean = force * 4.0 * mechanism.crank_radius * mechanism.speed
-    return max(1.0, most / pressure if pressure else 1.0, mean / power if power else 1.0)
+    mean = piston.friction_coefficient * (4.0 / math.pi) * (side + couple) * 4.0 * mechanism.crank_radius
+    mean *= mechanism.speed
+    return max(
+        cycle.refinement_error * most / pressure if pressure else 0.0,
+        cycle.lasting_error * mean / power if power else 0.0,
+    )
 
 
 def _second_wall(turn: Turn) -> Array:

@@ -69,9 +69,14 @@ class Feedback(Protocol):
 
 
 class Refinement(Protocol):
-    """A correction made ready for one cycle; ``error`` estimates its own numerical error, relative to the bending."""
+    """A correction made ready for one cycle.
+
+    ``error`` estimates its own numerical error, relative to the greatest bending; ``lasting_error`` the part of it that
+    does not average out over the turn.
+    """
 
     error: float
+    lasting_error: float
 
     def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
         """The corrected shape at the angles."""
@@ -199,8 +204,13 @@ class Cycle:
 
     @property
     def refinement_error(self) -> float:
-        """The corrections' own numerical errors, relative to the bending of the strip."""
+        """The corrections' own numerical errors, relative to the greatest bending of the strip."""
         return sum(refinement.error for refinement in self._refinements)
+
+    @property
+    def lasting_error(self) -> float:
+        """The part of ``refinement_error`` that does not average out over the turn."""
+        return sum(refinement.lasting_error for refinement in self._refinements)
 
     def axial_force(self, angle: Array) -> Array:
         """P(phi) = -(p - p_back) pi D^2/4 and the force terms, tension positive [N]."""

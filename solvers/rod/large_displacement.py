@@ -95,7 +95,7 @@ class LargeDisplacement:
 class ElasticaExpansion:
     """The expansion for one strip: EI, free length l, head length e, and whether the axial force bends it.
 
-    ``error`` is that of the collocation, which is not felt within its validity.
+    Its errors are those of the collocation, which are not felt within its validity.
     """
 
     stiffness: float
@@ -103,6 +103,7 @@ class ElasticaExpansion:
     head: float
     couples: float
     error: float = 0.0
+    lasting_error: float = 0.0
 
     def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
         stiffness, l, e = self.stiffness, self.length, self.head

@@ -44,7 +44,8 @@ _MOST_ITERATIONS = 100
 _EXACT_MODES, _EXACT_HARMONICS = 4, 31
 _RESIDUAL = 0.03
 _DROPPED = 1e-3
-_RESONANT = 1e-3
+_RESONANT = 1e-2
+_MOST_REPEATS = 3
 _NEAR = 0.05
 
 
@@ -85,38 +86,45 @@ class RodInertia:
 
     def prepare(self, cycle: Cycle) -> SteadyVibration:
         angles, step, wanted = FEWEST_ANGLES, 0, max(0.25 * cycle.tolerance, LEAST_TAIL)
-        found, enough = None, wanted
+        found, enough, again = None, wanted, 0
         while True:
             basis = strip_basis(cycle.dimensions.l, cycle.scene.mechanism.rod_length, LADDER[step])
             found = _balance(_Vibration.of(cycle, basis, angles), wanted, enough, found)
             coarse_angle = found.angle_tail > wanted and angles < MOST_ANGLES
             coarse_strip = found.strip_tail > wanted and step < len(LADDER) - 1
-            if coarse_angle or coarse_strip:
-                angles, step = angles * (2 if coarse_angle else 1), step + (1 if coarse_strip else 0)
+            if found.residual > enough and again < _MOST_REPEATS:
+                # What the last polynomials and harmonics hold says nothing before they are solved for.
+                again += 1
+            elif coarse_angle or coarse_strip:
+                angles, step, again = angles * (2 if coarse_angle else 1), step + (1 if coarse_strip else 0), 0
                 # What the next resolution will hardly reach need not be solved for.
                 enough = max(wanted, min(max(found.angle_tail, found.strip_tail) / 64.0, 1e-3))
             elif found.residual > wanted and enough > wanted:
-                enough = wanted
+                enough, again = wanted, 0
             else:
                 break
-        error = found.angle_tail + found.strip_tail + found.residual
+        lasting = found.strip_tail + found.residual
         harmonics = basis.combination.T @ found.series
         count = 8 << max(harmonics.shape[1] - 1, 7).bit_length()
         samples = np.ascontiguousarray(np.fft.irfft(harmonics, count, axis=1).T) * count
-        return SteadyVibration(basis, bending_stiffness(cycle.scene, cycle.dimensions), samples, error)
+        return SteadyVibration(
+            basis, bending_stiffness(cycle.scene, cycle.dimensions), samples, lasting + found.angle_tail, lasting
+        )
 
 
 @dataclass(frozen=True)
 class SteadyVibration:
     """The remainder d of one cycle at evenly spaced angles, shape (angles, basis), eight or more to its last harmonic.
 
-    ``error`` estimates what truncation leaves out, relative to the greatest bending.
+    ``error`` estimates what truncation leaves out, relative to the greatest bending; ``lasting_error`` the part of it
+    that is no matter of high harmonics.
     """
 
     basis: StripBasis
     stiffness: float
     samples: Array
     error: float
+    lasting_error: float
 
     def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
         return VibratingShape(shape, self.basis, self.stiffness, _interpolate(self.samples, _WEIGHTS, angle))
@@ -244,13 +252,13 @@ class _Vibration:
 
         return condition
 
-    def solve(self, start: Array, tolerance: float) -> tuple[Array, float]:
-        """The modes' amplitudes at the angles, and the residual's share of the right side."""
+    def solve(self, start: Array, tolerance: float) -> tuple[Array, Array, float]:
+        """The modes' amplitudes at the angles, about what they miss, and the residual's share of the right side."""
         from scipy.sparse.linalg import LinearOperator, gmres
 
         size, shape = float(np.linalg.norm(self.right)), self.right.shape
         if size == 0.0:
-            return np.zeros(shape), 0.0
+            return np.zeros(shape), np.zeros(shape), 0.0
         condition = self.conditioner()
         missing = self.right - self.apply(start)
         operator = LinearOperator(
@@ -260,8 +268,8 @@ class _Vibration:
         )
         flat, _ = gmres(operator, missing.ravel(), rtol=0.0, atol=tolerance * size, restart=_MOST_ITERATIONS, maxiter=1)
         motion = start + condition(flat.reshape(shape))
-        residual = float(np.linalg.norm(self.apply(motion) - self.right)) / size
-        return motion, residual
+        residual = self.right - self.apply(motion)
+        return motion, condition(residual), float(np.linalg.norm(residual)) / size
 
 
 @dataclass(frozen=True)
@@ -285,16 +293,18 @@ def _balance(vibration: _Vibration, wanted: float, enough: float, coarser: _Bala
         known = np.zeros((basis.combination.shape[0], angles // 2 + 1), dtype=complex)
         known[: coarser.series.shape[0], : coarser.series.shape[1]] = coarser.series
         start = vibration.back @ basis.combination.T @ np.fft.irfft(known * angles, angles, axis=1)
-    motion, residual = vibration.solve(start, _RESIDUAL * enough / weight)
+    motion, missing, residual = vibration.solve(start, _RESIDUAL * enough / weight)
     amplitude = vibration.modes @ motion
     series = basis.combination @ np.fft.rfft(amplitude, axis=1) / angles
-    share = np.zeros(series.shape)
+    unsolved = basis.combination @ np.fft.rfft(vibration.modes @ missing, axis=1) / angles
+    share, unsolved_share = np.zeros(series.shape), np.zeros(series.shape)
     for order, still in ((2, vibration.curvature), (3, vibration.shear)):
         at_clamp = basis.polynomials(0.0, order)
         whole = float(np.max(np.abs(still + at_clamp @ basis.combination @ amplitude)))
         share = np.maximum(share, 2.0 * np.abs(at_clamp[:, None] * series) / whole)
-    weight = max(8.0 * float(np.sum(share)), 1e-6)
-    if not residual * weight <= _RESONANT:
+        unsolved_share = np.maximum(unsolved_share, 2.0 * np.abs(at_clamp[:, None] * unsolved) / whole)
+    left = 4.0 * float(np.sum(unsolved_share))
+    if not left <= _RESONANT:
         raise InvalidInput(
             "mechanism.speed", "a harmonic of the speed meets a natural frequency of the strip", "another speed"
         )
@@ -306,7 +316,7 @@ def _balance(vibration: _Vibration, wanted: float, enough: float, coarser: _Bala
     return _Balance(
         series=series[:, : max(kept, 1)],
         angle_tail=3.0 * float(np.sum(share[:, -columns:])),
-        strip_tail=32.0 * float(np.sum(share[-rows:])),
-        residual=residual * weight,
-        weight=weight,
+        strip_tail=8.0 * float(np.sum(share[-rows:])),
+        residual=left,
+        weight=max(left / residual, 1e-6) if residual > 0.0 else 1.0,
     )

@@ -36,6 +36,14 @@ _AGREED = 0.25
 """Shares of the accuracy: how far to the safe side limits are shifted, and how far apart shifts may be in the end."""
 _STEEPEST = 0.5
 _SAFE = 1.0 + 1e-9
+_LIMITED_BY = {
+    "min_fatigue_safety": "fatigue",
+    "min_stability_safety": "stability",
+    "min_yield_safety": "stress",
+    "max_contact_pressure": "pressure",
+    "max_friction_power": "power",
+}
+"""The fields of ``Limits`` by the names of the constraints."""
 _CORE = frozenset({"reciprocating_inertia", "beam_column", "friction"})
 
 
@@ -111,14 +119,14 @@ def design(
 class _Found:
     """A strip that meets every requirement on the full model, and the search that it comes from.
 
-    ``apart`` is by how much (relative) the full model would shift the limits once more.
+    ``shifted`` is where the full model would shift the limits once more.
     """
 
     best: Polished
     outcome: Outcome[RodCheck]
     limits: Limits
     proof: Proof
-    apart: float
+    shifted: Limits
 
 
 def _limits(problem: RodProblem) -> Limits:
@@ -161,7 +169,7 @@ def _on_full_model(
             apart = _apart(shifted, limits)
             if final and _meets(outcome.value, problem.requirements):
                 better = found is None or _cost(objective, outcome.value) < _cost(objective, found.outcome.value)
-                found = _Found(best, outcome, limits, proof, apart) if better else found
+                found = _Found(best, outcome, limits, proof, shifted) if better else found
                 if apart <= enough or not better:
                     break
             limits, before = _secant(before, (limits, shifted)), (limits, shifted)
@@ -253,7 +261,11 @@ def _certificate(
 ) -> Certificate:
     proof, value = found.proof, objective.read(found.outcome.value)
     # What the limits could still be shifted by buys as much as the multipliers of the requirements say.
-    owed = found.apart * sum(abs(c.sensitivity) for c in shaping if c.name.startswith(("min_", "max_")))
+    owed = 0.0
+    for constraint in shaping:
+        if (name := _LIMITED_BY.get(constraint.name)) is not None:
+            ratio = getattr(found.shifted, name) / getattr(found.limits, name)
+            owed += abs(constraint.sensitivity * math.log(ratio))
     gap = max(found.best.log_cost - proof.log_bound, 0.0) + owed
     evidence: dict[str, float | int | str] = {
         "boxes": proof.boxes,

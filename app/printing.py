@@ -9,6 +9,8 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from app.designs.schema import LARGEST_INFLUENCE
+
 Row = tuple[str, str]
 
 
@@ -86,6 +88,10 @@ def _rows(result: dict[str, Any]) -> Iterator[Row]:
             yield name, _figure(value)
 
 
+def _bound(influence: float) -> str:
+    return "unbounded" if influence >= LARGEST_INFLUENCE else f"bound {influence:.2g}"
+
+
 def print_run(run: dict[str, Any]) -> None:
     """Print a run as its JSON tells it: results, effects, accuracy and time."""
     table = Table(title=f"{run['kind']} · {run['mode']} · {run['status']}", title_justify="left", show_header=False)
@@ -94,9 +100,7 @@ def print_run(run: dict[str, Any]) -> None:
     if run["problem"]:
         table.add_row("problem", run["problem"]["detail"])
     for effect in run["effects"]:
-        table.add_row(
-            f"effect {effect['name']}", f"{effect['state']}, bound {effect['influence']:.2g}: {effect['why']}"
-        )
+        table.add_row(f"effect {effect['name']}", f"{effect['state']}, {_bound(effect['influence'])}: {effect['why']}")
     if run["accuracy"]:
         table.add_row(
             "accuracy", f"requested {run['accuracy']['requested']:g}, estimated {run['accuracy']['estimated']:.1g}"

@@ -7,6 +7,7 @@ bounds of all that is left out add up to less than the effect tolerance. An effe
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
@@ -102,6 +103,11 @@ def choose(
             return EffectState.ACTIVE, "the request asks for all effects"
         if name in skipped:
             return EffectState.SKIPPED, f"the bounds of all that is left out add up to at most {tolerance:g}"
+        if math.isinf(bounds[name]):
+            return (
+                EffectState.ACTIVE,
+                "nothing bounds what leaving it out could change: buckling or a change of sign is near",
+            )
         return EffectState.ACTIVE, f"leaving it out could change the results by more than {tolerance:g} allows"
 
     manifest, active = [], []

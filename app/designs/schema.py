@@ -18,7 +18,7 @@ from solvers.errors import EffectConflict, InvalidInput
 from solvers.outcome import Certificate, Outcome
 
 MILLI, MEGA, GIGA = 1e-3, 1e6, 1e9
-_LARGEST_INFLUENCE = 1e9
+LARGEST_INFLUENCE = 1e9
 
 # The ranges are far wider than any machine, and narrow enough that no product of a few such values leaves the range
 # of a float: b h^3 of the least sizes is 1e-36 m^4, not 0.
@@ -197,7 +197,7 @@ def envelope(outcome: Outcome, result: dict[str, Any] | None) -> Answer:
             {
                 "name": e.name,
                 "state": str(e.state),
-                "influence": float(min(e.influence, _LARGEST_INFLUENCE)),
+                "influence": float(min(e.influence, LARGEST_INFLUENCE)),
                 "why": e.why,
             }
             for e in outcome.effects

@@ -127,7 +127,11 @@ class ReciprocatingInertia:
 
 @dataclass(frozen=True)
 class BeamColumnEffect:
-    """Proof: C, D and V''(l) are monotone in q, so they change most at the extreme forces."""
+    """Proof: C, D and V''(l) are monotone in q, so they change most at the extreme forces.
+
+    Where one of them may vanish or change its sign there is no bound relative to what it becomes; the number is then
+    the change relative to what it was without the force, plus one, which no tolerance admits.
+    """
 
     name: str = "beam_column"
     summary: str = "the axial force stiffens (tension) or softens (compression) the strip"
@@ -139,8 +143,10 @@ class BeamColumnEffect:
         c, changes = situation.constants, []
         for values in (c.clamp_curvature, c.clamp_shear, c.head_curvature):
             if values[2] != 0:
-                changes += [_relative(abs(v - values[2]), max(abs(v), abs(values[2]))) for v in values[:2]]
-        return max(changes)
+                for v in values[:2]:
+                    bound = _relative(abs(v - values[2]), max(abs(v), abs(values[2])))
+                    changes.append(bound if math.isfinite(bound) else 1.0 + abs(v / values[2] - 1.0))
+        return float(max(changes))
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, beam=BeamColumn())

@@ -95,6 +95,10 @@ class RodInertia:
             if found.residual > enough and again < _MOST_REPEATS:
                 # What the last polynomials and harmonics hold says nothing before they are solved for.
                 again += 1
+            elif not found.residual <= _RESONANT:
+                raise InvalidInput(
+                    "mechanism.speed", "a harmonic of the speed meets a natural frequency of the strip", "another speed"
+                )
             elif coarse_angle or coarse_strip:
                 angles, step, again = angles * (2 if coarse_angle else 1), step + (1 if coarse_strip else 0), 0
                 # What the next resolution will hardly reach need not be solved for.
@@ -304,10 +308,6 @@ def _balance(vibration: _Vibration, wanted: float, enough: float, coarser: _Bala
         share = np.maximum(share, 2.0 * np.abs(at_clamp[:, None] * series) / whole)
         unsolved_share = np.maximum(unsolved_share, 2.0 * np.abs(at_clamp[:, None] * unsolved) / whole)
     left = 4.0 * float(np.sum(unsolved_share))
-    if not left <= _RESONANT:
-        raise InvalidInput(
-            "mechanism.speed", "a harmonic of the speed meets a natural frequency of the strip", "another speed"
-        )
     # A series that falls like k^-3, as it does behind a table's points, has less beyond its end than thrice its last
     # quarter; one that falls geometrically has far less. The last polynomials also move those before them.
     rows, columns = share.shape[0] // 8 + 2, share.shape[1] // 4 + 1

@@ -139,7 +139,7 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
         else:
             view.add(
                 *governing(
-                    machine, candidate, *machine.focus_at(candidate.b, candidate.h, candidate.l, matter[1]), *matter
+                    machine, candidate, *machine.focus_at(candidate.b, candidate.h, candidate.l, *matter), *matter
                 )
             )
     if incumbent is not None:

@@ -207,26 +207,30 @@ class Machine:
     compression: float
     hardest: float
 
-    def focus_at(self, b: float, h: float, l: float, reactions: bool) -> tuple[Focus, Array]:
-        """The focus on a strip, and the middle angle of each of its threes; ``reactions`` asks for theirs as well."""
+    def focus_at(self, b: float, h: float, l: float, stress: bool, reactions: bool) -> tuple[Focus, Array]:
+        """The focus on a strip, and the middle angle of each of its threes.
+
+        ``stress`` asks for the sections of greatest stress beside those of greatest utilisation, ``reactions`` for the
+        angles at which side force and contact pressure peak.
+        """
         eta = np.linspace(0.0, 1.0, _SECTIONS)[::-1].copy()
         table = np.empty((2, eta.size, self.angle.size))
         stress_table(self.force, self.stroke, self.modulus, self.rod_length, b, h, l, eta, table)
         high, low = table.max(axis=2), table.min(axis=2)
         severity = np.empty_like(high)
         severities(high, low, self.lines, self.parabola, severity)
-        sections = _inner_peaks(severity, eta) + _inner_peaks(np.maximum(high, -low), eta)
-        chosen: list[float] = []
-        for section in sections:
-            if all(abs(section - other) > SECTION_STEP for other in chosen):
-                chosen.append(section)
+        chosen = _apart(_inner_peaks(severity, eta))
+        by_use = len(chosen)
+        if stress:
+            chosen += _apart(_inner_peaks(np.maximum(high, -low), eta))
         columns = [0] + [int(np.argmin(np.abs(eta - section))) for section in chosen]
         peaks = table[:, columns].reshape(-1, self.angle.size)
         index = np.unique(np.concatenate([peaks.argmax(axis=1), peaks.argmin(axis=1)]))
         middles = self._climb(index, b, h, l, np.array([1.0, *chosen]))
         stations = [1.0]
-        for section in chosen:
-            middle = min(max(self._zoom(section, middles, b, h, l), SECTION_STEP), 1.0 - SECTION_STEP)
+        for n, section in enumerate(chosen):
+            place = self._zoom(section, middles, n >= by_use, b, h, l)
+            middle = min(max(place, SECTION_STEP), 1.0 - SECTION_STEP)
             stations += [middle + SECTION_STEP, middle, middle - SECTION_STEP]
         triple = np.array([-ANGLE_STEP, 0.0, ANGLE_STEP])
         threes = (middles[:, None] + triple).ravel()
@@ -238,14 +242,18 @@ class Machine:
         )  # fmt: skip
         return focus, middles
 
-    def _zoom(self, section: float, angles: Array, b: float, h: float, l: float) -> float:
-        """Where near ``section`` the worse fibre's utilisation peaks, seen at the governing angles."""
+    def _zoom(self, section: float, angles: Array, by_stress: bool, b: float, h: float, l: float) -> float:
+        """Where near ``section`` the worse fibre's utilisation, or stress, peaks, seen at the governing angles."""
         eta = np.clip(section + _SECTION_SPAN * np.linspace(1.0, -1.0, _ZOOM), 0.0, 1.0)
         table = np.empty((2, eta.size, angles.size))
         force, stroke = self.cycle.axial_force(angles), self.crank_radius * np.sin(angles)
         stress_table(force, stroke, self.modulus, self.rod_length, b, h, l, eta, table)
         severity = np.empty((2, eta.size))
-        severities(table.max(axis=2), table.min(axis=2), self.lines, self.parabola, severity)
+        high, low = table.max(axis=2), table.min(axis=2)
+        if by_stress:
+            np.maximum(high, -low, out=severity)
+        else:
+            severities(high, low, self.lines, self.parabola, severity)
         row = severity[int(severity.max(axis=1).argmax())]
         j = int(row.argmax())
         if not 0 < j < eta.size - 1:
@@ -287,15 +295,25 @@ class Machine:
         step = 2.5 * span / (_FINE - 1)
         found = set()
         for sign in (1.0, -1.0):
-            peaks = (sign * table).max(axis=2)
+            # A window that has the peak at its very end only says on which side it lies.
+            peaks = (sign * table[:, :, 1:-1]).max(axis=2)
             best = peaks.argmax(axis=1)
             for row, which in enumerate(best):
                 values = sign * table[row, which]
-                at = min(max(int(values.argmax()), 1), _FINE - 2)
+                at = 1 + int(values[1:-1].argmax())
                 bend = 2.0 * values[at] - values[at - 1] - values[at + 1]
                 shift = 0.5 * (values[at + 1] - values[at - 1]) / bend if bend > 0 else 0.0
                 found.add(round(float(around[which, at] + step * min(max(shift, -1.0), 1.0)), 5))
         return np.array(sorted(found))
+
+
+def _apart(sections: list[float]) -> list[float]:
+    """Those of the sections that are not next to an earlier one."""
+    out: list[float] = []
+    for section in sections:
+        if all(abs(section - other) > SECTION_STEP for other in out):
+            out.append(section)
+    return out
 
 
 def _inner_peaks(values: Array, eta: Array) -> list[float]:

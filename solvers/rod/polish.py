@@ -99,7 +99,7 @@ def polish(
     reactions = needs_reactions(objective, limits)
     found = None
     for _ in range(_ROUNDS):
-        focus, angles = machine.focus_at(*np.exp(x), reactions)
+        focus, angles = machine.focus_at(*np.exp(x), limits.stress is not None, reactions)
         moved, cost, violation = _run(_Memory(focus, reactions), objective, limits, box, x)
         if not np.all(np.isfinite(moved)):
             return None

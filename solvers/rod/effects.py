@@ -27,7 +27,9 @@ from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.shear import ShearFlexible, shear_stiffness
 from solvers.rod.vibration import natural_frequency
 
-_ANGLES = 64
+_ANGLES, _FINE_ANGLES = 64, 512
+_FLEXURE = 0.35
+"""Of L/l: how much more a short flexure's reactions feel a force on the strip than its first frequency tells."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,51 @@ class Situation:
             coupling, length, rod_length, *strip_kernels.solve(coupling, length, rod_length)
         )
 
+    @cached_property
+    def _guide(self) -> tuple[Array, Array]:
+        """Side force and clamp moment at the sampled angles and, last, without an axial force at mid-stroke."""
+        angles = np.concatenate([grid(_ANGLES), self.scene.load.sharp_angles()])
+        m, mass = self.scene.mechanism, self.scene.piston.reciprocating_mass
+        inertia = mass * kinematics.acceleration(angles, m.crank_radius, m.rod_length, m.angular_speed)
+        force = np.append(self.gas_force + inertia, 0.0)
+        stroke = m.crank_radius * np.append(np.sin(angles), 1.0)
+        clamp, shear, _, _ = strip_kernels.solve(force / self.stiffness, self.dimensions.l, m.rod_length)
+        return -self.stiffness * shear * stroke, self.stiffness * clamp * stroke
+
+    @cached_property
+    def unsteadiness(self) -> float:
+        """Greatest acceleration of the strip's middle, beside that of one that follows the stroke's sine: 1 or more."""
+        angles, m, l = grid(_FINE_ANGLES), self.scene.mechanism, self.dimensions.l
+        load, mass = self.scene.load, self.scene.piston.reciprocating_mass
+        force = -(load.pressure(angles) - load.reference_pressure()) * self.scene.piston.area
+        force += mass * kinematics.acceleration(angles, m.crank_radius, m.rod_length, m.angular_speed)
+        coupling = np.append(force / self.stiffness, 0.0)
+        clamp, shear, head, _ = strip_kernels.solve(coupling, l, m.rod_length)
+        middle = strip_kernels.deflection(coupling, l, clamp, shear, head, np.array([0.5 * l]))[0]
+        moving = middle[:-1] * np.sin(angles)
+        bend = np.roll(moving, 1) - 2.0 * moving + np.roll(moving, -1)
+        return float(max(1.0, np.abs(bend).max() * (_FINE_ANGLES / (2.0 * np.pi)) ** 2 / middle[-1]))
+
+    @cached_property
+    def weakness(self) -> float:
+        """How small the axial force makes the guide's greatest reactions, beside those of the strip's stiffness alone.
+
+        An effect changes them by a share of the latter. The greatest ratio of side forces, moments and contact loads.
+        """
+        side, moment = self._guide
+        piston = self.scene.piston
+        contact = np.abs(side) + 6.0 / piston.skirt_length * np.abs(moment + side * piston.clamp_offset)
+        whole = abs(side[-1]) + 6.0 / piston.skirt_length * (abs(moment[-1]) + abs(side[-1] * piston.clamp_offset))
+        with np.errstate(divide="ignore"):
+            ratios = [abs(x[-1]) / np.abs(x[:-1]).max() for x in (side, moment)] + [whole / contact[:-1].max()]
+        return float(max(1.0, *ratios))
+
+    def direct(self, force: float) -> float:
+        """The stress of a small axial force [N], as a share of the amplitude of the bending stress."""
+        bending = 0.5 * self.dimensions.h / self.stiffness * np.abs(self._guide[1][:-1]).max()
+        bending *= self.scene.material.elastic_modulus
+        return float(force / (self.dimensions.b * self.dimensions.h) / bending)
+
 
 class RodEffect(Protocol):
     """An effect of the flexible rod: what it is, how much it may matter, and its part in the composition."""
@@ -109,11 +156,13 @@ def _relative(part: float, whole: float) -> float:
 class ReciprocatingInertia:
     name: str = "reciprocating_inertia"
     summary: str = "inertia of the reciprocating mass in the axial force"
-    measure: str = "m_j r omega^2 (1 + lambda) / least extreme of the gas force, amplified near buckling"
+    measure: str = "m_j r omega^2 (1 + lambda) / least extreme of the gas force, and its own stress"
 
     def influence(self, situation: Situation) -> float:
         share = _relative(situation.inertia_force, situation.least_extreme)
-        return share * 8.0 * situation.amplification if share else 0.0
+        if not share:
+            return 0.0
+        return 4.0 * share * situation.amplification + 2.0 * situation.direct(situation.inertia_force)
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, force_terms=(*composition.force_terms, self))
@@ -171,14 +220,18 @@ class FrictionEffect:
 class RodInertiaEffect:
     name: str = "rod_inertia"
     summary: str = "transverse inertia of the strip, with all harmonics of the axial force"
-    measure: str = "(k omega/omega_1)^2 with k = 3, omega_1 under the greatest compression"
+    measure: str = (
+        "2 (k omega/omega_1)^2, k = 3 or what the force's changes make of it, omega_1 under the greatest compression"
+    )
 
     def influence(self, situation: Situation) -> float:
         if not math.isfinite(situation.amplification):
             return math.inf
         slowest = natural_frequency(situation.scene, situation.dimensions, -situation.compression)
         speed = situation.scene.mechanism.speed
-        return 2.0 * _relative((3.0 * speed) ** 2, slowest**2)
+        flexure = max(1.0, _FLEXURE * situation.scene.mechanism.rod_length / situation.dimensions.l)
+        share = _relative((3.0 * speed) ** 2 * situation.unsteadiness, slowest**2)
+        return 2.0 * share * flexure * situation.weakness if share else 0.0
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, corrections=(*composition.corrections, RodInertia()))
@@ -188,10 +241,11 @@ class RodInertiaEffect:
 class LargeDisplacementEffect:
     name: str = "large_displacement"
     summary: str = "second order of V/l: the elastica's first correction"
-    measure: str = "4 (r/l)^2, amplified near buckling"
+    measure: str = "2 (r/l)^2, amplified near buckling and where the reactions are small"
 
     def influence(self, situation: Situation) -> float:
-        return 4.0 * (situation.scene.mechanism.crank_radius / situation.dimensions.l) ** 2 * situation.amplification
+        slope = situation.scene.mechanism.crank_radius / situation.dimensions.l
+        return 2.0 * slope**2 * situation.amplification * situation.weakness
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, corrections=(LargeDisplacement(), *composition.corrections))
@@ -201,11 +255,14 @@ class LargeDisplacementEffect:
 class ShearEffect:
     name: str = "shear"
     summary: str = "shear flexibility of the strip (Engesser)"
-    measure: str = "24 EI/(kGA l^2), amplified near buckling"
+    measure: str = "24 EI/(kGA l^2), amplified near buckling and where the reactions are small"
 
     def influence(self, situation: Situation) -> float:
         stiffness = shear_stiffness(situation.scene, situation.dimensions)
-        return 24.0 * situation.stiffness / (stiffness * situation.dimensions.l**2) * situation.amplification
+        # Under strong tension bending lives in a layer of the width 1/sqrt(q) beside the clamp.
+        tension = max(float(situation.constants.coupling[1]), 0.0)
+        share = situation.stiffness / stiffness * (1.0 / situation.dimensions.l**2 + tension / 40.0)
+        return 24.0 * share * situation.amplification * situation.weakness
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, beam=ShearFlexible(composition.beam))
@@ -215,7 +272,7 @@ class ShearEffect:
 class FrictionFeedbackEffect:
     name: str = "friction_feedback"
     summary: str = "the friction force acts back on the axial force"
-    measure: str = "greatest friction force of the plain cycle / least extreme of the gas force"
+    measure: str = "greatest friction force of the plain cycle / least extreme of the gas force, and its own stress"
 
     def influence(self, situation: Situation) -> float:
         if not math.isfinite(situation.amplification):
@@ -230,7 +287,9 @@ class FrictionFeedbackEffect:
             piston.friction_coefficient,
         )
         share = _relative(float(friction.max()), situation.least_extreme)
-        return 4.0 * share * situation.amplification if share else 0.0
+        if not share:
+            return 0.0
+        return 4.0 * share * situation.amplification + 2.0 * situation.direct(float(friction.max()))
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, feedback=FrictionFeedback())

@@ -1,7 +1,7 @@
 """Random feasible problems: how often a design is right, and how often a local search from one start is.
 
 Every problem has a strip that solves it: a random machine with that strip, bounds around it, limits that it meets
-with room to spare (two of three also limit contact pressure, friction power or stress), and one of the six objectives
+with room to spare (four of five also limit contact pressure, friction power or stress), and one of the six objectives
 in turn. A design is right when it meets its limits at 720 angles and 201 sections, its gap is at most 1e-6, and a dense
 search that shares nothing with the solver finds nothing better than it, nor better than its bound, within 1e-4 (peaks
 between samples). SLSQP starts from the middle of the bounds of the same machines, for the least mass under the two

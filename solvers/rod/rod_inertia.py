@@ -32,6 +32,7 @@ from numpy.typing import ArrayLike
 from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import grid
+from solvers.numerics.threads import one_thread
 from solvers.rod.cycle import Array, Cycle, Shape, bending_stiffness
 from solvers.rod.vibration import StripBasis, strip_basis
 
@@ -85,6 +86,10 @@ class RodInertia:
     """Adds the steady vibration of the strip to whatever quasi-static shape it is given."""
 
     def prepare(self, cycle: Cycle) -> SteadyVibration:
+        with one_thread():
+            return self._prepare(cycle)
+
+    def _prepare(self, cycle: Cycle) -> SteadyVibration:
         angles, step, wanted = FEWEST_ANGLES, 0, max(0.25 * cycle.tolerance, LEAST_TAIL)
         found, enough, again = None, wanted, 0
         while True:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from app.designs.accuracy import study_job
+from app.designs.crank_dynamics import CRANK_DYNAMICS
+from app.designs.crank_masses import CRANK_MASSES
 from app.designs.effect_bars import effect_bars
 from app.designs.flexible_rod import FLEXIBLE_ROD
 from app.designs.kind import Job, Kind, Mode, Plot
 from app.designs.work_precision import work_precision
 
-KINDS: dict[str, Kind] = {kind.slug: kind for kind in (FLEXIBLE_ROD,)}
+KINDS: dict[str, Kind] = {kind.slug: kind for kind in (FLEXIBLE_ROD, CRANK_DYNAMICS, CRANK_MASSES)}
 
 
 def job_of(kind: Kind, mode: Mode) -> Job:

@@ -143,7 +143,7 @@ def analyse(
         dead_centres=composition.motion.dead_centres,
         jumps=curve.jumps,
         worst=tuple(
-            Worst(name, float(found.place[i]) % scene.cylinder.period, float(found.value[i]))
+            Worst(name, _at_break(float(found.place[i]), curve.breaks) % scene.cylinder.period, float(found.value[i]))
             for i, (name, _) in enumerate(_WORST)
         ),
         swing=swing,
@@ -165,6 +165,12 @@ def analyse(
         accuracy=Accuracy(accuracy, max(max(errors), _ROUNDING), settings),
         timing={"solve_s": time.perf_counter() - started},
     )
+
+
+def _at_break(angle: float, breaks: Array) -> float:
+    """The break itself for an angle that stands just beside it."""
+    nearest = float(breaks[np.argmin(np.abs(breaks - angle))])
+    return nearest if abs(nearest - angle) < 1e-12 else angle
 
 
 def _brix_curve(scene: Scene, curve: Curve) -> Curve | None:

@@ -80,7 +80,7 @@ class ThreeParticles:
 def three_particles(rod: RodMass) -> ThreeParticles:
     """The equimomental system J_0/(l_A L), m_r - J_0/(l_A l_B), J_0/(l_B L) [kg]; J_0 as given.
 
-    The middle mass is -Delta J m_r/(m_r l_A l_B): negative where the two-mass model has too little inertia. Raises
+    The middle mass is Delta J/(l_A l_B): negative where the two-mass model has too little inertia. Raises
     InvalidInput where the centre of mass lies in a pin or J_0 is not given.
     """
     before, behind = rod.cg_from_pin, rod.length - rod.cg_from_pin
@@ -88,7 +88,7 @@ def three_particles(rod: RodMass) -> ThreeParticles:
     _require(before > 0 < behind, "masses.rod_cg_from_pin", "the centre of mass lies in a pin", "inside the rod")
     inertia = rod.inertia or 0.0
     return ThreeParticles(
-        inertia / (before * rod.length), -rod.inertia_defect / (before * behind) + 0.0, inertia / (behind * rod.length)
+        inertia / (before * rod.length), rod.inertia_defect / (before * behind), inertia / (behind * rod.length)
     )
 
 

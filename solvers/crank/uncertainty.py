@@ -47,7 +47,7 @@ def sensitivities(function: Function, values: Mapping[str, float]) -> dict[str, 
 def linear(function: Function, values: Mapping[str, float], standard: Mapping[str, float]) -> dict[str, float]:
     """u_y^2 = sum (dy/dx_i)^2 u_i^2."""
     return {
-        out: float(np.sqrt(sum((d * standard.get(name, 0.0)) ** 2 for name, d in by_input.items())))
+        out: float(np.hypot.reduce([d * standard.get(name, 0.0) for name, d in by_input.items()]))
         for out, by_input in sensitivities(function, values).items()
     }
 

@@ -10,6 +10,7 @@ flywheel from the work between the speed's extremes, Delta W = J omega^2 delta.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,9 +22,11 @@ from solvers.numerics.pieces import gauss, maxima, means, subdivide
 
 ORDERS = (1, 2, 4)
 MOST_BREAKS = 20_000
+MOST_SAMPLES = 2**16
 FLYWHEEL_PIECE = math.pi / 90.0
 _SAME_DIRECTION = 1e-6
 _NODES = 6
+_LOOKS, _ROUNDS = 65, 5
 
 
 @dataclass(frozen=True)
@@ -153,25 +156,34 @@ def speed_swing(cycle: Cycle, engine: Engine, tolerance: float) -> SpeedSwing:
     )
 
 
-def _inside(bounds: Array, work: Array, torque, average: float, sign: float) -> float:
-    """The greatest of sign * work inside the pieces where the surplus falls through zero."""
+def _inside(bounds: Array, work: Array, torque: Callable[[Array], Array], average: float, sign: float) -> float:
+    """The greatest of sign * work inside the pieces where the surplus falls through zero.
+
+    All crossings are closed in on together, ``_LOOKS`` places at a time; the work is second order in what is left.
+    """
     low, high = np.nextafter(bounds[:-1], np.inf), np.nextafter(bounds[1:], -np.inf)
     before, after = sign * (torque(low) - average), sign * (torque(high) - average)
-    crossing = (before > 0) & (after < 0)
-    if not crossing.any():
+    at = np.flatnonzero((before > 0) & (after < 0))
+    if not at.size:
         return -math.inf
-    width = (high - low)[crossing]
-    guess = sign * work[:-1][crossing] + 0.5 * width * before[crossing] ** 2 / (before - after)[crossing]
-    at = np.flatnonzero(crossing)[int(np.argmax(guess))]
-    left, right = float(low[at]), float(high[at])
-    for _ in range(60):
-        middle = 0.5 * (left + right)
-        if sign * (float(torque(np.array([middle]))[0]) - average) > 0:
-            left = middle
-        else:
-            right = middle
-    place, weight = gauss(np.array([bounds[at], left]), 2 * _NODES)
-    return sign * (float(work[at]) + float(np.sum((torque(place.ravel()) - average) * weight.ravel())))
+    left, right, share = low[at], high[at], np.linspace(0.0, 1.0, _LOOKS)
+    for _ in range(_ROUNDS):
+        grid = left[:, None] + (right - left)[:, None] * share
+        surplus = sign * (torque(grid.ravel()).reshape(grid.shape) - average)
+        fallen = np.argmax(surplus <= 0, axis=1).clip(1)
+        left, right = (np.take_along_axis(grid, (fallen - k)[:, None], axis=1)[:, 0] for k in (1, 0))
+    total = np.empty(at.size)
+    for index, (piece, end) in enumerate(zip(at, left, strict=True)):
+        place, weight = gauss(np.array([bounds[piece], end]), 2 * _NODES)
+        total[index] = np.sum((torque(place.ravel()) - average) * weight.ravel())
+    return float(np.max(sign * (work[at] + total)))
+
+
+def _harmonic_samples(cycle: Cycle) -> int:
+    """Angles that keep aliases below rounding: harmonics fall as exp(-k acosh((L - |e|)/r))."""
+    m = cycle.scene.mechanism
+    fall = math.acosh((m.rod_length - abs(m.offset)) / m.crank_radius)
+    return min(max(256, 2 ** math.ceil(math.log2(40.0 / fall))), MOST_SAMPLES)
 
 
 def balance(cycle: Cycle, engine: Engine) -> Balance:
@@ -181,7 +193,7 @@ def balance(cycle: Cycle, engine: Engine) -> Balance:
     shaft, sum c_k exp(i(alpha - k psi))/2, and one against it, sum conj(c_k) exp(i(alpha + k psi))/2; its greatest
     magnitude is the sum of theirs. Couples are taken about the middle of the cylinders.
     """
-    samples = 256
+    samples = _harmonic_samples(cycle)
     angle = np.arange(samples) * (2.0 * math.pi / samples)
     harmonics = np.fft.rfft(cycle.motion.acceleration(angle)) / (samples / 2)
     masses, speed = cycle.scene.masses, cycle.angular_speed

@@ -45,6 +45,7 @@ class WorstInstant(Strict):
     name: str
     angle_deg: float
     force_n: float
+    pressure_mpa: float
     feeds: str | None = Field(description="the kind of design that this instant loads")
 
 
@@ -105,6 +106,13 @@ class DynamicsResult(Strict):
     brix_error: float = Field(description="greatest error of Brix's displacement, relative to the crank radius")
     two_harmonic_error: float = Field(description="greatest error of the two-harmonic acceleration, of its greatest")
     brix_pressure_error_mpa: float | None
+    gas_force_max_n: float
+    rod_compression_max_n: float
+    rod_tension_max_n: float = Field(description="negative where the rod is never in tension")
+    side_force_max_n: float
+    wrist_pin_load_max_n: float
+    crank_pin_load_max_n: float
+    main_bearing_load_max_n: float
     stroke_mm: float
     upper_dead_centre_deg: float
     lower_dead_centre_deg: float
@@ -206,11 +214,18 @@ def run_dynamics(request: DynamicsRequest) -> Answer:
         "brix_error": found.tiers.brix_displacement,
         "two_harmonic_error": found.tiers.two_harmonic_acceleration,
         "brix_pressure_error_mpa": scaled(found.tiers.brix_pressure, MEGA),
+        **{f"{w.name}_n": w.force for w in found.worst},
         "stroke_mm": found.stroke / MILLI,
         "upper_dead_centre_deg": math.degrees(top),
         "lower_dead_centre_deg": math.degrees(bottom),
         "worst": [
-            {"name": w.name, "angle_deg": math.degrees(w.angle), "force_n": w.force, "feeds": _FEEDS.get(w.name)}
+            {
+                "name": w.name,
+                "angle_deg": math.degrees(w.angle),
+                "force_n": w.force,
+                "pressure_mpa": w.pressure / MEGA,
+                "feeds": _FEEDS.get(w.name),
+            }
             for w in found.worst
         ],
         "engine": _engine(found, len(scene.engine.phases)),
@@ -241,5 +256,15 @@ CRANK_DYNAMICS = Kind(
     effects=effects,
     example=example,
     plots=PLOTS,
-    main_results=("mean_torque_nm", "indicated_power_w", "irregularity", "work_fluctuation_j"),
+    main_results=(
+        "mean_torque_nm",
+        "indicated_power_w",
+        "work_fluctuation_j",
+        "rod_compression_max_n",
+        "rod_tension_max_n",
+        "side_force_max_n",
+        "wrist_pin_load_max_n",
+        "crank_pin_load_max_n",
+        "main_bearing_load_max_n",
+    ),
 )

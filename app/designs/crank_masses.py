@@ -257,5 +257,5 @@ CRANK_MASSES = Kind(
     effects=effects,
     example=example,
     plots={},
-    main_results=("rod_cg_from_pin_mm", "rod_mass_at_pin_kg", "rod_mass_at_crank_kg", "rod_inertia_kg_m2"),
+    main_results=(),
 )

@@ -17,7 +17,7 @@ from solvers.crank.pressure import Curve
 from solvers.crank.scene import Scene
 from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
-from solvers.numerics.pieces import maxima, means
+from solvers.numerics.pieces import Maxima, maxima, means
 from solvers.outcome import Accuracy, Outcome, Status
 
 SERIES_ANGLES = 360
@@ -27,11 +27,12 @@ _TEXTBOOK_RATIO = 0.5
 
 @dataclass(frozen=True)
 class Worst:
-    """The instant at which a force is greatest: its name, where [rad], its value [N] there, and all forces with it."""
+    """The instant at which a force is greatest: its name, where [rad], its value [N] and the pressure [Pa] there."""
 
     name: str
     angle: float
     force: float
+    pressure: float
 
 
 @dataclass(frozen=True)
@@ -142,10 +143,7 @@ def analyse(
         stroke=composition.motion.stroke,
         dead_centres=composition.motion.dead_centres,
         jumps=curve.jumps,
-        worst=tuple(
-            Worst(name, _at_break(float(found.place[i]), curve.breaks) % scene.cylinder.period, float(found.value[i]))
-            for i, (name, _) in enumerate(_WORST)
-        ),
+        worst=_worst(found, curve, scene.cylinder.period),
         swing=swing,
         balance=balance(cycle, composition.engine) if several else None,
         shared_pin=shared_pin(cycle, composition.engine, tolerance) if several else None,
@@ -164,6 +162,14 @@ def analyse(
         effects=choice.manifest,
         accuracy=Accuracy(accuracy, max(max(errors), _ROUNDING), settings),
         timing={"solve_s": time.perf_counter() - started},
+    )
+
+
+def _worst(found: Maxima, curve: Curve, period: float) -> tuple[Worst, ...]:
+    pressure = curve.pressure(found.place)
+    return tuple(
+        Worst(name, _at_break(float(place), curve.breaks) % period, float(force), float(p))
+        for (name, _), place, force, p in zip(_WORST, found.place, found.value, pressure, strict=True)
     )
 
 

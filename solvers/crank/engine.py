@@ -18,15 +18,16 @@ import numpy as np
 from solvers.crank.cycle import Array, Cycle
 from solvers.crank.scene import Engine
 from solvers.errors import InvalidInput
-from solvers.numerics.pieces import gauss, maxima, means, subdivide
+from solvers.numerics.pieces import gauss, gauss_between, maxima, means, subdivide
 
 ORDERS = (1, 2, 4)
 MOST_BREAKS = 20_000
 MOST_SAMPLES = 2**16
-FLYWHEEL_PIECE = math.pi / 90.0
+LONGEST_PIECE = math.pi / 45.0
+_NODES = ((1e-4, 3), (1e-7, 4), (0.0, 6))
+"""Nodes per piece of the work, for tolerances from each value on."""
 _SAME_DIRECTION = 1e-6
-_NODES = 6
-_LOOKS, _ROUNDS = 65, 5
+_LOOKS = 65
 
 
 @dataclass(frozen=True)
@@ -130,13 +131,13 @@ def speed_swing(cycle: Cycle, engine: Engine, tolerance: float) -> SpeedSwing:
     mean = means(lambda a: torque(a)[None], breaks, tolerance)
     average = float(mean.value[0])
     extremes = maxima(lambda a: (t := torque(a), np.stack([t, -t]))[1], breaks, tolerance)
-    bounds = subdivide(breaks, FLYWHEEL_PIECE)
-    place, weight = gauss(bounds, _NODES)
+    nodes = next(n for least, n in _NODES if tolerance >= least)
+    bounds = subdivide(breaks, LONGEST_PIECE)
+    place, weight = gauss(bounds, nodes)
     surplus = torque(place.ravel()).reshape(place.shape) - average
     work = np.concatenate([[0.0], np.cumsum(np.sum(surplus * weight, axis=1))])
-    # At the ends of every piece the one-sided torque tells whether the work still rises inside.
-    high = max(float(work.max()), _inside(bounds, work, torque, average, 1.0))
-    low = min(float(work.min()), -_inside(bounds, work, torque, average, -1.0))
+    high = max(float(work.max()), _inside(bounds, work, torque, average, tolerance, 1.0))
+    low = min(float(work.min()), -_inside(bounds, work, torque, average, tolerance, -1.0))
     fluctuation = high - low
     inertia, wanted = shaft_inertia(cycle), engine.wanted_irregularity
     speed = cycle.angular_speed
@@ -152,30 +153,30 @@ def speed_swing(cycle: Cycle, engine: Engine, tolerance: float) -> SpeedSwing:
         flywheel_inertia_wanted=None
         if wanted is None
         else max(fluctuation / (wanted * speed**2) - (inertia - engine.flywheel_inertia), 0.0),
-        error=float(mean.error[0]) * float(np.ptp(breaks)),
+        error=max(float(mean.error[0]) * float(np.ptp(breaks)), abs(float(work[-1]))) + 0.1 * tolerance * fluctuation,
     )
 
 
-def _inside(bounds: Array, work: Array, torque: Callable[[Array], Array], average: float, sign: float) -> float:
-    """The greatest of sign * work inside the pieces where the surplus falls through zero.
+def _inside(
+    bounds: Array, work: Array, torque: Callable[[Array], Array], average: float, tolerance: float, sign: float
+) -> float:
+    """The greatest of sign * work inside the pieces where the surplus falls through zero, by their one-sided limits.
 
     All crossings are closed in on together, ``_LOOKS`` places at a time; the work is second order in what is left.
     """
     low, high = np.nextafter(bounds[:-1], np.inf), np.nextafter(bounds[1:], -np.inf)
-    before, after = sign * (torque(low) - average), sign * (torque(high) - average)
+    before, after = (sign * (part - average) for part in np.split(torque(np.concatenate([low, high])), 2))
     at = np.flatnonzero((before > 0) & (after < 0))
     if not at.size:
         return -math.inf
     left, right, share = low[at], high[at], np.linspace(0.0, 1.0, _LOOKS)
-    for _ in range(_ROUNDS):
+    for _ in range(max(1, math.ceil(math.log(LONGEST_PIECE / math.sqrt(tolerance), _LOOKS - 1)))):
         grid = left[:, None] + (right - left)[:, None] * share
         surplus = sign * (torque(grid.ravel()).reshape(grid.shape) - average)
         fallen = np.argmax(surplus <= 0, axis=1).clip(1)
         left, right = (np.take_along_axis(grid, (fallen - k)[:, None], axis=1)[:, 0] for k in (1, 0))
-    total = np.empty(at.size)
-    for index, (piece, end) in enumerate(zip(at, left, strict=True)):
-        place, weight = gauss(np.array([bounds[piece], end]), 2 * _NODES)
-        total[index] = np.sum((torque(place.ravel()) - average) * weight.ravel())
+    place, weight = gauss_between(bounds[at], left, 2 * _NODES[-1][1])
+    total = np.sum((torque(place.ravel()).reshape(place.shape) - average) * weight, axis=1)
     return float(np.max(sign * (work[at] + total)))
 
 

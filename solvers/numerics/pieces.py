@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +20,7 @@ Rows = Callable[[Array], Array]
 """From angles (n,) to quantities (k, n)."""
 
 LONGEST_PIECE = math.pi / 16.0
-MANY_PIECES = 3000
-_MOST_NODES = 48
+_FEWEST_NODES, _MOST_NODES = 3, 48
 _WITHIN = 6
 _HUMPS = 6
 _LOOKS = 17
@@ -57,9 +57,19 @@ def subdivide(breaks: Array, longest: float = LONGEST_PIECE) -> Array:
 
 def gauss(bounds: Array, nodes: int) -> tuple[Array, Array]:
     """Places and weights of Gauss's rule on every piece, each of shape (pieces, nodes)."""
-    at, weight = np.polynomial.legendre.leggauss(nodes)
-    half = 0.5 * np.diff(bounds)[:, None]
-    return bounds[:-1, None] + half * (1.0 + at), half * weight
+    return gauss_between(bounds[:-1], bounds[1:], nodes)
+
+
+def gauss_between(low: Array, high: Array, nodes: int) -> tuple[Array, Array]:
+    """Places and weights of Gauss's rule from each lower to each upper bound, each of shape (bounds, nodes)."""
+    at, weight = _rule(nodes)
+    half = 0.5 * (high - low)[:, None]
+    return low[:, None] + half * (1.0 + at), half * weight
+
+
+@cache
+def _rule(nodes: int) -> tuple[Array, Array]:
+    return np.polynomial.legendre.leggauss(nodes)
 
 
 def means(function: Rows, breaks: Array, tolerance: float) -> Means:
@@ -72,7 +82,7 @@ def means(function: Rows, breaks: Array, tolerance: float) -> Means:
         values = function(place.ravel()) * weight.ravel()
         return values.sum(axis=-1) / span, np.abs(values).sum(axis=-1) / span
 
-    nodes = 12 if bounds.size < MANY_PIECES else 4
+    nodes = _FEWEST_NODES
     value, magnitude = integrate(nodes)
     while True:
         nodes *= 2

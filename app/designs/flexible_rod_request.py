@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field
 
-from app.designs.references import Run, RunReference, UnfitRun, cycle_of
+from app.designs.references import Instant, Run, RunReference, UnfitRun, cycle_of, source_of, worst_of
 from app.designs.schema import (
     GIGA,
     MEGA,
@@ -89,8 +89,12 @@ class ConstantLoad(Strict):
 
 
 class RunLoad(RunReference):
-    """The pressures of a stored crank-dynamics run of two strokes; the service fills in what it takes from there."""
+    """A stored crank-dynamics run: its pressures (two strokes), or the one of a worst instant at all angles.
 
+    The service fills in what it takes from the run.
+    """
+
+    instant: Instant | None = Field(default=None, description="null: all pressures; or the pressure of that instant")
     back_pressure_mpa: Finite | None = Field(default=None, description="null: the run's crankcase pressure")
     angle_deg: list[Finite] | None = Field(default=None, description="filled in from the run")
     pressure_mpa: list[Finite] | None = Field(default=None, description="filled in from the run")
@@ -98,21 +102,27 @@ class RunLoad(RunReference):
 
     def filled(self, run: Run) -> Self:
         cycle = cycle_of(run)
-        if cycle["strokes"] != 2:
-            raise UnfitRun("has a cycle of four strokes; a flexible rod's cycle is one turn", "a run of two strokes")
+        if self.instant is None and cycle["strokes"] != 2:
+            raise UnfitRun(
+                "has a cycle of four strokes; a flexible rod's cycle is one turn",
+                "a run of two strokes, or load.instant",
+            )
+        worst = None if self.instant is None else worst_of(run, self.instant)
         back = cycle["crankcase_pressure_mpa"] if self.back_pressure_mpa is None else self.back_pressure_mpa
         return self.model_copy(
             update={
                 "back_pressure_mpa": back,
-                "angle_deg": cycle["angle_deg"],
-                "pressure_mpa": cycle["pressure_mpa"],
-                "taken_from": f"{run['kind']} {run['spec_hash']}",
+                "angle_deg": cycle["angle_deg"] if worst is None else [worst["angle_deg"]],
+                "pressure_mpa": cycle["pressure_mpa"] if worst is None else [worst["pressure_mpa"]],
+                "taken_from": source_of(run),
             }
         )
 
-    def to_solver(self) -> rod.TableLoad:
-        if self.angle_deg is None or self.pressure_mpa is None:
+    def to_solver(self) -> rod.TableLoad | rod.ConstantLoad:
+        if not self.angle_deg or not self.pressure_mpa:
             raise InvalidInput("load.run_id", "nothing was taken from the run", "a run of the same store")
+        if self.instant is not None:
+            return rod.ConstantLoad(self.pressure_mpa[0] * MEGA, _pascal(self.back_pressure_mpa))
         return rod.TableLoad(
             tuple(math.radians(a) for a in self.angle_deg),
             tuple(p * MEGA for p in self.pressure_mpa),

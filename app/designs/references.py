@@ -11,7 +11,8 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel, Field, RootModel
 
-from app.designs.schema import Strict
+from app.designs.schema import Positive, Strict
+from solvers.errors import InvalidInput
 
 Path = tuple[str | int, ...]
 Run = dict[str, Any]
@@ -76,8 +77,46 @@ def cycle_of(run: Run) -> Mapping[str, Any]:
 
 
 def worst_of(run: Run, name: str) -> Mapping[str, Any]:
-    """A worst instant of a crank-dynamics run by name: angle_deg, force_n."""
+    """A worst instant of a crank-dynamics run by name: angle_deg, force_n, pressure_mpa."""
     found = [instant for instant in _succeeded_dynamics(run)["worst"] if instant["name"] == name]
     if not found:
         raise UnfitRun(f"has no instant {name}", "a run with that instant")
     return found[0]
+
+
+def source_of(run: Run) -> str:
+    """What a stored request says of where its numbers came from: kind and hash of the run's own request."""
+    return f"{run['kind']} {run['spec_hash']}"
+
+
+Instant = Literal[
+    "gas_force_max",
+    "rod_compression_max",
+    "rod_tension_max",
+    "side_force_max",
+    "wrist_pin_load_max",
+    "crank_pin_load_max",
+    "main_bearing_load_max",
+]
+"""Worst instants of a crank-dynamics run."""
+
+
+class RunForce(RunReference):
+    """The force at a worst instant of a stored crank-dynamics run; the service fills in what it takes from there."""
+
+    instant: Instant = Field(default="wrist_pin_load_max", description="which greatest force is taken")
+    force_n: Positive | None = Field(default=None, description="filled in from the run")
+    taken_from: str | None = Field(default=None, description="filled in: kind and hash of the run's own request")
+
+    def filled(self, run: Run) -> Self:
+        force = worst_of(run, self.instant)["force_n"]
+        if force <= 0:
+            raise UnfitRun(f"has no {self.instant}: that force never occurs", "an instant whose force is positive")
+        return self.model_copy(update={"force_n": force, "taken_from": source_of(run)})
+
+    @property
+    def force(self) -> float:
+        """What was taken [N]. Raises InvalidInput before anything was."""
+        if self.force_n is None:
+            raise InvalidInput("load.run_id", "nothing was taken from the run", "a run of the same store")
+        return self.force_n

@@ -169,6 +169,18 @@ def test_a_rods_load_may_be_a_stored_run(client, check_request):
     assert study.json()["spec"]["spec"]["load"]["taken_from"] == load["taken_from"]
 
 
+def test_a_rods_load_may_be_the_worst_instant_of_four_strokes(client, check_request, dynamics_request):
+    source = client.post(DYNAMICS, json=dynamics_request).json()
+    worst = next(w for w in source["result"]["worst"] if w["name"] == "gas_force_max")
+    part = {"effects": {"exclude": ["rod_inertia"]}, "accuracy": 1e-4}
+    named = {**check_request, **part, "load": {"kind": "run", "run_id": source["id"], "instant": "gas_force_max"}}
+    run = client.post(RODS, json=named).json()
+    assert run["spec"]["load"]["pressure_mpa"] == [worst["pressure_mpa"]]
+    told = {"kind": "constant", "constant_pressure_mpa": worst["pressure_mpa"], "back_pressure_mpa": 0.1}
+    by_hand = client.post(RODS, json={**check_request, **part, "load": told}).json()
+    assert run["result"] == by_hand["result"]
+
+
 def test_a_run_that_cannot_be_a_rods_load_is_refused_at_its_id(client, check_request, dynamics_request):
     four = client.post(DYNAMICS, json=dynamics_request).json()["id"]
     other = client.post(RODS, json=check_request).json()["id"]

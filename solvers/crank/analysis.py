@@ -113,9 +113,9 @@ def analyse(
     cycle = Cycle(scene, composition, curve)
 
     tolerance = 0.1 * accuracy
-    mean = means(lambda a: np.stack([cycle.forces(a).torque, cycle.gas_power(a)]), curve.breaks, tolerance)
+    mean = means(lambda a: np.stack([cycle.forces(a).torque, cycle.gas_power(a)]), cycle.breaks, tolerance)
     found = maxima(
-        lambda a: (f := cycle.forces(a), np.stack([read(f) for _, read in _WORST]))[1], curve.breaks, tolerance
+        lambda a: (f := cycle.forces(a), np.stack([read(f) for _, read in _WORST]))[1], cycle.breaks, tolerance
     )
     swing = speed_swing(cycle, composition.engine, tolerance)
     several = choice.has("engine")
@@ -143,7 +143,7 @@ def analyse(
         stroke=composition.motion.stroke,
         dead_centres=composition.motion.dead_centres,
         jumps=curve.jumps,
-        worst=_worst(found, curve, scene.cylinder.period),
+        worst=_worst(found, cycle),
         swing=swing,
         balance=balance(cycle, composition.engine) if several else None,
         shared_pin=shared_pin(cycle, composition.engine, tolerance) if several else None,
@@ -153,7 +153,7 @@ def analyse(
     )
     settings = {
         "kinematics": "exact" if isinstance(composition.motion, ExactMotion) else "two harmonics",
-        "pieces": int(curve.breaks.size - 1),
+        "pieces": int(cycle.breaks.size - 1),
         "nodes": mean.nodes,
     }
     return Outcome(
@@ -165,10 +165,10 @@ def analyse(
     )
 
 
-def _worst(found: Maxima, curve: Curve, period: float) -> tuple[Worst, ...]:
-    pressure = curve.pressure(found.place)
+def _worst(found: Maxima, cycle: Cycle) -> tuple[Worst, ...]:
+    pressure, period = cycle.curve.pressure(found.place), cycle.scene.cylinder.period
     return tuple(
-        Worst(name, _at_break(float(place), curve.breaks) % period, float(force), float(p))
+        Worst(name, _at_break(float(place), cycle.breaks) % period, float(force), float(p))
         for (name, _), place, force, p in zip(_WORST, found.place, found.value, pressure, strict=True)
     )
 

@@ -11,7 +11,9 @@ Source: any text on engine dynamics, e.g. C. F. Taylor, The Internal Combustion 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -22,6 +24,8 @@ from solvers.crank.pressure import Curve
 from solvers.crank.scene import SINGLE, Engine, Scene
 
 Array = NDArray[np.float64]
+
+_SHARP = 0.3
 
 
 class AxialTerm(Protocol):
@@ -84,6 +88,23 @@ class Cycle:
     @property
     def motion(self) -> Motion:
         return self.composition.motion
+
+    @cached_property
+    def breaks(self) -> Array:
+        """Angles of one period between which all forces are smooth on the scale of the pieces.
+
+        Beside the pressure's breaks: with a rod hardly longer than its crank, tan(beta) peaks within
+        sqrt(1 - sin^2(beta)) of the crank standing across; there the pieces halve toward the peak.
+        """
+        found = self.curve.breaks
+        m = self.scene.mechanism
+        sharp = math.sqrt(2.0 * (1.0 - (m.crank_radius + abs(m.offset)) / m.rod_length))
+        if sharp > _SHARP:
+            return found
+        beside = sharp * 2.0 ** np.arange(math.ceil(math.log2(_SHARP / sharp)) + 2)
+        across = (np.arange(-1, 2 * self.scene.cylinder.strokes + 2, 2) * (0.5 * math.pi))[:, None]
+        places = np.concatenate([across - beside, across, across + beside], axis=1).ravel()
+        return np.unique(np.concatenate([found, places[(places > found[0]) & (places < found[-1])]]))
 
     @property
     def angular_speed(self) -> float:

@@ -93,8 +93,8 @@ def require_pairs(engine: Engine, rods_per_pin: int) -> None:
 
 
 def _shifted_breaks(cycle: Cycle, engine: Engine) -> Array:
-    period, start = cycle.scene.cylinder.period, float(cycle.curve.breaks[0])
-    shifted = [start + np.mod(cycle.curve.breaks[:-1] + phase - start, period) for phase in engine.phases]
+    period, start = cycle.scene.cylinder.period, float(cycle.breaks[0])
+    shifted = [start + np.mod(cycle.breaks[:-1] + phase - start, period) for phase in engine.phases]
     found = np.unique(np.concatenate([*shifted, [start, start + period]]))
     if found.size > MOST_BREAKS:
         found = np.linspace(start, start + period, MOST_BREAKS)

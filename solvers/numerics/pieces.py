@@ -22,7 +22,7 @@ Rows = Callable[[Array], Array]
 LONGEST_PIECE = math.pi / 16.0
 _FEWEST_NODES, _MOST_NODES = 3, 48
 _WITHIN = 6
-_HUMPS = 6
+_HUMPS = 8
 _LOOKS = 17
 _ROUNDING = 4.0 * np.finfo(float).eps
 
@@ -94,29 +94,32 @@ def means(function: Rows, breaks: Array, tolerance: float) -> Means:
 
 
 def samples(breaks: Array) -> Array:
-    """Places that see every piece from inside, its two ends next to the breaks included; rising."""
+    """Places that see every piece from inside, its two ends next to the breaks included; (pieces, places), rising."""
     bounds = subdivide(breaks)
     low, high = np.nextafter(bounds[:-1], np.inf), np.nextafter(bounds[1:], -np.inf)
     share = np.arange(_WITHIN + 1) / _WITHIN
-    return (low[:, None] + (high - low)[:, None] * share).ravel()
+    return np.minimum(low[:, None] + (high - low)[:, None] * share, high[:, None])
 
 
 def maxima(function: Rows, breaks: Array, tolerance: float) -> Maxima:
     """Greatest values over the breaks' whole range; ``tolerance`` is relative to the greatest magnitudes.
 
-    The highest humps of the samples are looked at again and again at ``_LOOKS`` places, eight times closer each time;
-    near a smooth maximum the error falls with the square of the distance.
+    The highest humps of the samples, each within its own piece, are looked at again and again at ``_LOOKS`` places,
+    eight times closer each time; near a smooth maximum the error falls with the square of the distance.
     """
-    places = samples(breaks)
+    grid = samples(breaks)
+    places, width = grid.ravel(), grid.shape[1]
     values = function(places)
     count = values.shape[0]
-    low = np.full((count, 1), -np.inf)
-    humps = (values >= np.hstack([low, values[:, :-1]])) & (values >= np.hstack([values[:, 1:], low]))
-    height = np.where(humps, values, -np.inf)
+    pieces = values.reshape(count, -1, width)
+    edge = np.full((*pieces.shape[:2], 1), -np.inf)
+    before, after = np.dstack([edge, pieces[..., :-1]]), np.dstack([pieces[..., 1:], edge])
+    height = np.where((pieces >= before) & (pieces >= after), pieces, -np.inf).reshape(count, -1)
     keep = min(_HUMPS, places.size)
     at = np.argpartition(-height, keep - 1, axis=1)[:, :keep]
     best, where = np.take_along_axis(values, at, axis=1), places[at]
-    left, right = places[np.maximum(at - 1, 0)], places[np.minimum(at + 1, places.size - 1)]
+    first, last = at - at % width, at - at % width + width - 1
+    left, right = places[np.maximum(at - 1, first)], places[np.minimum(at + 1, last)]
     scale = np.max(np.abs(values), axis=1)
     rounds = max(1, math.ceil(math.log(LONGEST_PIECE / math.sqrt(tolerance), 8.0)))
     share = np.linspace(0.0, 1.0, _LOOKS)

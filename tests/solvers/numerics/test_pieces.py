@@ -40,6 +40,15 @@ def test_the_maximums_error_keeps_to_the_tolerance(tolerance):
         assert abs(found.value[0] - math.e) <= found.error[0] + 1e-15
 
 
+@pytest.mark.parametrize("places", np.random.default_rng(5).uniform(0, 2 * math.pi, (20, 40)))
+def test_breaks_near_a_maximum_do_not_hide_it(places):
+    """A hump between a break and the next sample, though the break's own value is as high as its neighbours'."""
+    for shift in (0.3, float(places[0]) + 1e-3, float(places[1]) - 1e-3):
+        breaks = np.concatenate([[0.0], np.sort(places), [2 * math.pi]])
+        found = pieces.maxima(lambda a, s=shift: np.cos(a - s)[None], breaks, 1e-12)
+        assert found.value[0] == pytest.approx(1.0, abs=1e-12)
+
+
 def test_subdivision_keeps_every_break():
     bounds = pieces.subdivide(np.array([0.0, 0.01, 1.0]), 0.1)
     assert {0.0, 0.01, 1.0} <= set(bounds)

@@ -1,11 +1,15 @@
-"""Pictures of a crank mechanism's cycle: pressure over the angle, forces over the angle, the crank pin's polar load."""
+"""Pictures of a crank mechanism's cycle: pressure over the angle, forces over the angle, the crank pin's polar load,
+and what the textbooks' two harmonics get wrong."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from app.designs.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
+from solvers.crank import kinematics
 
 
 def _closed(values: Sequence[float]) -> list[float]:
@@ -76,8 +80,39 @@ def crank_pin_polar(run: dict[str, Any]) -> str:
     return chart.svg()
 
 
+def two_harmonic_effect(run: dict[str, Any]) -> str:
+    """SVG of what Brix's construction and the two-harmonic acceleration get wrong over the cycle, in per cent.
+
+    Displacement of the crank radius, acceleration of its greatest value, pressure (where one is unrolled) of its
+    greatest magnitude; all for the mechanism without its offset.
+    """
+    series, (angles, period) = run["result"]["series"], _angles(run)
+    mechanism = run["spec"]["mechanism"]
+    r, length = mechanism["crank_radius_mm"], mechanism["rod_length_mm"]
+    phi = np.radians(angles)
+    moved = (kinematics.brix_displacement(phi, r, length) - kinematics.displacement(phi, r, length)) / r
+    hastened = kinematics.two_harmonic_acceleration(phi, r, length, 1.0) - kinematics.acceleration(phi, r, length, 1.0)
+    columns = [
+        ("displacement", BLUE, (100.0 * moved).tolist()),
+        ("acceleration", GREEN, (100.0 * hastened / (r * (1.0 + r / length))).tolist()),
+    ]
+    if series["brix_pressure_mpa"] is not None:
+        greatest = max(abs(p) for p in series["pressure_mpa"]) or 1.0
+        pairs = zip(series["brix_pressure_mpa"], series["pressure_mpa"], strict=True)
+        columns.append(("pressure", RED, _closed([100.0 * (brix - exact) / greatest for brix, exact in pairs])))
+    fitted = around(value for _, _, column in columns for value in column)
+    scale = Linear(fitted.low, fitted.high + 0.35 * (fitted.high - fitted.low))  # Room for the words.
+    title = "What two harmonics get wrong"
+    chart = Chart(title, Linear(0.0, period), scale, "crank angle, °", "error, %")
+    for row, (words, color, column) in enumerate(columns):
+        chart.line(angles, column, color)
+        chart.words(0.04 * period, scale.low + (0.93 - 0.07 * row) * (scale.high - scale.low), words, color)
+    return chart.svg()
+
+
 PLOTS = {
     "pressure-over-angle": pressure_over_angle,
     "forces-over-angle": forces_over_angle,
     "crank-pin-polar": crank_pin_polar,
+    "two-harmonic-effect": two_harmonic_effect,
 }

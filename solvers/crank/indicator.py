@@ -35,6 +35,14 @@ class Stroke:
     volume: tuple[float, ...]
     pressure: tuple[float, ...]
 
+    @cached_property
+    def curve(self) -> PchipInterpolator:
+        """p of V [Pa, m3], for points without a fault."""
+        from scipy.interpolate import PchipInterpolator
+
+        order = np.argsort(self.volume)
+        return PchipInterpolator(np.asarray(self.volume)[order], np.asarray(self.pressure)[order])
+
 
 @dataclass(frozen=True)
 class IndicatorPressure:
@@ -78,15 +86,9 @@ class IndicatorCurve:
     area: float
     clearance_volume: float
 
-    @cached_property
+    @property
     def _curves(self) -> tuple[PchipInterpolator, ...]:
-        from scipy.interpolate import PchipInterpolator
-
-        curves = []
-        for stroke in self.strokes:
-            order = np.argsort(stroke.volume)
-            curves.append(PchipInterpolator(np.asarray(stroke.volume)[order], np.asarray(stroke.pressure)[order]))
-        return tuple(curves)
+        return tuple(stroke.curve for stroke in self.strokes)
 
     @property
     def period(self) -> float:

@@ -86,7 +86,7 @@ def analyse(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_jso
 
 @app.command()
 def accuracy(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json: AsJson = False) -> None:
-    """Show what accuracy costs in time, for the check or design in FILE.json; the run is stored."""
+    """Show what accuracy costs in time, for the request in FILE.json; the run is stored."""
     try:
         spec = json.loads(_read(file))
     except ValueError as error:

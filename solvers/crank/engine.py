@@ -24,10 +24,10 @@ ORDERS = (1, 2, 4)
 MOST_BREAKS = 20_000
 MOST_SAMPLES = 2**16
 LONGEST_PIECE = math.pi / 45.0
-_NODES = ((1e-4, 3), (1e-7, 4), (0.0, 6))
-"""Nodes per piece of the work, for tolerances from each value on."""
+_FEWEST_NODES, _MOST_NODES = 3, 24
 _SAME_DIRECTION = 1e-6
-_LOOKS = 65
+_LOOKS, _MOST_ROUNDS = 65, 8
+_ROUNDING = 32.0 * np.finfo(float).eps
 
 
 @dataclass(frozen=True)
@@ -131,13 +131,11 @@ def speed_swing(cycle: Cycle, engine: Engine, tolerance: float) -> SpeedSwing:
     mean = means(lambda a: torque(a)[None], breaks, tolerance)
     average = float(mean.value[0])
     extremes = maxima(lambda a: (t := torque(a), np.stack([t, -t]))[1], breaks, tolerance)
-    nodes = next(n for least, n in _NODES if tolerance >= least)
     bounds = subdivide(breaks, LONGEST_PIECE)
-    place, weight = gauss(bounds, nodes)
-    surplus = torque(place.ravel()).reshape(place.shape) - average
-    work = np.concatenate([[0.0], np.cumsum(np.sum(surplus * weight, axis=1))])
-    high = max(float(work.max()), _inside(bounds, work, torque, average, tolerance, 1.0))
-    low = min(float(work.min()), -_inside(bounds, work, torque, average, tolerance, -1.0))
+    work, work_error = _work(bounds, lambda angle: torque(angle) - average, tolerance)
+    highest, high_error = _inside(bounds, work, torque, average, tolerance, 1.0)
+    lowest, low_error = _inside(bounds, work, torque, average, tolerance, -1.0)
+    high, low = max(float(work.max()), highest), min(float(work.min()), -lowest)
     fluctuation = high - low
     inertia, wanted = shaft_inertia(cycle), engine.wanted_irregularity
     speed = cycle.angular_speed
@@ -153,31 +151,53 @@ def speed_swing(cycle: Cycle, engine: Engine, tolerance: float) -> SpeedSwing:
         flywheel_inertia_wanted=None
         if wanted is None
         else max(fluctuation / (wanted * speed**2) - (inertia - engine.flywheel_inertia), 0.0),
-        error=max(float(mean.error[0]) * float(np.ptp(breaks)), abs(float(work[-1]))) + 0.1 * tolerance * fluctuation,
+        error=float(mean.error[0]) * float(np.ptp(breaks)) + work_error + high_error + low_error,
     )
+
+
+def _work(bounds: Array, surplus: Callable[[Array], Array], tolerance: float) -> tuple[Array, float]:
+    """The integral from the first bound to every other, and what the last doubling of the nodes changed."""
+
+    def summed(nodes: int) -> Array:
+        place, weight = gauss(bounds, nodes)
+        pieces = np.sum(surplus(place.ravel()).reshape(place.shape) * weight, axis=1)
+        return np.concatenate([[0.0], np.cumsum(pieces)])
+
+    nodes = _FEWEST_NODES
+    work = summed(nodes)
+    while True:
+        nodes *= 2
+        finer = summed(nodes)
+        change, work = float(np.max(np.abs(finer - work))), finer
+        if change <= tolerance * np.ptp(work) or nodes >= _MOST_NODES:
+            return work, change + _ROUNDING * float(np.sum(np.abs(np.diff(work))))
 
 
 def _inside(
     bounds: Array, work: Array, torque: Callable[[Array], Array], average: float, tolerance: float, sign: float
-) -> float:
-    """The greatest of sign * work inside the pieces where the surplus falls through zero, by their one-sided limits.
+) -> tuple[float, float]:
+    """The greatest of sign * work inside the pieces where the surplus falls through zero, and its error [J].
 
-    All crossings are closed in on together, ``_LOOKS`` places at a time; the work is second order in what is left.
+    Pieces are seen by their one-sided limits. All crossings are closed in on together, ``_LOOKS`` places a time, until
+    the work between the two sides of each is small.
     """
     low, high = np.nextafter(bounds[:-1], np.inf), np.nextafter(bounds[1:], -np.inf)
     before, after = (sign * (part - average) for part in np.split(torque(np.concatenate([low, high])), 2))
     at = np.flatnonzero((before > 0) & (after < 0))
     if not at.size:
-        return -math.inf
+        return -math.inf, 0.0
     left, right, share = low[at], high[at], np.linspace(0.0, 1.0, _LOOKS)
-    for _ in range(max(1, math.ceil(math.log(LONGEST_PIECE / math.sqrt(tolerance), _LOOKS - 1)))):
+    for _ in range(_MOST_ROUNDS):
         grid = left[:, None] + (right - left)[:, None] * share
         surplus = sign * (torque(grid.ravel()).reshape(grid.shape) - average)
-        fallen = np.argmax(surplus <= 0, axis=1).clip(1)
-        left, right = (np.take_along_axis(grid, (fallen - k)[:, None], axis=1)[:, 0] for k in (1, 0))
-    place, weight = gauss_between(bounds[at], left, 2 * _NODES[-1][1])
+        fallen = np.argmax(surplus <= 0, axis=1).clip(1)[:, None]
+        left, right = (np.take_along_axis(grid, fallen - k, axis=1)[:, 0] for k in (1, 0))
+        missed = float(np.max(np.take_along_axis(surplus, fallen - 1, axis=1)[:, 0] * (right - left)))
+        if missed <= tolerance * np.ptp(work):
+            break
+    place, weight = gauss_between(bounds[at], left, _MOST_NODES)
     total = np.sum((torque(place.ravel()).reshape(place.shape) - average) * weight, axis=1)
-    return float(np.max(sign * (work[at] + total)))
+    return float(np.max(sign * (work[at] + total))), missed
 
 
 def _harmonic_samples(cycle: Cycle) -> int:

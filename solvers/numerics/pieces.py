@@ -124,18 +124,22 @@ def maxima(function: Rows, breaks: Array, tolerance: float) -> Maxima:
     rounds = max(1, math.ceil(math.log(LONGEST_PIECE / math.sqrt(tolerance), 8.0)))
     share = np.linspace(0.0, 1.0, _LOOKS)
     rows = np.arange(count)[:, None, None]
-    raised = np.zeros(count)
+    missed = np.zeros_like(best)
     for _ in range(rounds):
         grid = left[..., None] + (right - left)[..., None] * share
         seen = function(grid.ravel())[rows, np.arange(grid.size).reshape(grid.shape)]
         top = np.argmax(seen, axis=-1)[..., None]
         found = np.take_along_axis(seen, top, axis=-1)[..., 0]
         better = found > best
-        raised = np.max(np.where(better, found - best, 0.0), axis=1)
         where = np.where(better, np.take_along_axis(grid, top, axis=-1)[..., 0], where)
         best = np.maximum(best, found)
+        # A parabola through the best place and its neighbours rises above the best by an eighth of this at most.
+        middle = np.clip(top, 1, _LOOKS - 2)
+        bend = np.take_along_axis(seen, middle + np.array([-1, 0, 1]), axis=-1) @ np.array([1.0, -2.0, 1.0])
+        missed = 0.25 * np.abs(bend)
         left = np.take_along_axis(grid, np.maximum(top - 1, 0), axis=-1)[..., 0]
         right = np.take_along_axis(grid, np.minimum(top + 1, _LOOKS - 1), axis=-1)[..., 0]
     winner = np.argmax(best, axis=1)
     row = np.arange(count)
-    return Maxima(best[row, winner], where[row, winner], raised / 16.0 + _ROUNDING * scale)
+    value = best[row, winner]
+    return Maxima(value, where[row, winner], np.max(best + missed, axis=1) - value + _ROUNDING * scale)

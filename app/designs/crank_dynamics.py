@@ -261,7 +261,6 @@ CRANK_DYNAMICS = Kind(
         "indicated_power_w",
         "work_fluctuation_j",
         "rod_compression_max_n",
-        "rod_tension_max_n",
         "side_force_max_n",
         "wrist_pin_load_max_n",
         "crank_pin_load_max_n",

@@ -17,7 +17,7 @@ from solvers.crank.pressure import Curve
 from solvers.crank.scene import Scene
 from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
-from solvers.numerics.pieces import Maxima, maxima, means
+from solvers.numerics.pieces import CANCELLED, Maxima, maxima, means
 from solvers.outcome import Accuracy, Outcome, Status
 
 SERIES_ANGLES = 360
@@ -124,7 +124,7 @@ def analyse(
     masses, radius = scene.masses, scene.mechanism.crank_radius
     scale = np.where(found.value != 0, np.abs(found.value), 1.0)
     errors = [
-        *(mean.error / np.where(mean.magnitude > 0, mean.magnitude, 1.0)),
+        *(mean.error / np.where(mean.magnitude > 0, np.maximum(np.abs(mean.value), CANCELLED * mean.magnitude), 1.0)),
         *(found.error / scale),
         swing.error / swing.work_fluctuation if swing.work_fluctuation else 0.0,
         0.0 if isinstance(composition.motion, ExactMotion) else (radius / scene.mechanism.rod_length) ** 2,

@@ -22,6 +22,7 @@ Rows = Callable[[Array], Array]
 LONGEST_PIECE = math.pi / 16.0
 _FEWEST_NODES, _MOST_NODES = 3, 48
 _WITHIN = 6
+CANCELLED = 1e-4
 _HUMPS = 8
 _LOOKS = 17
 _ROUNDING = 4.0 * np.finfo(float).eps
@@ -73,7 +74,10 @@ def _rule(nodes: int) -> tuple[Array, Array]:
 
 
 def means(function: Rows, breaks: Array, tolerance: float) -> Means:
-    """Means over the breaks' whole range, to ``tolerance`` times the mean magnitudes."""
+    """Means over the breaks' whole range, to ``tolerance`` times the values.
+
+    Where a mean cancels to less than ``CANCELLED`` of its mean magnitude, that share of the magnitude is what counts.
+    """
     bounds = subdivide(breaks)
     span = bounds[-1] - bounds[0]
 
@@ -89,7 +93,7 @@ def means(function: Rows, breaks: Array, tolerance: float) -> Means:
         finer, magnitude = integrate(nodes)
         change = np.abs(finer - value)
         value = finer
-        if np.all(change <= tolerance * magnitude) or nodes >= _MOST_NODES:
+        if np.all(change <= tolerance * np.maximum(np.abs(value), CANCELLED * magnitude)) or nodes >= _MOST_NODES:
             return Means(value, change + _ROUNDING * magnitude, magnitude, nodes)
 
 

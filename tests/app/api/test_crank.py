@@ -198,6 +198,22 @@ def test_a_queued_design_is_resolved_before_it_is_promised(client, design_reques
     assert refused.status_code == 422
 
 
+def test_a_runs_page_shows_worst_instants_cylinders_and_repairs(client, dynamics_request):
+    volumes = dynamics_request["pressure"]["strokes"][1]["volume_cm3"]
+    volumes[9], volumes[10] = volumes[10], volumes[9]
+    dynamics_request["pressure"]["repair"] = True
+    run = client.post(DYNAMICS, json=dynamics_request).json()
+    page = client.get(f"/runs/{run['id']}").text
+    for words in ("crank pin load max", "unbalance of order 2", "points sorted by volume", "What does accuracy cost"):
+        assert words in page, words
+    for plot in KINDS["crank-dynamics"].plots:
+        assert f"/plots/{plot}" in page
+    masses = client.post(MASSES, json=KINDS["crank-masses"].example(Mode.ANALYSIS)).json()
+    shown = client.get(f"/runs/{masses['id']}").text
+    assert "rod cg from pin" in shown
+    assert "What does accuracy cost" not in shown
+
+
 def test_forms_and_pages(client):
     for slug in ("crank-dynamics", "crank-masses"):
         page = client.get(f"/designs/{slug}?mode=analysis")

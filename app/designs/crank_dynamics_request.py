@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
@@ -26,6 +26,10 @@ CUBIC_CENTI = 1e-6
 MOST_POINTS = 10_000
 
 
+Volume = Annotated[float, Field(ge=0, le=1e9)]
+"""In cm3: a ship's cylinder holds two million."""
+
+
 class Mechanism(Strict):
     crank_radius_mm: Positive = Field(description="r, crank radius; less than the rod's length")
     rod_length_mm: Positive = Field(description="L, wrist pin to crank pin")
@@ -39,7 +43,7 @@ class Mechanism(Strict):
 
 class Cylinder(Strict):
     bore_mm: Positive
-    clearance_volume_cm3: NotNegative = Field(default=0.0, description="volume at the upper dead centre")
+    clearance_volume_cm3: Volume = Field(default=0.0, description="volume at the upper dead centre")
     crankcase_pressure_mpa: Finite = Field(default=0.1, description="pressure under the piston")
     strokes: Literal[2, 4] = Field(description="strokes of a cycle")
 
@@ -64,7 +68,7 @@ class TablePressure(Strict):
 class Stroke(Strict):
     """The points of one stroke; volumes with the clearance volume, in either order."""
 
-    volume_cm3: list[NotNegative] = Field(min_length=2, max_length=MOST_POINTS)
+    volume_cm3: list[Volume] = Field(min_length=2, max_length=MOST_POINTS)
     pressure_mpa: list[Finite] = Field(min_length=2, max_length=MOST_POINTS, description="one for each volume")
 
 

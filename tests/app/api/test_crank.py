@@ -82,6 +82,19 @@ def test_a_faulty_point_is_named_by_its_pointer_and_repaired_when_asked(client, 
     assert result["repairs"] == [{"pointer": "/pressure/strokes/1/volume_cm3/10", "what": "points sorted by volume"}]
 
 
+def test_a_ships_cylinder_holds_more_than_a_cubic_metre(client, dynamics_request):
+    """960 mm bore and 2.5 m stroke, volumes of the example scaled up."""
+    request = copy.deepcopy(dynamics_request)
+    request["mechanism"] |= {"crank_radius_mm": 1250.0, "rod_length_mm": 3000.0, "speed_hz": 1.7}
+    request["cylinder"] |= {"bore_mm": 960.0}
+    grown = (960.0 / 80.0) ** 2 * 2500.0 / 80.0
+    request["cylinder"]["clearance_volume_cm3"] *= grown
+    for stroke in request["pressure"]["strokes"]:
+        stroke["volume_cm3"] = [v * grown for v in stroke["volume_cm3"]]
+    request["masses"]["rod_cg_from_pin_mm"] = 2000.0
+    assert client.post(DYNAMICS, json=request).json()["status"] == "succeeded"
+
+
 @pytest.mark.parametrize(
     ("path", "value", "pointer"),
     [

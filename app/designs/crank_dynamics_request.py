@@ -140,7 +140,7 @@ class Engine(Strict):
     )
     flywheel_inertia_kg_m2: NotNegative = 0.0
     wanted_irregularity: float | None = Field(
-        default=None, gt=0, le=1, description="(greatest - least speed)/mean speed; gives the flywheel for it"
+        default=None, ge=1e-9, le=1, description="(greatest - least speed)/mean speed; gives the flywheel for it"
     )
 
     def to_solver(self) -> crank.Engine:

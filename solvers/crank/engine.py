@@ -21,7 +21,8 @@ from solvers.errors import InvalidInput
 from solvers.numerics.pieces import gauss, gauss_between, maxima, means, subdivide
 
 ORDERS = (1, 2, 4)
-MOST_BREAKS = 20_000
+MOST_BREAKS, LEAST_MOST = 20_000, 500
+"""Breaks for one cylinder, and for however many: more are replaced by equal pieces, so that time stays bounded."""
 MOST_SAMPLES = 2**16
 LONGEST_PIECE = math.pi / 45.0
 _FEWEST_NODES, _MOST_NODES = 3, 24
@@ -96,8 +97,9 @@ def _shifted_breaks(cycle: Cycle, engine: Engine) -> Array:
     period, start = cycle.scene.cylinder.period, float(cycle.breaks[0])
     shifted = [start + np.mod(cycle.breaks[:-1] + phase - start, period) for phase in engine.phases]
     found = np.unique(np.concatenate([*shifted, [start, start + period]]))
-    if found.size > MOST_BREAKS:
-        found = np.linspace(start, start + period, MOST_BREAKS)
+    most = max(MOST_BREAKS // len(engine.phases), LEAST_MOST)
+    if found.size > most:
+        found = np.linspace(start, start + period, most)
     return found
 
 

@@ -148,7 +148,10 @@ class Engine:
         )
         wanted = self.wanted_irregularity
         _require(
-            wanted is None or 0 < wanted <= 1, "engine.wanted_irregularity", "must lie in (0, 1]", "(0, 1] or none"
+            wanted is None or 1e-9 <= wanted <= 1,
+            "engine.wanted_irregularity",
+            "must lie in [1e-9, 1]",
+            "[1e-9, 1] or none",
         )
 
 

@@ -149,7 +149,7 @@ def analyse(
         shared_pin=shared_pin(cycle, composition.engine, tolerance) if several else None,
         tiers=_tier_errors(scene, curve, brix),
         curve=curve,
-        warnings=_warnings(scene, swing),
+        warnings=_warnings(scene, swing, max(errors), accuracy),
     )
     settings = {
         "kinematics": "exact" if isinstance(composition.motion, ExactMotion) else "two harmonics",
@@ -205,8 +205,10 @@ def _tier_errors(scene: Scene, curve: Curve, brix: Curve | None) -> TierErrors:
     return TierErrors(float(kinematic[0]), float(kinematic[1]), pressure)
 
 
-def _warnings(scene: Scene, swing: SpeedSwing) -> tuple[str, ...]:
+def _warnings(scene: Scene, swing: SpeedSwing, error: float, accuracy: float) -> tuple[str, ...]:
     out = []
+    if error > accuracy:
+        out.append(f"the accuracy asked for was not reached: the estimate is {error:.1g}")
     if scene.mechanism.crank_radius / scene.mechanism.rod_length > _TEXTBOOK_RATIO:
         out.append("r/L exceeds 0.5: the kinematics hold, but no usual machine is built like this")
     if swing.irregularity is not None and swing.irregularity > 0.1:

@@ -1,4 +1,4 @@
-"""The command line: serve, design, check, accuracy, migrate, verify, and the first run that `make run` shows."""
+"""The command line: serve, design, check, analyse, accuracy, migrate, verify, and `make run`'s first run."""
 
 from __future__ import annotations
 
@@ -79,8 +79,14 @@ def check(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json:
 
 
 @app.command()
+def analyse(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json: AsJson = False) -> None:
+    """Analyse what a request in FILE.json describes: crank dynamics or masses; the run is stored."""
+    _solve(kind, "analysis", _read(file), database_url, as_json)
+
+
+@app.command()
 def accuracy(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json: AsJson = False) -> None:
-    """Show what accuracy costs in time, for the check or design in FILE.json; the run is stored."""
+    """Show what accuracy costs in time, for the request in FILE.json; the run is stored."""
     try:
         spec = json.loads(_read(file))
     except ValueError as error:
@@ -122,7 +128,7 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
     from app.printing import print_run
     from app.store.migrate import upgrade
     from app.store.repository import RunStore
-    from app.submission import REFUSED
+    from app.submission import REFUSED, resolved
 
     mode = Mode(mode_name)
     known = [name for name, kind in KINDS.items() if mode in modes_of(kind)]
@@ -134,13 +140,17 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
     except Problem as problem:
         _refuse(problem.body)
     started = time.perf_counter()
-    run = runs.queued(slug, mode, request)
-    answer = job.run(request)
-    if answer.status == REFUSED:
-        _refuse(answer.problem)
-    run = runs.answered(run, answer, started)
     upgrade(database_url)
     with RunStore(database_url) as store:
+        try:
+            request = asyncio.run(resolved(store, request))
+        except Problem as problem:
+            _refuse(problem.body)
+        run = runs.queued(slug, mode, request)
+        answer = job.run(request)
+        if answer.status == REFUSED:
+            _refuse(answer.problem)
+        run = runs.answered(run, answer, started)
         asyncio.run(_put(store, run))
     shown = runs.run_json(run)
     if as_json:

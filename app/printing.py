@@ -13,8 +13,13 @@ from app.designs.schema import LARGEST_INFLUENCE
 
 Row = tuple[str, str]
 
+_SHORT = 4
+"""Values that a table still shows one by one."""
+
 
 def _figure(value: Any) -> str:
+    if isinstance(value, list) and (len(value) > _SHORT or any(isinstance(item, dict) for item in value)):
+        return f"({len(value)} of them)"
     return f"{value:.6g}" if isinstance(value, float) else "none" if value is None else str(value)
 
 
@@ -38,6 +43,16 @@ def _certificate(value: dict[str, Any] | None) -> Iterator[Row]:
     if value is not None and "method" in value:
         bound = "none exists" if value["bound"] is None else f"none is better than {value['bound']:.6g}"
         yield "certificate", f"{bound}, gap {value['gap']:.1e}, by {value['method']}"
+
+
+def _worst(value: list[dict[str, Any]]) -> Iterator[Row]:
+    for item in value:
+        yield item["name"], f"{item['force_n']:.6g} N at {item['angle_deg']:.4g}°"
+
+
+def _repairs(value: list[dict[str, Any]]) -> Iterator[Row]:
+    for item in value:
+        yield f"repaired {item['pointer']}", item["what"]
 
 
 def _levels(value: list[dict[str, Any]]) -> Iterator[Row]:
@@ -67,6 +82,8 @@ _SHOWN: dict[str, Callable[[Any], Iterator[Row]]] = {
     "active_constraints": _active,
     "diagnosis": _diagnosis,
     "certificate": _certificate,
+    "worst": _worst,
+    "repairs": _repairs,
     "levels": _levels,
     "recommended": _recommended,
     "effect_costs": _effect_costs,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import time
 from dataclasses import dataclass, field
 
@@ -10,10 +11,13 @@ from pydantic import BaseModel
 
 from app import runs
 from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.references import UnfitRun, references, replaced
 from app.designs.registry import job_of
-from app.errors import Problem
+from app.designs.schema import entry
+from app.errors import INVALID, Problem, json_pointer
 from app.jobs.errors import BudgetExceeded, Busy, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.jobs.executor import Executor
+from app.store.errors import UnknownRun
 from app.store.record import Finish, RunRecord, StoredResponse
 from app.store.repository import RunStore
 
@@ -24,6 +28,23 @@ MOST_IN_BACKGROUND = 1000
 """Runs that may be queued or solved after their 202; one more is refused, not promised."""
 
 _RETRY_S = 0.2
+
+
+async def resolved(store: RunStore, request: BaseModel) -> BaseModel:
+    """The request with every stored run that it names filled in. Raises Problem for a run that cannot serve."""
+    for path, reference in list(references(request)):
+        at = json_pointer((*path, "run_id"))
+        try:
+            run = json.loads(runs.run_json(await store.get(reference.run_id)))
+            request = replaced(request, path, reference.filled(run))
+        except UnknownRun:
+            found = entry(at, "no run has this id", "the id of a stored run")
+        except UnfitRun as unfit:
+            found = entry(at, unfit.reason, unfit.allowed)
+        else:
+            continue
+        raise Problem(422, INVALID, found["detail"], [found])
+    return request
 
 
 @dataclass(frozen=True)
@@ -38,6 +59,7 @@ class Service:
     async def answer(self, kind: Kind, mode: Mode, request: BaseModel) -> RunRecord:
         """The run for a request, answered but not stored yet. Raises Problem if the solver refuses the request."""
         started = time.perf_counter()
+        request = await resolved(self.store, request)
         job = job_of(kind, mode)
         run = runs.queued(kind.slug, mode, request)
         if job.repeatable:
@@ -80,6 +102,7 @@ class Service:
         """Store the run as queued, answer 202, and solve in the background."""
         if len(self.background) >= MOST_IN_BACKGROUND:
             raise Busy(f"{len(self.background)} runs wait already")
+        request = await resolved(self.store, request)
         run = runs.queued(kind.slug, mode, request)
         response = await self._keep(run, 202, key, request_hash)
         if response.run_id == run.id:

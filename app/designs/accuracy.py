@@ -1,5 +1,5 @@
-"""The accuracy study of any kind, for the very case that a check or a design asks for: error against time, and what
-each effect changes and costs."""
+"""The accuracy study of any kind, for the very case that a request asks for: error against time, and what each effect
+changes and costs."""
 
 from __future__ import annotations
 
@@ -90,13 +90,14 @@ class _NoAnswer(Exception):
 
 @cache
 def study_job(kind: Kind) -> Job:
-    """The study of a kind, made from its checks and designs."""
-    specs = {str(mode): job.request for mode, job in kind.jobs.items() if mode in (Mode.CHECK, Mode.DESIGN)}
+    """The study of a kind, made from its checks, designs and analyses."""
+    specs = {str(mode): job.request for mode, job in kind.jobs.items()}
+    asked_for = " or ".join(f"a {mode} request" if mode != Mode.ANALYSIS else "a request" for mode in specs)
     request = create_model(
         f"{''.join(word.capitalize() for word in kind.slug.split('-'))}StudyRequest",
         __base__=StudyRequest,
         __doc__=StudyRequest.__doc__,
-        spec=(_spec(specs), Field(description="a check or a design request of this kind")),
+        spec=(_spec(specs), Field(description=f"{asked_for} of this kind")),
     )
 
     def run(asked: Any) -> Answer:
@@ -107,7 +108,7 @@ def study_job(kind: Kind) -> Job:
 
 
 def _spec(specs: dict[str, type[BaseModel]]) -> Any:
-    """A check or a design: whichever has a field of its own in what was sent."""
+    """Whichever request has a field of its own in what was sent."""
     known = {name: set(model.model_fields) for name, model in specs.items()}
     own = {name: fields.difference(*(f for n, f in known.items() if n != name)) for name, fields in known.items()}
 
@@ -118,7 +119,7 @@ def _spec(specs: dict[str, type[BaseModel]]) -> Any:
             return None
         return next((name for name, fields in own.items() if fields & value.keys()), next(iter(specs)))
 
-    return one_of(choose, specs, "a check or a design request of this kind")
+    return one_of(choose, specs, "a request of this kind")
 
 
 def _run(kind: Kind, job: Job, asked: Any) -> Answer:

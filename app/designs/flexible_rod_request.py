@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field
 
+from app.designs.references import Instant, Run, RunReference, UnfitRun, cycle_of, source_of, worst_of
 from app.designs.schema import (
     GIGA,
     MEGA,
@@ -22,6 +23,7 @@ from app.designs.schema import (
     one_of,
 )
 from solvers import rod
+from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
 
 MOST_POINTS = 10_000
@@ -86,6 +88,48 @@ class ConstantLoad(Strict):
         return rod.ConstantLoad(self.constant_pressure_mpa * MEGA, _pascal(self.back_pressure_mpa))
 
 
+class RunLoad(RunReference):
+    """A stored crank-dynamics run: its pressures (two strokes), or the one of a worst instant at all angles.
+
+    The service fills in what it takes from the run.
+    """
+
+    instant: Instant | None = Field(default=None, description="null: all pressures; or the pressure of that instant")
+    back_pressure_mpa: Finite | None = Field(default=None, description="null: the run's crankcase pressure")
+    angle_deg: list[Finite] | None = Field(default=None, description="filled in from the run")
+    pressure_mpa: list[Finite] | None = Field(default=None, description="filled in from the run")
+    taken_from: str | None = Field(default=None, description="filled in: kind and hash of the run's own request")
+
+    def filled(self, run: Run) -> Self:
+        cycle = cycle_of(run)
+        if self.instant is None and cycle["strokes"] != 2:
+            raise UnfitRun(
+                "has a cycle of four strokes; a flexible rod's cycle is one turn",
+                "a run of two strokes, or load.instant",
+            )
+        worst = None if self.instant is None else worst_of(run, self.instant)
+        back = cycle["crankcase_pressure_mpa"] if self.back_pressure_mpa is None else self.back_pressure_mpa
+        return self.model_copy(
+            update={
+                "back_pressure_mpa": back,
+                "angle_deg": cycle["angle_deg"] if worst is None else [worst["angle_deg"]],
+                "pressure_mpa": cycle["pressure_mpa"] if worst is None else [worst["pressure_mpa"]],
+                "taken_from": source_of(run),
+            }
+        )
+
+    def to_solver(self) -> rod.TableLoad | rod.ConstantLoad:
+        if not self.angle_deg or not self.pressure_mpa:
+            raise InvalidInput("load.run_id", "nothing was taken from the run", "a run of the same store")
+        if self.instant is not None:
+            return rod.ConstantLoad(self.pressure_mpa[0] * MEGA, _pascal(self.back_pressure_mpa))
+        return rod.TableLoad(
+            tuple(math.radians(a) for a in self.angle_deg),
+            tuple(p * MEGA for p in self.pressure_mpa),
+            _pascal(self.back_pressure_mpa),
+        )
+
+
 class CustomMaterial(Strict):
     elastic_modulus_gpa: Positive
     fatigue_limit_mpa: Positive = Field(description="alternating bending of a smooth specimen")
@@ -122,7 +166,7 @@ def _form_of_material(value: Any) -> str | None:
     return {CustomMaterial: "custom", CatalogueMaterial: "catalogue"}.get(type(value))
 
 
-_LOADS = {"schmidt": SchmidtLoad, "table": TableLoad, "constant": ConstantLoad}
+_LOADS = {"schmidt": SchmidtLoad, "table": TableLoad, "constant": ConstantLoad, "run": RunLoad}
 _Load = one_of(lambda value: named(value, "kind"), _LOADS, 'an object whose "kind" is one of ' + ", ".join(_LOADS))
 _Material = one_of(
     _form_of_material,

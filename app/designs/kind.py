@@ -72,7 +72,7 @@ class Job:
 class Kind:
     """A kind of design: its slug in URLs, its title for people, its jobs by mode, effects and plots by name.
 
-    ``main_results`` are the numbers of a result that an accuracy study judges.
+    ``main_results`` are the numbers of a result that an accuracy study judges; none where the answer has a closed form.
     """
 
     slug: str

@@ -5,27 +5,32 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from app.designs.accuracy import study_job
+from app.designs.crank_dynamics import CRANK_DYNAMICS
+from app.designs.crank_masses import CRANK_MASSES
 from app.designs.effect_bars import effect_bars
 from app.designs.flexible_rod import FLEXIBLE_ROD
 from app.designs.kind import Job, Kind, Mode, Plot
 from app.designs.work_precision import work_precision
 
-KINDS: dict[str, Kind] = {kind.slug: kind for kind in (FLEXIBLE_ROD,)}
+KINDS: dict[str, Kind] = {kind.slug: kind for kind in (FLEXIBLE_ROD, CRANK_DYNAMICS, CRANK_MASSES)}
 
 
 def job_of(kind: Kind, mode: Mode) -> Job:
-    """What a mode of a kind does: one of the kind's own jobs, or the accuracy study that every kind has."""
+    """What a mode of a kind does: one of its own jobs, or the accuracy study where accuracy is a choice."""
     return study_job(kind) if mode is Mode.ACCURACY else kind.jobs[mode]
 
 
 def example_of(kind: Kind, mode: Mode) -> dict[str, object]:
-    """A request of that mode: the kind's own example, or the study of its check."""
-    return {"spec": kind.example(Mode.CHECK), "study_budget_s": 2.0} if mode is Mode.ACCURACY else kind.example(mode)
+    """A request of that mode: the kind's own example, or the study of its quickest job."""
+    if mode is not Mode.ACCURACY:
+        return kind.example(mode)
+    quickest = next(m for m in (Mode.CHECK, Mode.ANALYSIS, Mode.DESIGN) if m in kind.jobs)
+    return {"spec": kind.example(quickest), "study_budget_s": 2.0}
 
 
 def modes_of(kind: Kind) -> tuple[Mode, ...]:
     """Everything that can be asked of a kind over HTTP."""
-    return (*kind.jobs, Mode.ACCURACY) if Mode.CHECK in kind.jobs or Mode.DESIGN in kind.jobs else tuple(kind.jobs)
+    return (*kind.jobs, Mode.ACCURACY) if kind.main_results else tuple(kind.jobs)
 
 
 def plots_of(kind: Kind, mode: Mode) -> Mapping[str, Plot]:

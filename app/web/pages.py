@@ -113,7 +113,8 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
     numbers = {n: v for n, v in result.items() if isinstance(v, (int, float, str)) and not isinstance(v, bool)}
     succeeded = run["status"] == RunStatus.SUCCEEDED
     plots = list(plots_of(KINDS[run["kind"]], Mode(run["mode"]))) if succeeded else []
-    return _page(request, "run.html", run=run, result=result, numbers=numbers, plots=plots)
+    studied = run["mode"] != Mode.ACCURACY and Mode.ACCURACY in modes_of(KINDS[run["kind"]])
+    return _page(request, "run.html", run=run, result=result, numbers=numbers, plots=plots, studied=studied)
 
 
 @router.post("/runs/{run_id}/accuracy")
@@ -126,7 +127,7 @@ async def study_accuracy(request: Request, run_id: str) -> Response:
         return _page(request, "missing.html", 404)
     kind = KINDS[run.kind]
     if run.mode not in kind.jobs or Mode.ACCURACY not in modes_of(kind):
-        raise Problem(409, "Nothing to study", "only checks and designs can be studied")
+        raise Problem(409, "Nothing to study", "the accuracy of this run is no choice")
     body = b'{"spec":' + run.spec + b"}"
     stored = await service.submit(kind, Mode.ACCURACY, parse(job_of(kind, Mode.ACCURACY).request, body), None, "")
     return RedirectResponse(f"/runs/{stored.run_id}", status_code=303)

@@ -39,3 +39,52 @@ def acceleration(angle: ArrayLike, crank_radius: float, rod_length: float, angul
     sine, cosine = np.sin(angle), np.cos(angle)
     numerator = (cosine - sine) * (cosine + sine) + lam**2 * sine**4
     return crank_radius * angular_speed**2 * (cosine + lam * numerator / rod_cosine(angle, lam) ** 3)
+
+
+def two_harmonic_velocity(
+    angle: ArrayLike, crank_radius: float, rod_length: float, angular_speed: float
+) -> NDArray[np.float64]:
+    """v = r omega (sin phi + (lambda/2) sin 2 phi) [m/s]: the derivative of ``brix_displacement``."""
+    lam = crank_radius / rod_length
+    return crank_radius * angular_speed * np.sin(angle) * (1.0 + lam * np.cos(angle))
+
+
+def two_harmonic_acceleration(
+    angle: ArrayLike, crank_radius: float, rod_length: float, angular_speed: float
+) -> NDArray[np.float64]:
+    """a = r omega^2 (cos phi + lambda cos 2 phi) [m/s^2]: the derivative of ``two_harmonic_velocity``."""
+    lam = crank_radius / rod_length
+    return crank_radius * angular_speed**2 * (np.cos(angle) + lam * np.cos(2.0 * np.asarray(angle)))
+
+
+def brix_displacement(angle: ArrayLike, crank_radius: float, rod_length: float) -> NDArray[np.float64]:
+    """x = r [(1 - cos phi) + (lambda/4)(1 - cos 2 phi)] [m]: Brix's construction; the differences as squared sines."""
+    lam = crank_radius / rod_length
+    return crank_radius * (2.0 * np.sin(0.5 * np.asarray(angle)) ** 2 + 0.5 * lam * np.sin(angle) ** 2)
+
+
+def crank_angle(displacement: ArrayLike, crank_radius: float, rod_length: float) -> NDArray[np.float64]:
+    """The inverse of ``displacement`` on the downward stroke [rad].
+
+    phi = 2 atan2(sqrt(x (2L - x)), sqrt((2r - x)(2r + 2L - x))), exact and without cancellation at both dead centres;
+    the roots are taken factor by factor, so that x = 1e-300 does not underflow. Positions beyond a dead centre are
+    taken as the dead centre.
+    """
+    x = np.clip(np.asarray(displacement, dtype=float), 0.0, 2.0 * crank_radius)
+    rest = 2.0 * crank_radius - x
+    down = np.sqrt(x) * np.sqrt(2.0 * rod_length - x)
+    return 2.0 * np.arctan2(down, np.sqrt(rest) * np.sqrt(rest + 2.0 * rod_length))
+
+
+def brix_crank_angle(displacement: ArrayLike, crank_radius: float, rod_length: float) -> NDArray[np.float64]:
+    """The inverse of ``brix_displacement`` on the downward stroke [rad].
+
+    With s = sin^2(phi/2) the position is x = 2 r s (1 + lambda (1 - s)), a quadratic whose small root is
+    s = x/r/(1 + lambda + sqrt((1 + lambda)^2 - 2 lambda x/r)); 1 - s follows from the distance to the lower dead centre
+    in the same way, so neither end cancels.
+    """
+    lam = crank_radius / rod_length
+    x = np.clip(np.asarray(displacement, dtype=float) / crank_radius, 0.0, 2.0)
+    root = np.sqrt((1.0 - lam) ** 2 + 2.0 * lam * (2.0 - x))
+    below, above = x / (1.0 + lam + root), (2.0 - x) / (1.0 - lam + root)
+    return 2.0 * np.arctan2(np.sqrt(below), np.sqrt(above))

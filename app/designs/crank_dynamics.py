@@ -1,0 +1,269 @@
+"""Crank dynamics at the edge: results in degrees, megapascals, newtons, and the call into the solver."""
+
+from __future__ import annotations
+
+import json
+import math
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from pydantic import Field
+
+from app.designs.crank_dynamics_plots import PLOTS
+from app.designs.crank_dynamics_request import DynamicsRequest
+from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.schema import MEGA, MILLI, Strict, envelope, pointer, refusal_problem, scaled
+from solvers import crank
+from solvers.crank.cycle import Forces
+from solvers.crank.engine import Balance, SpeedSwing
+from solvers.crank.pressure import TableCurve
+from solvers.errors import InvalidInput
+
+
+class Series(Strict):
+    """One column per quantity; compression of the rod is positive, the radial force points to the shaft."""
+
+    angle_deg: list[float]
+    pressure_mpa: list[float]
+    brix_pressure_mpa: list[float] | None = Field(description="unrolled by Brix's construction; null: not unrolled")
+    gas_force_n: list[float]
+    inertia_force_n: list[float]
+    side_force_n: list[float]
+    rod_force_n: list[float]
+    tangential_force_n: list[float]
+    radial_force_n: list[float]
+    torque_nm: list[float]
+    wrist_pin_load_n: list[float]
+    crank_pin_load_n: list[float]
+    main_bearing_load_n: list[float]
+
+
+class WorstInstant(Strict):
+    """The instant at which one force is greatest."""
+
+    name: str
+    angle_deg: float
+    force_n: float
+    pressure_mpa: float
+    feeds: str | None = Field(description="the kind of design that this instant loads")
+
+
+class CyclePoints(Strict):
+    """The pressures as used: what a rod design takes when it names this run as its load."""
+
+    strokes: int
+    angle_deg: list[float]
+    pressure_mpa: list[float]
+    crankcase_pressure_mpa: float
+
+
+class Jump(Strict):
+    angle_deg: float
+    jump_mpa: float = Field(description="pressure just behind the dead centre less that just before it")
+
+
+class RepairDone(Strict):
+    pointer: str
+    what: str
+
+
+class Unbalance(Strict):
+    order: int
+    force_n: float
+    couple_nm: float | None
+
+
+class EngineResult(Strict):
+    """All cylinders together."""
+
+    mean_torque_nm: float
+    torque_max_nm: float
+    torque_min_nm: float
+    indicated_power_w: float
+    reciprocating_unbalance: list[Unbalance]
+    rotating_unbalance_n: float
+    rotating_couple_nm: float | None
+    shared_crank_pin_load_max_n: float | None
+    shared_main_bearing_load_max_n: float | None
+
+
+class DynamicsResult(Strict):
+    """Forces over the cycle; torque and power at the top are those of one cylinder, irregularity that of the shaft."""
+
+    reciprocating_mass_kg: float
+    rotating_mass_kg: float
+    rod_mass_at_pin_kg: float
+    rod_mass_at_crank_kg: float
+    inertia_defect_kg_m2: float
+    mean_torque_nm: float
+    indicated_power_w: float
+    irregularity: float | None = Field(description="(greatest - least speed)/mean for the inertia there is; null: none")
+    torque_irregularity: float | None = Field(description="(greatest - least torque)/mean torque; null: no mean torque")
+    work_fluctuation_j: float = Field(description="work between the extremes of the speed")
+    shaft_inertia_kg_m2: float
+    flywheel_inertia_wanted_kg_m2: float | None = Field(description="null: no irregularity was asked for")
+    brix_error: float = Field(description="greatest error of Brix's displacement, relative to the crank radius")
+    two_harmonic_error: float = Field(description="greatest error of the two-harmonic acceleration, of its greatest")
+    brix_pressure_error_mpa: float | None
+    gas_force_max_n: float
+    rod_compression_max_n: float
+    rod_tension_max_n: float = Field(description="negative where the rod is never in tension")
+    side_force_max_n: float
+    wrist_pin_load_max_n: float
+    crank_pin_load_max_n: float
+    main_bearing_load_max_n: float
+    stroke_mm: float
+    upper_dead_centre_deg: float
+    lower_dead_centre_deg: float
+    worst: list[WorstInstant]
+    engine: EngineResult | None
+    dead_centre_jumps: list[Jump]
+    repairs: list[RepairDone]
+    cycle: CyclePoints
+    series: Series
+    warnings: list[str]
+
+
+_FEEDS = {"wrist_pin_load_max": "pin-profile", "rod_compression_max": "flexible-rod", "rod_tension_max": "flexible-rod"}
+
+
+def _column(values: np.ndarray, unit: float = 1.0) -> list[float]:
+    return (values / unit).tolist()
+
+
+def _series(found: crank.CrankDynamics) -> dict[str, Any]:
+    f: Forces = found.series
+    return {
+        "angle_deg": np.degrees(found.angle).tolist(),
+        "pressure_mpa": _column(f.pressure, MEGA),
+        "brix_pressure_mpa": None if found.brix_pressure is None else _column(found.brix_pressure, MEGA),
+        "gas_force_n": _column(f.gas),
+        "inertia_force_n": _column(f.inertia),
+        "side_force_n": _column(f.side),
+        "rod_force_n": _column(f.rod),
+        "tangential_force_n": _column(f.tangential),
+        "radial_force_n": _column(f.radial),
+        "torque_nm": _column(f.torque),
+        "wrist_pin_load_n": _column(f.wrist_pin_load),
+        "crank_pin_load_n": _column(f.crank_pin_load),
+        "main_bearing_load_n": _column(f.main_bearing_load),
+    }
+
+
+def _cycle(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:
+    curve = found.curve
+    if isinstance(curve, TableCurve):
+        angle, pressure = np.asarray(curve.angle), np.asarray(curve.values)
+    else:
+        angle = np.unique(np.concatenate([np.mod(curve.breaks, scene.cylinder.period), found.angle]))
+        pressure = curve.pressure(angle)
+    return {
+        "strokes": scene.cylinder.strokes,
+        "angle_deg": np.degrees(angle).tolist(),
+        "pressure_mpa": _column(pressure, MEGA),
+        "crankcase_pressure_mpa": scene.cylinder.crankcase_pressure / MEGA,
+    }
+
+
+def _engine(found: crank.CrankDynamics, cylinders: int) -> dict[str, Any] | None:
+    swing: SpeedSwing = found.swing
+    unbalance: Balance | None = found.balance
+    if unbalance is None:
+        return None
+    pin = found.shared_pin
+    return {
+        "mean_torque_nm": swing.torque_mean,
+        "torque_max_nm": swing.torque_max,
+        "torque_min_nm": swing.torque_min,
+        "indicated_power_w": cylinders * found.indicated_power,
+        "reciprocating_unbalance": [
+            {"order": u.order, "force_n": u.force, "couple_nm": u.couple} for u in unbalance.reciprocating
+        ],
+        "rotating_unbalance_n": unbalance.rotating_force,
+        "rotating_couple_nm": unbalance.rotating_couple,
+        "shared_crank_pin_load_max_n": pin and pin.crank_pin_load,
+        "shared_main_bearing_load_max_n": pin and pin.main_bearing_load,
+    }
+
+
+def run_dynamics(request: DynamicsRequest) -> Answer:
+    """Analyse the mechanism."""
+    try:
+        scene, repairs = request.scene()
+        outcome = crank.analyse(
+            scene, request.selection(), request.effect_tolerance, request.accuracy, request.series_angles
+        )
+    except InvalidInput as refusal:
+        return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
+    found = outcome.value
+    top, bottom = found.dead_centres
+    result = {
+        "reciprocating_mass_kg": found.reciprocating_mass,
+        "rotating_mass_kg": found.rotating_mass,
+        "rod_mass_at_pin_kg": found.rod_mass_at_pin,
+        "rod_mass_at_crank_kg": found.rod_mass_at_crank,
+        "inertia_defect_kg_m2": found.inertia_defect,
+        "mean_torque_nm": found.torque_mean,
+        "indicated_power_w": found.indicated_power,
+        "irregularity": found.swing.irregularity,
+        "torque_irregularity": found.swing.torque_irregularity,
+        "work_fluctuation_j": found.swing.work_fluctuation,
+        "shaft_inertia_kg_m2": found.swing.inertia,
+        "flywheel_inertia_wanted_kg_m2": found.swing.flywheel_inertia_wanted,
+        "brix_error": found.tiers.brix_displacement,
+        "two_harmonic_error": found.tiers.two_harmonic_acceleration,
+        "brix_pressure_error_mpa": scaled(found.tiers.brix_pressure, MEGA),
+        **{f"{w.name}_n": w.force for w in found.worst},
+        "stroke_mm": found.stroke / MILLI,
+        "upper_dead_centre_deg": math.degrees(top),
+        "lower_dead_centre_deg": math.degrees(bottom),
+        "worst": [
+            {
+                "name": w.name,
+                "angle_deg": math.degrees(w.angle),
+                "force_n": w.force,
+                "pressure_mpa": w.pressure / MEGA,
+                "feeds": _FEEDS.get(w.name),
+            }
+            for w in found.worst
+        ],
+        "engine": _engine(found, len(scene.engine.phases)),
+        "dead_centre_jumps": [{"angle_deg": math.degrees(a), "jump_mpa": jump / MEGA} for a, jump in found.jumps],
+        "repairs": [{"pointer": pointer(request, done.field), "what": done.what} for done in repairs],
+        "cycle": _cycle(found, scene),
+        "series": _series(found),
+        "warnings": list(found.warnings),
+    }
+    return envelope(outcome, result)
+
+
+def effects() -> list[dict[str, Any]]:
+    """The effects a crank mechanism's scene can call for."""
+    return [{"name": e.name, "summary": e.summary, "measure": e.measure} for e in crank.EFFECTS]
+
+
+def example(mode: Mode) -> dict[str, Any]:
+    """A car's cylinder on a made-up indicator diagram."""
+    return json.loads((files("app.designs") / "examples" / f"crank-dynamics-{mode}.json").read_text("utf-8"))
+
+
+CRANK_DYNAMICS = Kind(
+    slug="crank-dynamics",
+    title="Crank dynamics",
+    summary="forces, torque and power of a crank mechanism over its cycle, and the instants that load its parts",
+    jobs={Mode.ANALYSIS: Job(DynamicsRequest, DynamicsResult, run_dynamics)},
+    effects=effects,
+    example=example,
+    plots=PLOTS,
+    main_results=(
+        "mean_torque_nm",
+        "indicated_power_w",
+        "work_fluctuation_j",
+        "rod_compression_max_n",
+        "side_force_max_n",
+        "wrist_pin_load_max_n",
+        "crank_pin_load_max_n",
+        "main_bearing_load_max_n",
+    ),
+)

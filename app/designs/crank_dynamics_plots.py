@@ -1,0 +1,118 @@
+"""Pictures of a crank mechanism's cycle: pressure over the angle, forces over the angle, the crank pin's polar load,
+and what the textbooks' two harmonics get wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from app.designs.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
+from solvers.crank import kinematics
+
+
+def _closed(values: Sequence[float]) -> list[float]:
+    return [*values, values[0]]
+
+
+def _angles(run: dict[str, Any]) -> tuple[list[float], float]:
+    angles, period = run["result"]["series"]["angle_deg"], 180.0 * run["result"]["cycle"]["strokes"]
+    return [*angles, period], period
+
+
+def pressure_over_angle(run: dict[str, Any]) -> str:
+    """SVG of p(phi), exact and by Brix's construction, with the dead centres."""
+    series, (angles, period) = run["result"]["series"], _angles(run)
+    pressure, brix = _closed(series["pressure_mpa"]), series["brix_pressure_mpa"]
+    scale = around(pressure)
+    chart = Chart("Pressure over the crank angle", Linear(0.0, period), scale, "crank angle, °", "pressure, MPa")
+    for jump in run["result"]["dead_centre_jumps"]:
+        chart.line([jump["angle_deg"]] * 2, [scale.low, scale.high], GREY, dashes="2 4")
+    if brix is not None:
+        chart.line(angles, _closed(brix), RED, dashes="5 3")
+        chart.words(0.04 * period, scale.low + 0.86 * (scale.high - scale.low), "by Brix's construction", RED)
+    chart.line(angles, pressure, BLUE)
+    chart.words(0.04 * period, scale.low + 0.93 * (scale.high - scale.low), "exact", BLUE)
+    return chart.svg()
+
+
+_FORCES = (
+    ("gas_force_n", "gas", GREY),
+    ("inertia_force_n", "inertia", GREEN),
+    ("side_force_n", "side", RED),
+    ("tangential_force_n", "tangential", BLUE),
+)
+
+
+def forces_over_angle(run: dict[str, Any]) -> str:
+    """SVG of gas, inertia, side and tangential force over the cycle."""
+    series, (angles, period) = run["result"]["series"], _angles(run)
+    columns = [[value / 1e3 for value in _closed(series[name])] for name, _, _ in _FORCES]
+    scale = around(value for column in columns for value in column)
+    chart = Chart("Forces over the crank angle", Linear(0.0, period), scale, "crank angle, °", "force, kN")
+    for row, (column, (_, words, color)) in enumerate(zip(columns, _FORCES, strict=True)):
+        chart.line(angles, column, color)
+        chart.words(0.04 * period, scale.low + (0.93 - 0.07 * row) * (scale.high - scale.low), words, color)
+    return chart.svg()
+
+
+def crank_pin_polar(run: dict[str, Any]) -> str:
+    """SVG of the load on the crank pin, seen from the crank: tangential across, away from the shaft upwards."""
+    result, series = run["result"], run["result"]["series"]
+    mechanism = run["spec"]["mechanism"]
+    speed = 6.283185307179586 * mechanism["speed_hz"]
+    outward = result["rod_mass_at_crank_kg"] * mechanism["crank_radius_mm"] / 1e3 * speed**2
+    across = [value / 1e3 for value in _closed(series["tangential_force_n"])]
+    up = [(outward - value) / 1e3 for value in _closed(series["radial_force_n"])]
+    # One scale for both axes, so that directions are true: the plot is 470 wide and 308 high.
+    tall = around([*up, 0.0])
+    wide = around([*across, 0.0])
+    step = max((tall.high - tall.low) / 308.0, (wide.high - wide.low) / 470.0)
+    x_mid, y_mid = 0.5 * (wide.low + wide.high), 0.5 * (tall.low + tall.high)
+    x, y = (Linear(mid - half * step, mid + half * step) for mid, half in ((x_mid, 235.0), (y_mid, 154.0)))
+    chart = Chart("Load on the crank pin, turning with the crank", x, y, "tangential, kN", "away from the shaft, kN")
+    chart.line(across, up, BLUE)
+    chart.mark(0.0, 0.0, "", GREY)
+    worst = next(w for w in result["worst"] if w["name"] == "crank_pin_load_max")
+    nearest = min(range(len(across)), key=lambda i: -(across[i] ** 2 + up[i] ** 2))
+    chart.mark(across[nearest], up[nearest], f"{worst['force_n'] / 1e3:.3g} kN at {worst['angle_deg']:.0f}°", RED)
+    return chart.svg()
+
+
+def two_harmonic_effect(run: dict[str, Any]) -> str:
+    """SVG of what Brix's construction and the two-harmonic acceleration get wrong over the cycle, in per cent.
+
+    Displacement of the crank radius, acceleration of its greatest value, pressure (where one is unrolled) of its
+    greatest magnitude; all for the mechanism without its offset.
+    """
+    series, (angles, period) = run["result"]["series"], _angles(run)
+    mechanism = run["spec"]["mechanism"]
+    r, length = mechanism["crank_radius_mm"], mechanism["rod_length_mm"]
+    phi = np.radians(angles)
+    moved = (kinematics.brix_displacement(phi, r, length) - kinematics.displacement(phi, r, length)) / r
+    hastened = kinematics.two_harmonic_acceleration(phi, r, length, 1.0) - kinematics.acceleration(phi, r, length, 1.0)
+    columns = [
+        ("displacement", BLUE, (100.0 * moved).tolist()),
+        ("acceleration", GREEN, (100.0 * hastened / (r * (1.0 + r / length))).tolist()),
+    ]
+    if series["brix_pressure_mpa"] is not None:
+        greatest = max(abs(p) for p in series["pressure_mpa"]) or 1.0
+        pairs = zip(series["brix_pressure_mpa"], series["pressure_mpa"], strict=True)
+        columns.append(("pressure", RED, _closed([100.0 * (brix - exact) / greatest for brix, exact in pairs])))
+    fitted = around(value for _, _, column in columns for value in column)
+    scale = Linear(fitted.low, fitted.high + 0.35 * (fitted.high - fitted.low))  # Room for the words.
+    title = "What two harmonics get wrong"
+    chart = Chart(title, Linear(0.0, period), scale, "crank angle, °", "error, %")
+    for row, (words, color, column) in enumerate(columns):
+        chart.line(angles, column, color)
+        chart.words(0.04 * period, scale.low + (0.93 - 0.07 * row) * (scale.high - scale.low), words, color)
+    return chart.svg()
+
+
+PLOTS = {
+    "pressure-over-angle": pressure_over_angle,
+    "forces-over-angle": forces_over_angle,
+    "crank-pin-polar": crank_pin_polar,
+    "two-harmonic-effect": two_harmonic_effect,
+}

@@ -1,0 +1,261 @@
+"""Mass reduction at the edge: a rod's masses by swinging, weighing or estimate, in millimetres and kilograms."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Mapping
+from importlib.resources import files
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, RootModel
+
+from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.schema import (
+    MILLI,
+    Entry,
+    NotNegative,
+    Positive,
+    SolverRequest,
+    Strict,
+    named,
+    one_of,
+    refusal_problem,
+)
+from solvers import crank
+from solvers.errors import InvalidInput
+
+_DEGREE = math.pi / 180.0
+Amplitude = Annotated[float, Field(ge=0, lt=90, description="how far the rod swings to either side")]
+Gravity = Annotated[float, Field(gt=0, le=100)]
+
+
+def _si(model: BaseModel, units: Mapping[str, tuple[str, float]]) -> dict[str, Any]:
+    """The fields of a model that are there, by the solver's names and in SI."""
+    found = {}
+    for field, (name, unit) in units.items():
+        value = getattr(model, field, None)
+        if value is not None:
+            found[name] = value * unit
+    return found
+
+
+class PendulumUncertainty(Strict):
+    """Standard uncertainties of what was measured."""
+
+    pivot_distance_mm: NotNegative = 0.0
+    period_small_end_s: NotNegative = 0.0
+    period_big_end_s: NotNegative = 0.0
+    rod_mass_kg: NotNegative = 0.0
+    amplitude_deg: NotNegative = 0.0
+    gravity_m_s2: NotNegative = 0.0
+    small_end_bore_radius_mm: NotNegative = 0.0
+    big_end_bore_radius_mm: NotNegative = 0.0
+
+
+_PENDULUM = {
+    "pivot_distance_mm": ("pivot_distance", MILLI),
+    "period_small_end_s": ("period_small_end", 1.0),
+    "period_big_end_s": ("period_big_end", 1.0),
+    "rod_mass_kg": ("rod_mass", 1.0),
+    "amplitude_deg": ("amplitude", _DEGREE),
+    "gravity_m_s2": ("gravity", 1.0),
+    "small_end_bore_radius_mm": ("small_end_bore_radius", MILLI),
+    "big_end_bore_radius_mm": ("big_end_bore_radius", MILLI),
+}
+
+
+class PendulumRequest(SolverRequest):
+    """The rod swings from its small end, then from its big end."""
+
+    method: Literal["pendulum"]
+    pivot_distance_mm: Positive = Field(description="between the two knife edges")
+    period_small_end_s: Positive = Field(description="hung at the small end")
+    period_big_end_s: Positive = Field(description="hung at the big end")
+    rod_mass_kg: Positive
+    amplitude_deg: Amplitude = 0.0
+    gravity_m_s2: Gravity = 9.80665
+    small_end_bore_radius_mm: NotNegative = Field(default=0.0, description="where the edge carries the bore's inside")
+    big_end_bore_radius_mm: NotNegative = 0.0
+    uncertainty: PendulumUncertainty = PendulumUncertainty()
+
+    def solve(self) -> crank.RodMasses:
+        uncertainty = _si(self.uncertainty, _PENDULUM)
+        return crank.swing(crank.Pendulum(**_si(self, _PENDULUM), uncertainty=uncertainty))
+
+
+class WeighingUncertainty(Strict):
+    """Standard uncertainties of what was measured."""
+
+    length_mm: NotNegative = 0.0
+    small_end_reading_kg: NotNegative = 0.0
+    big_end_reading_kg: NotNegative = 0.0
+    period_small_end_s: NotNegative = 0.0
+    amplitude_deg: NotNegative = 0.0
+    gravity_m_s2: NotNegative = 0.0
+    small_end_bore_radius_mm: NotNegative = 0.0
+
+
+_WEIGHING = {
+    "length_mm": ("length", MILLI),
+    "small_end_reading_kg": ("small_end_reading", 1.0),
+    "big_end_reading_kg": ("big_end_reading", 1.0),
+    "rod_mass_kg": ("rod_mass", 1.0),
+    "period_small_end_s": ("period_small_end", 1.0),
+    "amplitude_deg": ("amplitude", _DEGREE),
+    "gravity_m_s2": ("gravity", 1.0),
+    "small_end_bore_radius_mm": ("small_end_bore_radius", MILLI),
+}
+
+
+class WeighingRequest(SolverRequest):
+    """The rod lies level on two supports at its pin centres; a period adds the moment of inertia."""
+
+    method: Literal["weighing"]
+    length_mm: Positive = Field(description="between the pin centres")
+    small_end_reading_kg: Positive
+    big_end_reading_kg: Positive
+    rod_mass_kg: Positive | None = Field(
+        default=None, description="weighed by itself, to see whether the readings close"
+    )
+    period_small_end_s: Positive | None = Field(default=None, description="hung at the small end; null: no inertia")
+    small_end_bore_radius_mm: NotNegative = 0.0
+    amplitude_deg: Amplitude = 0.0
+    gravity_m_s2: Gravity = 9.80665
+    uncertainty: WeighingUncertainty = WeighingUncertainty()
+
+    def solve(self) -> crank.RodMasses:
+        uncertainty = _si(self.uncertainty, _WEIGHING)
+        if self.period_small_end_s is None:
+            uncertainty.pop("period_small_end")
+        return crank.weigh(crank.Weighing(**_si(self, _WEIGHING), uncertainty=uncertainty))
+
+
+class EstimateUncertainty(Strict):
+    """Standard uncertainties of what was assumed."""
+
+    bore_mm: NotNegative = 0.0
+    piston_kg_m2: NotNegative = 0.0
+    rod_kg_m2: NotNegative = 0.0
+
+
+_ESTIMATE = {
+    "bore_mm": ("bore", MILLI),
+    "piston_kg_m2": ("piston_area_density", 1.0),
+    "rod_kg_m2": ("rod_area_density", 1.0),
+}
+
+
+class EstimateRequest(SolverRequest):
+    """Constructive masses of an existing engine, scaled to a bore."""
+
+    method: Literal["estimate"]
+    bore_mm: Positive
+    piston_kg_m2: Positive = Field(description="piston group per piston area")
+    rod_kg_m2: Positive = Field(description="rod per piston area")
+    uncertainty: EstimateUncertainty = EstimateUncertainty()
+
+    def solve(self) -> crank.RodMasses:
+        uncertainty = _si(self.uncertainty, _ESTIMATE)
+        return crank.estimate(crank.Estimate(**_si(self, _ESTIMATE), uncertainty=uncertainty))
+
+
+_METHODS = {"pendulum": PendulumRequest, "weighing": WeighingRequest, "estimate": EstimateRequest}
+_Method = one_of(
+    lambda value: named(value, "method"), _METHODS, 'an object whose "method" is one of ' + ", ".join(_METHODS)
+)
+
+
+class MassesRequest(RootModel[_Method]):  # type: ignore[valid-type]
+    """Masses of a rod by one of three methods."""
+
+    model_config = ConfigDict(strict=True, frozen=True, hide_input_in_errors=True)
+
+    @property
+    def name(self) -> str:
+        return self.root.name
+
+    def contradictions(self) -> list[Entry]:
+        return self.root.contradictions()
+
+
+class MassesResult(Strict):
+    """What was found, null where the method cannot tell; ``_u`` are standard uncertainties, null where unknown."""
+
+    rod_cg_from_pin_mm: float | None
+    rod_cg_from_pin_mm_u: float | None
+    rod_mass_at_pin_kg: float | None
+    rod_mass_at_pin_kg_u: float | None
+    rod_mass_at_crank_kg: float | None
+    rod_mass_at_crank_kg_u: float | None
+    rod_inertia_kg_m2: float | None
+    rod_inertia_kg_m2_u: float | None
+    inertia_defect_kg_m2: float | None
+    inertia_defect_kg_m2_u: float | None
+    piston_mass_kg: float | None
+    piston_mass_kg_u: float | None
+    rod_mass_kg: float | None
+    rod_mass_kg_u: float | None
+    uncertainty_method: str | None = Field(description="linear, or Monte Carlo where the linear law fails")
+    intervals: dict[str, list[float]] = Field(description="the middle 95 % by Monte Carlo, where that was needed")
+    warnings: list[str]
+
+
+_SHOWN = {
+    "rod_cg_from_pin_mm": ("rod_cg_from_pin", MILLI),
+    "rod_mass_at_pin_kg": ("rod_mass_at_pin", 1.0),
+    "rod_mass_at_crank_kg": ("rod_mass_at_crank", 1.0),
+    "rod_inertia_kg_m2": ("rod_inertia", 1.0),
+    "inertia_defect_kg_m2": ("inertia_defect", 1.0),
+    "piston_mass_kg": ("piston_mass", 1.0),
+    "rod_mass_kg": ("rod_mass", 1.0),
+}
+_ROUNDING = 1e-14
+
+
+def run_masses(request: MassesRequest) -> Answer:
+    """Find the masses."""
+    asked, started = request.root, time.perf_counter()
+    try:
+        found = asked.solve()
+    except InvalidInput as refusal:
+        return Answer("refused", None, [], None, {}, refusal_problem(asked, refusal))
+    result: dict[str, Any] = {}
+    intervals: dict[str, list[float]] = {}
+    known = found.uncertainty
+    for shown, (name, unit) in _SHOWN.items():
+        value = found.values.get(name)
+        result[shown] = None if value is None else value / unit
+        result[shown + "_u"] = None if known is None or name not in known.standard else known.standard[name] / unit
+        if known is not None and name in known.interval:
+            intervals[shown] = [end / unit for end in known.interval[name]]
+    result |= {
+        "uncertainty_method": known and known.method,
+        "intervals": intervals,
+        "warnings": list(found.warnings),
+    }
+    accuracy = {"requested": asked.accuracy, "estimated": _ROUNDING, "settings": {"form": "closed"}}
+    return Answer("succeeded", result, [], accuracy, {"solve_s": time.perf_counter() - started})
+
+
+def effects() -> list[dict[str, Any]]:
+    """None: the formulas are closed and leave nothing out by choice."""
+    return []
+
+
+def example(mode: Mode) -> dict[str, Any]:
+    """A made-up rod on two knife edges."""
+    return json.loads((files("app.designs") / "examples" / f"crank-masses-{mode}.json").read_text("utf-8"))
+
+
+CRANK_MASSES = Kind(
+    slug="crank-masses",
+    title="Crank masses",
+    summary="a rod's reduced masses by swinging it, by weighing its ends, or by estimate",
+    jobs={Mode.ANALYSIS: Job(MassesRequest, MassesResult, run_masses)},
+    effects=effects,
+    example=example,
+    plots={},
+    main_results=(),
+)

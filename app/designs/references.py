@@ -1,0 +1,122 @@
+"""Requests that name a stored run: any model in a request may be a reference, and is filled in before anything solves.
+
+The filled reference keeps the run's id beside what was taken from it, so that a stored request says where its numbers
+came from and can still be solved without the store.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal, Self
+
+from pydantic import BaseModel, Field, RootModel
+
+from app.designs.schema import Positive, Strict
+from solvers.errors import InvalidInput
+
+Path = tuple[str | int, ...]
+Run = dict[str, Any]
+"""A stored run as its JSON tells it."""
+
+
+class UnfitRun(Exception):
+    """The run that a request names cannot give what the request takes from it."""
+
+    def __init__(self, reason: str, allowed: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+        self.allowed = allowed
+
+
+class RunReference(Strict):
+    """Something taken from a stored run."""
+
+    kind: Literal["run"]
+    run_id: str = Field(min_length=1, max_length=64, pattern=r"^[\w-]+$", description="the id of a stored run")
+
+    def filled(self, run: Run) -> Self:
+        """The reference with what it takes from the run. Raises UnfitRun."""
+        raise NotImplementedError
+
+
+def references(request: Any, path: Path = ()) -> Iterator[tuple[Path, RunReference]]:
+    """Every reference in a request, with its place."""
+    if isinstance(request, RunReference):
+        yield path, request
+    elif isinstance(request, RootModel):
+        yield from references(request.root, path)
+    elif isinstance(request, BaseModel):
+        for name in type(request).model_fields:
+            yield from references(getattr(request, name), (*path, name))
+    elif isinstance(request, (list, tuple)) and request and isinstance(request[0], BaseModel):
+        for index, item in enumerate(request):
+            yield from references(item, (*path, index))
+
+
+def replaced(request: Any, path: Path, value: RunReference) -> Any:
+    """The request with another value at a place that ``references`` told."""
+    if not path:
+        return value
+    step, rest = path[0], path[1:]
+    if isinstance(request, RootModel):
+        return type(request).model_construct(root=replaced(request.root, path, value))
+    if isinstance(request, BaseModel):
+        return request.model_copy(update={str(step): replaced(getattr(request, str(step)), rest, value)})
+    return [replaced(item, rest, value) if index == step else item for index, item in enumerate(request)]
+
+
+def _succeeded_dynamics(run: Run) -> Mapping[str, Any]:
+    if run["kind"] != "crank-dynamics" or run["status"] != "succeeded":
+        raise UnfitRun(f"is a run of {run['kind']} that {run['status']}", "a succeeded run of crank-dynamics")
+    return run["result"]
+
+
+def cycle_of(run: Run) -> Mapping[str, Any]:
+    """The pressures of a crank-dynamics run: strokes, angle_deg, pressure_mpa, crankcase_pressure_mpa."""
+    return _succeeded_dynamics(run)["cycle"]
+
+
+def worst_of(run: Run, name: str) -> Mapping[str, Any]:
+    """A worst instant of a crank-dynamics run by name: angle_deg, force_n, pressure_mpa."""
+    found = [instant for instant in _succeeded_dynamics(run)["worst"] if instant["name"] == name]
+    if not found:
+        raise UnfitRun(f"has no instant {name}", "a run with that instant")
+    return found[0]
+
+
+def source_of(run: Run) -> str:
+    """What a stored request says of where its numbers came from: kind and hash of the run's own request."""
+    return f"{run['kind']} {run['spec_hash']}"
+
+
+Instant = Literal[
+    "gas_force_max",
+    "rod_compression_max",
+    "rod_tension_max",
+    "side_force_max",
+    "wrist_pin_load_max",
+    "crank_pin_load_max",
+    "main_bearing_load_max",
+]
+"""Worst instants of a crank-dynamics run."""
+
+
+class RunForce(RunReference):
+    """The force at a worst instant of a stored crank-dynamics run; the service fills in what it takes from there."""
+
+    instant: Instant = Field(default="wrist_pin_load_max", description="which greatest force is taken")
+    force_n: Positive | None = Field(default=None, description="filled in from the run")
+    taken_from: str | None = Field(default=None, description="filled in: kind and hash of the run's own request")
+
+    def filled(self, run: Run) -> Self:
+        force = worst_of(run, self.instant)["force_n"]
+        if force <= 0:
+            raise UnfitRun(f"has no {self.instant}: that force never occurs", "an instant whose force is positive")
+        return self.model_copy(update={"force_n": force, "taken_from": source_of(run)})
+
+    @property
+    def force(self) -> float:
+        """What was taken [N]. Raises InvalidInput before anything was."""
+        if self.force_n is None:
+            raise InvalidInput("load.run_id", "nothing was taken from the run", "a run of the same store")
+        return self.force_n

@@ -1,0 +1,216 @@
+"""The dynamics of a crank mechanism over its cycle: forces, torque and power, the worst instants, unbalance."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.crank import kinematics
+from solvers.crank.cycle import Array, Cycle, Forces
+from solvers.crank.effects import choose_for, compose
+from solvers.crank.engine import Balance, SharedPin, SpeedSwing, balance, require_pairs, shared_pin, speed_swing
+from solvers.crank.indicator import IndicatorCurve
+from solvers.crank.motion import ExactMotion, TwoHarmonicMotion
+from solvers.crank.pressure import Curve
+from solvers.crank.scene import Scene
+from solvers.effects import AUTO, EffectSelection
+from solvers.errors import InvalidInput
+from solvers.numerics.pieces import CANCELLED, Maxima, maxima, means
+from solvers.outcome import Accuracy, Outcome, Status
+
+SERIES_ANGLES = 360
+_ROUNDING = 1e-14
+_TEXTBOOK_RATIO = 0.5
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The instant at which a force is greatest: its name, where [rad], its value [N] and the pressure [Pa] there."""
+
+    name: str
+    angle: float
+    force: float
+    pressure: float
+
+
+@dataclass(frozen=True)
+class TierErrors:
+    """What the textbooks' forms get wrong for this mechanism (without offset).
+
+    ``brix_displacement``  greatest |x_Brix - x|/r
+    ``two_harmonic_acceleration``  greatest |a_2 - a|/(r omega^2 (1 + lambda))
+    ``brix_pressure``  greatest |p_Brix(phi) - p(phi)| [Pa]; None where nothing is unrolled
+    """
+
+    brix_displacement: float
+    two_harmonic_acceleration: float
+    brix_pressure: float | None
+
+
+@dataclass(frozen=True)
+class CrankDynamics:
+    """The results, SI units. ``torque_mean`` and ``indicated_power`` are those of one cylinder."""
+
+    angle: Array
+    series: Forces
+    brix_pressure: Array | None
+    reciprocating_mass: float
+    rotating_mass: float
+    rod_mass_at_pin: float
+    rod_mass_at_crank: float
+    inertia_defect: float
+    torque_mean: float
+    indicated_power: float
+    stroke: float
+    dead_centres: tuple[float, float]
+    jumps: tuple[tuple[float, float], ...]
+    worst: tuple[Worst, ...]
+    swing: SpeedSwing
+    balance: Balance | None
+    shared_pin: SharedPin | None
+    tiers: TierErrors
+    curve: Curve
+    warnings: tuple[str, ...]
+
+
+_WORST = (
+    ("gas_force_max", lambda f: f.gas),
+    ("rod_compression_max", lambda f: f.rod),
+    ("rod_tension_max", lambda f: -f.rod),
+    ("side_force_max", lambda f: np.abs(f.side)),
+    ("wrist_pin_load_max", lambda f: f.wrist_pin_load),
+    ("crank_pin_load_max", lambda f: f.crank_pin_load),
+    ("main_bearing_load_max", lambda f: f.main_bearing_load),
+)
+"""Instants that designs are made for. |N| is taken as one quantity: its corner at zero is never its maximum."""
+
+
+def analyse(
+    scene: Scene,
+    effects: EffectSelection = AUTO,
+    effect_tolerance: float = 1e-2,
+    accuracy: float = 1e-6,
+    series_angles: int = SERIES_ANGLES,
+) -> Outcome[CrankDynamics]:
+    """Everything about a scene's cycle; ``series_angles`` is the number of equally spaced angles of the series.
+
+    Raises InvalidInput where the request makes no sense: pressures with a fault, phases that cannot share a crank pin.
+    """
+    started = time.perf_counter()
+    if not 1e-12 <= accuracy <= 1e-1:
+        raise InvalidInput("accuracy", "lies outside what can be asked for", "[1e-12, 1e-1]")
+    if not 1 <= series_angles <= 100_000:
+        raise InvalidInput("series_angles", "is too few or too many", "1 … 100000")
+    require_pairs(scene.engine, scene.masses.rods_per_pin)
+    given = scene.pressure.unroll(scene.mechanism.motion(), scene.cylinder)
+    choice = choose_for(scene, given, effects, effect_tolerance)
+    composition = compose(choice, scene, accuracy)
+    in_line = ExactMotion(scene.mechanism.crank_radius, scene.mechanism.rod_length)
+    framed = composition.motion if isinstance(composition.motion, ExactMotion) else in_line
+    curve = scene.pressure.unroll(framed, scene.cylinder, composition.motion)
+    cycle = Cycle(scene, composition, curve)
+
+    tolerance = 0.1 * accuracy
+    mean = means(lambda a: np.stack([cycle.forces(a).torque, cycle.gas_power(a)]), cycle.breaks, tolerance)
+    found = maxima(
+        lambda a: (f := cycle.forces(a), np.stack([read(f) for _, read in _WORST]))[1], cycle.breaks, tolerance
+    )
+    swing = speed_swing(cycle, composition.engine, tolerance)
+    several = choice.has("engine")
+    angle = np.arange(series_angles) * (scene.cylinder.period / series_angles)
+    brix = _brix_curve(scene, curve)
+    masses, radius = scene.masses, scene.mechanism.crank_radius
+    scale = np.where(found.value != 0, np.abs(found.value), 1.0)
+    errors = [
+        *(mean.error / np.where(mean.magnitude > 0, np.maximum(np.abs(mean.value), CANCELLED * mean.magnitude), 1.0)),
+        *(found.error / scale),
+        swing.error / swing.work_fluctuation if swing.work_fluctuation else 0.0,
+        0.0 if isinstance(composition.motion, ExactMotion) else (radius / scene.mechanism.rod_length) ** 2,
+    ]
+    value = CrankDynamics(
+        angle=angle,
+        series=cycle.forces(angle),
+        brix_pressure=None if brix is None else brix.pressure(angle),
+        reciprocating_mass=masses.reciprocating,
+        rotating_mass=masses.rotating(radius),
+        rod_mass_at_pin=masses.rod.at_wrist_pin,
+        rod_mass_at_crank=masses.rod.at_crank_pin,
+        inertia_defect=masses.rod.inertia_defect,
+        torque_mean=float(mean.value[0]),
+        indicated_power=float(mean.value[1]),
+        stroke=composition.motion.stroke,
+        dead_centres=composition.motion.dead_centres,
+        jumps=curve.jumps,
+        worst=_worst(found, cycle),
+        swing=swing,
+        balance=balance(cycle, composition.engine) if several else None,
+        shared_pin=shared_pin(cycle, composition.engine, tolerance) if several else None,
+        tiers=_tier_errors(scene, curve, brix),
+        curve=curve,
+        warnings=_warnings(scene, swing, max(errors), accuracy),
+    )
+    settings = {
+        "kinematics": "exact" if isinstance(composition.motion, ExactMotion) else "two harmonics",
+        "pieces": int(cycle.breaks.size - 1),
+        "nodes": mean.nodes,
+    }
+    return Outcome(
+        status=Status.SUCCEEDED,
+        value=value,
+        effects=choice.manifest,
+        accuracy=Accuracy(accuracy, max(max(errors), _ROUNDING), settings),
+        timing={"solve_s": time.perf_counter() - started},
+    )
+
+
+def _worst(found: Maxima, cycle: Cycle) -> tuple[Worst, ...]:
+    pressure, period = cycle.curve.pressure(found.place), cycle.scene.cylinder.period
+    return tuple(
+        Worst(name, _at_break(float(place), cycle.breaks) % period, float(force), float(p))
+        for (name, _), place, force, p in zip(_WORST, found.place, found.value, pressure, strict=True)
+    )
+
+
+def _at_break(angle: float, breaks: Array) -> float:
+    """The break itself for an angle that stands just beside it."""
+    nearest = float(breaks[np.argmin(np.abs(breaks - angle))])
+    return nearest if abs(nearest - angle) < 1e-12 else angle
+
+
+def _brix_curve(scene: Scene, curve: Curve) -> Curve | None:
+    """The same diagram unrolled by Brix's construction; None where there is none, or with an offset."""
+    m = scene.mechanism
+    if not isinstance(curve, IndicatorCurve) or curve.motion.offset != 0.0:
+        return None
+    return scene.pressure.unroll(curve.motion, scene.cylinder, TwoHarmonicMotion(m.crank_radius, m.rod_length))
+
+
+def _tier_errors(scene: Scene, curve: Curve, brix: Curve | None) -> TierErrors:
+    m = scene.mechanism
+    r, length = m.crank_radius, m.rod_length
+
+    def wrong(angle: Array) -> Array:
+        moved = kinematics.brix_displacement(angle, r, length) - kinematics.displacement(angle, r, length)
+        exact = kinematics.acceleration(angle, r, length, 1.0)
+        hastened = kinematics.two_harmonic_acceleration(angle, r, length, 1.0) - exact
+        return np.stack([np.abs(moved) / r, np.abs(hastened) / (r * (1.0 + r / length))])
+
+    kinematic = maxima(wrong, np.array([0.0, np.pi]), 1e-8).value
+    pressure = None
+    if brix is not None:
+        gap = maxima(lambda a: np.abs(brix.pressure(a) - curve.pressure(a))[None], curve.breaks, 1e-6)
+        pressure = float(gap.value[0])
+    return TierErrors(float(kinematic[0]), float(kinematic[1]), pressure)
+
+
+def _warnings(scene: Scene, swing: SpeedSwing, error: float, accuracy: float) -> tuple[str, ...]:
+    out = []
+    if error > accuracy:
+        out.append(f"the accuracy asked for was not reached: the estimate is {error:.1g}")
+    if scene.mechanism.crank_radius / scene.mechanism.rod_length > _TEXTBOOK_RATIO:
+        out.append("r/L exceeds 0.5: the kinematics hold, but no usual machine is built like this")
+    if swing.irregularity is not None and swing.irregularity > 0.1:
+        out.append("the speed would swing by more than a tenth: forces at constant speed are not what will happen")
+    return tuple(out)

@@ -1,0 +1,261 @@
+"""The effects that a crank mechanism's scene can call for, each an object with an a-priori bound.
+
+The bounds hold closed forms against what the gas alone does at some angles of the cycle; they are conservative by test
+over random machines, not by proof. They speak of the greatest forces (of the rod's tension beside its compression), of
+the mean torque and of the work between the extremes of the speed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from solvers.crank.cycle import Array, Composition, Cycle, Forces
+from solvers.crank.motion import ExactMotion, Motion, TwoHarmonicMotion
+from solvers.crank.pressure import Curve
+from solvers.crank.scene import Scene
+from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
+
+_ANGLES = 128
+"""Per turn; a maximum taken from them is no greater than the true one, which makes the bounds no smaller."""
+
+_SEEN = 0.9
+"""Of the work's swing, what sums over the angles are trusted to have seen."""
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A scene with its pressures over the angle, and what the bounds need of it: what the gas alone does, without an
+    offset, and how far the rod stands askew."""
+
+    scene: Scene
+    curve: Curve
+
+    @cached_property
+    def _gas(self) -> tuple[Array, Forces]:
+        scene = self.scene
+        count = _ANGLES * scene.cylinder.strokes // 2
+        angle = (np.arange(count) + 0.5) * (scene.cylinder.period / count)
+        return angle, Cycle(scene, Composition(scene.mechanism.motion(with_offset=False)), self.curve).forces(angle)
+
+    @cached_property
+    def gas_force(self) -> float:
+        """The greatest magnitude of the gas force [N]."""
+        return float(np.max(np.abs(self._gas[1].gas)))
+
+    @cached_property
+    def least_load(self) -> float:
+        """The least of the greatest loads [N] on rod, crank pin and main bearings."""
+        f = self._gas[1]
+        return float(min(np.max(np.abs(load)) for load in (f.rod, f.crank_pin_load, f.main_bearing_load)))
+
+    @cached_property
+    def side_force(self) -> float:
+        """The greatest magnitude of the side force [N]."""
+        return float(np.max(np.abs(self._gas[1].side)))
+
+    @cached_property
+    def mean_torque(self) -> float:
+        """The magnitude of one cylinder's mean torque [N m]."""
+        return abs(float(np.mean(self._gas[1].torque)))
+
+    @cached_property
+    def work_swing(self) -> float:
+        """The work [J] between the extremes of the speed, all cylinders together."""
+        angle, f = self._gas
+        period = self.scene.cylinder.period
+        torque = sum(np.interp(angle - psi, angle, f.torque, period=period) for psi in self.scene.engine.phases)
+        work = np.cumsum(torque - np.mean(torque)) * (period / angle.size)
+        return _SEEN * float(np.ptp(work))
+
+    @property
+    def cylinders(self) -> int:
+        return len(self.scene.engine.phases)
+
+    @property
+    def ratio(self) -> float:
+        m = self.scene.mechanism
+        return m.crank_radius / m.rod_length
+
+    @property
+    def acceleration(self) -> float:
+        """r omega^2 [m/s2]."""
+        m = self.scene.mechanism
+        return m.crank_radius * m.angular_speed**2
+
+    @property
+    def least_rod_cosine(self) -> float:
+        """cos(beta) where the rod stands most askew."""
+        m = self.scene.mechanism
+        sine = (m.crank_radius + abs(m.offset)) / m.rod_length
+        return math.sqrt((1.0 - sine) * (1.0 + sine))
+
+    @property
+    def greatest_tangent(self) -> float:
+        """tan(beta) there."""
+        return math.sqrt(1.0 / self.least_rod_cosine**2 - 1.0)
+
+
+class CrankEffect(Protocol):
+    """An effect of the crank mechanism: what it is, how much it may matter, and its part in the composition."""
+
+    name: str
+    summary: str
+    measure: str
+
+    def influence(self, situation: Situation) -> float: ...
+
+    def join(self, composition: Composition, scene: Scene) -> Composition: ...
+
+
+def _relative(part: float, whole: float) -> float:
+    """part/(whole - part): a change relative to the changed value; inf when it may cancel it."""
+    return part / (whole - part) if part < whole else (0.0 if part == 0 else math.inf)
+
+
+@dataclass(frozen=True)
+class ReciprocatingInertia:
+    """P_j = -m_j a on the mechanism, of which the wrist pin carries the piston group's share -m_p a."""
+
+    name: str = "reciprocating_inertia"
+    summary: str = "inertia of the piston group and the rod's upper share"
+    measure: str = (
+        "m_j r omega^2 (1 + lambda)/cos^3(beta) against loads and side force of the gas, m_j v^2/2 against its work"
+    )
+
+    def influence(self, situation: Situation) -> float:
+        mass, cosine = situation.scene.masses.reciprocating, situation.least_rod_cosine
+        force = mass * situation.acceleration * (1.0 + situation.ratio) / cosine**3
+        m = situation.scene.mechanism
+        energy = 0.5 * mass * (m.crank_radius * m.angular_speed / cosine) ** 2
+        return max(
+            _relative(force / cosine, situation.least_load),
+            _relative(force * situation.greatest_tangent, situation.side_force),
+            _relative(situation.cylinders * energy, situation.work_swing),
+        )
+
+    def join(self, composition: Composition, scene: Scene) -> Composition:
+        return replace(composition, axial=(*composition.axial, self))
+
+    def axial_force(self, cycle: Cycle, angle: Array) -> Array:
+        return self._force(cycle, angle, cycle.scene.masses.reciprocating)
+
+    def on_wrist_pin(self, cycle: Cycle, angle: Array) -> Array:
+        return self._force(cycle, angle, cycle.scene.masses.piston)
+
+    def _force(self, cycle: Cycle, angle: Array, mass: float) -> Array:
+        return -mass * cycle.angular_speed**2 * cycle.motion.acceleration(angle)
+
+
+@dataclass(frozen=True)
+class RodInertiaCouple:
+    """The rod's true moment of inertia: a couple Delta J beta'' on top of the two-mass model.
+
+    The pair of forces that balances it, Delta J beta''/(L cos beta) at piston and crank pin, does no net work: its
+    torque is the derivative of Delta J beta'^2/2, by which the two-mass model's kinetic energy is too great.
+    """
+
+    name: str = "rod_inertia_couple"
+    summary: str = "the moment of inertia by which the rod differs from its two masses"
+    measure: str = (
+        "|Delta J| beta''/(L cos beta) against loads and side force of the gas, its energy against their work"
+    )
+
+    def influence(self, situation: Situation) -> float:
+        scene, rod = situation.scene, situation.least_rod_cosine
+        turning = situation.ratio * (1.0 + situation.ratio / rod**2) / rod * scene.mechanism.angular_speed**2
+        defect = abs(scene.masses.rod.inertia_defect)
+        force = defect * turning / (scene.mechanism.rod_length * rod)
+        energy = 0.5 * defect * (situation.ratio * scene.mechanism.angular_speed) ** 2
+        return max(
+            _relative(force, situation.side_force),
+            _relative(force, situation.least_load),
+            _relative(situation.cylinders * energy, situation.work_swing),
+        )
+
+    def join(self, composition: Composition, scene: Scene) -> Composition:
+        return replace(composition, lateral=(*composition.lateral, self))
+
+    def side_force(self, cycle: Cycle, angle: Array) -> Array:
+        motion = cycle.motion
+        turning = motion.rod_angular_acceleration(angle) * cycle.angular_speed**2
+        # 1/cos(beta) is the length of the tangent's own triangle, in whatever motion.
+        secant = np.hypot(1.0, motion.rod_tangent(angle))
+        return cycle.scene.masses.rod.inertia_defect * turning * secant / motion.rod_length
+
+
+@dataclass(frozen=True)
+class PinOffset:
+    name: str = "pin_offset"
+    summary: str = "the cylinder axis does not meet the shaft"
+    measure: str = (
+        "2 |e|/r, and |e|/(L cos^3 beta) of gas and inertia against side force, loads, torque and work of the gas"
+    )
+
+    def influence(self, situation: Situation) -> float:
+        m, masses = situation.scene.mechanism, situation.scene.masses
+        if m.offset == 0.0:
+            return 0.0
+        turned = abs(m.offset) / (m.rod_length * situation.least_rod_cosine**3)
+        force = situation.gas_force + (1.0 + 3.0 * situation.ratio) * masses.reciprocating * situation.acceleration
+        torque = force * turned * m.crank_radius
+        return max(
+            2.0 * _relative(abs(m.offset), m.crank_radius),
+            _relative(force * turned, situation.side_force),
+            _relative(force * turned, situation.least_load),
+            _relative(situation.gas_force * turned * m.crank_radius, situation.mean_torque),
+            _relative(situation.cylinders * torque * math.pi, situation.work_swing),
+        )
+
+    def join(self, composition: Composition, scene: Scene) -> Composition:
+        return replace(composition, motion=scene.mechanism.motion())
+
+
+@dataclass(frozen=True)
+class SeveralCylinders:
+    """Summed torque, unbalance and the swing of the speed exist only where this runs."""
+
+    name: str = "engine"
+    summary: str = "several cylinders on one shaft: summed torque, unbalanced forces and couples"
+    measure: str = "1 where there are several cylinders: its results exist only when it runs"
+
+    def influence(self, situation: Situation) -> float:
+        return 1.0 if len(situation.scene.engine.phases) > 1 else 0.0
+
+    def join(self, composition: Composition, scene: Scene) -> Composition:
+        return replace(composition, engine=scene.engine)
+
+
+EFFECTS: tuple[CrankEffect, ...] = (PinOffset(), ReciprocatingInertia(), RodInertiaCouple(), SeveralCylinders())
+"""Every effect, in the order in which they join a composition: motion, forces, cylinders."""
+
+
+def choose_for(
+    scene: Scene,
+    curve: Curve,
+    selection: EffectSelection = AUTO,
+    tolerance: float = 1e-2,
+    demands: tuple[Demand, ...] = (),
+) -> Choice[CrankEffect]:
+    """The effects for a scene (see ``solvers.effects.choose``)."""
+    return choose(EFFECTS, Situation(scene, curve), selection, tolerance, demands)
+
+
+def compose(choice: Choice[CrankEffect], scene: Scene, accuracy: float) -> Composition:
+    """The physics that the chosen effects make up, on top of the gas force in an in-line mechanism.
+
+    Without offset the two-harmonic motion will do where its error, at most lambda^2 of any result, is within the
+    accuracy asked for.
+    """
+    m = scene.mechanism
+    in_line: Motion = ExactMotion(m.crank_radius, m.rod_length)
+    if (m.crank_radius / m.rod_length) ** 2 <= accuracy:
+        in_line = TwoHarmonicMotion(m.crank_radius, m.rod_length)
+    composition = Composition(in_line)
+    for effect in choice.active:
+        composition = effect.join(composition, scene)
+    return composition

@@ -1,0 +1,124 @@
+"""Reducing the crank mechanism's masses to its two pins, and what that leaves out.
+
+The rod is replaced by two masses with its mass and its centre of mass; the third condition, an equal moment of inertia,
+is broken by the defect Delta J = m_r l_A l_B - J_0. The exact alternative are three masses.
+
+Source: any text on engine dynamics, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from solvers.errors import InvalidInput
+
+
+def _require(ok: bool, field: str, reason: str, allowed: str) -> None:
+    if not ok:
+        raise InvalidInput(field, reason, allowed)
+
+
+@dataclass(frozen=True)
+class RodMass:
+    """A rod of length L and mass m_r with its centre of mass at l_A from the wrist pin.
+
+    ``inertia`` is J_0 about the centre of mass [kg m2]; None takes the two-mass model at its word (no defect).
+    """
+
+    length: float
+    mass: float
+    cg_from_pin: float
+    inertia: float | None = None
+
+    def __post_init__(self) -> None:
+        _require(math.isfinite(self.length) and self.length > 0, "masses.rod_length", "must be positive", "(0, inf)")
+        _require(math.isfinite(self.mass) and self.mass >= 0, "masses.rod", "must not be negative", "[0, inf)")
+        _require(
+            math.isfinite(self.cg_from_pin) and 0 <= self.cg_from_pin <= self.length,
+            "masses.rod_cg_from_pin",
+            "the centre of mass lies outside the rod",
+            "between 0 and the rod's length",
+        )
+        _require(
+            self.inertia is None or (math.isfinite(self.inertia) and self.inertia >= 0),
+            "masses.rod_inertia",
+            "must not be negative",
+            "[0, inf) or none",
+        )
+
+    @property
+    def at_wrist_pin(self) -> float:
+        """m_A = m_r l_B/L [kg]."""
+        return self.mass * (self.length - self.cg_from_pin) / self.length
+
+    @property
+    def at_crank_pin(self) -> float:
+        """m_B = m_r l_A/L [kg]."""
+        return self.mass * self.cg_from_pin / self.length
+
+    @property
+    def inertia_of_two_masses(self) -> float:
+        """m_r l_A l_B [kg m2], about the centre of mass."""
+        return self.mass * self.cg_from_pin * (self.length - self.cg_from_pin)
+
+    @property
+    def inertia_defect(self) -> float:
+        """Delta J = m_r l_A l_B - J_0 [kg m2]; 0 where J_0 is not known."""
+        return 0.0 if self.inertia is None else self.inertia_of_two_masses - self.inertia
+
+
+@dataclass(frozen=True)
+class ThreeParticles:
+    """Masses at the wrist pin, the centre of mass and the crank pin with a rod's mass, centre and moment of inertia."""
+
+    at_wrist_pin: float
+    at_centre: float
+    at_crank_pin: float
+
+
+def three_particles(rod: RodMass) -> ThreeParticles:
+    """The equimomental system J_0/(l_A L), m_r - J_0/(l_A l_B), J_0/(l_B L) [kg]; J_0 as given.
+
+    The middle mass is Delta J/(l_A l_B): negative where the two-mass model has too little inertia. Raises
+    InvalidInput where the centre of mass lies in a pin or J_0 is not given.
+    """
+    before, behind = rod.cg_from_pin, rod.length - rod.cg_from_pin
+    _require(rod.inertia is not None, "masses.rod_inertia", "the three masses need the moment of inertia", "a number")
+    _require(before > 0 < behind, "masses.rod_cg_from_pin", "the centre of mass lies in a pin", "inside the rod")
+    inertia = rod.inertia or 0.0
+    return ThreeParticles(
+        inertia / (before * rod.length), rod.inertia_defect / (before * behind), inertia / (behind * rod.length)
+    )
+
+
+@dataclass(frozen=True)
+class CrankThrow:
+    """Crank pin, two webs of ``web`` each with centre of mass at ``web_radius``, and the throw's counterweights.
+
+    ``counterweight`` is the mass of all counterweights of the throw together, on the other side of the shaft.
+    """
+
+    crank_pin: float = 0.0
+    web: float = 0.0
+    web_radius: float = 0.0
+    counterweight: float = 0.0
+    counterweight_radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("crank_pin", "web", "web_radius", "counterweight", "counterweight_radius"):
+            value = getattr(self, name)
+            _require(math.isfinite(value) and value >= 0, f"masses.{name}", "must not be negative", "[0, inf)")
+
+    def at_crank_pin(self, crank_radius: float) -> float:
+        """m_k, from m_k r = m_cp r + 2 m_w rho_w - m_cw rho_cw [kg]."""
+        static = 2.0 * self.web * self.web_radius - self.counterweight * self.counterweight_radius
+        return self.crank_pin + static / crank_radius
+
+    def inertia(self, crank_radius: float) -> float:
+        """m_cp r^2 + 2 m_w rho_w^2 + m_cw rho_cw^2 [kg m2] about the shaft, every part taken as a point."""
+        return (
+            self.crank_pin * crank_radius**2
+            + 2.0 * self.web * self.web_radius**2
+            + self.counterweight * self.counterweight_radius**2
+        )

@@ -1,0 +1,170 @@
+"""The inputs of a crank mechanism's dynamics: mechanism, cylinder, pressure, masses, engine. SI units throughout.
+
+Every dataclass refuses, with ``InvalidInput``, what the model cannot mean; whatever passes may be computed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from solvers.crank.masses import CrankThrow, RodMass
+from solvers.crank.motion import ExactMotion
+from solvers.crank.pressure import Pressure
+from solvers.errors import InvalidInput
+
+
+def _require(ok: bool, field: str, reason: str, allowed: str) -> None:
+    if not ok:
+        raise InvalidInput(field, reason, allowed)
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """Crank radius r, rod length L (wrist pin to crank pin), rotational frequency f [Hz], offset e.
+
+    The offset of the cylinder axis is positive toward the side to which the crank turns from the upper dead centre.
+    """
+
+    crank_radius: float
+    rod_length: float
+    speed: float
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("crank_radius", "rod_length", "speed"):
+            value = getattr(self, name)
+            _require(math.isfinite(value) and value > 0, f"mechanism.{name}", "must be positive", "(0, inf)")
+        _require(
+            self.crank_radius < self.rod_length,
+            "mechanism.crank_radius",
+            "the crank is not shorter than the rod, so the mechanism cannot turn",
+            "less than mechanism.rod_length",
+        )
+        _require(
+            math.isfinite(self.offset) and abs(self.offset) < self.rod_length - self.crank_radius,
+            "mechanism.offset",
+            "the offset keeps the mechanism from turning",
+            "less than mechanism.rod_length - mechanism.crank_radius, on either side",
+        )
+
+    @property
+    def angular_speed(self) -> float:
+        return 2.0 * math.pi * self.speed
+
+    def motion(self, with_offset: bool = True) -> ExactMotion:
+        """The exact motion, with or without the offset."""
+        return ExactMotion(self.crank_radius, self.rod_length, self.offset if with_offset else 0.0)
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """Bore D, clearance volume V_c, pressure p_0 under the piston, and the strokes of a cycle: two or four."""
+
+    bore: float
+    clearance_volume: float
+    crankcase_pressure: float
+    strokes: int
+
+    def __post_init__(self) -> None:
+        _require(math.isfinite(self.bore) and self.bore > 0, "cylinder.bore", "must be positive", "(0, inf)")
+        _require(
+            math.isfinite(self.clearance_volume) and self.clearance_volume >= 0,
+            "cylinder.clearance_volume",
+            "must not be negative",
+            "[0, inf)",
+        )
+        _require(math.isfinite(self.crankcase_pressure), "cylinder.crankcase_pressure", "must be finite", "(-inf, inf)")
+        _require(self.strokes in (2, 4), "cylinder.strokes", "is neither two nor four", "2 or 4")
+
+    @property
+    def area(self) -> float:
+        return math.pi * self.bore**2 / 4.0
+
+    @property
+    def period(self) -> float:
+        """The crank angle of one cycle [rad]: 2 pi or 4 pi."""
+        return math.pi * self.strokes
+
+
+@dataclass(frozen=True)
+class Masses:
+    """Piston group m_p (pin and rings with it), the rod, the crank throw, and how many rods share a crank pin."""
+
+    piston: float
+    rod: RodMass
+    throw: CrankThrow
+    rods_per_pin: int = 1
+
+    def __post_init__(self) -> None:
+        _require(math.isfinite(self.piston) and self.piston >= 0, "masses.piston", "must not be negative", "[0, inf)")
+        _require(self.rods_per_pin in (1, 2), "masses.rods_per_pin", "is neither one nor two", "1 or 2")
+
+    @property
+    def reciprocating(self) -> float:
+        """m_j = m_p + m_A [kg]."""
+        return self.piston + self.rod.at_wrist_pin
+
+    def crank(self, crank_radius: float) -> float:
+        """m_k [kg]: the throw reduced to the crank pin; negative where the counterweights outweigh it."""
+        return self.throw.at_crank_pin(crank_radius)
+
+    def rotating(self, crank_radius: float) -> float:
+        """m_rot = m_k + m_B for each rod on the crank pin [kg]."""
+        return self.crank(crank_radius) + self.rods_per_pin * self.rod.at_crank_pin
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Several like cylinders on one shaft.
+
+    phases     crank angle [rad] by which each cylinder's cycle follows the first one's
+    axes       direction [rad] of each cylinder's axis about the shaft, in the sense of rotation
+    positions  where each cylinder stands along the shaft [m]; empty: no moments are wanted
+    flywheel_inertia, wanted_irregularity  of the whole shaft, for the swing of its speed
+    """
+
+    phases: tuple[float, ...]
+    axes: tuple[float, ...]
+    positions: tuple[float, ...] = ()
+    flywheel_inertia: float = 0.0
+    wanted_irregularity: float | None = None
+
+    def __post_init__(self) -> None:
+        count = len(self.phases)
+        _require(1 <= count <= 64, "engine.phases", "needs one phase per cylinder", "1 … 64 phases")
+        for name, values in (("phases", self.phases), ("axes", self.axes), ("positions", self.positions)):
+            for index, value in enumerate(values):
+                _require(math.isfinite(value), f"engine.{name}.{index}", "must be finite", "(-inf, inf)")
+        _require(len(self.axes) == count, "engine.bank", "needs one direction per cylinder", f"{count} directions")
+        _require(
+            len(self.positions) in (0, count), "engine.positions", "needs one position per cylinder", f"{count} or none"
+        )
+        _require(
+            math.isfinite(self.flywheel_inertia) and self.flywheel_inertia >= 0,
+            "engine.flywheel_inertia",
+            "must not be negative",
+            "[0, inf)",
+        )
+        wanted = self.wanted_irregularity
+        _require(
+            wanted is None or 1e-9 <= wanted <= 1,
+            "engine.wanted_irregularity",
+            "must lie in [1e-9, 1]",
+            "[1e-9, 1] or none",
+        )
+
+
+SINGLE = Engine((0.0,), (0.0,))
+"""One cylinder alone."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A machine and the cycle that drives it."""
+
+    mechanism: Mechanism
+    cylinder: Cylinder
+    pressure: Pressure
+    masses: Masses
+    engine: Engine = SINGLE

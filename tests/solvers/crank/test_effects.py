@@ -1,0 +1,85 @@
+"""The bounds of the effects against what leaving them out does, and what the manifest says."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solvers import crank
+from solvers.effects import ALL, EffectSelection
+from solvers.errors import InvalidInput
+from tests.solvers.crank.machines import CAR, car
+
+RNG = np.random.default_rng(7)
+
+
+def random_scene(rng: np.random.Generator) -> crank.Scene:
+    length = 10 ** rng.uniform(-2, 0)
+    r = length * rng.uniform(0.05, 0.4)
+    offset = r * rng.choice([0.0, rng.uniform(-0.1, 0.1)])
+    bore, speed = r * rng.uniform(1.0, 2.5), 10 ** rng.uniform(0, 1.7)
+    area = math.pi * bore**2 / 4
+    angle = np.arange(72) * 2 * math.pi / 72
+    pressure = 1e5 + 10 ** rng.uniform(5, 6.5) / (1.5 - np.cos(angle - rng.uniform(0, 1)))
+    mass = area * rng.uniform(50, 300)
+    cg = length * rng.uniform(0.5, 0.8)
+    inertia = mass * cg * (length - cg) * rng.uniform(0.8, 1.1)
+    return crank.Scene(
+        crank.Mechanism(r, length, speed, offset),
+        crank.Cylinder(bore, area * r * 0.2, 1e5, 2),
+        crank.TablePressure(tuple(angle), tuple(pressure)),
+        crank.Masses(mass, crank.RodMass(length, mass, cg, inertia), crank.CrankThrow()),
+    )
+
+
+@pytest.mark.parametrize("case", range(25))
+def test_leaving_an_effect_out_changes_no_worst_force_by_more_than_its_bound(case):
+    scene = random_scene(np.random.default_rng(case))
+    full = crank.analyse(scene, ALL)
+    bounds = {e.name: e.influence for e in full.effects}
+    for name in ("reciprocating_inertia", "rod_inertia_couple", "pin_offset"):
+        less = crank.analyse(scene, EffectSelection(exclude=frozenset({name}), automatic=False)).value
+        named = {"gas_force_max", "rod_compression_max", "side_force_max", "wrist_pin_load_max"}
+        for with_it, without in zip(full.value.worst, less.worst, strict=True):
+            if with_it.name in named and bounds[name] < 1:
+                assert abs(without.force / with_it.force - 1) <= bounds[name] + 1e-9, (name, with_it.name)
+
+
+def test_auto_leaves_out_what_cannot_matter():
+    slow = crank.analyse(car(mechanism=replace(CAR, speed=0.5)))
+    states = {e.name: str(e.state) for e in slow.effects}
+    assert states == dict.fromkeys(states, "skipped")
+    fast = {e.name: str(e.state) for e in crank.analyse(car()).effects}
+    assert (fast["reciprocating_inertia"], fast["pin_offset"]) == ("active", "skipped")
+
+
+def test_an_offset_moves_the_dead_centres_and_can_be_left_out():
+    shifted = car(mechanism=replace(CAR, offset=0.01))
+    found = crank.analyse(shifted, ALL).value
+    assert found.dead_centres == pytest.approx((math.asin(0.01 / 0.18), math.pi + math.asin(0.01 / 0.10)))
+    assert found.stroke == pytest.approx(math.sqrt(0.18**2 - 1e-4) - math.sqrt(0.1**2 - 1e-4))
+    excluded = EffectSelection(exclude=frozenset({"pin_offset"}), automatic=False)
+    ours, never = crank.analyse(shifted, excluded).value, crank.analyse(car(), excluded).value
+    assert np.array_equal(ours.series.tangential, never.series.tangential)
+
+
+@pytest.mark.parametrize(
+    ("field", "scene"),
+    [
+        ("mechanism.offset", lambda: crank.Mechanism(0.04, 0.14, 50.0, 0.11)),
+        ("mechanism.crank_radius", lambda: crank.Mechanism(0.15, 0.14, 50.0)),
+        ("cylinder.strokes", lambda: crank.Cylinder(0.08, 0.0, 1e5, 3)),
+        ("masses.rod_cg_from_pin", lambda: crank.RodMass(0.14, 0.6, 0.2)),
+        ("masses.web_radius", lambda: crank.CrankThrow(0.1, 0.1, -0.1)),
+        ("pressure.angle.1", lambda: crank.TablePressure((0.0, math.nan, 1.0), (1.0, 1.0, 1.0))),
+        ("engine.positions", lambda: crank.Engine((0.0, 1.0), (0.0, 0.0), (0.0,))),
+        ("accuracy", lambda: crank.analyse(car(), accuracy=0.5)),
+    ],
+)
+def test_what_the_model_cannot_mean_is_refused_by_name(field, scene):
+    with pytest.raises(InvalidInput) as refusal:
+        scene()
+    assert refusal.value.field == field

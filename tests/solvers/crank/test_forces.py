@@ -1,0 +1,186 @@
+"""Identities of the forces, and the couple against the rod's equations of motion."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solvers import crank
+from solvers.crank.cycle import Composition, Cycle
+from solvers.crank.effects import ReciprocatingInertia, RodInertiaCouple
+from solvers.effects import ALL, EffectSelection
+from tests.solvers.crank.machines import CAR, CYLINDER, MASSES, car, cooler
+
+NO_INERTIA = EffectSelection(exclude=frozenset({"reciprocating_inertia", "rod_inertia_couple"}), automatic=False)
+SCENES = {
+    "car": car(),
+    "cooler": cooler(),
+    "offset": car(mechanism=replace(CAR, offset=0.003)),
+    "short rod": car(
+        mechanism=replace(CAR, rod_length=0.055), masses=replace(MASSES, rod=crank.RodMass(0.055, 0.6, 0.03, 1e-4))
+    ),
+}
+
+
+@pytest.mark.parametrize("effects", [ALL, NO_INERTIA], ids=["inertia", "gas alone"])
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_mean_torque_times_speed_is_the_indicated_power(scene, effects):
+    found = crank.analyse(scene, effects).value
+    power = found.torque_mean * scene.mechanism.angular_speed
+    assert power == pytest.approx(found.indicated_power, rel=1e-12)
+
+
+def test_the_power_is_the_area_of_the_diagram():
+    """f_cycle times the integral of p dV, which is exact for the curves between the points."""
+    for scene in (SCENES["car"], SCENES["offset"]):
+        found = crank.analyse(scene, ALL).value
+        assert found.indicated_power == pytest.approx(25.0 * found.curve.work(), rel=1e-12)
+
+
+def test_the_power_of_a_stirling_machine_against_its_closed_form():
+    """Schmidt's pressure on a sinusoidal piston works pi A r p_1 sin(theta) a turn, p_1 its first harmonic."""
+    angle = np.arange(720) * 2 * math.pi / 720
+    table = crank.TablePressure(tuple(angle), tuple(1.4e6 * 1.25 / (1 - 0.25 * np.cos(angle - 1.16))))
+    long_rod = crank.Mechanism(0.0015, 1500.0, 50.0)
+    masses = crank.Masses(0.0, crank.RodMass(1500.0, 0.0, 0.0), crank.CrankThrow())
+    found = crank.analyse(cooler(mechanism=long_rod, pressure=table, masses=masses)).value
+    root = math.sqrt(1 - 0.25**2)
+    first = 2 * 1.4e6 * 1.25 / root * (1 - root) / 0.25
+    work = math.pi * math.pi * 0.02**2 / 4 * 0.0015 * first * math.sin(1.16)
+    assert found.indicated_power == pytest.approx(50.0 * work, rel=1e-6)
+
+
+@pytest.mark.parametrize("effects", [ALL, NO_INERTIA], ids=["inertia", "gas alone"])
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_radial_and_tangential_make_up_the_rod_force(scene, effects):
+    f = crank.analyse(scene, effects).value.series
+    assert f.radial**2 + f.tangential**2 == pytest.approx(f.rod**2, rel=1e-14)
+
+
+def test_forces_against_the_textbooks_angles():
+    scene = SCENES["car"]
+    found = crank.analyse(scene, EffectSelection(exclude=frozenset({"rod_inertia_couple"}), automatic=False)).value
+    f, angle = found.series, found.angle
+    beta = np.arcsin(0.04 / 0.14 * np.sin(angle))
+    assert f.side == pytest.approx(f.axial * np.tan(beta), rel=1e-13, abs=1e-9)
+    assert f.rod == pytest.approx(f.axial / np.cos(beta), rel=1e-13)
+    assert f.tangential == pytest.approx(f.axial * np.sin(angle + beta) / np.cos(beta), rel=1e-11, abs=1e-9)
+    assert f.radial == pytest.approx(f.axial * np.cos(angle + beta) / np.cos(beta), rel=1e-11, abs=1e-9)
+    big_end = MASSES.rod.at_crank_pin * 0.04 * CAR.angular_speed**2
+    assert f.crank_pin_load == pytest.approx(np.hypot(f.tangential, f.radial - big_end), rel=1e-14)
+
+
+def test_what_is_left_out_is_not_computed():
+    """A scene without masses and one whose masses' effects are excluded agree bit for bit."""
+    weightless = replace(MASSES, piston=0.0, rod=crank.RodMass(0.14, 0.0, 0.0))
+    excluded, never = crank.analyse(car(), NO_INERTIA).value, crank.analyse(car(masses=weightless)).value
+    assert np.array_equal(excluded.series.tangential, never.series.tangential)
+    assert excluded.torque_mean == never.torque_mean
+
+
+def _shaft_torque_of_real_rod(cycle: Cycle, angle: float) -> float:
+    """-d/dphi of the kinetic energy of piston and rod as rigid bodies at constant speed, by differences."""
+    scene, motion, omega = cycle.scene, cycle.motion, cycle.angular_speed
+    rod = scene.masses.rod
+    r, length, share = motion.crank_radius, motion.rod_length, rod.cg_from_pin / rod.length
+
+    def places(phi: float) -> np.ndarray:
+        beta = math.asin(r / length * math.sin(phi))
+        pin = np.array([r * math.cos(phi) + length * math.cos(beta), 0.0])
+        crank_pin = np.array([r * math.cos(phi), r * math.sin(phi)])
+        return np.array([*pin, *(pin + share * (crank_pin - pin)), *crank_pin, beta])
+
+    def energy(phi: float) -> float:
+        step = 1e-4
+        rate = omega * (
+            8 * (places(phi + step) - places(phi - step)) - (places(phi + 2 * step) - places(phi - 2 * step))
+        )
+        rate /= 12 * step
+        return 0.5 * (
+            scene.masses.piston * rate[0] ** 2
+            + rod.mass * (rate[2] ** 2 + rate[3] ** 2)
+            + (rod.inertia or 0.0) * rate[6] ** 2
+        )
+
+    step = 1e-3
+    slope = 8 * (energy(angle + step) - energy(angle - step)) - (energy(angle + 2 * step) - energy(angle - 2 * step))
+    return -slope / (12 * step)
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.0, 1.8, 2.9, 4.2, 5.5])
+def test_the_two_masses_with_the_couple_are_the_real_rod(angle):
+    scene = SCENES["car"]
+    motion = scene.mechanism.motion()
+    curve = scene.pressure.unroll(motion, scene.cylinder)
+    with_inertia = Cycle(scene, Composition(motion, (ReciprocatingInertia(),), (RodInertiaCouple(),)), curve)
+    gas_alone = Cycle(scene, Composition(motion), curve)
+    at = np.array([angle])
+    torque = (with_inertia.forces(at).torque - gas_alone.forces(at).torque)[0]
+    assert torque == pytest.approx(_shaft_torque_of_real_rod(with_inertia, angle), rel=1e-6, abs=1e-4)
+
+
+def test_worst_instants_against_a_dense_sampling():
+    scene = SCENES["car"]
+    found = crank.analyse(scene, ALL, accuracy=1e-10)
+    dense = crank.analyse(scene, ALL, series_angles=72_000).value.series
+    for worst, column in zip(
+        found.value.worst,
+        (
+            dense.gas,
+            dense.rod,
+            -dense.rod,
+            np.abs(dense.side),
+            dense.wrist_pin_load,
+            dense.crank_pin_load,
+            dense.main_bearing_load,
+        ),
+        strict=True,
+    ):
+        assert worst.force >= column.max() * (1 - 1e-12), worst.name
+        assert worst.force == pytest.approx(column.max(), rel=1e-6), worst.name
+
+
+def test_the_wrist_pin_carries_the_pistons_inertia_but_not_the_rods():
+    found = crank.analyse(car(pressure=_flat(), masses=replace(MASSES, rod=replace(MASSES.rod, inertia=None))), ALL)
+    at_top = found.value.series.wrist_pin_load[0]
+    top = 0.04 * CAR.angular_speed**2 * (1 + 0.04 / 0.14)
+    assert at_top == pytest.approx(0.45 * top, rel=1e-12)
+    assert abs(found.value.series.rod[0]) == pytest.approx((0.45 + 0.6 * 0.04 / 0.14) * top, rel=1e-12)
+
+
+def _flat() -> crank.TablePressure:
+    return crank.TablePressure((0.0, 4.0, 8.0), (CYLINDER.crankcase_pressure,) * 3)
+
+
+def test_the_two_harmonic_tier_serves_where_it_is_accurate_enough():
+    mechanism = crank.Mechanism(0.0015, 0.0455, 50.0)
+    loose = crank.analyse(cooler(mechanism=mechanism), accuracy=1e-2)
+    tight = crank.analyse(cooler(mechanism=mechanism), accuracy=1e-6)
+    assert loose.accuracy.settings["kinematics"] == "two harmonics"
+    assert tight.accuracy.settings["kinematics"] == "exact"
+    assert loose.accuracy.estimated <= 1e-2
+    for ours, exact in zip(loose.value.worst, tight.value.worst, strict=True):
+        assert ours.force == pytest.approx(exact.force, rel=loose.accuracy.estimated)
+    power = loose.value.torque_mean * mechanism.angular_speed
+    assert power == pytest.approx(loose.value.indicated_power, rel=1e-12)
+
+
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-8])
+def test_the_estimate_covers_the_error(accuracy):
+    reference = crank.analyse(car(), ALL, accuracy=1e-12).value
+    outcome = crank.analyse(car(), ALL, accuracy=accuracy)
+    assert outcome.accuracy.estimated <= accuracy
+    assert outcome.value.torque_mean == pytest.approx(reference.torque_mean, rel=outcome.accuracy.estimated)
+    assert outcome.value.swing.work_fluctuation == pytest.approx(reference.swing.work_fluctuation, rel=accuracy)
+    for ours, exact in zip(outcome.value.worst, reference.worst, strict=True):
+        assert ours.force == pytest.approx(exact.force, rel=accuracy), ours.name
+
+
+def test_shaft_inertia_counts_every_turning_part():
+    scene = car()
+    assert scene.masses.throw.inertia(0.04) == pytest.approx(0.4 * 0.04**2 + 1.4 * 0.02**2 + 0.5 * 0.03**2)
+    found = crank.analyse(scene).value.swing.inertia
+    assert found == pytest.approx(scene.masses.throw.inertia(0.04) + scene.masses.rod.at_crank_pin * 0.04**2)

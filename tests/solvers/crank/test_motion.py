@@ -1,0 +1,118 @@
+"""Kinematics against 50-digit geometry."""
+
+from __future__ import annotations
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from solvers.crank import kinematics
+from solvers.crank.motion import ExactMotion, TwoHarmonicMotion, crank_angle, derivative
+
+EPS = np.finfo(float).eps
+CASES = [(0.04, 0.16, 0.0), (0.04, 0.14, 0.006), (0.04, 0.14, -0.006), (1.5e-3, 45.5e-3, 0.0), (0.04, 0.041, 0.0005)]
+
+
+def position(r, length, e):
+    """x(phi) from Pythagoras, at 50 digits."""
+    r, length, e = mp.mpf(r), mp.mpf(length), mp.mpf(e)
+    top = mp.sqrt((length + r) ** 2 - e**2)
+    return lambda phi: top - r * mp.cos(phi) - mp.sqrt(length**2 - (r * mp.sin(phi) - e) ** 2)
+
+
+@pytest.mark.parametrize(("r", "length", "e"), CASES)
+def test_displacement_velocity_and_acceleration_against_differentiated_geometry(r, length, e):
+    motion = ExactMotion(r, length, e)
+    with mp.workdps(50):
+        x = position(r, length, e)
+        for phi in np.linspace(0.1, 6.2, 13):
+            at = mp.mpf(float(phi))
+            assert motion.displacement(phi) == pytest.approx(float(x(at)), rel=2e-13)
+            assert derivative(motion, phi) == pytest.approx(float(mp.diff(x, at)), rel=1e-11, abs=1e-14 * r)
+            assert motion.acceleration(phi) == pytest.approx(float(mp.diff(x, at, 2)), rel=1e-10, abs=1e-12 * r)
+            beta = mp.diff(lambda f: mp.asin((r * mp.sin(f) - e) / length), at, 2)
+            assert motion.rod_angular_acceleration(phi) == pytest.approx(float(beta), rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize(("r", "length", "e"), CASES)
+def test_displacement_keeps_its_digits_at_the_upper_dead_centre(r, length, e):
+    motion = ExactMotion(r, length, e)
+    top, bottom = motion.dead_centres
+    assert motion.displacement(bottom) == pytest.approx(motion.stroke, rel=4 * EPS)
+    with mp.workdps(60):
+        exact_top = mp.asin(mp.mpf(e) / (mp.mpf(length) + mp.mpf(r)))
+        x = position(r, length, e)
+        for gap in (1e-3, 1e-6):
+            # The angle itself is only known to rounding, so its own distance to the dead centre is what counts.
+            phi = top + gap
+            scale = 2 * EPS * max(abs(top), gap) / gap
+            assert motion.displacement(phi) == pytest.approx(float(x(mp.mpf(phi))), rel=20 * EPS + 2 * scale)
+        assert float(x(exact_top)) == pytest.approx(0, abs=1e-40)
+
+
+def test_inverse_of_position_to_four_epsilon_from_1e_300_to_the_lower_dead_centre():
+    r, length = 0.04, 0.16
+    near_bottom = 2 * r - 10.0 ** np.linspace(-17, -2, 60)
+    places = np.concatenate([10.0 ** np.linspace(-300, -1.2, 120), near_bottom, [2 * r]])
+    with mp.workdps(60):
+        big_r, big_l = mp.mpf(r), mp.mpf(length)
+        for x, angle in zip(places, kinematics.crank_angle(places, r, length), strict=True):
+            at = mp.mpf(float(x))
+            down, up = mp.sqrt(at * (2 * big_l - at)), mp.sqrt((2 * big_r - at) * (2 * big_r + 2 * big_l - at))
+            exact = 2 * mp.atan2(down, up)
+            assert abs(mp.mpf(float(angle)) - exact) <= 4 * EPS * exact
+
+
+@pytest.mark.parametrize(("r", "length", "e"), CASES)
+def test_inverse_with_offset_returns_the_angle(r, length, e):
+    motion = ExactMotion(r, length, e)
+    angle = np.linspace(*motion.dead_centres, 101)
+    found = crank_angle(motion, motion.displacement(angle))
+    assert found[1:-1] == pytest.approx(angle[1:-1], abs=1e-11)
+    assert found[[0, -1]] == pytest.approx(angle[[0, -1]], abs=1e-7)
+
+
+def test_in_line_motion_is_the_rods_kinematics():
+    r, length, angle = 0.04, 0.14, np.linspace(0, 12, 200)
+    motion = ExactMotion(r, length)
+    assert motion.displacement(angle) == pytest.approx(kinematics.displacement(angle, r, length), abs=1e-16)
+    assert derivative(motion, angle) == pytest.approx(kinematics.velocity(angle, r, length, 1.0), abs=1e-16)
+    assert motion.acceleration(angle) == pytest.approx(kinematics.acceleration(angle, r, length, 1.0), abs=1e-16)
+
+
+@pytest.mark.parametrize("ratio", [0.05, 0.25, 0.6, 0.95])
+def test_brix_and_its_inverse(ratio):
+    r, length = 0.04, 0.04 / ratio
+    angle = np.linspace(0.0, math.pi, 200)
+    textbook = r * ((1 - np.cos(angle)) + ratio / 4 * (1 - np.cos(2 * angle)))
+    x = kinematics.brix_displacement(angle, r, length)
+    assert x == pytest.approx(textbook, abs=1e-16)
+    back = kinematics.brix_crank_angle(x, r, length)
+    assert kinematics.brix_displacement(back, r, length) == pytest.approx(x, abs=1e-15 * r)
+    assert kinematics.brix_crank_angle(1e-300, r, length) == pytest.approx(
+        math.sqrt(2e-300 / r / (1 + ratio)), rel=4 * EPS
+    )
+
+
+def test_the_two_harmonic_motion_is_one_motion():
+    """Its velocity is the derivative of its displacement, so that no work appears from nothing."""
+    motion = TwoHarmonicMotion(0.04, 0.14)
+    angle, step = np.linspace(0, 6, 50), 1e-5
+    slope = (motion.displacement(angle + step) - motion.displacement(angle - step)) / (2 * step)
+    assert derivative(motion, angle) == pytest.approx(slope, abs=1e-10)
+    bend = (derivative(motion, angle + step) - derivative(motion, angle - step)) / (2 * step)
+    assert motion.acceleration(angle) == pytest.approx(bend, abs=1e-10)
+    textbook = kinematics.two_harmonic_velocity(angle, 0.04, 0.14, 1.0)
+    assert derivative(motion, angle) == pytest.approx(textbook, abs=1e-16)
+
+
+def test_the_error_of_two_harmonics_falls_with_the_square_of_the_ratio():
+    angle = np.linspace(0, 2 * math.pi, 721)
+
+    def wrong(ratio):
+        exact, short = ExactMotion(ratio, 1.0), TwoHarmonicMotion(ratio, 1.0)
+        return np.max(np.abs(exact.acceleration(angle) - short.acceleration(angle))) / ratio
+
+    assert wrong(0.1) / wrong(0.05) == pytest.approx(8.0, rel=0.02)

@@ -11,7 +11,8 @@ with sigma = +1 for the largest coupler and -1 for the other two.
 
 For c < 0 both D and A are formed from their squares: D = (lambda3 kappa c^2 + M s^2)/(T - lambda3 c) and
 A = (M s^2 - lambda0 lambda2 kappa c^2)/(T - lambda0 lambda2 c), kappa = lambda0 lambda2 - lambda3 = |N| e; where
-sigma c > 0, G = M/(T + sigma lambda0 c). The acos form of the textbooks loses every digit 1e-7 away from the change point.
+sigma c > 0, G = M/(T + sigma lambda0 c). The acos form of the textbooks loses every digit 1e-7 away from the change
+point.
 Valid where M >= 0 (the crank turns fully); lengths in cranks, angles in rad.
 Derivation: docs/theory/impact-linkage.md; checked there against the raw loop equation to 60 digits.
 """
@@ -100,13 +101,13 @@ class FourBar:
         return 2.0 * np.arctan2(turn * s, np.where(c < 0, back, rocker * c + root))
 
     def transmission_angle(self, phi: Array | float) -> Array:
-        """nu [rad] between coupler and rocker, 0 at the blow: sin(nu/2) = sqrt(lambda0/(lambda2 lambda3)) sin(phi/2)."""
+        """nu [rad] between coupler and rocker: sin(nu/2) = sqrt(lambda0/(lambda2 lambda3)) sin(phi/2)."""
         s, _ = half_angle(phi)
         r = self.ratios
         return 2.0 * np.arcsin(np.minimum(np.sqrt(r.base / (r.coupler * r.rocker)) * s, 1.0))
 
     def joints(self, phi: Array | float) -> tuple[Array, Array]:
-        """Crank pin B and rocker joint C in cranks, each of shape (2, n); crank pivot at 0, rocker pivot at (lambda0, 0)."""
+        """Crank pin B and rocker joint C in cranks, each (2, n); crank pivot at 0, rocker pivot at (lambda0, 0)."""
         angle, swung = np.atleast_1d(np.asarray(phi, float)), np.atleast_1d(self.rocker_angle(phi))
         pin = self.kind.crank_sign * np.stack([np.cos(angle), np.sin(angle)])
         joint = self.kind.rocker_sign * self.ratios.rocker * np.stack([np.cos(swung), np.sin(swung)])

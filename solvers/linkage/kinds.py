@@ -28,7 +28,7 @@ Number = Any
 
 @dataclass(frozen=True)
 class Gain:
-    """g = (1 + R)/(1 - R) of a restitution R in [0, 1), with g^2 and the small differences g - 1, g^2 - 1 kept sharp."""
+    """g = (1 + R)/(1 - R) of a restitution R in [0, 1), with g - 1 and g^2 - 1 kept sharp."""
 
     restitution: float
 

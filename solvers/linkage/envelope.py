@@ -26,7 +26,6 @@ from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
 _STACK = 4096
-_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 @dataclass(frozen=True)
@@ -150,8 +149,8 @@ def least_area(
 ) -> tuple[float, float]:
     """(least area, its direction) over all orientations whose box keeps within width and height; inf where none does.
 
-    ``pads`` is added to W and H. The value is within ``tolerance`` of the least one, or the least one exceeds
-    ``enough``: then what is returned exceeds it as well.
+    ``pads`` is added to W and H. An answer below ``enough`` is within ``tolerance`` of the least area; any other says
+    only that the least area is not below ``enough``.
     """
     free = width == math.inf and height == math.inf
     turn = 0.5 * math.pi if free else math.pi
@@ -180,8 +179,9 @@ def least_area(
             if not free and (min(wl, wr) - step / 8.0 * w1 > width or min(hl, hr) - step / 8.0 * h1 > height):
                 continue
             least = min(wl * hl, wr * hr) - step * bend
-            if least >= min(best * (1.0 - tolerance), enough) or step < 1e-28 or depth + 2 > _STACK:
-                # What is pruned because it is enough still bounds the answer from below.
+            if least >= enough or (best < enough and least >= best * (1.0 - tolerance)):
+                continue
+            if step < 1e-28 or depth + 2 > _STACK:
                 continue
             middle = 0.5 * (left + right)
             lefts[depth], rights[depth] = left, middle
@@ -225,49 +225,100 @@ def least_fit(outline: Array, width: float, height: float, tolerance: float) -> 
 
 
 @kernel
-def _farthest(outline: Array, x: float, y: float) -> float:
-    """Distance from a centre to the farthest point swept; convex in the centre."""
-    r, base, rocker, first, last = outline
-    far = max(math.hypot(x, y) + r, math.hypot(x - base, y))
-    for angle in (first, last):
-        far = max(far, math.hypot(base + rocker * math.cos(angle) - x, rocker * math.sin(angle) - y))
-    turned = (math.atan2(-y, base - x) - first) % (2.0 * math.pi)
-    if turned <= last - first:
-        far = max(far, math.hypot(x - base, y) + rocker)
-    return far
+def _through(circles: Array, i: int, j: int, k: int) -> tuple[float, float, float]:
+    """Centre and radius of the circle that holds two (k < 0) or three circles (x, y, radius) touching it from inside."""
+    x1, y1, r1 = circles[i]
+    x2, y2, r2 = circles[j]
+    dx, dy = x2 - x1, y2 - y1
+    distance = math.hypot(dx, dy)
+    if k < 0:
+        radius = 0.5 * (distance + r1 + r2)
+        if distance <= abs(r1 - r2):
+            return (x1, y1, r1) if r1 > r2 else (x2, y2, r2)
+        share = (radius - r1) / distance
+        return x1 + share * dx, y1 + share * dy, radius
+    x3, y3, r3 = circles[k]
+    ex, ey = x3 - x1, y3 - y1
+    determinant = 2.0 * (dx * ey - dy * ex)
+    if abs(determinant) < 1e-14 * (dx * dx + dy * dy + ex * ex + ey * ey):
+        return 0.0, 0.0, math.inf
+    # |c - c1|^2 = (R - r1)^2 and the like, subtracted: the centre is linear in S = R - r1.
+    a1, b1 = dx * dx + dy * dy - (r2 - r1) ** 2, r2 - r1
+    a2, b2 = ex * ex + ey * ey - (r3 - r1) ** 2, r3 - r1
+    px, py = (a1 * ey - a2 * dy) / determinant, (a2 * dx - a1 * ex) / determinant
+    qx, qy = 2.0 * (b1 * ey - b2 * dy) / determinant, 2.0 * (b2 * dx - b1 * ex) / determinant
+    a, b, c = qx * qx + qy * qy - 1.0, px * qx + py * qy, px * px + py * py
+    if abs(a) < 1e-14:
+        s = -0.5 * c / b if b != 0.0 else math.inf
+    else:
+        inner = b * b - a * c
+        if inner < 0.0:
+            return 0.0, 0.0, math.inf
+        low, high = (-b - math.sqrt(inner)) / a, (-b + math.sqrt(inner)) / a
+        low, high = min(low, high), max(low, high)
+        need = max(0.0, b1, b2)
+        s = low if low >= need else high
+    if s < max(0.0, b1, b2):
+        return 0.0, 0.0, math.inf
+    return x1 + px + qx * s, y1 + py + qy * s, s + r1
 
 
 @kernel
-def _least_along(outline: Array, x: float, low: float, high: float) -> float:
-    a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-    fa, fb = _farthest(outline, x, a), _farthest(outline, x, b)
-    for _ in range(60):
-        if fa <= fb:
-            high, b, fb = b, a, fa
-            a = high - _GOLDEN * (high - low)
-            fa = _farthest(outline, x, a)
-        else:
-            low, a, fa = a, b, fb
-            b = low + _GOLDEN * (high - low)
-            fb = _farthest(outline, x, b)
-    return min(fa, fb)
+def _holds(circles: Array, count: int, x: float, y: float, radius: float) -> bool:
+    for m in range(count):
+        if math.hypot(circles[m, 0] - x, circles[m, 1] - y) + circles[m, 2] > radius * (1.0 + 1e-13):
+            return False
+    return True
 
 
 @kernel
 def enclosing(outline: Array) -> float:
-    """Radius of the least circle around the outline: the farthest distance, convex in the centre, made least."""
-    r, base, rocker, _, _ = outline
-    size = r + base + rocker
-    low, high = -size, size
-    a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-    fa, fb = _least_along(outline, a, -size, size), _least_along(outline, b, -size, size)
-    for _ in range(60):
-        if fa <= fb:
-            high, b, fb = b, a, fa
-            a = high - _GOLDEN * (high - low)
-            fa = _least_along(outline, a, -size, size)
-        else:
-            low, a, fa = a, b, fb
-            b = low + _GOLDEN * (high - low)
-            fb = _least_along(outline, b, -size, size)
-    return min(fa, fb)
+    """Radius of the least circle around the outline.
+
+    A circle held by two or three touching parts is the least around them; the part that sticks out farthest joins
+    them, and the least circle around these four is found by trial, until nothing sticks out. The radius only grows.
+    """
+    r, base, rocker, first, last = outline
+    parts = np.zeros((4, 3))
+    parts[0, 2] = r
+    parts[1, 0], parts[1, 1] = base + rocker * math.cos(last), rocker * math.sin(last)
+    count = 2
+    x, y, radius = _through(parts, 0, 1, -1)
+    for _ in range(200):
+        # The farthest part from the centre.
+        far, fx, fy, fr = math.hypot(x, y) + r, 0.0, 0.0, r
+        if math.hypot(x - base, y) > far:
+            far, fx, fy, fr = math.hypot(x - base, y), base, 0.0, 0.0
+        for angle in (first, last):
+            px, py = base + rocker * math.cos(angle), rocker * math.sin(angle)
+            if math.hypot(px - x, py - y) > far:
+                far, fx, fy, fr = math.hypot(px - x, py - y), px, py, 0.0
+        away = math.atan2(-y, base - x)
+        if (away - first) % (2.0 * math.pi) <= last - first and math.hypot(x - base, y) + rocker > far:
+            far = math.hypot(x - base, y) + rocker
+            fx, fy, fr = base + rocker * math.cos(away), rocker * math.sin(away), 0.0
+        if far <= radius * (1.0 + 1e-13):
+            break
+        parts[count, 0], parts[count, 1], parts[count, 2] = fx, fy, fr
+        count += 1
+        best, bx, by, bi, bj, bk = math.inf, x, y, 0, 0, -1
+        for i in range(count):
+            for j in range(i + 1, count):
+                for k in range(j, count):
+                    third = -1 if k == j else k
+                    cx, cy, size = _through(parts, i, j, third)
+                    if size < best and _holds(parts, count, cx, cy, size):
+                        best, bx, by, bi, bj, bk = size, cx, cy, i, j, third
+        if best <= radius:
+            # Rounding alone is left.
+            radius = max(radius, far)
+            break
+        x, y, radius = bx, by, best
+        kept = np.zeros((4, 3))
+        kept[0], kept[1] = parts[bi], parts[bj]
+        count = 2
+        if bk >= 0:
+            kept[2] = parts[bk]
+            count = 3
+        parts = kept
+    return radius

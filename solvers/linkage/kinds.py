@@ -26,6 +26,13 @@ Number = Any
 """A float, an array, or an interval."""
 
 
+NEAREST = 1e-6
+"""A design keeps this far, relative, from the parallelogram, where the crank barely passes the second change point."""
+
+LONGEST = 1e-3
+"""A design keeps this far from links without end, as a share of g^2 - 1."""
+
+
 @dataclass(frozen=True)
 class Gain:
     """g = (1 + R)/(1 - R) of a restitution R in [0, 1), with g - 1 and g^2 - 1 kept sharp."""
@@ -98,6 +105,9 @@ class ChangePoint(Protocol):
     def least_parameter(self, gain: Gain) -> float:
         """The crank turns fully where the free ratio exceeds this (for a, c at it: a parallelogram)."""
 
+    def least_margin(self, gain: Gain) -> float:
+        """How far beyond the least value, relative to it, the free ratio must lie for a design."""
+
     def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
         """Closure surplus in crank lengths: 0 for a change-point mechanism of this kind."""
 
@@ -131,6 +141,9 @@ class LargestCoupler:
 
     def least_parameter(self, gain: Gain) -> float:
         return gain.value
+
+    def least_margin(self, gain: Gain) -> float:
+        return NEAREST
 
     def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
         return base + rocker - 1.0 - coupler
@@ -167,6 +180,10 @@ class LargestRocker:
     def least_parameter(self, gain: Gain) -> float:
         return gain.square
 
+    def least_margin(self, gain: Gain) -> float:
+        # The base is then about 1000 g^2 cranks long.
+        return LONGEST * gain.square_less_one / gain.square
+
     def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
         return base + coupler - 1.0 - rocker
 
@@ -200,6 +217,9 @@ class LargestBase:
 
     def least_parameter(self, gain: Gain) -> float:
         return gain.value
+
+    def least_margin(self, gain: Gain) -> float:
+        return NEAREST
 
     def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
         return coupler + rocker - 1.0 - base

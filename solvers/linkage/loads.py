@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from solvers.linkage.four_bar import FourBar
 from solvers.linkage.kinds import ChangePoint, Gain
-from solvers.numerics.intervals import Interval
+from solvers.numerics.intervals import Interval, Sloped
 from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
@@ -129,27 +129,24 @@ def unit_peaks(coefficients: Array, end: Array) -> Array:
     return out
 
 
-def loads_over(kind: ChangePoint, gain: Gain, parameter: Interval, phi: Array) -> tuple[Interval, Interval]:
+def loads_over(kind: ChangePoint, gain: Gain, parameter: Sloped, phi: Array) -> tuple[Sloped, Sloped]:
     """|torque|/E and force l1/E over ranges of the free ratio, at one crank angle for each range.
 
-    A peak over the cycle is nowhere below its value at any one angle, so the lower ends bound both peaks from below.
+    A peak over the cycle is nowhere below its value at any one angle, so what bounds these from below bounds the peaks.
     """
     r = kind.family(gain, parameter)
     s, c = np.sin(0.5 * phi), np.cos(0.5 * phi)
     turn, play = kind.turn(r), kind.play(r)
     # lambda0 lambda2 = g^2 lambda3, so T^2 = (g lambda3 c)^2 + M s^2 and kappa = (g^2 - 1) lambda3.
     lever = gain.square * r.rocker
-    root = ((gain.value * c) * r.rocker).square() + play * (s * s)
-    root = root.root()
+    root = (((gain.value * c) * r.rocker).square() + play * (s * s)).root()
     front, back = np.maximum(c, 0.0), np.minimum(c, 0.0)
-    behind = c < 0
     d_front, a_front = r.rocker * front + root, root + lever * front
     d_back = (gain.square_less_one * r.rocker.square() * (back * back) + play * (s * s)) / (root - r.rocker * back)
     a_back = (play * (s * s) - lever * r.rocker * (gain.square_less_one * back * back)) / (root - lever * back)
-    d, a = _choose(behind, d_back, d_front), _choose(behind, a_back, a_front)
-    along = r.base * (kind.rocker_sign * c)
-    near = play / (root + r.base * np.maximum(kind.rocker_sign * c, 0.0))
-    gap = _choose(kind.rocker_sign * c > 0, near, root - along)
+    d, a = _choose(c < 0, d_back, d_front), _choose(c < 0, a_back, a_front)
+    along = kind.rocker_sign * c
+    gap = _choose(along > 0, play / (root + r.base * np.maximum(along, 0.0)), root - r.base * along)
     b = (d.square() + turn.square() * (s * s)) / r.rocker
     factor = turn / (root * b)
     rate = (factor * (a / b * gap.square() / root - (0.5 * lever) * play / root.square())).magnitude()
@@ -158,5 +155,8 @@ def loads_over(kind: ChangePoint, gain: Gain, parameter: Interval, phi: Array) -
     return torque, r.coupler * rate / (end.square() * root)
 
 
-def _choose(condition: Array, yes: Interval, no: Interval) -> Interval:
-    return Interval(np.where(condition, yes.low, no.low), np.where(condition, yes.high, no.high))
+def _choose(condition: Array, yes: Sloped, no: Sloped) -> Sloped:
+    def pick(one: Interval, other: Interval) -> Interval:
+        return Interval(np.where(condition, one.low, other.low), np.where(condition, one.high, other.high))
+
+    return Sloped(pick(yes.value, no.value), pick(yes.slope, no.slope))

@@ -30,7 +30,7 @@ _STACK = 4096
 
 @dataclass(frozen=True)
 class Box:
-    """A rectangle turned by ``angle`` [rad] against the base line: ``width`` along that direction, ``height`` across."""
+    """A rectangle turned by ``angle`` [rad] against the base line: ``width`` along it, ``height`` across."""
 
     width: float
     height: float
@@ -226,7 +226,7 @@ def least_fit(outline: Array, width: float, height: float, tolerance: float) -> 
 
 @kernel
 def _through(circles: Array, i: int, j: int, k: int) -> tuple[float, float, float]:
-    """Centre and radius of the circle that holds two (k < 0) or three circles (x, y, radius) touching it from inside."""
+    """Centre and radius of the circle that two (k < 0) or three circles (x, y, radius) touch from inside."""
     x1, y1, r1 = circles[i]
     x2, y2, r2 = circles[j]
     dx, dy = x2 - x1, y2 - y1

@@ -48,7 +48,7 @@ def allowed_scales(figures: Figures) -> tuple[Array, Array]:
             high = np.minimum(high, limits.longest_link / figures.longest)
         if limits.enclosing_radius is not None:
             high = np.minimum(high, (limits.enclosing_radius - limits.joint_radius) / figures.radius)
-        if question.room is not None:
+        if question.boxed and question.room is not None:
             high = np.minimum(high, 1.0 / figures.fit)
     return low, high
 

@@ -42,7 +42,7 @@ class Peaks:
 
 def peaks(bar: FourBar, crank: float, energy: float) -> Peaks:
     """Peak crank torque [N m] and pin force [N] of a mechanism with its crank's length [m] and impact energy [J]."""
-    torque, at_torque, force, at_force = unit_peaks(bar.coefficients[None], np.array([bar.end]))[0]
+    torque, at_torque, force, at_force = unit_peaks(bar.coefficients[None], np.array([bar.end]))[0].tolist()
     return Peaks(energy * torque, at_torque, energy / crank * force, at_force)
 
 

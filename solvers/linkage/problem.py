@@ -169,6 +169,8 @@ class Question:
     scene: Scene
     limits: Limits
     objective: Objective
+    boxed: bool = True
+    """Whether width and height limit what is allowed, or are only what the fit is measured by."""
 
     @property
     def fixed_scale(self) -> float | None:

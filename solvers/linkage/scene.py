@@ -108,9 +108,10 @@ class Scene:
     length_tolerance: float | None = None
 
     def __post_init__(self) -> None:
-        names = "blow_frequency impact_speed impact_energy tool_radius coupler_stiffness length_tolerance".split()
-        require_positive({name: getattr(self, name) for name in names})
-        for name in names[:3]:
+        given = ("blow_frequency", "impact_speed", "impact_energy")
+        optional = ("tool_radius", "coupler_stiffness", "length_tolerance")
+        require_positive({name: getattr(self, name) for name in given + optional})
+        for name in given:
             require(getattr(self, name) is not None, name, "is missing", "(0, inf)")
 
     @property

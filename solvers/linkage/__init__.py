@@ -7,14 +7,16 @@ outcome = linkage.check(scene, linkage.of_ratio(scene, linkage.LARGEST_BASE, 3.0
 """
 
 from solvers.effects import ALL, AUTO, EffectSelection
-from solvers.linkage.check import Lengths, LinkageCheck, Mechanism, check, of_lengths, of_ratio
+from solvers.linkage.check import Lengths, LinkageCheck, Mechanism, check, of_lengths, of_ratio, tool_speed
 from solvers.linkage.design import LinkageDesign, design
 from solvers.linkage.effects import EFFECTS
+from solvers.linkage.front import AGAINST, MOST_POINTS, FrontPoint, front
 from solvers.linkage.kinds import KINDS, LARGEST_BASE, LARGEST_COUPLER, LARGEST_ROCKER
 from solvers.linkage.problem import OBJECTIVES, LinkageProblem
 from solvers.linkage.scene import Drive, Limits, Motor, Restitution, Scene
 
 __all__ = [
+    "AGAINST",
     "ALL",
     "AUTO",
     "EFFECTS",
@@ -22,9 +24,11 @@ __all__ = [
     "LARGEST_BASE",
     "LARGEST_COUPLER",
     "LARGEST_ROCKER",
+    "MOST_POINTS",
     "OBJECTIVES",
     "Drive",
     "EffectSelection",
+    "FrontPoint",
     "Lengths",
     "Limits",
     "LinkageCheck",
@@ -36,6 +40,8 @@ __all__ = [
     "Scene",
     "check",
     "design",
+    "front",
     "of_lengths",
     "of_ratio",
+    "tool_speed",
 ]

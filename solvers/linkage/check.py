@@ -124,12 +124,31 @@ def of_ratio(scene: Scene, kind: ChangePoint, parameter: float) -> Mechanism:
     return Mechanism(bar, crank, Closure(kind, 0.0, 0.0))
 
 
-def of_lengths(lengths: Lengths) -> Mechanism:
-    """A mechanism of given lengths, as the kind whose closure it comes nearest to."""
-    found = tolerances.closure(lengths.base, lengths.crank, lengths.coupler, lengths.rocker)
+def of_lengths(lengths: Lengths, preferred: ChangePoint | None = None) -> Mechanism:
+    """A mechanism of given lengths, as the kind whose closure it comes nearest to.
+
+    ``preferred`` is the kind taken where it closes as more than one.
+    """
+    found = tolerances.closure(lengths.base, lengths.crank, lengths.coupler, lengths.rocker, preferred)
     base, coupler, rocker = (x / lengths.crank for x in (lengths.base, lengths.coupler, lengths.rocker))
     less = [(x - lengths.crank) / lengths.crank for x in (lengths.base, lengths.coupler, lengths.rocker)]
     return Mechanism(FourBar(found.kind, Ratios(base, coupler, rocker, *less)), lengths.crank, found)
+
+
+def tool_speed(scene: Scene, mechanism: Mechanism) -> float:
+    """Speed [m/s] of the tool before the blow at the scene's frequency; 0 for a mechanism that cannot strike."""
+    return scene.crank_speed * _tool_radius(scene, mechanism) * mechanism.bar.end if can_strike(mechanism) else 0.0
+
+
+def can_strike(mechanism: Mechanism) -> bool:
+    """Whether the links close, and the crank pin lies so that the rocker can reverse at the blow: kappa, e > 0."""
+    bar = mechanism.bar
+    lever = float(bar.kind.turn(bar.ratios)) * (-1.0 if bar.kind.name == "largest_base" else 1.0)
+    return mechanism.closure.closes and float(bar.kind.reach(bar.ratios)) > 0 and lever > 0
+
+
+def _tool_radius(scene: Scene, mechanism: Mechanism) -> float:
+    return mechanism.crank * float(mechanism.bar.ratios.rocker) if scene.tool_radius is None else scene.tool_radius
 
 
 def check(
@@ -152,13 +171,15 @@ def check(
     require_accuracy(accuracy)
     bar, closes = mechanism.bar, mechanism.closure.closes
     play = float(bar.coefficients[4])
-    strikes = closes and _can_strike(bar)
-    rotatable = bar.rotatable and (closes or mechanism.closure.surplus >= 0)
+    strikes, links = can_strike(mechanism), mechanism.lengths
+    rotatable = bar.rotatable
+    if not closes:
+        rotatable = tolerances.turns_fully(links.base, links.crank, links.coupler, links.rocker)
     full = strikes and rotatable
     loads = peaks(bar, mechanism.crank, scene.impact_energy) if full else None
     choice = choose_for(Situation(scene, bar, mechanism.crank, loads), effects, effect_tolerance, demands)
-    confined = None
-    if play < 0:
+    confined = None if closes else tolerances.confinement(bar)
+    if closes and play < 0:
         confined = 2.0 * math.atan(math.sqrt(float(np.prod(bar.coefficients[:3])) / -play))
     strike = _strike(scene, mechanism, loads, confined) if strikes else None
     box = radius = running = coupler_peak = restitution_error = tolerance_window = None
@@ -178,8 +199,8 @@ def check(
             surplus = tolerances.closure_error(bar, mechanism.crank, scene.length_tolerance)
             tolerance_window = tolerances.window(bar, -surplus)
         if full and choice.has("impact_dynamics"):
-            tool = scene.tool_radius if scene.tool_radius is not None else mechanism.crank * float(bar.ratios.rocker)
-            running = steady_running(bar, scene, scene.drive, tool, scene.restitution.middle, 0.1 * accuracy)
+            tool, middle = _tool_radius(scene, mechanism), scene.restitution.middle
+            running = steady_running(bar, scene, scene.drive, tool, middle, 0.1 * accuracy)
             settings["steps"], error = running.steps, max(error, running.error)
     missed = None if closes else tolerances.window(bar, mechanism.closure.surplus)
     value = LinkageCheck(
@@ -218,12 +239,6 @@ def _warned(value: LinkageCheck, scene: Scene) -> LinkageCheck:
     return replace(value, warnings=warnings_of(value, scene, STRENGTH_SPEED))
 
 
-def _can_strike(bar: FourBar) -> bool:
-    """Whether the crank pin lies beyond the rocker's pivot in the sense that lets the rocker reverse: kappa, e > 0."""
-    lever = float(bar.kind.turn(bar.ratios)) * (-1.0 if bar.kind.name == "largest_base" else 1.0)
-    return float(bar.kind.reach(bar.ratios)) > 0 and lever > 0
-
-
 def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: float | None) -> Strike:
     bar = mechanism.bar
     if confined is None:
@@ -233,14 +248,13 @@ def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: f
         run = np.linspace(0.0, confined, TRANSFER_POINTS // 2 + 1)[:-1]
         angles = np.concatenate([run, 2.0 * math.pi - run[::-1]])
     transfer = bar.transfer(_signed(angles))
-    radius = scene.tool_radius if scene.tool_radius is not None else mechanism.crank * float(bar.ratios.rocker)
     made = bar.restitution
     return Strike(
         start=bar.start,
         end=bar.end,
         restitution=made,
         mismatch=max(abs(scene.restitution.low - made), abs(scene.restitution.high - made)),
-        impact_speed=scene.crank_speed * radius * bar.end,
+        impact_speed=tool_speed(scene, mechanism),
         transmission_angle=float(bar.transmission_angle(math.pi)),
         peaks=loads,
         angles=angles,

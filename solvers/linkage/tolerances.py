@@ -9,7 +9,8 @@ A change-point mechanism needs its lengths to close exactly. With a closure surp
 
 with + in the first for the largest coupler and rocker, in the second for the largest coupler, and - otherwise; so
 phi_w = sqrt(2 |delta| e/lambda0) and psi = sqrt(g^2 - 1) phi_w/e to first order in sqrt(|delta|).
-While the closure holds, R_k moves with the lengths by dR_k/R_k = g/(g^2 - 1) (dlambda0/lambda0 + dlambda2/lambda2 - dlambda3/lambda3).
+While the closure holds, R_k moves with the lengths by
+dR_k/R_k = g/(g^2 - 1) (dlambda0/lambda0 + dlambda2/lambda2 - dlambda3/lambda3).
 Lengths in cranks, angles in rad. Derivation: docs/theory/impact-linkage.md.
 """
 

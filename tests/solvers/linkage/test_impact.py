@@ -66,6 +66,7 @@ def test_the_estimated_error_is_not_exceeded():
         assert found.error <= wanted
         assert abs(found.blow_frequency / sharp.blow_frequency - 1) <= max(found.error, 1e-12)
         assert abs(found.impact_speed / sharp.impact_speed - 1) <= max(found.error, 1e-12)
+        assert abs(found.irregularity / sharp.irregularity - 1) <= max(wanted, 1e-9)
 
 
 def test_trends():

@@ -18,13 +18,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.linkage import envelope
 from solvers.linkage.four_bar import FourBar, coefficients
-from solvers.linkage.kinds import ChangePoint, Gain
+from solvers.linkage.kinds import ChangePoint, Gain, Ratios
 
 Array = NDArray[np.float64]
 
@@ -34,17 +35,29 @@ GREATEST_MARGIN = 1e3
 
 @dataclass(frozen=True)
 class Members:
-    """Members of a family, one a row: ratios' coefficients, sizes per V, |u31(2 pi)|, swing [rad], nu(pi) [rad]."""
+    """Members of a family, one a row: ratios, sizes per V (n, 4), |u31(2 pi)|, swing [rad], nu(pi) [rad]."""
 
-    coefficients: Array
+    kind: ChangePoint
+    ratios: Ratios
     lengths: Array
     end: Array
     swing: Array
     transmission: Array
 
+    @cached_property
+    def coefficients(self) -> Array:
+        """As in ``four_bar``: (n, 7)."""
+        return coefficients(self.kind, self.ratios)
+
     @property
     def longest(self) -> Array:
         return self.lengths.max(axis=1)
+
+    def figures(self, rows: slice) -> Members:
+        """Some of the rows, ratios left out."""
+        return Members(
+            self.kind, self.ratios, self.lengths[rows], self.end[rows], self.swing[rows], self.transmission[rows]
+        )
 
 
 @dataclass(frozen=True)
@@ -71,10 +84,13 @@ class Family:
         r = self.kind.family(self.gain, self.parameter(q))
         reach, g = self.kind.reach(r), self.gain.value
         crank = reach / (r.rocker * (g + 1.0))
-        ratios = np.stack(np.broadcast_arrays(np.ones_like(crank), r.base, r.coupler, r.rocker), axis=1)
+        lengths = np.empty((crank.size, 4))
+        lengths[:, 0], lengths[:, 1], lengths[:, 2], lengths[:, 3] = 1.0, r.base, r.coupler, r.rocker
+        lengths *= crank[:, None]
         return Members(
-            coefficients=coefficients(self.kind, r),
-            lengths=crank[:, None] * ratios,
+            kind=self.kind,
+            ratios=r,
+            lengths=lengths,
             end=(g + 1.0) / reach,
             swing=2.0 * np.arcsin(np.minimum(g / r.base, 1.0)),
             transmission=2.0 * np.arcsin(np.minimum(g / r.coupler, 1.0)),
@@ -99,5 +115,7 @@ class Family:
     def outlines(self, members: Members) -> Array:
         """Swept outlines per V (see ``envelope.sweep``): shape (n, 5)."""
         first, last = envelope.arc(self.kind, members.swing)
-        crank, base, _, rocker = members.lengths.T
-        return np.stack(np.broadcast_arrays(crank, base, rocker, first, last), axis=1).copy()
+        out = np.empty((members.swing.size, 5))
+        out[:, 0], out[:, 1], out[:, 2] = members.lengths[:, 0], members.lengths[:, 1], members.lengths[:, 3]
+        out[:, 3], out[:, 4] = first, last
+        return out

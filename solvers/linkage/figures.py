@@ -145,12 +145,18 @@ class RangeFigures:
     enough: float
 
     @cached_property
+    def _all(self) -> Members:
+        """Lower ends, upper ends and middles, in one call."""
+        return self.family.members(np.concatenate([self.low, self.high, 0.5 * (self.low + self.high)]))
+
+    @cached_property
     def _middle(self) -> Members:
-        return self.family.members(0.5 * (self.low + self.high))
+        return self._all.figures(slice(2 * self.low.size, None))
 
     @cached_property
     def _ends(self) -> tuple[Members, Members]:
-        return self.family.members(self.low), self.family.members(self.high)
+        n = self.low.size
+        return self._all.figures(slice(0, n)), self._all.figures(slice(n, 2 * n))
 
     @cached_property
     def _outlines(self) -> Array:
@@ -185,7 +191,8 @@ class RangeFigures:
 
     @cached_property
     def _loads(self) -> tuple[Array, Array]:
-        peaks = unit_peaks(self._middle.coefficients, self._middle.end)
+        rows = slice(2 * self.low.size, None)
+        peaks = unit_peaks(self._all.coefficients[rows], self._middle.end)
         low, high = self.family.parameter(self.low), self.family.parameter(self.high)
         kind, gain, place = self.family.kind, self.family.gain, self.family.parameter(0.5 * (self.low + self.high))
         half = np.maximum(high - place, place - low)

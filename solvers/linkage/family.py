@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.linkage import envelope
-from solvers.linkage.four_bar import FourBar, coefficients
+from solvers.linkage.four_bar import FourBar, coefficients, swing
 from solvers.linkage.kinds import ChangePoint, Gain, Ratios
 
 Array = NDArray[np.float64]
@@ -92,8 +92,8 @@ class Family:
             ratios=r,
             lengths=lengths,
             end=(g + 1.0) / reach,
-            swing=2.0 * np.arcsin(np.minimum(g / r.base, 1.0)),
-            transmission=2.0 * np.arcsin(np.minimum(g / r.coupler, 1.0)),
+            swing=swing(self.kind, r),
+            transmission=2.0 * np.arctan2(r.base, np.sqrt(np.maximum(self.kind.play(r), 0.0))),
         )
 
     def margin_where(self, read: Callable[[Members], Array], wanted: float) -> float | None:

@@ -76,7 +76,7 @@ class FourBar:
     @property
     def swing(self) -> float:
         """Angle of the rocker between its ends [rad]: 2 asin(g/lambda0), with g = lambda0 the greatest (pi)."""
-        return 2.0 * float(np.arcsin(min(self.gain / self.ratios.base, 1.0)))
+        return float(swing(self.kind, self.ratios))
 
     @property
     def longest(self) -> float:
@@ -101,10 +101,10 @@ class FourBar:
         return 2.0 * np.arctan2(turn * s, np.where(c < 0, back, rocker * c + root))
 
     def transmission_angle(self, phi: Array | float) -> Array:
-        """nu [rad] between coupler and rocker: sin(nu/2) = sqrt(lambda0/(lambda2 lambda3)) sin(phi/2)."""
-        s, _ = half_angle(phi)
-        r = self.ratios
-        return 2.0 * np.arcsin(np.minimum(np.sqrt(r.base / (r.coupler * r.rocker)) * s, 1.0))
+        """nu [rad] between coupler and rocker: tan(nu/2) = lambda0 sin(phi/2)/T."""
+        s, c = half_angle(phi)
+        base, coupler, rocker, _, play, _, _ = self.coefficients
+        return 2.0 * np.arctan2(base * s, np.sqrt(np.maximum(base * coupler * rocker * c * c + play * s * s, 0.0)))
 
     def joints(self, phi: Array | float) -> tuple[Array, Array]:
         """Crank pin B and rocker joint C in cranks, each (2, n); crank pivot at 0, rocker pivot at (lambda0, 0)."""
@@ -137,6 +137,11 @@ def coefficients(kind: ChangePoint, ratios: Ratios) -> Array:
     kappa = np.abs(turn) * kind.reach(ratios)
     parts = [ratios.base, ratios.coupler, ratios.rocker, turn, kind.play(ratios), kappa, kind.rocker_sign]
     return np.stack(np.broadcast_arrays(*(np.asarray(part, float) for part in parts)), axis=-1)
+
+
+def swing(kind: ChangePoint, ratios: Ratios) -> Array:
+    """Angle of the rocker between its ends [rad]: 2 asin(sqrt(lambda2/(lambda0 lambda3))), sharp near pi."""
+    return 2.0 * np.arctan2(np.sqrt(ratios.coupler), np.sqrt(np.maximum(kind.lock(ratios), 0.0)))
 
 
 def half_angle(phi: Array | float) -> tuple[Array, Array]:

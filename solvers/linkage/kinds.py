@@ -117,6 +117,9 @@ class ChangePoint(Protocol):
     def play(self, ratios: Ratios) -> Number:
         """M = lambda0 (lambda2 lambda3 - lambda0); the crank turns fully where it is not negative."""
 
+    def lock(self, ratios: Ratios) -> Number:
+        """lambda0 lambda3 - lambda2: 0 where the rocker swings through half a turn."""
+
     def reach(self, ratios: Ratios) -> Number:
         """e, from the rocker's pivot to the crank pin at the blow."""
 
@@ -153,6 +156,9 @@ class LargestCoupler:
 
     def play(self, ratios: Ratios) -> Number:
         return ratios.base * ratios.rocker_less_one * (ratios.coupler + 1.0)
+
+    def lock(self, ratios: Ratios) -> Number:
+        return ratios.base_less_one * ratios.rocker_less_one
 
     def reach(self, ratios: Ratios) -> Number:
         return ratios.base_less_one
@@ -193,6 +199,9 @@ class LargestRocker:
     def play(self, ratios: Ratios) -> Number:
         return ratios.base * (ratios.rocker + 1.0) * ratios.coupler_less_one
 
+    def lock(self, ratios: Ratios) -> Number:
+        return ratios.base_less_one * (ratios.rocker + 1.0)
+
     def reach(self, ratios: Ratios) -> Number:
         return ratios.base_less_one
 
@@ -229,6 +238,9 @@ class LargestBase:
 
     def play(self, ratios: Ratios) -> Number:
         return ratios.base * ratios.rocker_less_one * ratios.coupler_less_one
+
+    def lock(self, ratios: Ratios) -> Number:
+        return ratios.rocker_less_one * (ratios.base + 1.0)
 
     def reach(self, ratios: Ratios) -> Number:
         return ratios.base + 1.0

@@ -25,7 +25,7 @@ from solvers.numerics.intervals import Interval, Sloped
 from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
-_SAMPLES = 192
+_SAMPLES, _CROWD = 192, 96
 _ROUNDS = 48
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
@@ -83,10 +83,14 @@ def unit_loads(coefficients: Array, end: float, phi: Array) -> Array:
 
 @kernel
 def _angles(coefficients: Array) -> Array:
-    """Crank angles over the cycle: evenly, and evenly in the angle that opens the second change point near pi."""
-    base, coupler, rocker, _, play, _, _ = coefficients
+    """Crank angles over the cycle: evenly, evenly in the angle that opens the second change point near pi, and crowded
+    toward the blow, where a rocker that comes fast turns within e or sqrt(lambda3 kappa/M)."""
+    base, coupler, rocker, turn, play, kappa, _ = coefficients
     stretch = math.sqrt(max(play, 1e-30) / (base * coupler * rocker))
-    out = np.empty(2 * _SAMPLES + 1)
+    out = np.empty(2 * _SAMPLES + _CROWD + 1)
+    least = 0.03 * min(math.sqrt(rocker * kappa / max(play, 1e-30)), 0.5 * kappa / abs(turn), 1.0)
+    for k in range(_CROWD):
+        out[2 * _SAMPLES + 1 + k] = 2.0 * math.pi - 2.0 * math.atan(least ** (k / (_CROWD - 1.0)))
     for k in range(_SAMPLES):
         out[k] = 2.0 * math.pi * k / _SAMPLES
         opened = math.pi * (k + 0.5) / _SAMPLES

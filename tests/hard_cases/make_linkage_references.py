@@ -2,7 +2,7 @@
 
 Reads linkage_cases.json and writes linkage_references.json. Nothing is shared with the solver: ratios come from the
 closure and R_k = R as linear equations, joints from intersecting circles, u31 from the joints' velocities, slopes from
-differences, all at 120 digits; boxes are tried over directions.
+differences, all at 180 digits; boxes are tried over directions.
 
 Each value comes with its relative condition number: the sum of |d ln value/d ln input| over restitution and free ratio.
 """
@@ -17,7 +17,7 @@ import mpmath as mp
 from tests.solvers.linkage import oracle
 
 HERE = Path(__file__).parent
-DIGITS, SHOWN = 120, 25
+DIGITS, SHOWN = 180, 25
 NEAR, STEP = mp.mpf(10) ** -20, mp.mpf(10) ** -45
 MOVED = mp.mpf(10) ** -12
 
@@ -102,7 +102,7 @@ def narrowed(f, low, high, rounds):
             low, a, fa = a, b, fb
             b = low + golden * (high - low)
             fb = f(b)
-    return ((a, fa) if fa >= fb else (b, fb))
+    return (a, fa) if fa >= fb else (b, fb)
 
 
 def greatest(f, places, rounds):

@@ -96,6 +96,19 @@ class Family:
             transmission=2.0 * np.arctan2(r.base, np.sqrt(np.maximum(self.kind.play(r), 0.0))),
         )
 
+    def margin_of_transmission(self, angle: float) -> float | None:
+        """q of the member whose nu(pi) [rad] is this; None where no member's is. nu(pi) falls with q."""
+        return self._margin(self.kind.of_transmission(self.gain, angle)) if angle > 0 else None
+
+    def margin_of_crank(self, crank: float) -> float | None:
+        """q of the member whose crank per V is this; None where no member's is. The crank per V falls with q."""
+        return self._margin(self.kind.of_crank(self.gain, crank))
+
+    def _margin(self, parameter: float) -> float | None:
+        beyond = self.kind.beyond_least(self.gain, parameter) if math.isfinite(parameter) else math.inf
+        low, high = self.range
+        return math.log(beyond) if math.exp(low) <= beyond <= math.exp(high) else None
+
     def margin_where(self, read: Callable[[Members], Array], wanted: float) -> float | None:
         """q of the member whose ``read`` value, positive and monotone in q, is the wanted one; None where none is."""
         if wanted <= 0:

@@ -16,6 +16,7 @@ docs/theory/impact-linkage.md); the families in this form are derived there.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Protocol
@@ -105,6 +106,15 @@ class ChangePoint(Protocol):
     def least_parameter(self, gain: Gain) -> float:
         """The crank turns fully where the free ratio exceeds this (for a, c at it: a parallelogram)."""
 
+    def of_transmission(self, gain: Gain, angle: float) -> float:
+        """The free ratio at which nu(pi) = 2 asin(g/lambda2) is this [rad]; inf where it never is."""
+
+    def of_crank(self, gain: Gain, crank: float) -> float:
+        """The free ratio at which the crank over V (see ``family``) is this; inf where it never is."""
+
+    def beyond_least(self, gain: Gain, parameter: float) -> float:
+        """How far a free ratio lies beyond its least value, relative to it."""
+
     def least_margin(self, gain: Gain) -> float:
         """How far beyond the least value, relative to it, the free ratio must lie for a design."""
 
@@ -144,6 +154,15 @@ class LargestCoupler:
 
     def least_parameter(self, gain: Gain) -> float:
         return gain.value
+
+    def of_transmission(self, gain: Gain, angle: float) -> float:
+        return gain.value / math.sin(0.5 * angle)
+
+    def of_crank(self, gain: Gain, crank: float) -> float:
+        return gain.less_one / crank - 1.0
+
+    def beyond_least(self, gain: Gain, parameter: float) -> float:
+        return gain.below(parameter) / gain.value
 
     def least_margin(self, gain: Gain) -> float:
         return NEAREST
@@ -186,6 +205,15 @@ class LargestRocker:
     def least_parameter(self, gain: Gain) -> float:
         return gain.square
 
+    def of_transmission(self, gain: Gain, angle: float) -> float:
+        return gain.value / math.sin(0.5 * angle)
+
+    def of_crank(self, gain: Gain, crank: float) -> float:
+        return gain.less_one / crank + 1.0
+
+    def beyond_least(self, gain: Gain, parameter: float) -> float:
+        return gain.square_below(parameter) / gain.square
+
     def least_margin(self, gain: Gain) -> float:
         # The base is then about 1000 g^2 cranks long.
         return LONGEST * gain.square_less_one / gain.square
@@ -226,6 +254,19 @@ class LargestBase:
 
     def least_parameter(self, gain: Gain) -> float:
         return gain.value
+
+    def of_transmission(self, gain: Gain, angle: float) -> float:
+        # g (g - sin(nu/2))/(g sin(nu/2) - 1), with 1 - sin(nu/2) = 2 sin^2((pi - nu)/4).
+        short = 2.0 * math.sin(0.25 * (math.pi - angle)) ** 2
+        down = gain.less_one * (1.0 - short) - short
+        return gain.value * (gain.less_one + short) / down if down > 0 else math.inf
+
+    def of_crank(self, gain: Gain, crank: float) -> float:
+        more = crank * (gain.value + 1.0) - 1.0
+        return gain.square / more if more > 0 else math.inf
+
+    def beyond_least(self, gain: Gain, parameter: float) -> float:
+        return gain.below(parameter) / gain.value
 
     def least_margin(self, gain: Gain) -> float:
         return NEAREST

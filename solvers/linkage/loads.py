@@ -106,12 +106,15 @@ def unit_peaks(coefficients: Array, end: Array) -> Array:
     for i in range(coefficients.shape[0]):
         row = coefficients[i]
         angles = _angles(row)
+        tops, bests = (0, 0), (-1.0, -1.0)
+        for j in range(angles.size):
+            torque, force = _loads(row, end[i], angles[j])
+            if abs(torque) > bests[0]:
+                tops, bests = (j, tops[1]), (abs(torque), bests[1])
+            if force > bests[1]:
+                tops, bests = (tops[0], j), (bests[0], force)
         for which in range(2):
-            top, best = 0, -1.0
-            for j in range(angles.size):
-                value = abs(_loads(row, end[i], angles[j])[which])
-                if value > best:
-                    top, best = j, value
+            top, best = tops[which], bests[which]
             at = angles[top]
             low, high = angles[max(top - 1, 0)], angles[min(top + 1, angles.size - 1)]
             a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)

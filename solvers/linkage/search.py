@@ -20,8 +20,9 @@ from solvers.linkage.problem import Question
 Array = NDArray[np.float64]
 _SAMPLES = 113
 _CELLS = 84
-_POINTS = 13
-_ROUNDS = 60
+_POINTS = 25
+_PARTS = 6
+_ROUNDS = 24
 _MOST_CELLS = 40_000
 _NARROWEST = 1e-11
 _COARSE, _FINE = 1e-4, 1e-13
@@ -67,16 +68,18 @@ def search(question: Question, family: Family, gap: float) -> Proven:
         lows, highs, bounds = lows[alive], highs[alive], bounds[alive]
         if not lows.size:
             break
-        if highs[0] - lows[0] < _NARROWEST or cells + 2 * lows.size > _MOST_CELLS:
+        if highs[0] - lows[0] < _NARROWEST or cells + _PARTS * lows.size > _MOST_CELLS:
             # What is this narrow and neither allowed nor excluded differs from what is excluded by rounding only.
             bound = min(bound, float(bounds.min())) if best is not None else math.inf
             break
-        middles = 0.5 * (lows + highs)
-        if turn >= 2 or best is None:
-            tried = middles[np.argsort(bounds)[:_MOST_TRIALS]]
+        if turn >= 1 or best is None:
+            tried = 0.5 * (lows + highs)[np.argsort(bounds)[:_MOST_TRIALS]]
             better = _refined_near(question, family, tried, float(highs[0] - lows[0]), best)
             best = better if better is not None else best
-        lows, highs = np.concatenate([lows, middles]), np.concatenate([middles, highs])
+        # Cut into equal parts: a few large rounds cost less than many small ones.
+        edges = lows[:, None] + (highs - lows)[:, None] * np.linspace(0.0, 1.0, _PARTS + 1)
+        edges[:, -1] = highs
+        lows, highs = edges[:, :-1].ravel(), edges[:, 1:].ravel()
     if best is None:
         return Proven(None, math.nan, math.inf, math.inf, cells)
     q, cost = best
@@ -103,14 +106,18 @@ def _allowed_range(question: Question, family: Family) -> tuple[float, float]:
         least, greatest = question.limits.transmission_angle
         if ends.transmission[1] > greatest or ends.transmission[0] < least:
             return math.inf, -math.inf
-        low = family.margin_where(lambda members: members.transmission, greatest) or low
-        high = family.margin_where(lambda members: members.transmission, least) or high
+        low = _or(family.margin_of_transmission(greatest), low)
+        high = _or(family.margin_of_transmission(least), high)
     if question.fixed_scale is not None and question.limits.min_link > 0:
         crank = question.limits.min_link / question.fixed_scale
         if ends.lengths[0, 0] < crank:
             return math.inf, -math.inf
-        high = min(family.margin_where(lambda members: members.lengths[:, 0], crank) or high, high)
+        high = min(_or(family.margin_of_crank(crank), high), high)
     return low, high
+
+
+def _or(found: float | None, otherwise: float) -> float:
+    return otherwise if found is None else found
 
 
 def _scale(question: Question, family: Family, q: float) -> float:

@@ -66,7 +66,7 @@ def form_fields(
                 name=name,
                 pointer=pointer,
                 group=group if len(path) > 1 else "request",
-                label=words + (ends.get(path[-1], "") if path[-1].isdigit() else ""),
+                label=words + (ends.get(path[-1], "") if not isinstance(value, str) else ""),
                 unit=unit or (unit_of_group if len(path) > 1 else ""),
                 text=text if filled is None else filled.get(name, ""),
                 numeric=value is None or isinstance(value, (int, float)),

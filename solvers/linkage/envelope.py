@@ -264,11 +264,12 @@ def _through(circles: Array, i: int, j: int, k: int) -> tuple[float, float, floa
 
 
 @kernel
-def _holds(circles: Array, count: int, x: float, y: float, radius: float) -> bool:
+def _reach(circles: Array, count: int, x: float, y: float) -> float:
+    """Radius of the least circle about a centre that holds the first ``count`` circles."""
+    found = 0.0
     for m in range(count):
-        if math.hypot(circles[m, 0] - x, circles[m, 1] - y) + circles[m, 2] > radius * (1.0 + 1e-13):
-            return False
-    return True
+        found = max(found, math.hypot(circles[m, 0] - x, circles[m, 1] - y) + circles[m, 2])
+    return found
 
 
 @kernel
@@ -307,7 +308,11 @@ def enclosing(outline: Array) -> float:
                 for k in range(j, count):
                     third = -1 if k == j else k
                     cx, cy, size = _through(parts, i, j, third)
-                    if size < best and _holds(parts, count, cx, cy, size):
+                    if size == math.inf:
+                        continue
+                    # What the centre needs, rather than whether its circle holds all: rounding cannot rule all out.
+                    size = _reach(parts, count, cx, cy)
+                    if size < best:
                         best, bx, by, bi, bj, bk = size, cx, cy, i, j, third
         if best <= radius:
             # Rounding alone is left.

@@ -177,7 +177,7 @@ def test_refusals_name_the_field(client, check, change, pointer):
         ({"impact_speed_m_s": -1}, "/impact_speed_m_s"),
         ({"front": {"against": "box_area"}}, "/front/against"),
         ({"front": {"against": "pin_force", "points": 2.5}}, "/front/points"),
-        ({"effects": {"exclude": ["envelope"]}}, "/objective"),
+        ({"effects": {"exclude": ["envelope"]}}, "/effects/exclude"),
         ({"objective": "impact_speed", "limits": {"min_link_mm": 8}}, "/limits"),
         ({"limits": {"joint_radius_mm": 6, "width_mm": 10}}, "/limits/width_mm"),
         ({"limits": {"transmission_angle_deg": [140, 40]}}, "/limits/transmission_angle_deg/0"),

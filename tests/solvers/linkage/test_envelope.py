@@ -42,3 +42,18 @@ def test_within_width_and_height_the_box_is_turned_and_never_smaller(kind):
     turned = least_box(outline, 0.1, width=free.height * (1 + 1e-9), height=free.width * (1 + 1e-9))
     assert turned.area == pytest.approx(free.area, rel=1e-8)
     assert least_box(outline, 0.1, width=2.0, height=2.0) is None
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("restitution", [1e-6, 1.1e-5, 0.9])
+@pytest.mark.parametrize("margin", [1e-6, 3e-3, 0.4, 50.0])
+def test_the_enclosing_circle_exists_also_for_what_is_almost_a_kite(kind, restitution, margin):
+    p = KINDS[kind].least_parameter(Gain(restitution)) * (1 + margin)
+    bar = of_family(KINDS[kind], restitution, p)
+    lambda0, lambda2, lambda3 = brute_force.ratios(kind, restitution, p)
+    outline = sweep(bar, 1.0)
+    found = enclosing_radius(outline, 0.0)
+    assert math.isfinite(found)
+    # It holds both circles that stand still, and is held by the circle about the base that holds everything.
+    assert found >= max(1.0, (1.0 + lambda0) / 2) * (1 - 1e-12)
+    assert found <= (lambda0 + max(1.0, lambda3) + 1.0) * (1 + 1e-12)

@@ -76,14 +76,15 @@ def mechanism_picture(run: dict[str, Any]) -> str:
     bar = bar_of(result)
     closes, confined = result["closure"]["closes"], result["confined_deg"]
     if not closes:
-        phi = np.array([math.radians(60.0 if confined is None else 0.5 * confined)])
-    elif confined is None:
-        phi = np.linspace(0.0, 2.0 * math.pi, _FRAMES + 1)
-        phi = np.where(phi > math.pi, phi - 2.0 * math.pi, phi)
-        phi[-1] = -1e-12
+        pin, joint = _standing(result["lengths_mm"])
     else:
-        phi = np.radians(0.998 * confined) * np.sin(np.linspace(0.0, 2.0 * math.pi, _FRAMES + 1))
-    pin, joint = (crank * points for points in bar.joints(phi))
+        if confined is None:
+            phi = np.linspace(0.0, 2.0 * math.pi, _FRAMES + 1)
+            phi = np.where(phi > math.pi, phi - 2.0 * math.pi, phi)
+            phi[-1] = -1e-12
+        else:
+            phi = np.radians(0.998 * confined) * np.sin(np.linspace(0.0, 2.0 * math.pi, _FRAMES + 1))
+        pin, joint = (crank * points for points in bar.joints(phi))
     round_about = np.linspace(0.0, 2.0 * math.pi, 181)
     circle = crank * np.stack([np.cos(round_about), np.sin(round_about)])
     pivots = np.array([[0.0, crank * float(bar.ratios.base)], [0.0, 0.0]])
@@ -121,6 +122,20 @@ def mechanism_picture(run: dict[str, Any]) -> str:
         out.append(_flash(c))
     out.append(_words(place.height, result, box))
     return "".join(out) + "</svg>"
+
+
+def _standing(lengths: dict[str, float]) -> tuple[Array, Array]:
+    """Crank pin and rocker joint of any four links, the pin half way through the distances that the links allow."""
+    base, crank, coupler, rocker = (lengths[name] for name in ("base", "crank", "coupler", "rocker"))
+    low, high = max(abs(base - crank), abs(coupler - rocker)), min(base + crank, coupler + rocker)
+    apart = 0.5 * (low + high)
+    turned = math.acos(min(max((base**2 + crank**2 - apart**2) / (2.0 * base * crank), -1.0), 1.0))
+    pin = crank * np.array([math.cos(turned), math.sin(turned)])
+    along = (apart**2 + rocker**2 - coupler**2) / (2.0 * apart)
+    across = math.sqrt(max(rocker**2 - along**2, 0.0))
+    toward = (pin - [base, 0.0]) / apart
+    joint = np.array([base, 0.0]) + along * toward + across * np.array([toward[1], -toward[0]])
+    return pin[:, None], joint[:, None]
 
 
 def _tool(place: _Place, joint: Array, pad: float) -> str:

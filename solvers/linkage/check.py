@@ -26,6 +26,7 @@ from solvers.outcome import Accuracy, Outcome, Status
 Array = NDArray[np.float64]
 TRANSFER_POINTS = 181
 _ROUNDING = 1e-14
+NO_STEADY_RUNNING = "no steady running was found: the motor stalls, or its line is far too steep for the inertias"
 PLAIN = Limits()
 
 
@@ -183,7 +184,7 @@ def check(
         confined = 2.0 * math.atan(math.sqrt(float(np.prod(bar.coefficients[:3])) / -play))
     strike = _strike(scene, mechanism, loads, confined) if strikes else None
     box = radius = running = coupler_peak = restitution_error = tolerance_window = None
-    error = _ROUNDING
+    error, unresolved = _ROUNDING, False
     settings: dict[str, float | int | str] = {"transfer_points": TRANSFER_POINTS}
     if full and choice.has("envelope"):
         outline, sharp = sweep(bar, mechanism.crank), max(0.1 * accuracy, 1e-13)
@@ -201,7 +202,10 @@ def check(
         if full and choice.has("impact_dynamics"):
             tool, middle = _tool_radius(scene, mechanism), scene.restitution.middle
             running = steady_running(bar, scene, scene.drive, tool, middle, 0.1 * accuracy)
-            settings["steps"], error = running.steps, max(error, running.error)
+            if running is None:
+                unresolved = True
+            else:
+                settings["steps"], error = running.steps, max(error, running.error)
     missed = None if closes else tolerances.window(bar, mechanism.closure.surplus)
     value = LinkageCheck(
         mechanism=mechanism,
@@ -215,7 +219,7 @@ def check(
         tolerance_window=tolerance_window,
         coupler_peak=coupler_peak,
         running=running,
-        warnings=(),
+        warnings=(NO_STEADY_RUNNING,) if unresolved else (),
     )
     return Outcome(
         status=Status.SUCCEEDED,
@@ -236,7 +240,7 @@ def _box(outline: Array, limits: Limits, tolerance: float) -> Box:
 def _warned(value: LinkageCheck, scene: Scene) -> LinkageCheck:
     from dataclasses import replace
 
-    return replace(value, warnings=warnings_of(value, scene, STRENGTH_SPEED))
+    return replace(value, warnings=value.warnings + warnings_of(value, scene, STRENGTH_SPEED))
 
 
 def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: float | None) -> Strike:

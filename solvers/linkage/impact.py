@@ -58,11 +58,26 @@ def elastic_peak(stiffness: float, energy: float, mismatch: float) -> float:
     return ELASTIC_PEAK * math.sqrt(2.0 * stiffness * energy) * abs(mismatch)
 
 
-def steady_running(bar: FourBar, scene: Scene, drive: Drive, tool: float, restitution: float, wanted: float) -> Running:
-    """The steady state with a motor, to a wanted relative accuracy. ``tool`` is the striking radius [m]."""
+class _Unresolved(ArithmeticError):
+    """The crank stops, or the steps are too long for so stiff a motor."""
+
+
+def steady_running(
+    bar: FourBar, scene: Scene, drive: Drive, tool: float, restitution: float, wanted: float
+) -> Running | None:
+    """The steady state with a motor, to a wanted relative accuracy. ``tool`` is the striking radius [m].
+
+    None where no steps up to 16384 a turn find one: the motor stalls, or its line is far too steep for the inertias.
+    """
     steps, coarse = 64, None
     while True:
-        fine = _steady(bar, scene, drive, tool, restitution, steps)
+        try:
+            fine = _steady(bar, scene, drive, tool, restitution, steps)
+        except _Unresolved:
+            if steps >= _MOST_STEPS:
+                return None
+            coarse, steps = None, 2 * steps
+            continue
         if coarse is not None:
             error = max(abs(a / b - 1.0) for a, b in zip(coarse[:2], fine[:2], strict=True)) / 15.0
             # Extremes of the cubics between steps converge one order slower.
@@ -114,15 +129,27 @@ def _steady(
             k3 = stall - slope * math.sqrt(max(2.0 * (energy + 0.5 * step * k2) / m, 0.0))
             k4 = stall - slope * math.sqrt(max(2.0 * (energy + step * k3) / b, 0.0))
             energy += step * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
-            speeds[n + 1] = math.sqrt(max(2.0 * energy / b, 0.0))
+            if not 0.0 < energy < math.inf:
+                raise _Unresolved
+            speeds[n + 1] = math.sqrt(2.0 * energy / b)
         return speeds
 
     from scipy.optimize import brentq
 
-    start = brentq(lambda w: keep * turn(w)[-1] - w, 0.0, 2.0 * drive.motor.free_speed, xtol=1e-13, rtol=1e-13)
-    speeds = turn(start)
+    def excess(start: float) -> float:
+        return keep * float(turn(start)[-1]) - start
+
+    high = 2.0 * drive.motor.free_speed
+    for _ in range(60):
+        if excess(high) < 0.0:
+            break
+        high *= 2.0
+    else:
+        raise _Unresolved
+    start = brentq(excess, 0.0, high, xtol=1e-13 * high, rtol=1e-13)
     if start <= 0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0
+        raise _Unresolved
+    speeds = turn(start)
     # Simpson's rule on the whole steps: time of a turn, and work of the motor.
     weights = np.full(steps + 1, 2.0)
     weights[1::2] = 4.0

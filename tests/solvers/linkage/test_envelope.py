@@ -50,7 +50,7 @@ def test_within_width_and_height_the_box_is_turned_and_never_smaller(kind):
 def test_the_enclosing_circle_exists_also_for_what_is_almost_a_kite(kind, restitution, margin):
     p = KINDS[kind].least_parameter(Gain(restitution)) * (1 + margin)
     bar = of_family(KINDS[kind], restitution, p)
-    lambda0, lambda2, lambda3 = brute_force.ratios(kind, restitution, p)
+    lambda0, _, lambda3 = brute_force.ratios(kind, restitution, p)
     outline = sweep(bar, 1.0)
     found = enclosing_radius(outline, 0.0)
     assert math.isfinite(found)

@@ -75,3 +75,19 @@ def test_trends():
         return steady_running(BAR, CLEANER, made, 0.05, 0.3, 1e-8).irregularity
 
     assert run(crank_inertia=2e-2) < run(crank_inertia=4e-3) < run(crank_inertia=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("stall", "free", "inertia"),
+    [(1e-3, 0.02, 1e-6), (5000.0, 0.02, 1e-6), (1e-3, 1000.0, 10.0), (5000.0, 900.0, 1e-6)],
+)
+def test_extreme_drives_are_answered_or_marked(stall, free, inertia):
+    drive = linkage.Drive(linkage.Motor(stall, 2 * math.pi * free), inertia)
+    scene = replace(CLEANER, drive=drive)
+    bar = linkage.of_ratio(scene, linkage.LARGEST_BASE, 3.2)
+    found = linkage.check(scene, bar, effects=linkage.EffectSelection(include=frozenset({"impact_dynamics"}))).value
+    if found.running is None:
+        assert any("no steady running" in text for text in found.warnings)
+    else:
+        assert 0 < found.running.blow_frequency <= free * 1.01
+        assert math.isfinite(found.running.irregularity)

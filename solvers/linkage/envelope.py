@@ -71,15 +71,23 @@ def enclosing_radius(outline: Array, pad: float) -> float:
 
 
 @kernel
-def _support(outline: Array, beta: float) -> tuple[float, float, float]:
+def _tips(outline: Array) -> tuple[float, float, float, float]:
+    """Both ends of the rocker joint's arc: x, y of the first and of the last."""
+    _, base, rocker, first, last = outline
+    x1, y1 = base + rocker * math.cos(first), rocker * math.sin(first)
+    return x1, y1, base + rocker * math.cos(last), rocker * math.sin(last)
+
+
+@kernel
+def _support(
+    outline: Array, tips: tuple[float, float, float, float], beta: float, cos: float, sin: float
+) -> tuple[float, float, float]:
     """The piece of h active at beta: (constant, x, y) with h = constant + x cos(beta) + y sin(beta)."""
     r, base, rocker, first, last = outline
-    cos, sin = math.cos(beta), math.sin(beta)
     best, constant, x, y = r, r, 0.0, 0.0
     if base * cos > best:
         best, constant, x, y = base * cos, 0.0, base, 0.0
-    for angle in (first, last):
-        px, py = base + rocker * math.cos(angle), rocker * math.sin(angle)
+    for px, py in ((tips[0], tips[1]), (tips[2], tips[3])):
         reach = px * cos + py * sin
         if reach > best:
             best, constant, x, y = reach, 0.0, px, py
@@ -92,9 +100,10 @@ def _support(outline: Array, beta: float) -> tuple[float, float, float]:
 @kernel
 def extent(outline: Array, alpha: float) -> float:
     """W(alpha), pads not included."""
-    c1, x1, y1 = _support(outline, alpha)
-    c2, x2, y2 = _support(outline, alpha + math.pi)
-    return c1 + c2 + (x1 - x2) * math.cos(alpha) + (y1 - y2) * math.sin(alpha)
+    tips, cos, sin = _tips(outline), math.cos(alpha), math.sin(alpha)
+    c1, x1, y1 = _support(outline, tips, alpha, cos, sin)
+    c2, x2, y2 = _support(outline, tips, alpha + math.pi, -cos, -sin)
+    return c1 + c2 + (x1 - x2) * cos + (y1 - y2) * sin
 
 
 @kernel
@@ -134,12 +143,15 @@ def _corners(outline: Array, turn: float) -> Array:
 
 
 @kernel
-def _pieces(outline: Array, middle: float) -> tuple[float, float, float, float, float, float]:
+def _pieces(
+    outline: Array, tips: tuple[float, float, float, float], middle: float
+) -> tuple[float, float, float, float, float, float]:
     """W and H around a direction: constants and the factors of cos(alpha), sin(alpha)."""
-    c1, x1, y1 = _support(outline, middle)
-    c2, x2, y2 = _support(outline, middle + math.pi)
-    c3, x3, y3 = _support(outline, middle + 0.5 * math.pi)
-    c4, x4, y4 = _support(outline, middle + 1.5 * math.pi)
+    cos, sin = math.cos(middle), math.sin(middle)
+    c1, x1, y1 = _support(outline, tips, middle, cos, sin)
+    c2, x2, y2 = _support(outline, tips, middle + math.pi, -cos, -sin)
+    c3, x3, y3 = _support(outline, tips, middle + 0.5 * math.pi, -sin, cos)
+    c4, x4, y4 = _support(outline, tips, middle + 1.5 * math.pi, sin, -cos)
     return c1 + c2, x1 - x2, y1 - y2, c3 + c4, y3 - y4, x4 - x3
 
 
@@ -154,13 +166,13 @@ def least_area(
     """
     free = width == math.inf and height == math.inf
     turn = 0.5 * math.pi if free else math.pi
-    edges = _corners(outline, turn)
+    edges, tips = _corners(outline, turn), _tips(outline)
     best, at = math.inf, 0.0
     lefts, rights = np.empty(_STACK), np.empty(_STACK)
     for k in range(edges.size - 1):
         if edges[k + 1] - edges[k] < 1e-15:
             continue
-        wc, wx, wy, hc, hx, hy = _pieces(outline, 0.5 * (edges[k] + edges[k + 1]))
+        wc, wx, wy, hc, hx, hy = _pieces(outline, tips, 0.5 * (edges[k] + edges[k + 1]))
         wc, hc = wc + pads, hc + pads
         w1, h1 = math.hypot(wx, wy), math.hypot(hx, hy)
         bend = (abs(wc) * h1 + abs(hc) * w1 + 2.0 * w1 * h1) / 8.0
@@ -193,13 +205,13 @@ def least_area(
 @kernel
 def least_fit(outline: Array, width: float, height: float, tolerance: float) -> tuple[float, float]:
     """(m, alpha): the least over all orientations of max(W/width, H/height); at most 1 where the outline fits."""
-    edges = _corners(outline, math.pi)
+    edges, tips = _corners(outline, math.pi), _tips(outline)
     best, at = math.inf, 0.0
     lefts, rights = np.empty(_STACK), np.empty(_STACK)
     for k in range(edges.size - 1):
         if edges[k + 1] - edges[k] < 1e-15:
             continue
-        wc, wx, wy, hc, hx, hy = _pieces(outline, 0.5 * (edges[k] + edges[k + 1]))
+        wc, wx, wy, hc, hx, hy = _pieces(outline, tips, 0.5 * (edges[k] + edges[k + 1]))
         wc, wx, wy, hc, hx, hy = wc / width, wx / width, wy / width, hc / height, hx / height, hy / height
         w1, h1 = math.hypot(wx, wy), math.hypot(hx, hy)
         lefts[0], rights[0] = edges[k], edges[k + 1]

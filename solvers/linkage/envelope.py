@@ -181,8 +181,9 @@ def least_area(
         while depth:
             depth -= 1
             left, right = lefts[depth], rights[depth]
-            wl, hl = wc + wx * math.cos(left) + wy * math.sin(left), hc + hx * math.cos(left) + hy * math.sin(left)
-            wr, hr = wc + wx * math.cos(right) + wy * math.sin(right), hc + hx * math.cos(right) + hy * math.sin(right)
+            cl, sl, cr, sr = math.cos(left), math.sin(left), math.cos(right), math.sin(right)
+            wl, hl = wc + wx * cl + wy * sl, hc + hx * cl + hy * sl
+            wr, hr = wc + wx * cr + wy * sr, hc + hx * cr + hy * sr
             if wl <= width and hl <= height and wl * hl < best:
                 best, at = wl * hl, left
             if wr <= width and hr <= height and wr * hr < best:
@@ -219,8 +220,9 @@ def least_fit(outline: Array, width: float, height: float, tolerance: float) -> 
         while depth:
             depth -= 1
             left, right = lefts[depth], rights[depth]
-            wl, hl = wc + wx * math.cos(left) + wy * math.sin(left), hc + hx * math.cos(left) + hy * math.sin(left)
-            wr, hr = wc + wx * math.cos(right) + wy * math.sin(right), hc + hx * math.cos(right) + hy * math.sin(right)
+            cl, sl, cr, sr = math.cos(left), math.sin(left), math.cos(right), math.sin(right)
+            wl, hl = wc + wx * cl + wy * sl, hc + hx * cl + hy * sl
+            wr, hr = wc + wx * cr + wy * sr, hc + hx * cr + hy * sr
             if max(wl, hl) < best:
                 best, at = max(wl, hl), left
             if max(wr, hr) < best:

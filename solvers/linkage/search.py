@@ -72,7 +72,7 @@ def search(question: Question, family: Family, gap: float) -> Proven:
             # What is this narrow and neither allowed nor excluded differs from what is excluded by rounding only.
             bound = min(bound, float(bounds.min())) if best is not None else math.inf
             break
-        if turn >= 1 or best is None:
+        if best is None or turn in (1, 2) or (turn > 0 and turn % 3 == 0):
             tried = 0.5 * (lows + highs)[np.argsort(bounds)[:_MOST_TRIALS]]
             better = _refined_near(question, family, tried, float(highs[0] - lows[0]), best)
             best = better if better is not None else best
@@ -143,7 +143,7 @@ def _refined(question: Question, family: Family, samples: Array, costs: Array) -
     last = samples.size - 1
     low, high, tolerance = samples[max(top - 1, 0)], samples[min(top + 1, last)], _COARSE
     q, cost = float(samples[top]), math.inf
-    while high - low > 1e-14 * max(1.0, abs(high)):
+    while high - low > 1e-13 * max(1.0, abs(high)):
         # The orientation's search need be no sharper than what the range can still gain.
         tolerance = max(_FINE, min(tolerance, 1e-2 * (high - low) ** 2))
         points = np.linspace(low, high, _POINTS)

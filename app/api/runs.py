@@ -10,7 +10,7 @@ from fastapi import APIRouter, Query, Request, Response
 
 from app import runs
 from app.designs.kind import Mode
-from app.designs.registry import KINDS, plots_of
+from app.designs.registry import KINDS, plots_for, plots_of
 from app.errors import Problem
 from app.store.record import RunFilter, RunStatus
 from app.submission import Service
@@ -69,4 +69,7 @@ async def plot(request: Request, run_id: str, plot: str) -> Response:
         raise Problem(404, "No such plot", "there are " + ", ".join(plots))
     if run.status != RunStatus.SUCCEEDED:
         raise Problem(409, "Nothing to draw", f"the run is {run.status}")
-    return SvgResponse(plots[plot](json.loads(runs.run_json(run))))
+    shown = json.loads(runs.run_json(run))
+    if plot not in plots_for(KINDS[run.kind], shown):
+        raise Problem(409, "Nothing to draw", "this run's result has nothing for this plot")
+    return SvgResponse(plots[plot](shown))

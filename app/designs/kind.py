@@ -6,7 +6,7 @@ The registry is the only list of kinds; routes, storage, forms, jobs and exports
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
@@ -73,6 +73,7 @@ class Kind:
     """A kind of design: its slug in URLs, its title for people, its jobs by mode, effects and plots by name.
 
     ``main_results`` are the numbers of a result that an accuracy study judges; none where the answer has a closed form.
+    ``drawn_if`` names the plots that only some runs have, and how to tell from the run.
     """
 
     slug: str
@@ -83,3 +84,4 @@ class Kind:
     example: Callable[[Mode], dict[str, Any]]
     plots: Mapping[str, Plot]
     main_results: tuple[str, ...]
+    drawn_if: Mapping[str, Callable[[dict[str, Any]], bool]] = field(default_factory=dict)

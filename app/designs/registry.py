@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from app.designs.accuracy import study_job
 from app.designs.crank_dynamics import CRANK_DYNAMICS
 from app.designs.crank_masses import CRANK_MASSES
 from app.designs.effect_bars import effect_bars
 from app.designs.flexible_rod import FLEXIBLE_ROD
+from app.designs.impact_linkage import IMPACT_LINKAGE
 from app.designs.kind import Job, Kind, Mode, Plot
 from app.designs.work_precision import work_precision
 
-KINDS: dict[str, Kind] = {kind.slug: kind for kind in (FLEXIBLE_ROD, CRANK_DYNAMICS, CRANK_MASSES)}
+KINDS: dict[str, Kind] = {kind.slug: kind for kind in (FLEXIBLE_ROD, IMPACT_LINKAGE, CRANK_DYNAMICS, CRANK_MASSES)}
 
 
 def job_of(kind: Kind, mode: Mode) -> Job:
@@ -34,6 +36,16 @@ def modes_of(kind: Kind) -> tuple[Mode, ...]:
 
 
 def plots_of(kind: Kind, mode: Mode) -> Mapping[str, Plot]:
-    """The pictures of a run of that mode."""
+    """The pictures that runs of that mode can have."""
     own = {"error-against-time": work_precision} if mode is Mode.ACCURACY else kind.plots
     return {**own, "effects": effect_bars} if kind.effects() else own
+
+
+def plots_for(kind: Kind, run: Mapping[str, Any]) -> Mapping[str, Plot]:
+    """The pictures of a succeeded run, as its JSON tells it."""
+    found = plots_of(kind, Mode(run["mode"]))
+    return {name: plot for name, plot in found.items() if kind.drawn_if.get(name, _always)(run)}
+
+
+def _always(_run: Mapping[str, Any]) -> bool:
+    return True

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 UNITS = {
-    "_n_m2": "N/m²", "_kg_m3": "kg/m³", "_m_s": "m/s", "_nmm": "N·mm", "_mpa": "MPa", "_gpa": "GPa", "_rad": "rad",
-    "_deg": "°", "_hz": "Hz", "_kg": "kg", "_mm": "mm", "_um": "µm", "_g": "g", "_n": "N", "_w": "W", "_j": "J",
-    "_s": "s",
+    "_n_m2": "N/m²", "_kg_m3": "kg/m³", "_kg_m2": "kg·m²", "_n_m": "N/m", "_mm2": "mm²", "_nm": "N·m", "_m_s": "m/s",
+    "_nmm": "N·mm", "_mpa": "MPa", "_gpa": "GPa", "_rad": "rad", "_deg": "°", "_hz": "Hz", "_kg": "kg", "_mm": "mm",
+    "_um": "µm", "_g": "g", "_n": "N", "_w": "W", "_j": "J", "_s": "s",
 }  # fmt: skip
 
 
@@ -58,15 +58,16 @@ def form_fields(
     for path, value in _leaves(example):
         name, pointer = ".".join(path), "/" + "/".join(path)
         words, unit = split_unit(path[-2] if path[-1].isdigit() else path[-1])
+        group, unit_of_group = split_unit(path[0])
         ends = {"0": ", least", "1": ", greatest"}
         text = "" if value is None else str(value)
         out.append(
             FormField(
                 name=name,
                 pointer=pointer,
-                group=path[0].replace("_", " ") if len(path) > 1 else "request",
-                label=words + (ends.get(path[-1], "") if path[-1].isdigit() else ""),
-                unit=unit,
+                group=group if len(path) > 1 else "request",
+                label=words + (ends.get(path[-1], "") if not isinstance(value, str) else ""),
+                unit=unit or (unit_of_group if len(path) > 1 else ""),
                 text=text if filled is None else filled.get(name, ""),
                 numeric=value is None or isinstance(value, (int, float)),
                 error=(errors or {}).get(pointer, ""),
@@ -82,7 +83,9 @@ def request_from(example: dict[str, Any], filled: Mapping[str, str]) -> dict[str
         if isinstance(value, dict):
             return {name: build(inner, (*path, name)) for name, inner in value.items()}
         if isinstance(value, list):
-            return [build(inner, (*path, str(index))) for index, inner in enumerate(value)]
+            built = [build(inner, (*path, str(index))) for index, inner in enumerate(value)]
+            # A word taken out of a list of words is no longer in the list.
+            return [item for item in built if item != ""]
         text = filled.get(".".join(path), "").strip()
         if value is not None and not isinstance(value, (int, float)):
             return text

@@ -13,7 +13,7 @@ from fastapi.templating import Jinja2Templates
 from app import runs
 from app.api.bodies import parse
 from app.designs.kind import Kind, Mode
-from app.designs.registry import KINDS, job_of, modes_of, plots_of
+from app.designs.registry import KINDS, job_of, modes_of, plots_for
 from app.errors import Problem
 from app.store.errors import UnknownRun
 from app.store.record import RunFilter, RunStatus
@@ -39,6 +39,11 @@ def _label(name: str) -> dict[str, str]:
     return {"words": words, "unit": unit}
 
 
+def _with_article(title: str) -> str:
+    return ("an " if title[0].lower() in "aeiou" else "a ") + title.lower()
+
+
+templates.env.filters["with_article"] = _with_article
 templates.env.filters["figure"] = _figure
 templates.env.filters["label"] = _label
 
@@ -112,7 +117,7 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
     result = run["result"] or {}
     numbers = {n: v for n, v in result.items() if isinstance(v, (int, float, str)) and not isinstance(v, bool)}
     succeeded = run["status"] == RunStatus.SUCCEEDED
-    plots = list(plots_of(KINDS[run["kind"]], Mode(run["mode"]))) if succeeded else []
+    plots = list(plots_for(KINDS[run["kind"]], run)) if succeeded else []
     studied = run["mode"] != Mode.ACCURACY and Mode.ACCURACY in modes_of(KINDS[run["kind"]])
     return _page(request, "run.html", run=run, result=result, numbers=numbers, plots=plots, studied=studied)
 

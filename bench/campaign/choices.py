@@ -1,8 +1,8 @@
 """Effects: does leaving out what ``auto`` leaves out stay within the tolerance, and was all that it kept needed?
 
 Every scene is solved with all effects, with those that ``auto`` chooses at each tolerance, and with each of these left
-out in turn. A skip is false when the results then differ from all effects by more than the tolerance; an effect kept is
-needless when leaving it out as well would have stayed within it.
+out in turn. A skip is false when the results that there are differ from those with all effects by more than the
+tolerance; an effect kept is needless when leaving it out as well would have stayed within it and lost no result.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def _verdict(scene: Scene, solved: _Solved, exact: Results, tolerance: float) ->
     kept = frozenset(e["name"] for e in manifest if e["state"] == "active")
     skipped = tuple(e["name"] for e in manifest if e["state"] == "skipped")
     found = solved.results(kept)
-    change = float("inf") if found is None else greatest_change(found, exact)
+    change = float("inf") if found is None else greatest_change(found, {n: x for n, x in exact.items() if n in found})
     needless = []
     for name in sorted(kept):
         without = solved.results(kept - {name})

@@ -1,0 +1,273 @@
+"""What can be asked of the impact linkage, in the units of the contract, and the way into the solver's SI scene.
+
+A form sends every field it shows, so a group whose values are all null is the same as a group left out.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, Field
+
+from app.designs.schema import MILLI, Entry, NotNegative, Positive, SolverRequest, Strict, entry, one_of
+from solvers import linkage
+from solvers.linkage.scene import GREATEST_RESTITUTION, LEAST_RESTITUTION
+
+TYPES = tuple(linkage.KINDS)
+TypeName = Literal[TYPES]  # type: ignore[valid-type]
+Coefficient = Annotated[float, Field(ge=LEAST_RESTITUTION, le=GREATEST_RESTITUTION, allow_inf_nan=False)]
+Angle = Annotated[float, Field(ge=0, le=180, allow_inf_nan=False)]
+Range = Annotated[list[Angle], Field(min_length=2, max_length=2, description="least and greatest")]
+
+
+class RestitutionRange(Strict):
+    """Where the restitution is not known better: the mechanism is made for the middle."""
+
+    low: Coefficient
+    high: Coefficient
+
+
+def _form_of_restitution(value: Any) -> str | None:
+    if isinstance(value, (dict, BaseModel)):
+        return "range"
+    return "number" if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+
+
+_Restitution = one_of(
+    _form_of_restitution,
+    {"number": Coefficient, "range": RestitutionRange},
+    "a number, or an object with low and high",
+)
+
+
+class LinkageLimits(Strict):
+    """What the mechanism must keep; null: no such limit."""
+
+    min_link_mm: NotNegative | None = Field(default=0.0, description="least length of any link")
+    joint_radius_mm: NotNegative | None = Field(default=0.0, description="room around every joint, added on all sides")
+    longest_link_mm: Positive | None = None
+    width_mm: Positive | None = Field(default=None, description="of the swept box; calls for the effect envelope")
+    height_mm: Positive | None = Field(default=None, description="of the swept box; calls for the effect envelope")
+    enclosing_radius_mm: Positive | None = Field(default=None, description="of a circle (a pipe) around all it sweeps")
+    max_pin_force_n: Positive | None = None
+    transmission_angle_deg: Range | None = Field(
+        default=[40.0, 140.0], description="range of the angle between coupler and rocker in mid-cycle; null: any"
+    )
+
+    def to_solver(self) -> linkage.Limits:
+        def metres(name: str) -> float | None:
+            value = getattr(self, name)
+            return None if value is None else value * MILLI
+
+        degrees = self.transmission_angle_deg
+        return linkage.Limits(
+            min_link=metres("min_link_mm") or 0.0,
+            joint_radius=metres("joint_radius_mm") or 0.0,
+            longest_link=metres("longest_link_mm"),
+            width=metres("width_mm"),
+            height=metres("height_mm"),
+            enclosing_radius=metres("enclosing_radius_mm"),
+            max_pin_force=self.max_pin_force_n,
+            transmission_angle=None if degrees is None else (math.radians(degrees[0]), math.radians(degrees[1])),
+        )
+
+
+class Group(Strict):
+    """Fields that belong together: all of them, or none."""
+
+    def missing(self) -> list[str]:
+        """The fields left null."""
+        return [name for name in type(self).model_fields if getattr(self, name) is None]
+
+    @property
+    def given(self) -> bool:
+        return len(self.missing()) < len(type(self).model_fields)
+
+    def gaps(self, pointer: str) -> list[Entry]:
+        """An entry for every field left null beside one that is not."""
+        if not self.given:
+            return []
+        return [entry(f"{pointer}/{name}", "is missing beside the others", "a number") for name in self.missing()]
+
+
+class Drive(Group):
+    """A motor with a linear torque-speed line, and the inertia it turns; calls up the effect impact_dynamics."""
+
+    stall_torque_nm: Positive | None = Field(default=None, description="torque of the motor, at the crank, standing")
+    free_speed_hz: Positive | None = Field(default=None, description="turns per second without load, at the crank")
+    crank_inertia_kg_m2: Positive | None = Field(default=None, description="crank and flywheel together")
+
+    def to_solver(self) -> linkage.Drive:
+        motor = linkage.Motor(self.stall_torque_nm, 2.0 * math.pi * self.free_speed_hz)
+        return linkage.Drive(motor, self.crank_inertia_kg_m2)
+
+
+class LinkageRequest(SolverRequest):
+    """The blow, the drive, and the limits of the mechanism."""
+
+    restitution: _Restitution = Field(description="physical coefficient of restitution of what is struck")
+    blow_frequency_hz: Positive | None = Field(default=None, description="blows per second, one a turn of the crank")
+    impact_speed_m_s: Positive | None = Field(default=None, description="of the tool, just before the blow")
+    impact_energy_j: Positive | None = Field(default=None, description="of the rocker and tool, just before the blow")
+    tool_radius_mm: Positive | None = Field(default=None, description="null: the rocker's length")
+    limits: LinkageLimits = LinkageLimits()
+    drive: Drive | None = None
+    coupler_stiffness_n_m: Annotated[float, Field(ge=1.0, le=1e12, allow_inf_nan=False)] | None = Field(
+        default=None, description="calls up the effect coupler_elasticity"
+    )
+    length_tolerance_mm: Positive | None = Field(
+        default=None, description="by how much each length may be off; calls up the effect tolerances"
+    )
+
+    def contradictions(self) -> list[Entry]:
+        found = [] if self.drive is None else self.drive.gaps("/drive")
+        if isinstance(self.restitution, RestitutionRange) and self.restitution.low > self.restitution.high:
+            found.append(entry("/restitution/low", "exceeds restitution.high", "at most restitution.high"))
+        angle = self.limits.transmission_angle_deg
+        if angle is not None and angle[0] > angle[1]:
+            at = "/limits/transmission_angle_deg/0"
+            found.append(entry(at, "the least exceeds the greatest", "at most the greatest"))
+        needing = {"drive": self.motor is not None, "coupler_stiffness_n_m": self.coupler_stiffness_n_m is not None}
+        if self.impact_energy_j is None:
+            names = [name for name, needs in needing.items() if needs]
+            found += [_missing("impact_energy_j", f"{name} means nothing without it") for name in names]
+        if self.motor is not None and self.blow_frequency_hz is None:
+            found.append(_missing("blow_frequency_hz", "drive means nothing without it"))
+        return found
+
+    @property
+    def motor(self) -> Drive | None:
+        """The drive where one is given."""
+        return self.drive if self.drive is not None and self.drive.given else None
+
+    @property
+    def range(self) -> linkage.Restitution:
+        found = self.restitution
+        if isinstance(found, RestitutionRange):
+            return linkage.Restitution(found.low, found.high)
+        return linkage.Restitution(float(found), float(found))
+
+    def scene(self) -> linkage.Scene:
+        """The blow in SI units; 1 stands for a frequency, a speed or an energy that is not given.
+
+        Raises InvalidInput for what only the solver can see.
+        """
+        return linkage.Scene(
+            self.range,
+            self.blow_frequency_hz or 1.0,
+            self.impact_speed_m_s or 1.0,
+            self.impact_energy_j or 1.0,
+            None if self.tool_radius_mm is None else self.tool_radius_mm * MILLI,
+            self.motor and self.motor.to_solver(),
+            self.coupler_stiffness_n_m,
+            None if self.length_tolerance_mm is None else self.length_tolerance_mm * MILLI,
+        )
+
+
+def _missing(name: str, why: str) -> Entry:
+    return entry(f"/{name}", f"is missing: {why}", "a positive number")
+
+
+class RatioGiven(Strict):
+    """The free ratio of the type: lambda2 (coupler/crank), or lambda0 (base/crank) for largest_base."""
+
+    lambda0: Positive | None = None
+    lambda2: Positive | None = None
+
+
+class LinkLengths(Group):
+    base: Positive | None = None
+    crank: Positive | None = None
+    coupler: Positive | None = None
+    rocker: Positive | None = None
+
+    def to_solver(self) -> linkage.Lengths:
+        names = ("base", "crank", "coupler", "rocker")
+        return linkage.Lengths(*(getattr(self, name) * MILLI for name in names))
+
+
+class CheckRequest(LinkageRequest):
+    """A linkage given by its type and free ratio, then with R_k = R, or by its four lengths.
+
+    Results that a frequency, a speed or an energy would be needed for are null without them.
+    """
+
+    type: TypeName | None = Field(default=None, description="null: recognised from the lengths")
+    ratios: RatioGiven | None = None
+    lengths_mm: LinkLengths | None = None
+
+    def contradictions(self) -> list[Entry]:
+        found = super().contradictions()
+        lengths = self.lengths_mm is not None and self.lengths_mm.given
+        ratios = self.ratios is not None and (self.ratios.lambda0, self.ratios.lambda2) != (None, None)
+        if lengths == ratios:
+            why = "not both ratios and lengths can be given" if lengths else "a check needs ratios or lengths"
+            return [*found, entry("/ratios", why, "one of ratios and lengths_mm")]
+        if lengths:
+            return found + self.lengths_mm.gaps("/lengths_mm")
+        if self.type is None:
+            return [*found, entry("/type", "a free ratio needs the type it belongs to", ", ".join(TYPES))]
+        wanted = linkage.KINDS[self.type].parameter
+        for name in ("lambda0", "lambda2"):
+            if (getattr(self.ratios, name) is None) == (name == wanted):
+                why = "is the free ratio of this type" if name == wanted else "is no free ratio of this type"
+                found.append(entry(f"/ratios/{name}", why, f"{wanted} alone"))
+        return found
+
+    @property
+    def sized(self) -> bool:
+        """Whether the request settles how large the mechanism is."""
+        if (self.lengths_mm is not None and self.lengths_mm.given) or self.tool_radius_mm is not None:
+            return True
+        return self.blow_frequency_hz is not None and self.impact_speed_m_s is not None
+
+    def mechanism(self) -> tuple[linkage.Scene, linkage.Mechanism]:
+        """The scene and the linkage; with no speed asked for, the scene's is the linkage's own."""
+        scene = self.scene()
+        if self.lengths_mm is not None and self.lengths_mm.given:
+            kind = None if self.type is None else linkage.KINDS[self.type]
+            found = linkage.of_lengths(self.lengths_mm.to_solver(), kind)
+        else:
+            kind = linkage.KINDS[self.type]
+            found = linkage.of_ratio(scene, kind, getattr(self.ratios, kind.parameter))
+        if self.impact_speed_m_s is None or self.blow_frequency_hz is None:
+            own = linkage.tool_speed(scene, found)
+            scene = replace(scene, impact_speed=own) if own > 0 and math.isfinite(own) else scene
+        return scene, found
+
+
+class FrontRequest(Strict):
+    """A Pareto front: the best objective for limits on another quantity, from its least value up."""
+
+    against: Literal[("none", *linkage.AGAINST)] = Field(  # type: ignore[valid-type]
+        default="none", description="the other quantity"
+    )
+    points: float = Field(default=9, ge=2, le=linkage.MOST_POINTS, multiple_of=1)
+
+
+class DesignRequest(LinkageRequest):
+    """The best linkage over the allowed types."""
+
+    types: list[TypeName] = Field(default=list(TYPES), min_length=1, max_length=3, description="the types allowed")
+    objective: Literal[tuple(linkage.OBJECTIVES)] = "box_area"  # type: ignore[valid-type]
+    front: FrontRequest = Field(default=FrontRequest(), description="against none: the best linkage alone")
+
+    def contradictions(self) -> list[Entry]:
+        found = super().contradictions()
+        for name in ("blow_frequency", "impact_speed"):
+            field = next(f for f in type(self).model_fields if f.startswith(name))
+            if getattr(self, field) is None and self.objective != name:
+                found.append(_missing(field, "nothing else settles how fast the mechanism moves"))
+        loads = self.objective in ("peak_torque", "pin_force") or self.limits.max_pin_force_n is not None
+        if self.impact_energy_j is None and (loads or self.front.against == "pin_force"):
+            found.append(_missing("impact_energy_j", "loads are asked about"))
+        if self.front.against == self.objective:
+            found.append(entry("/front/against", "is the objective itself", "another quantity than the objective"))
+        return found
+
+    def problem(self) -> linkage.LinkageProblem:
+        """The design problem in SI units. Raises InvalidInput for what only the solver can see."""
+        kinds = tuple(kind for name, kind in linkage.KINDS.items() if name in self.types)
+        return linkage.LinkageProblem(self.scene(), self.limits.to_solver(), linkage.OBJECTIVES[self.objective], kinds)

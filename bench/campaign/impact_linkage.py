@@ -1,0 +1,44 @@
+"""Random impact linkages of the three types, from the least free ratio at which the crank turns upward."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from solvers.linkage import KINDS
+from solvers.linkage.kinds import Gain
+
+
+def request(rng: np.random.Generator) -> dict[str, Any]:
+    """A check request; one in four is hard: next to the least ratio, or a blow all but dead or all but elastic."""
+    hard = rng.random() < 0.25
+    restitution = float(
+        rng.choice([10 ** rng.uniform(-4, -2), rng.uniform(0.8, 0.94)]) if hard else rng.uniform(0.05, 0.7)
+    )
+    name = str(rng.choice(list(KINDS)))
+    kind = KINDS[name]
+    beyond = 10 ** (rng.uniform(-4.0, -1.5) if hard else rng.uniform(-1.5, 1.0))
+    free = kind.least_parameter(Gain(restitution)) * (1.0 + beyond)
+    body: dict[str, Any] = {
+        "restitution": restitution,
+        "blow_frequency_hz": 10 ** rng.uniform(0.0, 2.0),
+        "impact_speed_m_s": 10 ** rng.uniform(0.0, 1.0),
+        "impact_energy_j": 10 ** rng.uniform(-1.0, 2.5),
+        "type": name,
+        "ratios": {kind.parameter: free},
+        "limits": {"joint_radius_mm": float(rng.choice([0.0, rng.uniform(1.0, 10.0)])), "transmission_angle_deg": None},
+    }
+    if rng.random() < 0.5:
+        speed = body["blow_frequency_hz"] * rng.uniform(1.02, 1.3)
+        power = body["impact_energy_j"] * body["blow_frequency_hz"]
+        body["drive"] = {
+            "stall_torque_nm": power / speed * 10 ** rng.uniform(0.5, 1.5),
+            "free_speed_hz": speed,
+            "crank_inertia_kg_m2": body["impact_energy_j"] / (6.28 * speed) ** 2 * 10 ** rng.uniform(1.0, 3.0),
+        }
+    if rng.random() < 0.5:
+        body["coupler_stiffness_n_m"] = 10 ** rng.uniform(6.0, 9.0)
+    if rng.random() < 0.5:
+        body["length_tolerance_mm"] = 10 ** rng.uniform(-3.0, -1.0)
+    return body

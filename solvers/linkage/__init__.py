@@ -1,0 +1,47 @@
+"""The crank-rocker impact linkage: change-point four-bars whose rocker strikes once a turn.
+
+from solvers import linkage
+
+scene = linkage.Scene(linkage.Restitution(0.3, 0.3), blow_frequency=25, impact_speed=5, impact_energy=2)
+outcome = linkage.check(scene, linkage.of_ratio(scene, linkage.LARGEST_BASE, 3.0), linkage.Limits(joint_radius=5e-3))
+"""
+
+from solvers.effects import ALL, AUTO, EffectSelection
+from solvers.linkage.check import Lengths, LinkageCheck, Mechanism, check, of_lengths, of_ratio, tool_speed
+from solvers.linkage.design import LinkageDesign, design
+from solvers.linkage.effects import EFFECTS
+from solvers.linkage.front import AGAINST, MOST_POINTS, FrontPoint, front
+from solvers.linkage.kinds import KINDS, LARGEST_BASE, LARGEST_COUPLER, LARGEST_ROCKER
+from solvers.linkage.problem import OBJECTIVES, LinkageProblem
+from solvers.linkage.scene import Drive, Limits, Motor, Restitution, Scene
+
+__all__ = [
+    "AGAINST",
+    "ALL",
+    "AUTO",
+    "EFFECTS",
+    "KINDS",
+    "LARGEST_BASE",
+    "LARGEST_COUPLER",
+    "LARGEST_ROCKER",
+    "MOST_POINTS",
+    "OBJECTIVES",
+    "Drive",
+    "EffectSelection",
+    "FrontPoint",
+    "Lengths",
+    "Limits",
+    "LinkageCheck",
+    "LinkageDesign",
+    "LinkageProblem",
+    "Mechanism",
+    "Motor",
+    "Restitution",
+    "Scene",
+    "check",
+    "design",
+    "front",
+    "of_lengths",
+    "of_ratio",
+    "tool_speed",
+]

@@ -1,0 +1,292 @@
+"""Evaluating a given linkage: what kind it is, whether it turns, how it strikes, what it carries and what it sweeps."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.accuracy import require_accuracy
+from solvers.effects import AUTO, Demand, EffectSelection
+from solvers.linkage import tolerances
+from solvers.linkage.effects import Situation, choose_for
+from solvers.linkage.envelope import Box, enclosing_radius, least_box, sweep
+from solvers.linkage.four_bar import FourBar, of_family
+from solvers.linkage.impact import Running, elastic_peak, steady_running
+from solvers.linkage.kinds import ChangePoint, Ratios
+from solvers.linkage.loads import Peaks, peaks
+from solvers.linkage.scene import STRENGTH_SPEED, Limits, Scene, require
+from solvers.linkage.tolerances import Closure, Window
+from solvers.linkage.warnings import warnings_of
+from solvers.outcome import Accuracy, Outcome, Status
+
+Array = NDArray[np.float64]
+TRANSFER_POINTS = 181
+_ROUNDING = 1e-14
+NO_STEADY_RUNNING = "no steady running was found: the motor stalls, or its line is far too steep for the inertias"
+PLAIN = Limits()
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """Links [m]: base l0, crank l1, coupler l2, rocker l3."""
+
+    base: float
+    crank: float
+    coupler: float
+    rocker: float
+
+    def __post_init__(self) -> None:
+        for name in ("base", "crank", "coupler", "rocker"):
+            value = getattr(self, name)
+            require(math.isfinite(value) and value > 0, f"lengths.{name}", "must be positive", "(0, inf)")
+        longest = max(self.base, self.crank, self.coupler, self.rocker)
+        others = self.base + self.crank + self.coupler + self.rocker - longest
+        name = next(n for n in ("base", "crank", "coupler", "rocker") if getattr(self, n) == longest)
+        require(longest < others, f"lengths.{name}", "the other links cannot reach around it", "less than their sum")
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A linkage to evaluate: its kind and ratios, the crank's length [m], and how far its closure is missed."""
+
+    bar: FourBar
+    crank: float
+    closure: Closure
+
+    @property
+    def lengths(self) -> Lengths:
+        r = self.bar.ratios
+        return Lengths(self.crank * r.base, self.crank, self.crank * r.coupler, self.crank * r.rocker)
+
+
+@dataclass(frozen=True)
+class Strike:
+    """What a mechanism that closes does at the blow.
+
+    |u31| after and before it, R_k, the speed of the tool [m/s], nu in mid-cycle [rad], peak loads, and u31 over the
+    cycle: crank angles [rad] and values; where the crank does not turn fully only those it reaches, in two runs.
+    ``greatest`` is the greatest |u31| of the cycle.
+    """
+
+    start: float
+    end: float
+    restitution: float
+    mismatch: float
+    impact_speed: float
+    transmission_angle: float
+    peaks: Peaks | None
+    angles: Array
+    transfer: Array
+    greatest: float
+
+
+@dataclass(frozen=True)
+class LinkageCheck:
+    """The results of a check, SI units; None where a result does not exist.
+
+    ``strike`` is None for lengths that miss their closure and for a kind of motion that cannot strike; ``confined`` is
+    the crank angle [rad] that a crank cannot exceed to either side of the blow where it does not turn fully.
+    """
+
+    mechanism: Mechanism
+    rotatable: bool
+    confined: float | None
+    strike: Strike | None
+    box: Box | None
+    enclosing_radius: float | None
+    window: Window | None
+    restitution_error: float | None
+    tolerance_window: Window | None
+    coupler_peak: float | None
+    running: Running | None
+    warnings: tuple[str, ...]
+
+
+def of_ratio(scene: Scene, kind: ChangePoint, parameter: float) -> Mechanism:
+    """The mechanism of a kind made for the scene's restitution, with its free ratio; sized by the scene.
+
+    With a tool radius the rocker is that long; else the crank follows from speed and frequency.
+    """
+    require(math.isfinite(parameter) and parameter > 1e-6, f"ratios.{kind.parameter}", "must be positive", "(0, inf)")
+    gain = scene.restitution.gain
+    if kind.name == "largest_rocker":
+        least = kind.least_parameter(gain)
+        allowed = f"above g² = {least:.6g}"
+        require(parameter > least, f"ratios.{kind.parameter}", "gives no mechanism of this type", allowed)
+    bar = of_family(kind, scene.restitution.middle, parameter)
+    if scene.tool_radius is None:
+        crank = scene.impact_speed / (scene.crank_speed * bar.ratios.rocker * bar.end)
+    else:
+        crank = scene.tool_radius / float(bar.ratios.rocker)
+    return Mechanism(bar, crank, Closure(kind, 0.0, 0.0))
+
+
+def of_lengths(lengths: Lengths, preferred: ChangePoint | None = None) -> Mechanism:
+    """A mechanism of given lengths, as the kind whose closure it comes nearest to.
+
+    ``preferred`` is the kind taken where it closes as more than one.
+    """
+    found = tolerances.closure(lengths.base, lengths.crank, lengths.coupler, lengths.rocker, preferred)
+    base, coupler, rocker = (x / lengths.crank for x in (lengths.base, lengths.coupler, lengths.rocker))
+    less = [(x - lengths.crank) / lengths.crank for x in (lengths.base, lengths.coupler, lengths.rocker)]
+    return Mechanism(FourBar(found.kind, Ratios(base, coupler, rocker, *less)), lengths.crank, found)
+
+
+def tool_speed(scene: Scene, mechanism: Mechanism) -> float:
+    """Speed [m/s] of the tool before the blow at the scene's frequency; 0 for a mechanism that cannot strike."""
+    return scene.crank_speed * _tool_radius(scene, mechanism) * mechanism.bar.end if can_strike(mechanism) else 0.0
+
+
+def can_strike(mechanism: Mechanism) -> bool:
+    """Whether the links close, and the crank pin lies so that the rocker can reverse at the blow: kappa, e > 0."""
+    bar = mechanism.bar
+    lever = float(bar.kind.turn(bar.ratios)) * (-1.0 if bar.kind.name == "largest_base" else 1.0)
+    return mechanism.closure.closes and float(bar.kind.reach(bar.ratios)) > 0 and lever > 0
+
+
+def _tool_radius(scene: Scene, mechanism: Mechanism) -> float:
+    return mechanism.crank * float(mechanism.bar.ratios.rocker) if scene.tool_radius is None else scene.tool_radius
+
+
+def check(
+    scene: Scene,
+    mechanism: Mechanism,
+    limits: Limits = PLAIN,
+    effects: EffectSelection = AUTO,
+    effect_tolerance: float = 1e-2,
+    accuracy: float = 1e-6,
+    demands: tuple[Demand, ...] = (),
+) -> Outcome[LinkageCheck]:
+    """Evaluate a linkage.
+
+    ``limits`` pads the box and the circle, and turns the box so that it keeps within width and height where it can;
+    nothing else of it is judged. ``accuracy`` is the relative numerical accuracy wanted, 1e-12 …
+    1e-1; ``demands`` are effects that somebody's limits call for. Raises InvalidInput where the request makes no
+    sense, EffectConflict for an excluded effect in demand.
+    """
+    started = time.perf_counter()
+    require_accuracy(accuracy)
+    bar, closes = mechanism.bar, mechanism.closure.closes
+    play = float(bar.coefficients[4])
+    strikes, links = can_strike(mechanism), mechanism.lengths
+    rotatable = bar.rotatable
+    if not closes:
+        rotatable = tolerances.turns_fully(links.base, links.crank, links.coupler, links.rocker)
+    full = strikes and rotatable
+    loads = peaks(bar, mechanism.crank, scene.impact_energy) if full else None
+    choice = choose_for(Situation(scene, bar, mechanism.crank, loads), effects, effect_tolerance, demands)
+    confined = None if closes else tolerances.confinement(bar)
+    if closes and play < 0:
+        confined = 2.0 * math.atan(math.sqrt(float(np.prod(bar.coefficients[:3])) / -play))
+    strike = _strike(scene, mechanism, loads, confined) if strikes else None
+    box = radius = running = coupler_peak = restitution_error = tolerance_window = None
+    error, unresolved = _ROUNDING, False
+    settings: dict[str, float | int | str] = {"transfer_points": TRANSFER_POINTS}
+    if full and choice.has("envelope"):
+        outline, sharp = sweep(bar, mechanism.crank), max(0.1 * accuracy, 1e-13)
+        box, radius = _box(outline, limits, sharp), enclosing_radius(outline, limits.joint_radius)
+        error = max(error, sharp)
+        settings["orientation_tolerance"] = sharp
+    if strike is not None:
+        worst = strike.mismatch
+        if choice.has("coupler_elasticity"):
+            coupler_peak = elastic_peak(scene.coupler_stiffness, scene.impact_energy, worst)
+        if choice.has("tolerances"):
+            restitution_error = tolerances.restitution_error(bar, mechanism.crank, scene.length_tolerance)
+            surplus = tolerances.closure_error(bar, mechanism.crank, scene.length_tolerance)
+            tolerance_window = tolerances.window(bar, -surplus)
+        if full and choice.has("impact_dynamics"):
+            tool, middle = _tool_radius(scene, mechanism), scene.restitution.middle
+            running = steady_running(bar, scene, scene.drive, tool, middle, 0.1 * accuracy)
+            if running is None:
+                unresolved = True
+            else:
+                settings["steps"], error = running.steps, max(error, running.error)
+    missed = None if closes else tolerances.window(bar, mechanism.closure.surplus)
+    value = LinkageCheck(
+        mechanism=mechanism,
+        rotatable=rotatable,
+        confined=confined,
+        strike=strike,
+        box=box,
+        enclosing_radius=radius,
+        window=missed,
+        restitution_error=restitution_error,
+        tolerance_window=tolerance_window,
+        coupler_peak=coupler_peak,
+        running=running,
+        warnings=(NO_STEADY_RUNNING,) if unresolved else (),
+    )
+    return Outcome(
+        status=Status.SUCCEEDED,
+        value=_warned(value, scene),
+        effects=choice.manifest,
+        accuracy=Accuracy(accuracy, error, settings),
+        timing={"solve_s": time.perf_counter() - started},
+    )
+
+
+def _box(outline: Array, limits: Limits, tolerance: float) -> Box:
+    """The least box within width and height, or the least of all where none keeps within them."""
+    width, height = (math.inf if v is None else v * (1 + 1e-11) for v in (limits.width, limits.height))
+    found = least_box(outline, limits.joint_radius, width, height, tolerance)
+    return found if found is not None else least_box(outline, limits.joint_radius, tolerance=tolerance)
+
+
+def _warned(value: LinkageCheck, scene: Scene) -> LinkageCheck:
+    from dataclasses import replace
+
+    return replace(value, warnings=value.warnings + warnings_of(value, scene, STRENGTH_SPEED))
+
+
+def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: float | None) -> Strike:
+    bar = mechanism.bar
+    if confined is None:
+        angles = np.linspace(0.0, 2.0 * math.pi, TRANSFER_POINTS)
+    else:
+        # The last step before the wall is left out: u31 has no bound there.
+        run = np.linspace(0.0, confined, TRANSFER_POINTS // 2 + 1)[:-1]
+        angles = np.concatenate([run, 2.0 * math.pi - run[::-1]])
+    transfer = bar.transfer(_signed(angles))
+    made = bar.restitution
+    return Strike(
+        start=bar.start,
+        end=bar.end,
+        restitution=made,
+        mismatch=max(abs(scene.restitution.low - made), abs(scene.restitution.high - made)),
+        impact_speed=tool_speed(scene, mechanism),
+        transmission_angle=float(bar.transmission_angle(math.pi)),
+        peaks=loads,
+        angles=angles,
+        transfer=transfer,
+        greatest=greatest_transfer(bar) if confined is None else math.inf,
+    )
+
+
+def greatest_transfer(bar: FourBar) -> float:
+    """Greatest |u31| of the cycle, ends included, where u31' = 0 within it found by bisection of s X.
+
+    X changes sign at an inner extreme; the samples are dense near the second change point too.
+    """
+    from scipy.optimize import brentq
+
+    stretch = math.sqrt(max(float(bar.coefficients[4]), 1e-30) / float(np.prod(bar.coefficients[:3])))
+    opened = np.pi * (np.arange(256) + 0.5) / 256
+    near = 2 * np.arctan2(np.sin(opened), stretch * np.cos(opened))
+    # Angles beyond pi counted back from 2 pi, so from -pi to pi through the middle of the cycle at +-pi.
+    phi = np.sort(np.concatenate([np.linspace(0, 2 * np.pi, 257)[1:-1], near]))
+    slope = bar.transfer_slope(_signed(phi))
+    best = max(bar.start, bar.end)
+    for k in np.flatnonzero(slope[:-1] * slope[1:] < 0):
+        at = brentq(lambda x: float(bar.transfer_slope(_signed(x))), phi[k], phi[k + 1])
+        best = max(best, abs(float(bar.transfer(_signed(at)))))
+    return best
+
+
+def _signed(phi: Array | float) -> Array:
+    """Angles in [0, 2 pi] with those beyond pi counted back from the end of the cycle, which they reach exactly."""
+    return np.where(np.asarray(phi) > math.pi, np.minimum(np.asarray(phi) - 2.0 * math.pi, -1e-300), phi)

@@ -1,0 +1,150 @@
+"""Finding the linkage: the best of every allowed type, the best of all, and the proof that it is."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, replace
+
+from solvers.accuracy import require_accuracy
+from solvers.effects import AUTO, EffectSelection
+from solvers.linkage.check import LinkageCheck, Mechanism, check
+from solvers.linkage.diagnosis import diagnose
+from solvers.linkage.effects import Situation, choose_for
+from solvers.linkage.family import Family
+from solvers.linkage.kinds import ChangePoint
+from solvers.linkage.problem import LinkageProblem
+from solvers.linkage.scene import Scene
+from solvers.linkage.search import Proven, search
+from solvers.linkage.tolerances import Closure
+from solvers.outcome import Accuracy, Certificate, Outcome, Status
+
+METHOD = "branch and bound over the free ratio of every type, orientation included"
+LEAST_GAP, GREATEST_GAP = 1e-6, 1e-3
+_ACTIVE = 1e-7
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """The best mechanism of a type with its value of the objective, or why the type has none."""
+
+    kind: ChangePoint
+    mechanism: Mechanism | None
+    value: float | None
+    reason: str
+
+
+@dataclass(frozen=True)
+class LinkageDesign:
+    """The linkage found, the scene it runs in (with the speed or frequency sought), and the best of every type."""
+
+    check: LinkageCheck
+    scene: Scene
+    objective: str
+    value: float
+    active_limits: tuple[str, ...]
+    alternatives: tuple[Alternative, ...]
+
+
+def design(
+    problem: LinkageProblem,
+    effects: EffectSelection = AUTO,
+    effect_tolerance: float = 1e-2,
+    accuracy: float = 1e-6,
+) -> Outcome[LinkageDesign]:
+    """The best linkage for a problem, or the diagnosis why there is none.
+
+    Made for the middle of the restitution's range. ``accuracy`` sets the gap of the proof, within [1e-6, 1e-3]; the
+    answer itself is closed in on to rounding. Raises InvalidInput where the request makes no sense.
+    """
+    started = time.perf_counter()
+    require_accuracy(accuracy)
+    gap = min(max(accuracy, LEAST_GAP), GREATEST_GAP)
+    question, gain = problem.question, problem.scene.restitution.gain
+    found = [(Family(kind, gain), search(question, Family(kind, gain), gap)) for kind in problem.kinds]
+    feasible = [(family, proven) for family, proven in found if proven.q is not None]
+    settings: dict[str, float | int | str] = {"gap": gap}
+    if not feasible:
+        situation = Situation(problem.scene, found[0][0].member(0.0), 1.0, None)
+        choice = choose_for(situation, effects, effect_tolerance, problem.demands())
+        return Outcome(
+            Status.INFEASIBLE,
+            None,
+            choice.manifest,
+            Accuracy(accuracy, gap, settings),
+            certificate=Certificate(METHOD, math.inf, 0.0, _evidence(found)),
+            diagnosis=diagnose(problem),
+            timing={"solve_s": time.perf_counter() - started},
+        )
+    family, best = min(feasible, key=lambda pair: pair[1].cost)
+    mechanism = _mechanism(family, best)
+    scene = question.settled(best.scale, mechanism.bar.end)
+    outcome = check(scene, mechanism, problem.limits, effects, effect_tolerance, accuracy, problem.demands())
+    value = _value(problem, best.cost)
+    bound = min(proven.bound for _, proven in found)
+    alternatives = tuple(_alternative(problem, family, proven) for family, proven in found)
+    judged = _warned(outcome.value, best)
+    result = LinkageDesign(judged, scene, problem.objective.name, value, _active(problem, outcome.value), alternatives)
+    certificate = Certificate(METHOD, _value(problem, bound), max(1.0 - bound / best.cost, 0.0), _evidence(found))
+    return Outcome(
+        Status.SUCCEEDED,
+        result,
+        outcome.effects,
+        Accuracy(accuracy, max(outcome.accuracy.estimated, 1e-12), {**outcome.accuracy.settings, **settings}),
+        certificate=certificate,
+        timing={"solve_s": time.perf_counter() - started},
+    )
+
+
+def _mechanism(family: Family, proven: Proven) -> Mechanism:
+    bar = family.member(proven.q)
+    crank = proven.scale / (float(bar.ratios.rocker) * bar.end)
+    return Mechanism(bar, crank, Closure(family.kind, 0.0, 0.0))
+
+
+def _value(problem: LinkageProblem, cost: float) -> float:
+    return cost if problem.objective.sign > 0 else 1.0 / cost
+
+
+def _alternative(problem: LinkageProblem, family: Family, proven: Proven) -> Alternative:
+    if proven.q is None:
+        why = "no mechanism of this type meets the limits"
+        if proven.cells == 0:
+            why = "no mechanism of this type turns fully with links, transmission angle and speed as asked for"
+        return Alternative(family.kind, None, None, why)
+    return Alternative(family.kind, _mechanism(family, proven), _value(problem, proven.cost), "")
+
+
+def _evidence(found: list[tuple[Family, Proven]]) -> dict[str, float | int | str]:
+    out: dict[str, float | int | str] = {f"ranges_{family.kind.name}": proven.cells for family, proven in found}
+    out["rests_on"] = "lengths, swing and u31 monotone in the free ratio; width and height sinusoids between corners"
+    return out
+
+
+def _warned(value: LinkageCheck, best: Proven) -> LinkageCheck:
+    if best.gap <= GREATEST_GAP:
+        return value
+    return replace(value, warnings=(*value.warnings, f"a better mechanism is excluded only to {best.gap:.1e}"))
+
+
+def _active(problem: LinkageProblem, value: LinkageCheck) -> tuple[str, ...]:
+    """The limits met with equality."""
+    limits, lengths = problem.limits, value.mechanism.lengths
+    shortest = min(lengths.base, lengths.crank, lengths.coupler, lengths.rocker)
+    met = {
+        "min_link": (shortest, limits.min_link or None),
+        "longest_link": (max(lengths.base, lengths.crank, lengths.coupler, lengths.rocker), limits.longest_link),
+        "enclosing_radius": (value.enclosing_radius, limits.enclosing_radius),
+        "max_pin_force": (value.strike.peaks.force, limits.max_pin_force),
+    }
+    if limits.transmission_angle is not None:
+        least, greatest = limits.transmission_angle
+        met["transmission_angle_least"] = (value.strike.transmission_angle, least or None)
+        met["transmission_angle_greatest"] = (value.strike.transmission_angle, greatest or None)
+    if value.box is not None:
+        met |= {"width": (value.box.width, limits.width), "height": (value.box.height, limits.height)}
+    return tuple(
+        name
+        for name, (reached, limit) in met.items()
+        if limit is not None and reached is not None and abs(reached / limit - 1.0) <= _ACTIVE
+    )

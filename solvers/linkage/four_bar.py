@@ -1,0 +1,198 @@
+"""Kinematics of a change-point four-bar over the cycle between two blows, without a difference of near numbers.
+
+The crank angle phi runs from 0 (just after the blow) to 2 pi (just before the next); a negative phi means 2 pi - |phi|,
+so that both ends can be approached to the last bit. With c = cos(phi/2), s = sin(phi/2):
+
+    T^2 = lambda0 lambda2 lambda3 c^2 + M s^2,  D = lambda3 c + T,  A = T + lambda0 lambda2 c
+    tan(phi3/2) = N s/D,  b = (D^2 + N^2 s^2)/lambda3,  u31 = dphi3/dphi = N A/(T b)
+    du31/dphi = s X,  X = N/(T b) [(A/b) G^2/T - lambda0 lambda2 M/(2 T^2)],  G = T - sigma lambda0 c
+
+with sigma = +1 for the largest coupler and -1 for the other two.
+
+For c < 0 both D and A are formed from their squares: D = (lambda3 kappa c^2 + M s^2)/(T - lambda3 c) and
+A = (M s^2 - lambda0 lambda2 kappa c^2)/(T - lambda0 lambda2 c), kappa = lambda0 lambda2 - lambda3 = |N| e; where
+sigma c > 0, G = M/(T + sigma lambda0 c). The acos form of the textbooks loses every digit 1e-7 away from the change
+point.
+Valid where M >= 0 (the crank turns fully); lengths in cranks, angles in rad.
+Derivation: docs/theory/impact-linkage.md; checked there against the raw loop equation to 60 digits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.linkage.kinds import ChangePoint, Gain, Ratios, plain_ratios
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FourBar:
+    """A change-point mechanism of a kind; all quantities in crank lengths."""
+
+    kind: ChangePoint
+    ratios: Ratios
+
+    @cached_property
+    def coefficients(self) -> Array:
+        """lambda0, lambda2, lambda3, N, M, kappa, sigma: shape (7,)."""
+        return coefficients(self.kind, self.ratios)
+
+    @property
+    def gain(self) -> float:
+        """g = sqrt(lambda0 lambda2/lambda3)."""
+        return float(np.sqrt(self.ratios.base * self.ratios.coupler / self.ratios.rocker))
+
+    @property
+    def gain_less_one(self) -> float:
+        """g - 1 = (kappa/lambda3)/(g + 1)."""
+        return float(self.coefficients[5] / self.ratios.rocker) / (self.gain + 1.0)
+
+    @property
+    def restitution(self) -> float:
+        """R_k = (g - 1)/(g + 1)."""
+        return self.gain_less_one / (self.gain + 1.0)
+
+    @property
+    def start(self) -> float:
+        """|u31(0)| = (g - 1)/e, after the blow."""
+        return self.gain_less_one / float(self.kind.reach(self.ratios))
+
+    @property
+    def end(self) -> float:
+        """|u31(2 pi)| = (g + 1)/e, before the blow."""
+        return (self.gain + 1.0) / float(self.kind.reach(self.ratios))
+
+    @property
+    def rotatable(self) -> bool:
+        """Whether the crank turns fully."""
+        return float(self.coefficients[4]) >= 0.0
+
+    @property
+    def swing(self) -> float:
+        """Angle of the rocker between its ends [rad]: 2 asin(g/lambda0), with g = lambda0 the greatest (pi)."""
+        return float(swing(self.kind, self.ratios))
+
+    @property
+    def longest(self) -> float:
+        """The longest link, in cranks."""
+        return float(max(self.ratios.base, self.ratios.coupler, self.ratios.rocker, 1.0))
+
+    def transfer(self, phi: Array | float) -> Array:
+        """u31 at crank angles in [-2 pi, 2 pi]; same shape."""
+        return self._transfer(phi)[0]
+
+    def transfer_slope(self, phi: Array | float) -> Array:
+        """du31/dphi at crank angles; same shape."""
+        s, _ = half_angle(phi)
+        return s * self._transfer(phi)[1]
+
+    def rocker_angle(self, phi: Array | float) -> Array:
+        """phi3 [rad], 0 at the blow; same shape."""
+        s, c = half_angle(phi)
+        base, coupler, rocker, turn, play, kappa, _ = self.coefficients
+        root = np.sqrt(base * coupler * rocker * c * c + play * s * s)
+        back = (rocker * kappa * c * c + play * s * s) / (root - rocker * np.minimum(c, 0.0))
+        return 2.0 * np.arctan2(turn * s, np.where(c < 0, back, rocker * c + root))
+
+    def transmission_angle(self, phi: Array | float) -> Array:
+        """nu [rad] between coupler and rocker: tan(nu/2) = lambda0 sin(phi/2)/T."""
+        s, c = half_angle(phi)
+        base, coupler, rocker, _, play, _, _ = self.coefficients
+        return 2.0 * np.arctan2(base * s, np.sqrt(np.maximum(base * coupler * rocker * c * c + play * s * s, 0.0)))
+
+    def joints(self, phi: Array | float) -> tuple[Array, Array]:
+        """Crank pin B and rocker joint C in cranks, each (2, n); crank pivot at 0, rocker pivot at (lambda0, 0)."""
+        angle, swung = np.atleast_1d(np.asarray(phi, float)), np.atleast_1d(self.rocker_angle(phi))
+        pin = self.kind.crank_sign * np.stack([np.cos(angle), np.sin(angle)])
+        joint = self.kind.rocker_sign * self.ratios.rocker * np.stack([np.cos(swung), np.sin(swung)])
+        joint[0] += self.ratios.base
+        return pin, joint
+
+    def _transfer(self, phi: Array | float) -> tuple[Array, Array]:
+        s, c = half_angle(phi)
+        u, x = np.empty((1, s.size)), np.empty((1, s.size))
+        transfer_and_rate(self.coefficients[None], s.ravel(), c.ravel(), u, x)
+        return u.reshape(s.shape), x.reshape(s.shape)
+
+
+def of_family(kind: ChangePoint, restitution: float, parameter: float) -> FourBar:
+    """The mechanism of a kind with R_k = ``restitution`` and the kind's free ratio."""
+    return FourBar(kind, kind.family(Gain(restitution), parameter))
+
+
+def of_lengths(kind: ChangePoint, base: float, coupler: float, rocker: float) -> FourBar:
+    """A mechanism of given ratios that closes."""
+    return FourBar(kind, plain_ratios(base, coupler, rocker))
+
+
+def coefficients(kind: ChangePoint, ratios: Ratios) -> Array:
+    """lambda0, lambda2, lambda3, N, M, kappa, sigma in the last axis; kappa = |N| e."""
+    turn = kind.turn(ratios)
+    kappa = np.abs(turn) * kind.reach(ratios)
+    parts = [ratios.base, ratios.coupler, ratios.rocker, turn, kind.play(ratios), kappa, kind.rocker_sign]
+    return np.stack(np.broadcast_arrays(*(np.asarray(part, float) for part in parts)), axis=-1)
+
+
+def swing(kind: ChangePoint, ratios: Ratios) -> Array:
+    """Angle of the rocker between its ends [rad]: 2 asin(sqrt(lambda2/(lambda0 lambda3))), sharp near pi."""
+    return 2.0 * np.arctan2(np.sqrt(ratios.coupler), np.sqrt(np.maximum(kind.lock(ratios), 0.0)))
+
+
+def half_angle(phi: Array | float) -> tuple[Array, Array]:
+    """sin(phi/2) >= 0 and cos(phi/2) of an angle in [-2 pi, 2 pi], a negative one counted back from 2 pi."""
+    angle = np.asarray(phi, float)
+    return np.abs(np.sin(0.5 * angle)), np.where(angle < 0, -1.0, 1.0) * np.cos(0.5 * angle)
+
+
+@kernel
+def transfer_and_rate(coefficients: Array, s: Array, c: Array, transfer: Array, rate: Array) -> None:
+    """u31 and X = u31'/s of designs (rows of coefficients, (n, 7)) at half angles (m,), written to (n, m) arrays."""
+    for i in range(coefficients.shape[0]):
+        base, coupler, rocker, turn, play, kappa, sigma = coefficients[i]
+        product, lever = base * coupler * rocker, base * coupler
+        for j in range(s.size):
+            cc, ss = c[j] * c[j], s[j] * s[j]
+            root = np.sqrt(product * cc + play * ss)
+            if c[j] >= 0.0:
+                d, a = rocker * c[j] + root, root + lever * c[j]
+            else:
+                d = (rocker * kappa * cc + play * ss) / (root - rocker * c[j])
+                a = (play * ss - lever * kappa * cc) / (root - lever * c[j])
+            along = sigma * base * c[j]
+            gap = play / (root + along) if along > 0.0 else root - along
+            b = (d * d + turn * turn * ss) / rocker
+            factor = turn / (root * b)
+            transfer[i, j] = factor * a
+            rate[i, j] = factor * (a / b * gap * gap / root - 0.5 * lever * play / (root * root))
+
+
+@kernel
+def bulk_transfer(coefficients: Array, s: Array, c: Array, transfer: Array) -> None:
+    """u31 of many designs at half angles that begin with those of c >= 0; no branch inside the loops.
+
+    coefficients (n, 7), s and c (m,), written to transfer (n, m).
+    """
+    front = 0
+    while front < c.size and c[front] >= 0.0:
+        front += 1
+    for i in range(coefficients.shape[0]):
+        base, coupler, rocker, turn, play, kappa, _ = coefficients[i]
+        product, lever = base * coupler * rocker, base * coupler
+        scale, square = turn * rocker, turn * turn
+        for j in range(front):
+            ss = s[j] * s[j]
+            root = np.sqrt(product * (c[j] * c[j]) + play * ss)
+            d = rocker * c[j] + root
+            transfer[i, j] = scale * (root + lever * c[j]) / (root * (d * d + square * ss))
+        for j in range(front, s.size):
+            cc, ss = c[j] * c[j], s[j] * s[j]
+            root = np.sqrt(product * cc + play * ss)
+            d = (rocker * kappa * cc + play * ss) / (root - rocker * c[j])
+            a = (play * ss - lever * kappa * cc) / (root - lever * c[j])
+            transfer[i, j] = scale * a / (root * (d * d + square * ss))

@@ -1,0 +1,108 @@
+"""Pareto fronts: the best objective for a rising limit on another quantity, each point proven over all types.
+
+The other quantity runs from the least value it can have under the problem's limits to the value it has where the
+objective alone is at its best; beyond these there is nothing to trade. Every point is a design of its own with its own
+certificate, so the front has no gaps that a weighted sum would leave where it is not convex.
+
+Source of the method: the epsilon-constraint of Y. Y. Haimes, L. S. Lasdon, D. A. Wismer (1971).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solvers.effects import EffectSelection
+from solvers.errors import InvalidInput
+from solvers.linkage.check import LinkageCheck
+from solvers.linkage.design import LinkageDesign, design
+from solvers.linkage.problem import OBJECTIVES, LinkageProblem
+from solvers.outcome import Outcome
+
+MOST_POINTS = 25
+_ROUNDING = 1e-9
+_PLAIN = EffectSelection(
+    frozenset({"envelope"}), frozenset({"impact_dynamics", "coupler_elasticity", "tolerances"}), automatic=True
+)
+"""Sizes and loads are all that a front shows."""
+
+AGAINST = {"longest_link": "longest_link", "enclosing_radius": "enclosing_radius", "pin_force": "max_pin_force"}
+"""Objectives that a front can be drawn against, and the limit that holds each."""
+
+
+@dataclass(frozen=True)
+class FrontPoint:
+    """One design of the front: the limit it was sought under, both quantities, and the gap of its proof."""
+
+    limit: float
+    objective: float
+    against: float
+    gap: float
+    check: LinkageCheck
+
+
+def front(problem: LinkageProblem, against: str, points: int, accuracy: float = 1e-4) -> tuple[FrontPoint, ...]:
+    """The front of the problem's objective against another quantity, by rising values of that quantity.
+
+    against   a key of ``AGAINST``, not the objective's own name
+    points    2 … 25 limits, evenly in their logarithm; equal designs are told once
+
+    Empty where no design meets the limits. Raises InvalidInput where the question makes no sense.
+    """
+    if problem.objective.name not in _READ:
+        raise InvalidInput("objective", "no front can be drawn of it", ", ".join(_READ))
+    if against not in AGAINST or against == problem.objective.name:
+        raise InvalidInput("front.against", "no front can be drawn against it", ", ".join(AGAINST))
+    if not 2 <= points <= MOST_POINTS:
+        raise InvalidInput("front.points", "lies outside what can be asked for", f"2 … {MOST_POINTS}")
+    best = _solved(problem, accuracy)
+    least = _solved(replace(problem, objective=OBJECTIVES[against]), accuracy)
+    if best.value is None or least.value is None:
+        return ()
+    low, high = least.value.value, _quantity(best.value.check, against)
+    if high <= low * (1.0 + _ROUNDING):
+        return (_point(best, against, high),)
+    # What has the least of the other quantity is one design; a limit that tight would leave nothing to search.
+    end = _quantity(least.value.check, problem.objective.name)
+    found = [FrontPoint(low, end, low, least.certificate.gap, least.value.check)]
+    for limit in np.geomspace(low, high, points)[1:-1]:
+        held = replace(problem.limits, **{AGAINST[against]: float(limit)})
+        outcome = _solved(replace(problem, limits=held), accuracy)
+        if outcome.value is not None:
+            found.append(_point(outcome, against, float(limit)))
+    found.append(_point(best, against, high))
+    return tuple(_without_repeats(found))
+
+
+def _solved(problem: LinkageProblem, accuracy: float) -> Outcome[LinkageDesign]:
+    return design(problem, _PLAIN, accuracy=accuracy)
+
+
+def _point(outcome: Outcome[LinkageDesign], against: str, limit: float) -> FrontPoint:
+    found = outcome.value
+    return FrontPoint(limit, found.value, _quantity(found.check, against), outcome.certificate.gap, found.check)
+
+
+def _quantity(check: LinkageCheck, name: str) -> float:
+    return _READ[name](check)
+
+
+_READ: dict[str, Callable[[LinkageCheck], float]] = {
+    "box_area": lambda check: check.box.area,
+    "longest_link": lambda check: check.mechanism.crank * check.mechanism.bar.longest,
+    "enclosing_radius": lambda check: check.enclosing_radius,
+    "peak_torque": lambda check: check.strike.peaks.torque,
+    "pin_force": lambda check: check.strike.peaks.force,
+}
+"""Quantities that a front can be about."""
+
+
+def _without_repeats(points: list[FrontPoint]) -> list[FrontPoint]:
+    """Points in the order of the other quantity, those left out that another beats in both."""
+    kept: list[FrontPoint] = []
+    for point in sorted(points, key=lambda p: (p.against, p.objective)):
+        if not kept or point.objective < kept[-1].objective * (1.0 - _ROUNDING):
+            kept.append(point)
+    return kept

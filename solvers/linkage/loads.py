@@ -1,0 +1,169 @@
+"""What the joints and the crank carry at constant crank speed, from the rocker's inertia alone.
+
+The rocker brings the impact energy E at its speed before the blow: J3 = 2 E/(omega u31(2 pi))^2. Then, with
+du31/dphi = s X (see ``four_bar``),
+
+    crank torque           J3 omega^2 u31 u31'              = 2 E u31 s X / u31(2 pi)^2
+    coupler (pin) force    J3 omega^2 |u31'| / (l3 sin nu)  = E lambda2 |X| / (u31(2 pi)^2 l1 T)
+
+where sin nu = 2 sin(nu/2) cos(nu/2), sin(nu/2) = sqrt(lambda0/(lambda2 lambda3)) s and cos(nu/2) =
+T/sqrt(lambda0 lambda2 lambda3) have let s cancel: the force is finite at both ends, where u31' and sin nu vanish.
+Torque in N m and force in N for E in J and lengths in m; both go with E, the force also with 1/l1, neither with speed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.linkage.four_bar import FourBar
+from solvers.linkage.kinds import ChangePoint, Gain
+from solvers.numerics.intervals import Interval, Sloped
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+_SAMPLES, _CROWD = 192, 96
+_ROUNDS = 48
+_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+
+
+@dataclass(frozen=True)
+class Peaks:
+    """Greatest magnitudes over the cycle, and the crank angles [rad] where they occur."""
+
+    torque: float
+    torque_angle: float
+    force: float
+    force_angle: float
+
+
+def peaks(bar: FourBar, crank: float, energy: float) -> Peaks:
+    """Peak crank torque [N m] and pin force [N] of a mechanism with its crank's length [m] and impact energy [J]."""
+    torque, at_torque, force, at_force = unit_peaks(bar.coefficients[None], np.array([bar.end]))[0].tolist()
+    return Peaks(energy * torque, at_torque, energy / crank * force, at_force)
+
+
+def series(bar: FourBar, crank: float, energy: float, phi: Array) -> tuple[Array, Array]:
+    """Crank torque [N m] and pin force [N] at crank angles in [0, 2 pi]."""
+    rows = unit_loads(bar.coefficients, bar.end, np.asarray(phi, float))
+    return energy * rows[0], energy / crank * rows[1]
+
+
+@kernel
+def _loads(coefficients: Array, end: float, phi: float) -> tuple[float, float]:
+    """Torque over E, and force times l1 over E, at one crank angle."""
+    base, coupler, rocker, turn, play, kappa, sigma = coefficients
+    s, c = math.sin(0.5 * phi), math.cos(0.5 * phi)
+    root = math.sqrt(base * coupler * rocker * c * c + play * s * s)
+    lever = base * coupler
+    if c >= 0.0:
+        d, a = rocker * c + root, root + lever * c
+    else:
+        d = (rocker * kappa * c * c + play * s * s) / (root - rocker * c)
+        a = (play * s * s - lever * kappa * c * c) / (root - lever * c)
+    along = sigma * base * c
+    gap = play / (root + along) if along > 0.0 else root - along
+    b = (d * d + turn * turn * s * s) / rocker
+    factor = turn / (root * b)
+    rate = factor * (a / b * gap * gap / root - 0.5 * lever * play / (root * root))
+    return 2.0 * factor * a * s * rate / end**2, coupler * abs(rate) / (end**2 * root)
+
+
+@kernel
+def unit_loads(coefficients: Array, end: float, phi: Array) -> Array:
+    """Torque over E and force times l1 over E at crank angles (m,): shape (2, m)."""
+    out = np.empty((2, phi.size))
+    for j in range(phi.size):
+        out[0, j], out[1, j] = _loads(coefficients, end, phi[j])
+    return out
+
+
+@kernel
+def _angles(coefficients: Array) -> Array:
+    """Crank angles over the cycle: evenly, evenly in the angle that opens the second change point near pi, and crowded
+    toward the blow, where a rocker that comes fast turns within e or sqrt(lambda3 kappa/M)."""
+    base, coupler, rocker, turn, play, kappa, _ = coefficients
+    stretch = math.sqrt(max(play, 1e-30) / (base * coupler * rocker))
+    out = np.empty(2 * _SAMPLES + _CROWD + 1)
+    least = 0.03 * min(math.sqrt(rocker * kappa / max(play, 1e-30)), 0.5 * kappa / abs(turn), 1.0)
+    for k in range(_CROWD):
+        out[2 * _SAMPLES + 1 + k] = 2.0 * math.pi - 2.0 * math.atan(least ** (k / (_CROWD - 1.0)))
+    for k in range(_SAMPLES):
+        out[k] = 2.0 * math.pi * k / _SAMPLES
+        opened = math.pi * (k + 0.5) / _SAMPLES
+        out[_SAMPLES + k] = 2.0 * math.atan2(math.sin(opened), stretch * math.cos(opened))
+    out[2 * _SAMPLES] = 2.0 * math.pi
+    return np.sort(out)
+
+
+@kernel
+def unit_peaks(coefficients: Array, end: Array) -> Array:
+    """Greatest |torque|/E and its angle, greatest force l1/E and its angle, for every row: shape (n, 4)."""
+    out = np.empty((coefficients.shape[0], 4))
+    for i in range(coefficients.shape[0]):
+        row = coefficients[i]
+        angles = _angles(row)
+        tops, bests = (0, 0), (-1.0, -1.0)
+        for j in range(angles.size):
+            torque, force = _loads(row, end[i], angles[j])
+            if abs(torque) > bests[0]:
+                tops, bests = (j, tops[1]), (abs(torque), bests[1])
+            if force > bests[1]:
+                tops, bests = (tops[0], j), (bests[0], force)
+        for which in range(2):
+            top, best = tops[which], bests[which]
+            at = angles[top]
+            low, high = angles[max(top - 1, 0)], angles[min(top + 1, angles.size - 1)]
+            a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+            fa, fb = abs(_loads(row, end[i], a)[which]), abs(_loads(row, end[i], b)[which])
+            for _ in range(_ROUNDS):
+                if fa >= fb:
+                    if fa > best:
+                        best, at = fa, a
+                    high, b, fb = b, a, fa
+                    a = high - _GOLDEN * (high - low)
+                    fa = abs(_loads(row, end[i], a)[which])
+                else:
+                    if fb > best:
+                        best, at = fb, b
+                    low, a, fa = a, b, fb
+                    b = low + _GOLDEN * (high - low)
+                    fb = abs(_loads(row, end[i], b)[which])
+            out[i, 2 * which], out[i, 2 * which + 1] = best, at
+    return out
+
+
+def loads_over(kind: ChangePoint, gain: Gain, parameter: Sloped, phi: Array) -> tuple[Sloped, Sloped]:
+    """|torque|/E and force l1/E over ranges of the free ratio, at one crank angle for each range.
+
+    A peak over the cycle is nowhere below its value at any one angle, so what bounds these from below bounds the peaks.
+    """
+    r = kind.family(gain, parameter)
+    s, c = np.sin(0.5 * phi), np.cos(0.5 * phi)
+    turn, play = kind.turn(r), kind.play(r)
+    # lambda0 lambda2 = g^2 lambda3, so T^2 = (g lambda3 c)^2 + M s^2 and kappa = (g^2 - 1) lambda3.
+    lever = gain.square * r.rocker
+    root = (((gain.value * c) * r.rocker).square() + play * (s * s)).root()
+    front, back = np.maximum(c, 0.0), np.minimum(c, 0.0)
+    d_front, a_front = r.rocker * front + root, root + lever * front
+    d_back = (gain.square_less_one * r.rocker.square() * (back * back) + play * (s * s)) / (root - r.rocker * back)
+    a_back = (play * (s * s) - lever * r.rocker * (gain.square_less_one * back * back)) / (root - lever * back)
+    d, a = _choose(c < 0, d_back, d_front), _choose(c < 0, a_back, a_front)
+    along = kind.rocker_sign * c
+    gap = _choose(along > 0, play / (root + r.base * np.maximum(along, 0.0)), root - r.base * along)
+    b = (d.square() + turn.square() * (s * s)) / r.rocker
+    factor = turn / (root * b)
+    rate = (factor * (a / b * gap.square() / root - (0.5 * lever) * play / root.square())).magnitude()
+    end = (gain.value + 1.0) / kind.reach(r)
+    torque = 2.0 * ((factor * a).magnitude() * s) * rate / end.square()
+    return torque, r.coupler * rate / (end.square() * root)
+
+
+def _choose(condition: Array, yes: Sloped, no: Sloped) -> Sloped:
+    def pick(one: Interval, other: Interval) -> Interval:
+        return Interval(np.where(condition, one.low, other.low), np.where(condition, one.high, other.high))
+
+    return Sloped(pick(yes.value, no.value), pick(yes.slope, no.slope))

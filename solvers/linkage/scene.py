@@ -1,0 +1,149 @@
+"""The inputs of the impact linkage: the blow, the drive, what is known of parts and tolerances. SI units throughout.
+
+Every dataclass refuses, with ``InvalidInput``, what the model cannot mean; whatever passes may be computed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from solvers.errors import InvalidInput
+from solvers.linkage.kinds import Gain
+
+LEAST_RESTITUTION, GREATEST_RESTITUTION = 1e-6, 0.95
+"""A restitution of 0 makes a kite that never strikes back; near 1 the links grow without bound."""
+
+STRENGTH_SPEED = 10.0
+"""Impact speed [m/s] above which the striking parts do not last, according to the paper."""
+
+TRANSMISSION = (math.radians(40.0), math.radians(140.0))
+"""Usual limits of the transmission angle in mid-cycle; at the change point itself it is 0 in every cycle."""
+
+
+def require(ok: bool, field: str, reason: str, allowed: str) -> None:
+    """Refuse, with InvalidInput, what is not ok."""
+    if not ok:
+        raise InvalidInput(field, reason, allowed)
+
+
+def require_positive(values: dict[str, float | None]) -> None:
+    """Refuse, with InvalidInput, what is neither None nor a positive finite number."""
+    for field, value in values.items():
+        require(value is None or (math.isfinite(value) and value > 0), field, "must be positive", "(0, inf)")
+
+
+@dataclass(frozen=True)
+class Restitution:
+    """The physical coefficient of restitution of what is struck: a range; low = high where it is known."""
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        inside = f"[{LEAST_RESTITUTION:g}, {GREATEST_RESTITUTION:g}]"
+        for name in ("low", "high"):
+            value = getattr(self, name)
+            ok = LEAST_RESTITUTION <= value <= GREATEST_RESTITUTION
+            require(ok, f"restitution.{name}", "lies outside what the mechanism can be made for", inside)
+        require(self.low <= self.high, "restitution.low", "exceeds restitution.high", "at most restitution.high")
+
+    @property
+    def middle(self) -> float:
+        """R_k to make the mechanism for: the worst mismatch is then the least."""
+        return 0.5 * (self.low + self.high)
+
+    @property
+    def mismatch(self) -> float:
+        """The worst |R - R_k| of a mechanism made for the middle."""
+        return 0.5 * (self.high - self.low)
+
+    @property
+    def gain(self) -> Gain:
+        return Gain(self.middle)
+
+
+@dataclass(frozen=True)
+class Motor:
+    """A motor with a linear torque-speed line at the crank: torque [N m] at standstill, speed [rad/s] without load."""
+
+    stall_torque: float
+    free_speed: float
+
+    def __post_init__(self) -> None:
+        require_positive({"drive.stall_torque": self.stall_torque, "drive.free_speed": self.free_speed})
+
+    @property
+    def slope(self) -> float:
+        """Torque lost per speed gained [N m s]."""
+        return self.stall_torque / self.free_speed
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The motor and the inertia of crank and flywheel together [kg m^2]."""
+
+    motor: Motor
+    crank_inertia: float
+
+    def __post_init__(self) -> None:
+        require_positive({"drive.crank_inertia": self.crank_inertia})
+
+
+@dataclass(frozen=True)
+class Scene:
+    """The blow: restitution, blows per second, speed [m/s] and energy [J] of the impact, radius [m] of the tool.
+
+    ``tool_radius`` None means that the rocker itself strikes at its joint. ``drive``, ``coupler_stiffness`` [N/m] and
+    ``length_tolerance`` [m] are what the effects of the same names need.
+    """
+
+    restitution: Restitution
+    blow_frequency: float
+    impact_speed: float
+    impact_energy: float
+    tool_radius: float | None = None
+    drive: Drive | None = None
+    coupler_stiffness: float | None = None
+    length_tolerance: float | None = None
+
+    def __post_init__(self) -> None:
+        given = ("blow_frequency", "impact_speed", "impact_energy")
+        optional = ("tool_radius", "coupler_stiffness", "length_tolerance")
+        require_positive({name: getattr(self, name) for name in given + optional})
+        for name in given:
+            require(getattr(self, name) is not None, name, "is missing", "(0, inf)")
+
+    @property
+    def crank_speed(self) -> float:
+        """omega [rad/s]: one blow a turn."""
+        return 2.0 * math.pi * self.blow_frequency
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Size limits [m], the greatest pin force [N], and the range [rad] of the mid-cycle transmission angle."""
+
+    min_link: float = 0.0
+    joint_radius: float = 0.0
+    longest_link: float | None = None
+    width: float | None = None
+    height: float | None = None
+    enclosing_radius: float | None = None
+    max_pin_force: float | None = None
+    transmission_angle: tuple[float, float] | None = TRANSMISSION
+
+    def __post_init__(self) -> None:
+        names = ("longest_link", "width", "height", "enclosing_radius", "max_pin_force")
+        require_positive({f"limits.{name}": getattr(self, name) for name in names})
+        for name in ("min_link", "joint_radius"):
+            value = getattr(self, name)
+            require(math.isfinite(value) and value >= 0, f"limits.{name}", "must not be negative", "[0, inf)")
+        for name, pads in (("width", 2.0), ("height", 2.0), ("enclosing_radius", 1.0)):
+            value = getattr(self, name)
+            ok = value is None or value > pads * self.joint_radius
+            require(ok, f"limits.{name}", "leaves no room beside the joints themselves", "more than the joints need")
+        if self.transmission_angle is not None:
+            low, high = self.transmission_angle
+            ok = 0 <= low <= high <= math.pi
+            require(ok, "limits.transmission_angle", "is not a range of angles", "0 <= low <= high <= 180 degrees")

@@ -1,0 +1,174 @@
+"""The best member of one family, with the proof that there is no better one.
+
+The free ratio is sampled, the best sample is closed in on (corners of the cost included: no derivative is used), and
+branch and bound over the whole range of the free ratio proves that nothing beats it by more than the gap: a range is
+dropped when its bounds (``figures``) say that no member in it is allowed, or that none costs less.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.linkage.family import Family
+from solvers.linkage.figures import Figures, MemberFigures, RangeFigures
+from solvers.linkage.problem import Question
+
+Array = NDArray[np.float64]
+_SAMPLES = 113
+_CELLS = 84
+_POINTS = 25
+_PARTS = 6
+_ROUNDS = 24
+_MOST_CELLS = 40_000
+_NARROWEST = 1e-11
+_COARSE, _FINE = 1e-4, 1e-13
+_MOST_TRIALS = 24
+
+
+@dataclass(frozen=True)
+class Proven:
+    """The best member: q, V [m], cost, a proven lower bound of the cost (inf: nothing is allowed) and what it took.
+
+    ``q`` is None where no member is allowed.
+    """
+
+    q: float | None
+    scale: float
+    cost: float
+    bound: float
+    cells: int
+
+    @property
+    def gap(self) -> float:
+        """How far the cost may be above the least one, relative."""
+        return max(1.0 - self.bound / self.cost, 0.0) if self.q is not None else 0.0
+
+
+def search(question: Question, family: Family, gap: float) -> Proven:
+    """The best member of a family and a lower bound of every member's cost."""
+    if question.fixed_end is not None:
+        return _only_member(question, family)
+    low, high = _allowed_range(question, family)
+    if low > high:
+        return Proven(None, math.nan, math.inf, math.inf, 0)
+    samples = np.linspace(low, high, _SAMPLES)
+    best = _refined(question, family, samples, _costs(question, family, samples, _COARSE))
+    edges = np.linspace(low, high, _CELLS + 1)
+    lows, highs, cells, bound = edges[:-1], edges[1:], 0, math.inf
+    for turn in range(_ROUNDS):
+        enough = math.inf if best is None else best[1] * (1.0 - gap)
+        ranges = RangeFigures(question, family, lows, highs, enough)
+        cells += lows.size
+        bounds = _cost(ranges)
+        alive = bounds < enough
+        lows, highs, bounds = lows[alive], highs[alive], bounds[alive]
+        if not lows.size:
+            break
+        if highs[0] - lows[0] < _NARROWEST or cells + _PARTS * lows.size > _MOST_CELLS:
+            # What is this narrow and neither allowed nor excluded differs from what is excluded by rounding only.
+            bound = min(bound, float(bounds.min())) if best is not None else math.inf
+            break
+        if best is None or turn in (1, 2) or (turn > 0 and turn % 3 == 0):
+            tried = 0.5 * (lows + highs)[np.argsort(bounds)[:_MOST_TRIALS]]
+            better = _refined_near(question, family, tried, float(highs[0] - lows[0]), best)
+            best = better if better is not None else best
+        # Cut into equal parts: a few large rounds cost less than many small ones.
+        edges = lows[:, None] + (highs - lows)[:, None] * np.linspace(0.0, 1.0, _PARTS + 1)
+        edges[:, -1] = highs
+        lows, highs = edges[:, :-1].ravel(), edges[:, 1:].ravel()
+    if best is None:
+        return Proven(None, math.nan, math.inf, math.inf, cells)
+    q, cost = best
+    bound = min(bound, cost * (1.0 - gap))
+    return Proven(q, _scale(question, family, q), cost, bound, cells)
+
+
+def _only_member(question: Question, family: Family) -> Proven:
+    """With speed, frequency and tool radius given there is one member at most."""
+    q = family.margin_where(lambda members: members.end, question.fixed_end)
+    if q is None:
+        return Proven(None, math.nan, math.inf, math.inf, 0)
+    cost = float(_costs(question, family, np.array([q]), _FINE)[0])
+    if not math.isfinite(cost):
+        return Proven(None, math.nan, math.inf, math.inf, 1)
+    return Proven(q, _scale(question, family, q), cost, cost, 1)
+
+
+def _allowed_range(question: Question, family: Family) -> tuple[float, float]:
+    """The range of q within the limits that are monotone in it: nu(pi) falls with q, and so does the crank per V."""
+    low, high = family.range
+    ends = family.members(np.array([low, high]))
+    if question.limits.transmission_angle is not None:
+        least, greatest = question.limits.transmission_angle
+        if ends.transmission[1] > greatest or ends.transmission[0] < least:
+            return math.inf, -math.inf
+        low = _or(family.margin_of_transmission(greatest), low)
+        high = _or(family.margin_of_transmission(least), high)
+    if question.fixed_scale is not None and question.limits.min_link > 0:
+        crank = question.limits.min_link / question.fixed_scale
+        if ends.lengths[0, 0] < crank:
+            return math.inf, -math.inf
+        high = min(_or(family.margin_of_crank(crank), high), high)
+    return low, high
+
+
+def _or(found: float | None, otherwise: float) -> float:
+    return otherwise if found is None else found
+
+
+def _scale(question: Question, family: Family, q: float) -> float:
+    low, high = MemberFigures(question, family, np.array([q]), _FINE).scale
+    return float(high[0] if question.objective.grows else low[0])
+
+
+def _cost(figures: Figures) -> Array:
+    low, high = figures.scale
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        return np.where(low <= high, figures.question.objective.cost(figures), np.inf)
+
+
+def _costs(question: Question, family: Family, q: Array, tolerance: float) -> Array:
+    return _cost(MemberFigures(question, family, q, tolerance))
+
+
+def _refined(question: Question, family: Family, samples: Array, costs: Array) -> tuple[float, float] | None:
+    """Close in on the best of the samples: (q, cost), None where none is allowed."""
+    top = int(np.argmin(costs))
+    if not math.isfinite(costs[top]):
+        return None
+    last = samples.size - 1
+    low, high, tolerance = samples[max(top - 1, 0)], samples[min(top + 1, last)], _COARSE
+    q, cost = float(samples[top]), math.inf
+    while high - low > 1e-13 * max(1.0, abs(high)):
+        # The orientation's search need be no sharper than what the range can still gain.
+        tolerance = max(_FINE, min(tolerance, 1e-2 * (high - low) ** 2))
+        points = np.linspace(low, high, _POINTS)
+        found = _costs(question, family, points, tolerance)
+        k = int(np.argmin(found))
+        if found[k] <= cost * (1 + 2 * tolerance):
+            q, cost = float(points[k]), float(found[k])
+        else:
+            k = int(np.argmin(np.abs(points - q)))
+        narrower = points[max(k - 1, 0)], points[min(k + 1, _POINTS - 1)]
+        if narrower[1] - narrower[0] >= high - low:
+            break
+        low, high = narrower
+    return q, float(_costs(question, family, np.array([q]), _FINE)[0])
+
+
+def _refined_near(
+    question: Question, family: Family, points: Array, width: float, best: tuple[float, float] | None
+) -> tuple[float, float] | None:
+    """What closing in on the best of the points gives, where it is better than what is known by more than rounding."""
+    costs = _costs(question, family, points, _COARSE)
+    k = int(np.argmin(costs))
+    if not math.isfinite(costs[k]) or (best is not None and costs[k] >= best[1] * (1.0 - 1e-9)):
+        return None
+    bracket = np.array([points[k] - width, points[k], points[k] + width])
+    bracket = np.clip(bracket, *_allowed_range(question, family))
+    found = _refined(question, family, bracket, np.array([np.inf, costs[k], np.inf]))
+    return found if best is None or (found is not None and found[1] < best[1]) else None

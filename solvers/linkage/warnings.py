@@ -1,0 +1,56 @@
+"""What a user should know of a linkage beside its numbers."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from solvers.linkage.scene import TRANSMISSION, Scene
+
+if TYPE_CHECKING:
+    from solvers.linkage.check import LinkageCheck
+
+_LARGE = 100.0
+_SPEED_SLACK = 1e-3
+
+
+def warnings_of(check: LinkageCheck, scene: Scene, strength: float) -> tuple[str, ...]:
+    """Sentences for people; empty where there is nothing to say."""
+    out = []
+    if check.window is not None:
+        out.append(_missed(check))
+    if not check.rotatable and check.confined is not None:
+        reach = math.degrees(check.confined)
+        out.append(f"the crank cannot turn: it is confined to ±{reach:.1f}° about the blow")
+    strike = check.strike
+    if strike is None and check.window is None:
+        out.append("the links close, but the rocker does not reverse at the blow: this motion cannot strike")
+    if strike is None:
+        return tuple(out)
+    if check.confined is None and strike.greatest > strike.end * (1 + 1e-9):
+        share = strike.greatest / strike.end
+        out.append(f"the rocker is {share:.3f} times as fast in mid-cycle as at the blow")
+    if strike.impact_speed > strength * (1 + 1e-9):
+        limit = f"{strength:g} m/s, the strength of the parts"
+        out.append(f"the impact speed of {strike.impact_speed:.3g} m/s exceeds {limit}")
+    if abs(strike.impact_speed / scene.impact_speed - 1.0) > _SPEED_SLACK:
+        asked = f"the {scene.impact_speed:.4g} m/s asked for"
+        out.append(f"the tool strikes at {strike.impact_speed:.4g} m/s, not at {asked}")
+    nu = strike.transmission_angle
+    if check.rotatable and not TRANSMISSION[0] - 1e-9 <= nu <= TRANSMISSION[1] + 1e-9:
+        out.append(f"the transmission angle in mid-cycle is {math.degrees(nu):.1f}°, outside the usual 40° to 140°")
+    if check.mechanism.bar.longest > _LARGE:
+        out.append("the longest link exceeds 100 cranks: a limit on the size would give a mechanism that can be built")
+    if strike.mismatch > 0.05:
+        out.append(f"the restitution may differ by {strike.mismatch:.3g} from the one the mechanism is made for")
+    return tuple(out)
+
+
+def _missed(check: LinkageCheck) -> str:
+    window, closure = check.window, check.mechanism.closure
+    kind = closure.kind.name.replace("_", " ")
+    crank = check.mechanism.crank
+    missed = f"the lengths miss the closure of the {kind} by {closure.surplus * crank * 1e3:.4g} mm"
+    if window.blocked:
+        return f"{missed}: the crank is blocked within ±{math.degrees(window.angle):.3g}° of the blow"
+    return f"{missed}: the rocker turns back {math.degrees(window.short_stop):.3g}° short of its place"

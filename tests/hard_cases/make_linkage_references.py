@@ -1,0 +1,286 @@
+"""Reference values for the hard cases of the linkage: ``python -m tests.hard_cases.make_linkage_references``.
+
+Reads linkage_cases.json and writes linkage_references.json. Nothing is shared with the solver: ratios come from the
+closure and R_k = R as linear equations, joints from intersecting circles, u31 from the joints' velocities, slopes from
+differences, all at 180 digits; boxes are tried over directions.
+
+Each value comes with its relative condition number: the sum of |d ln value/d ln input| over restitution and free ratio.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import mpmath as mp
+
+from tests.solvers.linkage import oracle
+
+HERE = Path(__file__).parent
+DIGITS, SHOWN = 180, 25
+NEAR, STEP = mp.mpf(10) ** -20, mp.mpf(10) ** -45
+MOVED = mp.mpf(10) ** -12
+
+
+def inputs(case) -> tuple[mp.mpf, mp.mpf]:
+    """Restitution and free ratio; a margin is over the least ratio, rounded to the float that the solver gets."""
+    restitution = mp.mpf(case["restitution"])
+    if "parameter" in case:
+        return restitution, mp.mpf(case["parameter"])
+    g = (1 + restitution) / (1 - restitution)
+    least = g * g if case["kind"] == "largest_rocker" else g
+    found = float(least * (1 + mp.mpf(case["margin"])))
+    while mp.mpf(found) < least:
+        found = float(mp.mpf(found) * (1 + mp.mpf(2) ** -52))
+    return restitution, mp.mpf(found)
+
+
+class Mechanism:
+    """A mechanism of unit crank, its energy 1."""
+
+    def __init__(self, kind, restitution, parameter):
+        self.kind, self.parameter = kind, parameter
+        self.links = oracle.ratios(kind, restitution, parameter)
+        base, coupler, rocker = self.links
+        self.g = mp.sqrt(base * coupler / rocker)
+        self.reach = base + 1 if kind == "largest_base" else base - 1
+        self.start, self.end = (self.g - 1) / self.reach, (self.g + 1) / self.reach
+        self.swing = 2 * mp.asin(min(self.g / base, mp.mpf(1)))
+        self.nu = 2 * mp.asin(min(self.g / coupler, mp.mpf(1)))
+
+    def u(self, phi):
+        return oracle.transfer(self.kind, self.links, phi)
+
+    def slope(self, phi):
+        return (self.u(phi + STEP) - self.u(phi - STEP)) / (2 * STEP)
+
+    def torque(self, phi):
+        return abs(2 * self.u(phi) * self.slope(phi) / self.end**2)
+
+    def force(self, phi):
+        base, coupler, rocker = self.links
+        crank_sign, rocker_sign = oracle.SIGNS[self.kind]
+        swung = oracle.rocker_angle(self.kind, self.links, phi)
+        x = base + rocker_sign * rocker * mp.cos(swung) - crank_sign * mp.cos(phi)
+        y = rocker_sign * rocker * mp.sin(swung) - crank_sign * mp.sin(phi)
+        lever = abs(x * mp.sin(swung) - y * mp.cos(swung)) * rocker / coupler
+        return 2 / self.end**2 * abs(self.slope(phi)) / lever
+
+    def extent(self, alpha):
+        """Width of the sweep along a direction."""
+        base, _, rocker = self.links
+        _, rocker_sign = oracle.SIGNS[self.kind]
+        turn = self.swing if self.kind != "largest_base" else -self.swing
+        first = mp.mpf(0) if rocker_sign > 0 else mp.pi
+        out = mp.mpf(0)
+        for beta in (alpha, alpha + mp.pi):
+            c = mp.cos(beta)
+            best = max(mp.mpf(1), base * c)
+            for angle in (first, first + turn):
+                best = max(best, base * c + rocker * mp.cos(beta - angle))
+            low, high = sorted((first, first + turn))
+            if (beta - low) - 2 * mp.pi * mp.floor((beta - low) / (2 * mp.pi)) <= high - low:
+                best = max(best, base * c + rocker)
+            out += best
+        return out
+
+    def area(self, alpha):
+        return self.extent(alpha) * self.extent(alpha + mp.pi / 2)
+
+
+def narrowed(f, low, high, rounds):
+    """Greatest value of f in a stretch with one summit: (place, value), by golden sections."""
+    golden = (mp.sqrt(5) - 1) / 2
+    a, b = high - golden * (high - low), low + golden * (high - low)
+    fa, fb = f(a), f(b)
+    for _ in range(rounds):
+        if fa >= fb:
+            high, b, fb = b, a, fa
+            a = high - golden * (high - low)
+            fa = f(a)
+        else:
+            low, a, fa = a, b, fb
+            b = low + golden * (high - low)
+            fb = f(b)
+    return (a, fa) if fa >= fb else (b, fb)
+
+
+def greatest(f, places, rounds):
+    values = [f(x) for x in places]
+    top = values.index(max(values))
+    best = (places[top], values[top])
+    found = narrowed(f, places[max(top - 1, 0)], places[min(top + 1, len(places) - 1)], rounds)
+    return max(best, found, key=lambda pair: pair[1])
+
+
+def places_over_the_cycle():
+    """Evenly, and crowded about mid-cycle and both ends."""
+    out = {NEAR, 2 * mp.pi - NEAR} | {2 * mp.pi * i / 64 for i in range(1, 64)}
+    for k in range(1, 40):
+        d = mp.mpf(10) ** (-mp.mpf(k) / 4)
+        out |= {mp.pi - d, mp.pi + d, d, 2 * mp.pi - d}
+    return sorted(out)
+
+
+def least_area(mechanism):
+    """(direction, area) of the least box."""
+    places = [mp.pi / 2 * i / 360 for i in range(361)]
+    values = [mechanism.area(x) for x in places]
+    floor = min(values)
+    best = None
+    for i, value in enumerate(values):
+        beside = values[max(i - 1, 0)], values[min(i + 1, len(values) - 1)]
+        if value <= floor * mp.mpf("1.01") and value <= min(beside):
+            low, high = places[max(i - 1, 0)], places[min(i + 1, len(values) - 1)]
+            at, found = narrowed(lambda x: -mechanism.area(x), low, high, 110)
+            best = min([best, (at, -found)] if best else [(at, -found)], key=lambda pair: pair[1])
+    return best
+
+
+def ratio_case(case, angles):
+    restitution, parameter = inputs(case)
+    plain = Mechanism(case["kind"], restitution, parameter)
+    moved = [
+        Mechanism(case["kind"], restitution * (1 + MOVED), parameter),
+        Mechanism(case["kind"], restitution, parameter * (1 + MOVED)),
+    ]
+
+    def entry(read):
+        value = read(plain)
+        kappa = mp.fsum(abs(read(m) / value - 1) / MOVED for m in moved)
+        return {"value": mp.nstr(value, SHOWN), "condition": float(mp.nstr(kappa, 6))}
+
+    out = {
+        "parameter": {"value": mp.nstr(parameter, SHOWN), "condition": 1.0},
+        "lambda0": entry(lambda m: m.links[0]),
+        "lambda2": entry(lambda m: m.links[1]),
+        "lambda3": entry(lambda m: m.links[2]),
+        "start": entry(lambda m: m.start),
+        "end": entry(lambda m: m.end),
+        "swing": entry(lambda m: m.swing),
+        "transmission_angle": entry(lambda m: m.nu),
+    }
+    curve = []
+    for phi in angles:
+        at = mp.mpf(phi) if phi > 0 else 2 * mp.pi + mp.mpf(phi)
+        u = plain.u(at)
+        curve.append({"value": mp.nstr(u, SHOWN), "scale": mp.nstr(max(abs(u), abs(plain.slope(at))), 12)})
+    places = places_over_the_cycle()
+    for name in ("torque", "force"):
+        at, value = greatest(getattr(plain, name), places, 40)
+        kappa = mp.fsum(abs(getattr(m, name)(at) / value - 1) / MOVED for m in moved)
+        out[name] = {"value": mp.nstr(value, 15), "condition": float(mp.nstr(kappa, 6))}
+    with mp.workdps(40):
+        _, value = least_area(plain)
+        kappa = mp.fsum(abs(least_area(m)[1] / value - 1) / MOVED for m in moved)
+    out["area"] = {"value": mp.nstr(value, 18), "condition": float(mp.nstr(kappa, 6))}
+    return {**out, "curve": curve}
+
+
+def length_case(case):
+    """Whether lengths close (in decimals, to 1e-12 of the longest), R_k then; and where crank and rocker stop."""
+    base, crank, coupler, rocker = (mp.mpf(text) for text in case["lengths"])
+    missed = {
+        "largest_coupler": base + rocker - crank - coupler,
+        "largest_rocker": base + coupler - crank - rocker,
+        "largest_base": coupler + rocker - crank - base,
+    }
+    kind = min(missed, key=lambda name: abs(missed[name]))
+    longest = max(base, crank, coupler, rocker)
+    closes = abs(missed[kind]) <= longest * mp.mpf(10) ** -12
+    # As floats, whose triangles are what is judged where they do not close.
+    if not closes:
+        base, crank, coupler, rocker = (mp.mpf(float(text)) for text in case["lengths"])
+    slack = longest * mp.mpf(10) ** -12 if closes else 0
+    near, far = abs(base - crank), base + crank
+    turns = near >= abs(coupler - rocker) - slack and far <= coupler + rocker + slack
+    out = {"kind": kind, "closes": bool(closes), "rotatable": bool(turns)}
+    ties = [name for name in missed if abs(missed[name]) == abs(missed[kind])]
+    if closes and len(ties) == 1:
+        g = mp.sqrt(base * coupler / (rocker * crank))
+        strikes = base > crank and coupler > crank if kind == "largest_rocker" else base > crank
+        out["restitution"] = mp.nstr((g - 1) / (g + 1), SHOWN) if strikes or kind == "largest_base" else None
+    if not closes:
+        cosine = (base**2 + crank**2 - (coupler - rocker) ** 2) / (2 * base * crank)
+        if kind == "largest_base":
+            cosine = -(base**2 + crank**2 - (coupler + rocker) ** 2) / (2 * base * crank)
+        if missed[kind] < 0:
+            out["blocked"] = mp.nstr(mp.acos(cosine), SHOWN)
+        else:
+            apart = coupler + crank if kind == "largest_coupler" else coupler - crank
+            cosine = (base**2 + rocker**2 - apart**2) / (2 * base * rocker)
+            out["short_stop"] = mp.nstr(mp.acos(-cosine if kind == "largest_coupler" else cosine), SHOWN)
+    return out
+
+
+def design_case(case):
+    """Over the types, the least longest link or the greatest shortest link with a mid-cycle angle of 40 to 140 degrees.
+
+    Lengths over V = v/omega and nu = 2 asin(g/lambda2) are monotone in the free ratio, so the ends of the range that
+    nu allows, and where two links change places, are all the candidates.
+    """
+    low, high = (mp.mpf(value) for value in case["restitution"])
+    restitution = (low + high) / 2
+    scale = mp.mpf(case["speed"]) / (2 * mp.pi * mp.mpf(case["frequency"]))
+    longest = "longest_link" in case
+    found = {}
+    for kind in oracle.SIGNS:
+        g = (1 + restitution) / (1 - restitution)
+        least = g * g if kind == "largest_rocker" else g
+        margin = mp.mpf(10) ** -6
+        if kind == "largest_rocker":
+            margin = mp.mpf(10) ** -3 * (g * g - 1) / (g * g)
+
+        def measure(p, kind=kind):
+            m = Mechanism(kind, restitution, p)
+            if not mp.radians(40) <= m.nu <= mp.radians(140):
+                return None
+            base, coupler, rocker = m.links
+            crank = scale / (rocker * m.end)
+            lengths = (crank, crank * base, crank * coupler, crank * rocker)
+            return max(lengths) if longest else min(lengths)
+
+        best = None
+        places = [least * (1 + margin * mp.mpf(10) ** (mp.mpf(k) / 40)) for k in range(361)]
+        values = [measure(p) for p in places]
+        for i, value in enumerate(values):
+            if value is None:
+                continue
+            before, after = places[max(i - 1, 0)], places[min(i + 1, 360)]
+
+            def cost(p, measure=measure):
+                told = measure(p)
+                return -mp.inf if told is None else (-told if longest else told)
+
+            _, reached = narrowed(cost, before, after, 120)
+            reached = max(reached, cost(places[i]))
+            best = reached if best is None else max(best, reached)
+        if best is not None:
+            found[kind] = -best if longest else best
+    kind = (min if longest else max)(found, key=found.get)
+    return {"requirement": "longest_link" if longest else "min_link", "kind": kind, "value": mp.nstr(found[kind], 15)}
+
+
+def load_cases():
+    return json.loads((HERE / "linkage_cases.json").read_text())
+
+
+def main():
+    cases = load_cases()
+    out = {}
+    with mp.workdps(DIGITS):
+        for case in cases["ratios"]:
+            out[case["name"]] = ratio_case(case, cases["angles"])
+            print(case["name"], flush=True)
+        for case in cases["lengths"]:
+            if "refused" not in case:
+                out[case["name"]] = length_case(case)
+    with mp.workdps(30):
+        for case in cases["designs"]:
+            out[case["name"]] = design_case(case)
+            print(case["name"], flush=True)
+    (HERE / "linkage_references.json").write_text(json.dumps(out, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

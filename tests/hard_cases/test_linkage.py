@@ -1,0 +1,129 @@
+"""The linkage on hard cases, against values at 180 digits made by ``make_linkage_references``.
+
+Errors are counted in eps max(1, kappa), kappa the value's relative condition number: what a change of the inputs' last
+digits does to it anyway. u31 is judged by the greater of |u31| and |du31/dphi|: what a change of phi does.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import mpmath as mp
+import pytest
+
+from solvers import linkage
+from solvers.errors import InvalidInput
+from solvers.linkage.envelope import least_box, sweep
+from solvers.linkage.four_bar import of_family
+from solvers.linkage.loads import peaks
+from tests.hard_cases.make_linkage_references import load_cases
+
+EPS = 2.0**-52
+CASES = load_cases()
+REFERENCES = json.loads((Path(__file__).parent / "linkage_references.json").read_text())
+CLOSED_FORM, SEARCHED = 8.0, 64.0
+"""Limits in eps kappa: of closed forms, and of what is searched for over angles or directions."""
+
+SCENE = linkage.Scene(linkage.Restitution(0.3, 0.3), blow_frequency=25.0, impact_speed=5.0, impact_energy=2.0)
+
+
+def units(found: float, reference: dict) -> float:
+    with mp.workdps(40):
+        exact = mp.mpf(reference["value"])
+        return float(abs(mp.mpf(found) - exact) / abs(exact)) / (EPS * max(1.0, reference["condition"]))
+
+
+def bar_of(case: dict):
+    parameter = float(REFERENCES[case["name"]]["parameter"]["value"])
+    return of_family(linkage.KINDS[case["kind"]], case["restitution"], parameter)
+
+
+def test_there_are_enough_cases():
+    assert len(CASES["ratios"]) >= 25
+    assert len(CASES["lengths"]) >= 20
+    judged = [case["name"] for group in ("ratios", "lengths", "designs") for case in CASES[group]]
+    refused = {case["name"] for case in CASES["lengths"] if "refused" in case}
+    assert set(judged) - refused == set(REFERENCES)
+
+
+@pytest.mark.parametrize("case", CASES["ratios"], ids=lambda case: case["name"])
+def test_closed_forms(case):
+    bar, reference = bar_of(case), REFERENCES[case["name"]]
+    found = {
+        "lambda0": bar.ratios.base,
+        "lambda2": bar.ratios.coupler,
+        "lambda3": bar.ratios.rocker,
+        "start": bar.start,
+        "end": bar.end,
+        "swing": bar.swing,
+        "transmission_angle": float(bar.transmission_angle(math.pi)),
+    }
+    for name, value in found.items():
+        assert units(float(value), reference[name]) <= CLOSED_FORM, name
+    assert abs(bar.restitution / case["restitution"] - 1) <= 8 * EPS
+
+
+@pytest.mark.parametrize("case", CASES["ratios"], ids=lambda case: case["name"])
+def test_transfer_function(case):
+    bar = bar_of(case)
+    assert bar.rotatable
+    for phi, exact in zip(CASES["angles"], REFERENCES[case["name"]]["curve"], strict=True):
+        with mp.workdps(40):
+            error = abs(mp.mpf(float(bar.transfer(phi))) - mp.mpf(exact["value"])) / mp.mpf(exact["scale"])
+        assert error <= 1e-14, phi
+
+
+@pytest.mark.parametrize("case", CASES["ratios"], ids=lambda case: case["name"])
+def test_peak_loads_and_box(case):
+    bar, reference = bar_of(case), REFERENCES[case["name"]]
+    found = peaks(bar, 1.0, 1.0)
+    assert units(found.torque, reference["torque"]) <= SEARCHED
+    assert units(found.force, reference["force"]) <= SEARCHED
+    assert units(least_box(sweep(bar, 1.0), 0.0, tolerance=1e-13).area, reference["area"]) <= SEARCHED + 1e-13 / EPS
+
+
+@pytest.mark.parametrize("case", CASES["lengths"], ids=lambda case: case["name"])
+def test_lengths(case):
+    lengths = [float(text) for text in case["lengths"]]
+    if "refused" in case:
+        with pytest.raises(InvalidInput) as refused:
+            linkage.Lengths(*lengths)
+        assert refused.value.field == f"lengths.{case['refused']}"
+        return
+    reference = REFERENCES[case["name"]]
+    found = linkage.check(SCENE, linkage.of_lengths(linkage.Lengths(*lengths))).value
+    assert found.mechanism.closure.closes == reference["closes"]
+    assert found.rotatable == reference["rotatable"]
+    if "restitution" in reference:
+        assert found.mechanism.bar.kind.name == reference["kind"]
+        assert (found.strike is None) == (reference["restitution"] is None)
+        if found.strike is not None:
+            assert found.strike.restitution == pytest.approx(float(reference["restitution"]), rel=1e-14)
+    if not reference["closes"]:
+        assert found.strike is None
+        assert found.mechanism.bar.kind.name == reference["kind"]
+        # The miss itself is a difference of the lengths, good to their last digits only.
+        surplus = abs(found.mechanism.closure.surplus)
+        within = 1e-14 + 4 * EPS * max(lengths) / (surplus * found.mechanism.crank)
+        assert found.window.blocked == ("blocked" in reference)
+        told = found.window.angle if found.window.blocked else found.window.short_stop
+        exact = float(reference["blocked" if found.window.blocked else "short_stop"])
+        assert told == pytest.approx(exact, rel=within)
+
+
+@pytest.mark.parametrize("case", CASES["designs"], ids=lambda case: case["name"])
+def test_limits_that_no_type_meets(case):
+    scene = linkage.Scene(
+        linkage.Restitution(*case["restitution"]), float(case["frequency"]), float(case["speed"]), impact_energy=1.0
+    )
+    reference = REFERENCES[case["name"]]
+    limits = linkage.Limits(**{name: case[name] for name in ("longest_link", "min_link") if name in case})
+    problem = linkage.LinkageProblem(scene, limits, linkage.OBJECTIVES["longest_link"])
+    outcome = linkage.design(problem)
+    assert outcome.value is None
+    (entry,) = outcome.diagnosis
+    assert entry.requirement == reference["requirement"]
+    assert entry.attainable == pytest.approx(float(reference["value"]), rel=1e-9)
+    assert reference["kind"].replace("_", " ") in entry.advice

@@ -1,0 +1,89 @@
+"""The transfer function against the raw loop equation at 120 digits, to the last bits of both ends."""
+
+from __future__ import annotations
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from solvers.linkage.four_bar import bulk_transfer, coefficients, half_angle, of_family
+from solvers.linkage.kinds import KINDS, Gain
+from tests.solvers.linkage import oracle
+
+REFERENCE = [
+    ("largest_coupler", 0.3, 2.5, 1.0, 0.8032904654672456),
+    ("largest_coupler", 0.3, 2.5, math.pi, 0.3301245753114383),
+    ("largest_coupler", 0.3, 2.5, -1e-3, -2.77618481016066),
+    ("largest_rocker", 0.1, 2.4, 1.0, 0.1854473693730912),
+    ("largest_base", 0.3, 3.0, 2.0, -0.4275226663007653),
+]
+
+
+@pytest.mark.parametrize(("kind", "restitution", "parameter", "phi", "expected"), REFERENCE)
+def test_reference_values_to_all_printed_digits(kind, restitution, parameter, phi, expected):
+    bar = of_family(KINDS[kind], restitution, parameter)
+    assert float(bar.transfer(phi)) == pytest.approx(expected, rel=4e-15)
+
+
+ANGLES = [1e-15, 1e-12, 1e-9, 1e-7, 1e-4, 0.03, 0.7, 1.9, 3.0, math.pi, -2.2, -0.9, -0.02, -1e-4, -1e-7, -1e-11, -1e-15]
+FAR = {
+    "largest_coupler": (1 + 1e-12, 1 + 1e-6, 1.01, 1.4, 3.0, 50.0),
+    "largest_base": (1 + 1e-12, 1 + 1e-6, 1.01, 1.4, 3.0, 50.0),
+    "largest_rocker": (1 + 1e-6, 1.01, 1.3, 2.5, 40.0),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("restitution", [1e-6, 1e-3, 0.05, 0.3, 0.7, 0.95])
+def test_it_agrees_with_the_loop_equation_at_120_digits(kind, restitution):
+    with mp.workdps(120):
+        for factor in FAR[kind]:
+            parameter = KINDS[kind].least_parameter(Gain(restitution)) * factor
+            bar = of_family(KINDS[kind], restitution, parameter)
+            if not bar.rotatable:
+                continue
+            links = oracle.ratios(kind, restitution, parameter)
+            for phi in ANGLES:
+                angle = mp.mpf(phi) if phi > 0 else 2 * mp.pi + mp.mpf(phi)
+                exact = oracle.transfer(kind, links, angle)
+                h = mp.mpf(10) ** -30
+                slope = (oracle.transfer(kind, links, angle + h) - oracle.transfer(kind, links, angle - h)) / (2 * h)
+                scale = max(abs(exact), abs(slope))
+                found = float(bar.transfer(phi))
+                assert abs(found - exact) <= 1e-14 * scale, (kind, restitution, factor, phi)
+                rate = float(bar.transfer_slope(phi))
+                assert abs(rate - slope) <= 1e-13 * abs(slope) + 1e-14 * scale, (kind, restitution, factor, phi)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_joints_keep_every_link_its_length(kind):
+    bar = of_family(KINDS[kind], 0.2, 2.9)
+    phi = np.linspace(-math.pi, math.pi, 361)
+    pin, joint = bar.joints(phi)
+    assert np.hypot(*(joint - pin)) == pytest.approx(np.full(361, bar.ratios.coupler), rel=1e-13)
+    assert np.ptp(bar.rocker_angle(phi)) == pytest.approx(bar.swing, rel=1e-4)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_ends_and_restitution_are_those_asked_for(kind):
+    bar = of_family(KINDS[kind], 0.3, 4.0)
+    assert bar.restitution == pytest.approx(0.3, rel=1e-14)
+    assert abs(float(bar.transfer(0.0))) == pytest.approx(bar.start, rel=1e-14)
+    assert abs(float(bar.transfer(-0.0)) * bar.end / bar.start) == pytest.approx(bar.end, rel=1e-14)
+    assert abs(float(bar.transfer(-1e-15))) == pytest.approx(bar.end, rel=1e-14)
+
+
+def test_in_bulk_it_is_the_same_function():
+    phi = np.concatenate([np.linspace(0, math.pi, 180, endpoint=False), np.linspace(-math.pi, -1e-9, 180)])
+    s, c = half_angle(phi)
+    rows = []
+    for kind in KINDS.values():
+        rows += [coefficients(kind, kind.family(Gain(0.25), p)) for p in (2.8, 3.4, 9.0)]
+    rows = np.array(rows)
+    out = np.empty((len(rows), phi.size))
+    bulk_transfer(rows, s, c, out)
+    for row, (kind, p) in zip(out, [(k, p) for k in KINDS.values() for p in (2.8, 3.4, 9.0)], strict=True):
+        bar = of_family(kind, 0.25, p)
+        assert row == pytest.approx(bar.transfer(phi), rel=1e-13, abs=1e-14)

@@ -1,0 +1,93 @@
+"""Running with a motor and the blow, against an independent integration in time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from solvers import linkage
+from solvers.linkage.four_bar import of_family
+from solvers.linkage.impact import after_blow, rocker_inertia, steady_running
+from tests.solvers.linkage.machines import CLEANER
+
+DRIVE = linkage.Drive(linkage.Motor(stall_torque=5.0, free_speed=2 * math.pi * 27), crank_inertia=2e-3)
+BAR = of_family(linkage.LARGEST_BASE, 0.3, 3.2)
+
+
+def in_time(speed: float) -> tuple[float, float]:
+    """(speed at the end of a turn, time it took), from J dw/dt + J' w^2/2 = M."""
+    inertia = rocker_inertia(BAR, CLEANER)
+
+    def motion(_: float, state: np.ndarray) -> list[float]:
+        phi, w = state
+        at = phi if phi <= math.pi else min(phi - 2 * math.pi, -1e-300)
+        u, slope = float(BAR.transfer(at)), float(BAR.transfer_slope(at))
+        total = DRIVE.crank_inertia + inertia * u * u
+        torque = DRIVE.motor.stall_torque * (1 - w / DRIVE.motor.free_speed)
+        return [w, (torque - inertia * u * slope * w * w) / total]
+
+    def turned(_: float, state: np.ndarray) -> float:
+        return state[0] - 2 * math.pi
+
+    turned.terminal = True
+    found = solve_ivp(motion, (0, 1.0), [0.0, speed], events=turned, rtol=1e-10, atol=1e-12)
+    return float(found.y_events[0][0][1]), float(found.t_events[0][0])
+
+
+@pytest.mark.parametrize("restitution", [0.2, 0.3, 0.4])
+def test_steady_running_repeats_itself_in_time_too(restitution):
+    tool = 0.05
+    found = steady_running(BAR, CLEANER, DRIVE, tool, restitution, 1e-9)
+    end = found.impact_speed / (BAR.end * tool)
+    start = end * (1 + found.jump)
+    reached, time = in_time(start)
+    assert reached == pytest.approx(end, rel=1e-7)
+    assert 1 / time == pytest.approx(found.blow_frequency, rel=1e-7)
+
+
+def test_a_matched_blow_does_not_jolt_the_crank_and_a_mismatched_one_conserves_momentum():
+    inertia = rocker_inertia(BAR, CLEANER)
+    assert after_blow(BAR, DRIVE.crank_inertia, inertia, 0.3) == pytest.approx(1.0, abs=1e-15)
+    keep = after_blow(BAR, DRIVE.crank_inertia, inertia, 0.4)
+    assert keep > 1
+    # Generalised momentum of crank and rocker over the contact of coupler and crank, the rocker already reflected.
+    before = DRIVE.crank_inertia + inertia * BAR.start * 0.4 * BAR.end
+    assert before == pytest.approx(keep * (DRIVE.crank_inertia + inertia * BAR.start**2), rel=1e-14)
+
+
+def test_the_estimated_error_is_not_exceeded():
+    sharp = steady_running(BAR, CLEANER, DRIVE, 0.05, 0.35, 1e-11)
+    for wanted in (1e-3, 1e-5, 1e-7):
+        found = steady_running(BAR, CLEANER, DRIVE, 0.05, 0.35, wanted)
+        assert found.error <= wanted
+        assert abs(found.blow_frequency / sharp.blow_frequency - 1) <= max(found.error, 1e-12)
+        assert abs(found.impact_speed / sharp.impact_speed - 1) <= max(found.error, 1e-12)
+        assert abs(found.irregularity / sharp.irregularity - 1) <= max(wanted, 1e-9)
+
+
+def test_trends():
+    def run(**drive: float) -> float:
+        made = replace(DRIVE, **drive)
+        return steady_running(BAR, CLEANER, made, 0.05, 0.3, 1e-8).irregularity
+
+    assert run(crank_inertia=2e-2) < run(crank_inertia=4e-3) < run(crank_inertia=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("stall", "free", "inertia"),
+    [(1e-3, 0.02, 1e-6), (5000.0, 0.02, 1e-6), (1e-3, 1000.0, 10.0), (5000.0, 900.0, 1e-6)],
+)
+def test_extreme_drives_are_answered_or_marked(stall, free, inertia):
+    drive = linkage.Drive(linkage.Motor(stall, 2 * math.pi * free), inertia)
+    scene = replace(CLEANER, drive=drive)
+    bar = linkage.of_ratio(scene, linkage.LARGEST_BASE, 3.2)
+    found = linkage.check(scene, bar, effects=linkage.EffectSelection(include=frozenset({"impact_dynamics"}))).value
+    if found.running is None:
+        assert any("no steady running" in text for text in found.warnings)
+    else:
+        assert 0 < found.running.blow_frequency <= free * 1.01
+        assert math.isfinite(found.running.irregularity)

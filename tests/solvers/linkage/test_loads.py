@@ -1,0 +1,48 @@
+"""Torque and pin force against differences of the rocker's angle, and their peaks."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from solvers.linkage.four_bar import of_family
+from solvers.linkage.kinds import KINDS, Gain
+from solvers.linkage.loads import peaks, series
+from tests.solvers.linkage import brute_force
+
+CASES = [(kind, r, f) for kind in KINDS for r, f in ((0.1, 1.3), (0.3, 1.7), (0.5, 2.5))]
+
+
+@pytest.mark.parametrize(("kind", "restitution", "factor"), CASES)
+def test_loads_are_those_of_the_moving_rocker(kind, restitution, factor):
+    p, crank, energy = KINDS[kind].least_parameter(Gain(restitution)) * factor, 0.02, 7.0
+    bar = of_family(KINDS[kind], restitution, p)
+    lambda0, lambda2, lambda3 = brute_force.ratios(kind, restitution, p)
+    swept = brute_force.cycle(kind, (crank * lambda0, crank, crank * lambda2, crank * lambda3), 1201)
+    phi, torque, force = brute_force.loads(swept, energy)
+    # Near the blow the levers vanish, and differences with them.
+    inside = (phi > 0.15) & (phi < 2 * math.pi - 0.15)
+    found_torque, found_force = series(bar, crank, energy, phi)
+    assert found_torque[inside] == pytest.approx(torque[inside], rel=2e-4, abs=2e-6 * np.abs(torque).max())
+    assert found_force[inside] == pytest.approx(force[inside], rel=5e-4, abs=2e-5 * found_force.max())
+
+
+@pytest.mark.parametrize(("kind", "restitution", "factor"), CASES)
+def test_peaks_are_the_greatest_of_many_angles(kind, restitution, factor):
+    bar = of_family(KINDS[kind], restitution, KINDS[kind].least_parameter(Gain(restitution)) * factor)
+    found = peaks(bar, 0.02, 7.0)
+    torque, force = series(bar, 0.02, 7.0, np.linspace(0, 2 * math.pi, 20_001))
+    assert found.torque >= np.abs(torque).max() * (1 - 1e-12)
+    assert found.torque == pytest.approx(np.abs(torque).max(), rel=1e-5)
+    assert found.force >= force.max() * (1 - 1e-12)
+    assert found.force == pytest.approx(force.max(), rel=1e-5)
+
+
+def test_near_the_second_change_point_a_narrow_peak_is_found():
+    bar = of_family(KINDS["largest_base"], 0.3, Gain(0.3).value * (1 + 1e-9))
+    found = peaks(bar, 0.02, 7.0)
+    near = math.pi + np.geomspace(1e-9, 1.0, 40_001)
+    _, force = series(bar, 0.02, 7.0, np.concatenate([near, 2 * math.pi - near]))
+    assert found.force >= force.max() * (1 - 1e-9)

@@ -1,0 +1,105 @@
+"""Closure: recognised in any unit, and what missing it does, against the raw triangles at 60 digits."""
+
+from __future__ import annotations
+
+import math
+
+import mpmath as mp
+import pytest
+
+from solvers.linkage import LARGEST_BASE, LARGEST_COUPLER, Lengths, of_lengths
+from solvers.linkage.four_bar import FourBar, of_family
+from solvers.linkage.kinds import KINDS, Gain, plain_ratios
+from solvers.linkage.tolerances import closure, restitution_sensitivity, turns_fully, window
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e-3, 1.0, 1e6])
+@pytest.mark.parametrize(
+    ("lengths", "kind"),
+    [
+        ((0.04, 0.03, 0.11, 0.1), "largest_coupler"),
+        ((0.11, 0.03, 0.1, 0.04), "largest_base"),
+        ((0.04, 0.03, 0.1, 0.11), "largest_rocker"),
+        ((2, 1, 4, 3), "largest_coupler"),
+        ((2, 1, 3, 4), "largest_rocker"),
+        ((4, 1, 3, 2), "largest_base"),
+        ((0.3, 0.1, 0.7, 0.5), "largest_coupler"),
+    ],
+)
+def test_decimal_lengths_close_in_any_unit(unit, lengths, kind):
+    found = closure(*(unit * length for length in lengths))
+    assert found.closes
+    assert found.kind.name == kind
+
+
+def test_a_parallelogram_is_taken_as_the_kind_preferred():
+    lengths = Lengths(0.2, 0.1, 0.2, 0.1)
+    assert of_lengths(lengths).bar.kind is LARGEST_COUPLER
+    assert of_lengths(lengths, LARGEST_BASE).bar.kind is LARGEST_BASE
+    assert of_lengths(lengths, LARGEST_BASE).closure.closes
+
+
+def missed(kind: str, miss: mp.mpf) -> tuple[tuple[mp.mpf, ...], FourBar]:
+    """Ratios of a mechanism whose coupler is off, so that the closure surplus is ``miss``."""
+    exact = of_family(KINDS[kind], 0.2, KINDS[kind].least_parameter(Gain(0.2)) * 1.4).ratios
+    base, rocker = mp.mpf(float(exact.base)), mp.mpf(float(exact.rocker))
+    coupler = {
+        "largest_coupler": base + rocker - 1 - miss,
+        "largest_rocker": 1 + rocker - base + miss,
+        "largest_base": 1 + base - rocker + miss,
+    }[kind]
+    return (base, coupler, rocker), FourBar(KINDS[kind], plain_ratios(float(base), float(coupler), float(rocker)))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("exponent", range(1, 13))
+def test_windows_are_those_of_the_triangles(kind, exponent):
+    with mp.workdps(60):
+        for sign in (1, -1):
+            miss = sign * mp.mpf(2) ** (-3 * exponent)
+            (base, coupler, rocker), bar = missed(kind, miss)
+            found = window(bar, float(miss))
+            assert found.blocked == (sign < 0)
+            if sign < 0:
+                # The crank stops where coupler and rocker lie on one line with the pin.
+                apart = coupler + rocker if kind == "largest_base" else abs(coupler - rocker)
+                cosine = (base**2 + 1 - apart**2) / (2 * base)
+                exact = mp.acos(-cosine if kind == "largest_base" else cosine)
+                assert found.angle == pytest.approx(float(exact), rel=1e-9)
+            else:
+                # The rocker turns back where crank and coupler lie on one line.
+                apart = coupler + 1 if kind == "largest_coupler" else coupler - 1
+                cosine = (base**2 + rocker**2 - apart**2) / (2 * base * rocker)
+                exact = mp.acos(-cosine if kind == "largest_coupler" else cosine)
+                assert found.short_stop == pytest.approx(float(exact), rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_to_first_order_the_window_goes_with_the_root_of_the_miss(kind):
+    bar = of_family(KINDS[kind], 0.2, KINDS[kind].least_parameter(Gain(0.2)) * 1.4)
+    reach, miss = float(bar.kind.reach(bar.ratios)), 1e-10
+    angle = math.sqrt(2 * miss * reach / float(bar.ratios.base))
+    assert window(bar, -miss).angle == pytest.approx(angle, rel=1e-9)
+    assert window(bar, miss).short_stop == pytest.approx(math.sqrt(bar.gain**2 - 1) * angle / reach, rel=1e-9)
+
+
+def test_restitution_moves_with_the_lengths():
+    h = mp.mpf(10) ** -20
+    with mp.workdps(50):
+        square = (mp.mpf("1.3") / mp.mpf("0.7")) ** 2
+
+        def restitution(change: mp.mpf) -> mp.mpf:
+            g = mp.sqrt(square * (1 + change))
+            return (g - 1) / (g + 1)
+
+        slope = (restitution(h) / restitution(mp.mpf(0)) - 1) / h
+    assert restitution_sensitivity(1.3 / 0.7) == pytest.approx(float(slope), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("lengths", "turns"),
+    [((4, 1, 3.01, 2), True), ((4, 1, 2.99, 2), False), ((2, 1, 4, 3.01), True), ((2, 1, 4, 2.99), False),
+     ((1, 2, 1.4, 1.4), False), ((1, 2, 2.2, 2.2), True), ((3, 3, 3, 3), True)],
+)  # fmt: skip
+def test_whether_the_crank_turns(lengths, turns):
+    assert turns_fully(*lengths) == turns

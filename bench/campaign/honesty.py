@@ -69,16 +69,25 @@ def honesty(scenes: Iterable[Scene]) -> Honesty:
         if answer.status != "succeeded":
             without += 1
             continue
-        exact, doubt = _reference(scene)
+        reference = _reference(scene)
+        if reference is None:
+            without += 1
+            continue
+        exact, doubt = reference
         error = greatest_change(scene.results(answer), exact)
         judged.append(Judged(scene.seed, accuracy, answer.accuracy["estimated"], error, doubt))
     return Honesty(tuple(judged), without)
 
 
-def _reference(scene: Scene) -> tuple[Results, float]:
-    """The main results by independent means, or by the tightest solution, with the doubt that it has of itself."""
+def _reference(scene: Scene) -> tuple[Results, float] | None:
+    """The main results by independent means, or by the tightest solution, with the doubt that it has of itself.
+
+    None where the tightest solution is refused.
+    """
     independent = scene.job.reference(scene.request(accuracy=_TIGHTEST))
     if independent is not None:
         return {n: v for n, v in independent.results().items() if v is not None}, 0.0
     answer = scene.solve(accuracy=_TIGHTEST)
+    if answer.status != "succeeded":
+        return None
     return scene.results(answer), answer.accuracy["estimated"]

@@ -72,67 +72,79 @@ def _trial(places: Array, values: Array, todo: Rows) -> Array:
     """The five points of a round for every unfinished row, shape (rows, 5)."""
     out = np.empty((todo.size, 5))
     for n in range(todo.size):
-        a, c, b = places[todo[n]]
-        fa, fc, fb = values[todo[n]]
-        left, right = (c - a) * (fc - fb), (b - c) * (fc - fa)
-        vertex = c
-        if left + right > 0.0:
-            vertex = c + 0.5 * ((b - c) * right - (c - a) * left) / (left + right)
-        vertex = min(max(vertex, a), b)
-        near = NEAR * (b - a)
-        out[n, 0], out[n, 1], out[n, 2] = max(vertex - near, a), vertex, min(vertex + near, b)
-        out[n, 3], out[n, 4] = 0.5 * (a + c), 0.5 * (c + b)
+        trial_points(places[todo[n]], values[todo[n]], out[n])
     return out
 
 
 @kernel
 def _narrow(places: Array, values: Array, error: Array, todo: Rows, points: Array, heights: Array) -> None:
-    """Replace every unfinished row's bracket by the best point and its nearest distinct neighbours, with its error."""
-    x, f = np.empty(8), np.empty(8)
+    """Narrow every unfinished row's bracket, and note its error."""
     for n in range(todo.size):
         row = todo[n]
-        x[:3], f[:3], x[3:], f[3:] = places[row], values[row], points[n], heights[n]
-        best = 0
-        for m in range(1, 8):
-            if f[m] > f[best]:
-                best = m
-        c, fc = x[best], f[best]
-        # The two nearest points on either side: the neighbour, and the one its chord needs at an end.
-        a, fa, a2, fa2 = -np.inf, 0.0, -np.inf, 0.0
-        b, fb, b2, fb2 = np.inf, 0.0, np.inf, 0.0
-        for m in range(8):
-            if x[m] < c:
-                if x[m] > a:
-                    a2, fa2, a, fa = a, fa, x[m], f[m]
-                elif a > x[m] > a2:
-                    a2, fa2 = x[m], f[m]
-            elif x[m] > c:
-                if x[m] < b:
-                    b2, fb2, b, fb = b, fb, x[m], f[m]
-                elif b < x[m] < b2:
-                    b2, fb2 = x[m], f[m]
-        first, last = a == -np.inf, b == np.inf
-        missing = 0.0
-        if first and last:
-            a, fa, b, fb = c, fc, c, fc
-        elif first:
-            missing = np.inf if b2 == np.inf else fb + (fb - fb2) * (b - c) / (b2 - b) - fc
-            a, fa = c, fc
-        elif last:
-            missing = np.inf if a2 == -np.inf else fa + (fa - fa2) * (c - a) / (a - a2) - fc
-            b, fb = c, fc
-        else:
-            missing = max((fc - fa) * (b - c) / (c - a), (fc - fb) * (c - a) / (b - c))
-            if a2 != -np.inf and b2 != np.inf:
-                bend = _bend(a, fa, c, fc, b, fb)
-                before, after = _bend(a2, fa2, a, fa, c, fc), _bend(c, fc, b, fb, b2, fb2)
-                if bend < 0.0 and bend * _ALIKE <= min(before, after) and max(before, after) * _ALIKE <= bend:
-                    # The parabola's slope at c, from the mean of the chords' slopes weighted by the far ends.
-                    slope = ((fc - fa) / (c - a) * (b - c) + (fb - fc) / (b - c) * (c - a)) / (b - a)
-                    missing = min(missing, _SAFETY * slope * slope / (-4.0 * bend))
-        error[row] = max(missing, 0.0)
-        places[row, 0], places[row, 1], places[row, 2] = a, c, b
-        values[row, 0], values[row, 1], values[row, 2] = fa, fc, fb
+        error[row] = narrow(places[row], values[row], points[n], heights[n])
+
+
+@kernel
+def trial_points(place: Array, value: Array, out: Array) -> None:
+    """The five points at which a round looks, for a bracket's places and values, each of shape (3,)."""
+    a, c, b = place
+    fa, fc, fb = value
+    left, right = (c - a) * (fc - fb), (b - c) * (fc - fa)
+    vertex = c
+    if left + right > 0.0:
+        vertex = c + 0.5 * ((b - c) * right - (c - a) * left) / (left + right)
+    vertex = min(max(vertex, a), b)
+    near = NEAR * (b - a)
+    out[0], out[1], out[2] = max(vertex - near, a), vertex, min(vertex + near, b)
+    out[3], out[4] = 0.5 * (a + c), 0.5 * (c + b)
+
+
+@kernel
+def narrow(place: Array, value: Array, points: Array, heights: Array) -> float:
+    """Replace a bracket by the best point and its nearest distinct neighbours; a bound on what is still missing."""
+    x, f = np.empty(8), np.empty(8)
+    x[:3], f[:3], x[3:], f[3:] = place, value, points, heights
+    best = 0
+    for m in range(1, 8):
+        if f[m] > f[best]:
+            best = m
+    c, fc = x[best], f[best]
+    # The two nearest points on either side: the neighbour, and the one its chord needs at an end.
+    a, fa, a2, fa2 = -np.inf, 0.0, -np.inf, 0.0
+    b, fb, b2, fb2 = np.inf, 0.0, np.inf, 0.0
+    for m in range(8):
+        if x[m] < c:
+            if x[m] > a:
+                a2, fa2, a, fa = a, fa, x[m], f[m]
+            elif a > x[m] > a2:
+                a2, fa2 = x[m], f[m]
+        elif x[m] > c:
+            if x[m] < b:
+                b2, fb2, b, fb = b, fb, x[m], f[m]
+            elif b < x[m] < b2:
+                b2, fb2 = x[m], f[m]
+    first, last = a == -np.inf, b == np.inf
+    missing = 0.0
+    if first and last:
+        a, fa, b, fb = c, fc, c, fc
+    elif first:
+        missing = np.inf if b2 == np.inf else fb + (fb - fb2) * (b - c) / (b2 - b) - fc
+        a, fa = c, fc
+    elif last:
+        missing = np.inf if a2 == -np.inf else fa + (fa - fa2) * (c - a) / (a - a2) - fc
+        b, fb = c, fc
+    else:
+        missing = max((fc - fa) * (b - c) / (c - a), (fc - fb) * (c - a) / (b - c))
+        if a2 != -np.inf and b2 != np.inf:
+            bend = _bend(a, fa, c, fc, b, fb)
+            before, after = _bend(a2, fa2, a, fa, c, fc), _bend(c, fc, b, fb, b2, fb2)
+            if bend < 0.0 and bend * _ALIKE <= min(before, after) and max(before, after) * _ALIKE <= bend:
+                # The parabola's slope at c, from the mean of the chords' slopes weighted by the far ends.
+                slope = ((fc - fa) / (c - a) * (b - c) + (fb - fc) / (b - c) * (c - a)) / (b - a)
+                missing = min(missing, _SAFETY * slope * slope / (-4.0 * bend))
+    place[0], place[1], place[2] = a, c, b
+    value[0], value[1], value[2] = fa, fc, fb
+    return max(missing, 0.0)
 
 
 @kernel
@@ -155,26 +167,32 @@ def humps(samples: Array, slack: float, closed: bool) -> tuple[Rows, Rows]:
 
 @kernel
 def _mark_humps(samples: Array, slack: float, closed: bool, peaks: NDArray[np.bool_]) -> None:
-    rows, count = samples.shape
-    for row in range(rows):
-        highest, size = 0, 0.0
-        for n in range(count):
-            if samples[row, n] > samples[row, highest]:
-                highest = n
-            size = max(size, abs(samples[row, n]))
-        need = samples[row, highest] - slack * size
-        bare = True
-        for n in range(count):
-            # Beyond the ends of an open row lies what mirrors its inside.
-            before = samples[row, n - 1] if n > 0 else samples[row, count - 1 if closed else 1]
-            after = samples[row, n + 1] if n < count - 1 else samples[row, 0 if closed else count - 2]
-            here = samples[row, n]
-            # A deep trough elsewhere in the row does not make a low hill level.
-            level = 8.0 * _EPS * max(abs(before), abs(here), abs(after))
-            rises = here >= before - level if n == 0 and not closed else here > before + level
-            reach = here + 0.5 * abs(before - 2.0 * here + after)
-            if rises and here >= after - level and reach >= need:
-                peaks[row, n] = True
-                bare = False
-        if bare:
-            peaks[row, highest] = True
+    for row in range(samples.shape[0]):
+        mark_humps(samples[row], slack, closed, peaks[row])
+
+
+@kernel
+def mark_humps(samples: Array, slack: float, closed: bool, peaks: NDArray[np.bool_]) -> None:
+    """``humps`` of one row, as marks: ``peaks`` is False everywhere before."""
+    count = samples.size
+    highest, size = 0, 0.0
+    for n in range(count):
+        if samples[n] > samples[highest]:
+            highest = n
+        size = max(size, abs(samples[n]))
+    need = samples[highest] - slack * size
+    bare = True
+    for n in range(count):
+        # Beyond the ends of an open row lies what mirrors its inside.
+        before = samples[n - 1] if n > 0 else samples[count - 1 if closed else 1]
+        after = samples[n + 1] if n < count - 1 else samples[0 if closed else count - 2]
+        here = samples[n]
+        # A deep trough elsewhere in the row does not make a low hill level.
+        level = 8.0 * _EPS * max(abs(before), abs(here), abs(after))
+        rises = here >= before - level if n == 0 and not closed else here > before + level
+        reach = here + 0.5 * abs(before - 2.0 * here + after)
+        if rises and here >= after - level and reach >= need:
+            peaks[n] = True
+            bare = False
+    if bare:
+        peaks[highest] = True

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -17,8 +16,11 @@ from solvers.outcome import Accuracy, Outcome, Status
 from solvers.rod import friction, shear, stability
 from solvers.rod.cycle import Array, Cycle, Instants, bending_stiffness
 from solvers.rod.effects import choose_for, compose
-from solvers.rod.extremes import STATIONS, Extreme, Reading, Turn
+from solvers.rod.extremes import STATIONS, Contest, Extreme, greatest, worst
+from solvers.rod.gauges import CURVATURE, DEFLECTION, FORCE, MOMENT, SIDE, TANGENT, weights
+from solvers.rod.plain_turn import turn_of
 from solvers.rod.scene import Dimensions, Scene
+from solvers.rod.turn import Turn
 from solvers.rod.vibration import natural_frequency
 
 _ROUNDING = 1e-14
@@ -90,15 +92,15 @@ def check(
     criterion = criterion or serensen(scene.material)
 
     # Corrections of the shape have no part in the axial force, and beyond buckling there is no shape to correct.
-    turn = Turn(Cycle(scene, dimensions, replace(composition, corrections=())), 0.1 * accuracy)
-    pushed, pulled = turn.greatest([lambda i: -i.force, lambda i: i.force])
+    turn = turn_of(Cycle(scene, dimensions, replace(composition, corrections=())), 0.1 * accuracy)
+    pushed, pulled = greatest(turn, weights({FORCE: -1.0}, {FORCE: 1.0}))
     critical = _critical_force(scene, dimensions, choice.has("shear"))
     compression = max(pushed.value, 0.0)
     safety = critical / compression if compression > 0 else None
     stresses, error = None, max(pushed.relative_error, pulled.relative_error)
     if safety is None or safety > 1:
         if composition.corrections:
-            turn = replace(turn, cycle=Cycle(scene, dimensions, composition, turn.tolerance))
+            turn = turn_of(Cycle(scene, dimensions, composition, turn.tolerance), turn.tolerance)
         stresses, further = _stresses(turn, criterion, choice.has("friction"))
         error = max(error, further)
         if safety is not None:
@@ -140,17 +142,11 @@ def _critical_force(scene: Scene, dimensions: Dimensions, with_shear: bool) -> f
     return min(plain, -stiffness * shear.critical_coupling(dimensions.l, length, compliance))
 
 
-def _fibre_stresses(cycle: Cycle, instants: Instants, stations: Array) -> Array:
-    """sigma = N/(b h) +- (E h/2) V'' [Pa], shape (2, stations, angles): first the fibre at +h/2."""
-    d, modulus = cycle.dimensions, cycle.scene.material.elastic_modulus
-    direct = instants.shape.axial_force(stations) / (d.b * d.h)
-    bending = 0.5 * modulus * d.h * instants.shape.curvature(stations)
-    return np.stack([direct + bending, direct - bending])
-
-
-def _deflections(instants: Instants, stations: Array) -> Array:
-    """V [m], one layer."""
-    return instants.shape.deflection(stations)[None]
+def _layers(cycle: Cycle) -> Array:
+    """What is read along the strip: sigma = N/(b h) +- (E h/2) V'' [Pa], first the fibre at +h/2, and V [m]."""
+    d = cycle.dimensions
+    direct, bending = 1.0 / (d.b * d.h), 0.5 * cycle.scene.material.elastic_modulus * d.h
+    return weights({TANGENT: direct, CURVATURE: bending}, {TANGENT: direct, CURVATURE: -bending}, {DEFLECTION: 1.0})
 
 
 def _largest(high: Array, low: Array) -> Array:
@@ -163,8 +159,8 @@ def _stresses(turn: Turn, criterion: FatigueCriterion, contact: bool) -> tuple[S
     def fatigue_use(high: Array, low: Array) -> Array:
         return criterion.utilisation(0.5 * (high - low), 0.5 * (high + low))
 
-    fatigue, strength = turn.worst(partial(_fibre_stresses, turn.cycle), [(fatigue_use, (0, 1)), (_largest, (0, 1))])
-    (bent,) = turn.worst(_deflections, [(_largest, (0,))])
+    contests = Contest(fatigue_use, (0, 1), located=True), Contest(_largest, (0, 1)), Contest(_largest, (2,))
+    fatigue, strength, bent = worst(turn, _layers(turn.cycle), contests)
     side, moment, pressure = _guide(turn, contact)
     errors = [x.relative_error for x in (fatigue, strength, bent, side, moment, *([pressure] if pressure else []))]
     # The amplitude is never the smaller part of a stress cycle that changes sign; the mean may be as small as it likes,
@@ -230,24 +226,13 @@ def _guide(turn: Turn, contact: bool) -> tuple[Extreme, Extreme, Extreme | None]
     |T| of T and -T, |T| + |W| of the four sums of +-T and +-W.
     """
     piston = turn.cycle.scene.piston
-
-    def skew(i: Instants) -> Array:
-        return 6.0 * (i.shape.clamp_moment() + i.shape.side_force() * piston.clamp_offset) / piston.skirt_length
-
-    readings: list[Reading] = [
-        lambda i: i.shape.side_force(),
-        lambda i: -i.shape.side_force(),
-        lambda i: i.shape.clamp_moment(),
-        lambda i: -i.shape.clamp_moment(),
-    ]
+    lever = 6.0 / piston.skirt_length
+    skew = lever * piston.clamp_offset
+    gauges = weights({SIDE: 1.0}, {SIDE: -1.0}, {MOMENT: 1.0}, {MOMENT: -1.0})
     if contact:
-        readings += [
-            lambda i: i.shape.side_force() + skew(i),
-            lambda i: -i.shape.side_force() - skew(i),
-            lambda i: i.shape.side_force() - skew(i),
-            lambda i: skew(i) - i.shape.side_force(),
-        ]
-    found = turn.greatest(readings)
+        sums = weights({SIDE: 1.0 + skew, MOMENT: lever}, {SIDE: 1.0 - skew, MOMENT: -lever})
+        gauges = np.concatenate([gauges, sums, -sums])
+    found = greatest(turn, gauges)
     side, moment = _top(found[:2]), _top(found[2:4])
     if not contact:
         return side, moment, None

@@ -1,7 +1,7 @@
 """One turn of the machine: forces on the strip and how it bends, at any crank angle and any section.
 
-A cycle is composed, not switched: force terms add up to the axial force, a beam model turns force and stroke into a
-bent strip, corrections refine its shape. What is not in the composition is not computed.
+A cycle is composed, not switched: gas and moving masses make the axial force, a beam model turns force and stroke
+into a bent strip, corrections refine its shape. What is not in the composition is not computed.
 """
 
 from __future__ import annotations
@@ -14,17 +14,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solvers.rod import beam_column, strip_kernels
+from solvers.rod.drive import Drive, axial_forces, drive_of
 from solvers.rod.scene import Dimensions, Scene
 
 Array = NDArray[np.float64]
 _QUARTERS = 0.5 * np.pi * np.arange(4)
 
 
-class ForceTerm(Protocol):
-    """A part of the axial force beside the gas load."""
+class MovingMass(Protocol):
+    """Something that moves with the piston, so that its inertia is a part of the axial force."""
 
-    def axial_force(self, scene: Scene, angle: Array) -> Array:
-        """The part's force [N], tension positive, shape of the angles."""
+    def mass(self, scene: Scene) -> float:
+        """The mass [kg]."""
 
 
 class Shape(Protocol):
@@ -170,7 +171,7 @@ def _bend(beam: CoupledBeam, scene: Scene, dimensions: Dimensions, force: Array,
 class Composition:
     """Which physics a cycle is made of."""
 
-    force_terms: tuple[ForceTerm, ...] = ()
+    moving: tuple[MovingMass, ...] = ()
     beam: BeamModel = PlainBending()
     feedback: Feedback | None = None
     corrections: tuple[Correction, ...] = ()
@@ -199,6 +200,11 @@ class Cycle:
     tolerance: float = 1e-10
 
     @cached_property
+    def drive(self) -> Drive:
+        """Gas load and moving masses, ready for kernels."""
+        return drive_of(self.scene, sum(part.mass(self.scene) for part in self.composition.moving))
+
+    @cached_property
     def _refinements(self) -> tuple[Refinement, ...]:
         return tuple(correction.prepare(self) for correction in self.composition.corrections)
 
@@ -213,13 +219,10 @@ class Cycle:
         return sum(refinement.lasting_error for refinement in self._refinements)
 
     def axial_force(self, angle: Array) -> Array:
-        """P(phi) = -(p - p_back) pi D^2/4 and the force terms, tension positive [N]."""
-        scene = self.scene
-        force = -(scene.load.pressure(angle) - scene.load.reference_pressure()) * scene.piston.area
-        for term in self.composition.force_terms:
-            force = force + term.axial_force(scene, angle)
-        if self.composition.feedback is not None:
-            force = self.composition.feedback.axial_force(scene, self.dimensions, self.composition.beam, angle, force)
+        """P(phi) = -(p - p_back) pi D^2/4 and the inertia of what moves, tension positive [N]."""
+        force, feedback = axial_forces(self.drive, np.ascontiguousarray(angle)), self.composition.feedback
+        if feedback is not None:
+            force = feedback.axial_force(self.scene, self.dimensions, self.composition.beam, angle, force)
         return force
 
     def corners(self) -> Array:

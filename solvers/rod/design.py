@@ -81,8 +81,8 @@ def design(
     )  # fmt: skip
     active = frozenset(e.name for e in choice.manifest if e.state is EffectState.ACTIVE)
     settled = EffectSelection(active, frozenset(e.name for e in choice.manifest) - active)
-    terms = (ReciprocatingInertia(),) if "reciprocating_inertia" in active else ()
-    machine = survey(problem.scene, criterion, Composition(force_terms=terms, beam=BeamColumn()), lower)
+    moving = (ReciprocatingInertia(),) if "reciprocating_inertia" in active else ()
+    machine = survey(problem.scene, criterion, Composition(moving=moving, beam=BeamColumn()), lower)
     sizes = Sizes(bounds, problem.stock_h, problem.step_b, problem.step_l)
     limits = _limits(problem)
 

@@ -165,13 +165,10 @@ class ReciprocatingInertia:
         return 4.0 * share * situation.amplification + 2.0 * situation.direct(situation.inertia_force)
 
     def join(self, composition: Composition) -> Composition:
-        return _with(composition, force_terms=(*composition.force_terms, self))
+        return _with(composition, moving=(*composition.moving, self))
 
-    def axial_force(self, scene: Scene, angle: Array) -> Array:
-        m = scene.mechanism
-        return scene.piston.reciprocating_mass * kinematics.acceleration(
-            angle, m.crank_radius, m.rod_length, m.angular_speed
-        )
+    def mass(self, scene: Scene) -> float:
+        return scene.piston.reciprocating_mass
 
 
 @dataclass(frozen=True)

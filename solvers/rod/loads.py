@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +20,23 @@ _WIDE_PEAK = 0.1
 _MOST_SHARP = 4096
 
 
+class PressureCurve(NamedTuple):
+    """A pressure cycle as kernels take it.
+
+    Without breaks it is level (1 + sharpness)/(1 - sharpness cos(phi - phase)); with them, of shape (pieces + 1,) over
+    one turn, ``pieces`` holds the coefficients of cubics in phi - break, highest power first, shape (4, pieces).
+    """
+
+    level: float
+    sharpness: float
+    phase: float
+    breaks: NDArray[np.float64]
+    pieces: NDArray[np.float64]
+
+
+_NO_BREAKS, _NO_PIECES = np.empty(0), np.empty((4, 0))
+
+
 class Load(Protocol):
     """A pressure cycle of one turn, in Pa over the crank angle from top dead centre."""
 
@@ -31,6 +48,9 @@ class Load(Protocol):
 
     def sharp_angles(self) -> NDArray[np.float64]:
         """Angles [rad] between which the pressure is smooth, where even sampling might step over a peak or a jump."""
+
+    def curve(self) -> PressureCurve:
+        """The pressure for kernels."""
 
 
 def _require(ok: bool, name: str, reason: str, allowed: str) -> None:
@@ -78,6 +98,9 @@ class SchmidtLoad:
         steps = math.ceil(4.0 * math.asinh(math.pi / width))
         return self.theta + width * np.sinh(0.25 * np.arange(-steps, steps + 1))
 
+    def curve(self) -> PressureCurve:
+        return PressureCurve(float(self.p_min), float(self.delta), float(self.theta), _NO_BREAKS, _NO_PIECES)
+
 
 @dataclass(frozen=True)
 class ConstantLoad:
@@ -98,6 +121,9 @@ class ConstantLoad:
 
     def sharp_angles(self) -> NDArray[np.float64]:
         return np.empty(0)
+
+    def curve(self) -> PressureCurve:
+        return PressureCurve(float(self.constant_pressure), 0.0, 0.0, _NO_BREAKS, _NO_PIECES)
 
 
 @dataclass(frozen=True)
@@ -152,3 +178,9 @@ class TableLoad:
         first = np.flatnonzero(np.diff(step, prepend=-1))
         chosen = [np.lexsort((sign * values, step))[first] for sign in (1.0, -1.0)]
         return angle[np.unique(np.concatenate(chosen))]
+
+    def curve(self) -> PressureCurve:
+        # The middle one of the three turns that the curve is made of.
+        points = len(self.angle)
+        pieces = np.ascontiguousarray(self._curve.c[:, points : 2 * points])
+        return PressureCurve(0.0, 0.0, 0.0, np.ascontiguousarray(self._curve.x[points : 2 * points + 1]), pieces)

@@ -16,7 +16,7 @@ _EXACT = 1e-10
 
 
 def survey(scene: Scene, criterion: FatigueCriterion, composition: Composition, any_strip: Dimensions) -> Machine:
-    """The machine as the search sees it: gas load, force terms, beam-column, contact.
+    """The machine as the search sees it: gas load, moving mass, beam-column, contact.
 
     ``any_strip`` only completes the cycle: without feedback the axial force does not depend on the strip.
     """

@@ -44,7 +44,7 @@ def by_hand(names):
     corrections = (LargeDisplacement(),) if "large_displacement" in names else ()
     corrections += (RodInertia(),) if "rod_inertia" in names else ()
     return Composition(
-        force_terms=(ReciprocatingInertia(),) if "reciprocating_inertia" in names else (),
+        moving=(ReciprocatingInertia(),) if "reciprocating_inertia" in names else (),
         beam=ShearFlexible(beam) if "shear" in names else beam,
         feedback=FrictionFeedback() if "friction_feedback" in names else None,
         corrections=corrections,
@@ -64,7 +64,7 @@ def count_calls(monkeypatch):
 
         monkeypatch.setattr(owner, attribute, wrapper)
 
-    counted(ReciprocatingInertia, "axial_force", "reciprocating_inertia")
+    counted(ReciprocatingInertia, "mass", "reciprocating_inertia")
     counted(BeamColumn, "coupling", "beam_column")
     counted(shear.ShearFlexible, "bend", "shear")
     counted(friction.FrictionFeedback, "axial_force", "friction_feedback")

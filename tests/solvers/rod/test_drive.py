@@ -1,0 +1,31 @@
+"""The compiled axial force against the load's own pressure and the kinematics in numpy."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from solvers import rod
+from solvers.crank import kinematics
+from solvers.rod import drive
+from tests.solvers.rod.machines import PAPER
+
+TABLE = rod.TableLoad((0.3, 1.1, 2.0, 3.7, 5.9), (1.1e5, 2.4e5, 1.9e5, 0.6e5, 0.9e5))
+
+
+@pytest.mark.parametrize(
+    "load",
+    [PAPER.load, rod.SchmidtLoad(2e5, 0.97, 4.0, 1e5), rod.ConstantLoad(-3e5), rod.ConstantLoad(3e5, 1e5), TABLE,
+     dataclasses.replace(TABLE, back_pressure=1e5)],
+)  # fmt: skip
+@pytest.mark.parametrize("mass", [0.0, 0.2])
+def test_the_force_is_that_of_gas_and_moving_mass(load, mass):
+    scene = dataclasses.replace(PAPER, load=load)
+    m = scene.mechanism
+    angle = np.concatenate([np.random.default_rng(1).uniform(-7.0, 14.0, 400), TABLE.angle])
+    expected = -(load.pressure(angle) - load.reference_pressure()) * scene.piston.area
+    expected += mass * kinematics.acceleration(angle, m.crank_radius, m.rod_length, m.angular_speed)
+    found = drive.axial_forces(drive.drive_of(scene, mass), angle)
+    assert np.all(np.abs(found - expected) <= 2e-15 * np.abs(expected).max())

@@ -1,0 +1,125 @@
+"""Internal forces along a straight bar: sums of Macaulay terms, exact at every station.
+
+A term c <x - s>^n in the shear force Q is a point force (n = 0), a uniform load (n = 1) or a load that grows in
+proportion to x - s (n = 2); the bending moment is M = integral of Q. Equation (4) and (5) of the paper are such sums.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.errors import InvalidInput
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MacaulayTerm:
+    """c <x - s>^n in the shear force of one plane (0 or 1): ``coefficient`` c [N/m^n], ``start`` s [m], ``order`` n."""
+
+    coefficient: float
+    start: float
+    order: int
+    plane: int = 0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.coefficient) and math.isfinite(self.start)):
+            raise InvalidInput("load.terms", "a coefficient or a start is not finite", "finite numbers")
+        if self.order not in (0, 1, 2, 3):
+            raise InvalidInput("load.terms.order", "is no load this model knows", "0, 1, 2 or 3")
+        if self.plane not in (0, 1):
+            raise InvalidInput("load.terms.plane", "there are two planes", "0 or 1")
+
+
+@dataclass(frozen=True)
+class LoadCase:
+    """What acts at one time: transverse terms in two planes, an axial force [N] and a torque [N m] along the bar."""
+
+    terms: tuple[MacaulayTerm, ...]
+    axial_force: float = 0.0
+    torque: float = 0.0
+
+
+@dataclass(frozen=True)
+class DeflectionReference:
+    """The deflection half-way between two points, against the straight line through them."""
+
+    left: float
+    right: float
+
+    def unit_load(self, x: Array) -> tuple[Array, Array]:
+        """Moment and shear magnitude of a unit force half-way: (x - left)/2 and 1/2 up to the middle, mirrored."""
+        inside = (x >= self.left) & (x <= self.right)
+        arm = 0.5 * np.minimum(x - self.left, self.right - x)
+        sign = np.where(x <= 0.5 * (self.left + self.right), 0.5, -0.5)
+        return np.where(inside, arm, 0.0), np.where(inside, sign, 0.0)
+
+
+@dataclass(frozen=True)
+class InternalForces:
+    """Resultants at stations: bending moments and shear forces of both planes (2, n), axial force and torque."""
+
+    moment: Array
+    shear: Array
+    axial_force: float
+    torque: float
+
+    @property
+    def moment_total(self) -> Array:
+        return np.hypot(self.moment[0], self.moment[1])
+
+    @property
+    def shear_total(self) -> Array:
+        return np.hypot(self.shear[0], self.shear[1])
+
+
+def piston_pin_case(force: float, boss_length: float, small_end_length: float, gap: float) -> LoadCase:
+    """The pin's load: uniform in the rod's small end, in each boss a triangle that is highest at its inner edge.
+
+    Q(x) = P/(2a^2)(<x>^2 - <x-a>^2) - (P/a)<x-a> - (P/b)(<x-x1> - <x-x2>) + (P/a)<x-x3> - (P/(2a^2))<x-x3>^2,
+    x1 = a + delta, x2 = x1 + b, x3 = x2 + delta. The moment in the middle is the textbook's
+    P (L + 2(b + 2 delta) - 1.5 b)/12. Source: the paper's equations (4) and (5), after figure 2.
+    """
+    a, b = boss_length, small_end_length
+    x1 = a + gap
+    x2 = x1 + b
+    x3 = x2 + gap
+    ramp, boss, rod = force / (2.0 * a * a), force / a, force / b
+    return LoadCase(
+        (
+            MacaulayTerm(ramp, 0.0, 2),
+            MacaulayTerm(-ramp, a, 2),
+            MacaulayTerm(-boss, a, 1),
+            MacaulayTerm(-rod, x1, 1),
+            MacaulayTerm(rod, x2, 1),
+            MacaulayTerm(boss, x3, 1),
+            MacaulayTerm(-ramp, x3, 2),
+        )
+    )
+
+
+def forces_at(case: LoadCase, x: Array, side_of: Array) -> InternalForces:
+    """The resultants of a case at stations ``x``.
+
+    A term acts where it starts at or before ``side_of`` (same shape as x): a station on a point force belongs to the
+    side on which its panel lies.
+    """
+    moment, shear = np.zeros((2, *x.shape)), np.zeros((2, *x.shape))
+    for term in case.terms:
+        arm = np.where(side_of >= term.start, x - term.start, 0.0)
+        acting = side_of >= term.start
+        part = np.where(acting, term.coefficient * arm**term.order, 0.0)
+        shear[term.plane] += part
+        moment[term.plane] += part * arm / (term.order + 1)
+    return InternalForces(moment, shear, case.axial_force, case.torque)
+
+
+def breakpoints(cases: Sequence[LoadCase], length: float) -> list[float]:
+    """The places inside (0, length) where a load begins or ends, rising, each once."""
+    starts = {term.start for case in cases for term in case.terms if 0.0 < term.start < length}
+    return sorted(starts)

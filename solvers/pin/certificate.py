@@ -1,0 +1,106 @@
+"""A lower bound of the mass that trusts nobody: tangents of the Lagrangian at the answer.
+
+For multipliers that are not negative the Lagrangian, with each station's flexibility replaced by its convex envelope, is nowhere above the
+objective on feasible pins, and being convex and separable it lies above its tangents. So for any u^ whatever
+
+    sum s_i u_i  >=  sum s_i (u^_i + lambda g_i(u^_i)) - lambda + sum of min over [l_i, 1] of h_i (u - u^_i),
+
+h_i = d/du_i of the Lagrangian. Only the multipliers come from a solver; bad ones make the bound loose, not wrong.
+Where u must not fall toward the middle, the tangent's minimum runs over u that do not fall, which on a block of equal
+u^ is a threshold: a sum of suffixes. A slope limit |u_{i+1} - u_i| <= k_i (sqrt(1-u_i) + sqrt(1-u_{i+1})) is separable
+as well, and its multipliers join h_i.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.pin.flexibility import ShearFlexibility, flexibility_values, line_from
+from solvers.pin.program import Program
+
+Array = NDArray[np.float64]
+
+
+def convex_flexibility(u: Array, bend: Array, shear: Array, law: ShearFlexibility) -> tuple[Array, Array]:
+    """The convex envelope of g = bend/v + shear phi on (0, 1] and its slope, shape (n,)."""
+    line = np.array([line_from(b, s, law.a, law.b, law.knee) for b, s in zip(bend, shear, strict=True)])
+    at = np.minimum(u, line)
+    c = 2.0 - at
+    bend_value, shear_value = flexibility_values(at, law)
+    g = bend * bend_value + shear * shear_value
+    k = np.minimum(at, law.knee)
+    e = 2.0 - k
+    shear_slope = -(law.a + 0.25 * law.b) / (k * k) + 0.25 * law.b / (e * e) - law.b / e**3
+    slope = bend * 0.5 * (1.0 / (c * c) - 1.0 / (at * at)) + shear * shear_slope
+    end = bend + shear * law.a
+    beyond = (u > line) & (line < 1.0)
+    chord = np.divide(end - g, 1.0 - line, out=slope.copy(), where=beyond)
+    return np.where(beyond, end + chord * (u - 1.0), g), np.where(beyond, chord, slope)
+
+
+def lagrangian(program: Program, multiplier: float, u: Array) -> tuple[Array, Array]:
+    """Terms s_i (u_i + lambda g_i(u_i)) and their slopes at u; stations without deflection need no wall for it."""
+    share = program.share
+    if multiplier == 0.0:
+        return share * u, share.copy()
+    scale = multiplier / program.limit
+    pulls = (program.bending > 0.0) | (program.shear > 0.0)
+    g, slope = convex_flexibility(np.where(pulls, u, 1.0), program.bending, program.shear, program.law)
+    return share * (u + scale * g), share * (1.0 + scale * slope)
+
+
+def pointwise_bound(program: Program, low: Array, multiplier: float, u: Array) -> float:
+    """Lower bound of the volume over all u in [low, 1] that keep the deflection limit."""
+    if math.isinf(multiplier):
+        return program.volume(np.where((program.bending > 0) | (program.shear > 0), 1.0, low))
+    value, slope = lagrangian(program, multiplier, u)
+    return float(np.sum(value + np.where(slope > 0.0, slope * (low - u), slope * (1.0 - u)))) - multiplier
+
+
+def monotone_bound(program: Program, low: Array, multiplier: float, u: Array) -> float:
+    """The same over u that also do not fall toward the middle; ``low`` does not fall either."""
+    if math.isinf(multiplier):
+        return program.volume(u)
+    value, slope = lagrangian(program, multiplier, u)
+    total = float(np.sum(value)) - multiplier
+    halves = (slice(0, program.anchor), slice(program.anchor, u.size))
+    for half, step in zip(halves, (1, -1), strict=True):
+        un, sn, ln = u[half][::step], slope[half][::step], low[half][::step]
+        if not un.size:
+            continue
+        starts = np.flatnonzero(np.concatenate([[True], un[1:] != un[:-1]]))
+        for begin, end in zip(starts, np.append(starts[1:], un.size), strict=True):
+            # u = top from some station of the block on, bottom before it: the extreme points of rising sequences.
+            bottom, top = ln[begin] - un[begin], 1.0 - un[begin]
+            suffix = np.concatenate([np.cumsum(sn[begin:end][::-1])[::-1], [0.0]])
+            total += float(np.min(bottom * (suffix[0] - suffix) + top * suffix))
+    return total
+
+
+def sloped_bound(
+    program: Program, low: Array, multiplier: float, rise: Array, fall: Array, reach: Array, u: Array
+) -> float:
+    """Over u with u_{i+1} - u_i <= k_i r_i and u_i - u_{i+1} <= k_i r_i, r_i = sqrt(1-u_i) + sqrt(1-u_{i+1}).
+
+    ``rise``, ``fall`` are the multipliers (n - 1,), ``reach`` the k_i. A monotone bore is the case fall_i with k = 0 on
+    that side; its multiplier is then simply larger. -sqrt(1-u) is convex, so its tangent at u^ < 1 bounds it; at u^ = 1
+    the station's tangent is vertical and the chord to ``low`` is used.
+    """
+    value, slope = lagrangian(program, multiplier, u)
+    net = np.zeros_like(u)
+    net[:-1] += fall - rise
+    net[1:] += rise - fall
+    pull = np.zeros_like(u)
+    pull[:-1] += (rise + fall) * reach
+    pull[1:] += (rise + fall) * reach
+    value = value + net * u
+    slope = slope + net
+    root = np.sqrt(np.maximum(1.0 - u, 0.0))
+    safe = np.maximum(root, 1e-8)
+    # The tangent of -sqrt(1-u) at 1 - safe^2 >= u^ lies below it everywhere.
+    value = value - pull * (safe + ((1.0 - safe * safe) - u) * 0.5 / safe)
+    slope = slope + pull * 0.5 / safe
+    return float(np.sum(value + np.where(slope > 0.0, slope * (low - u), slope * (1.0 - u)))) - multiplier

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from solvers.pin.flexibility import ShearFlexibility, flexibility_values, line_from
 from solvers.pin.program import Program
+from solvers.pin.section import v_of, wall_of
 
 Array = NDArray[np.float64]
 
@@ -50,6 +51,27 @@ def lagrangian(program: Program, multiplier: float, u: Array) -> tuple[Array, Ar
     pulls = (program.bending > 0.0) | (program.shear > 0.0)
     g, slope = convex_flexibility(np.where(pulls, u, 1.0), program.bending, program.shear, program.law)
     return share * (u + scale * g), share * (1.0 + scale * slope)
+
+
+def least_walls_bound(program: Program, low: Array) -> float:
+    """Volume of walls thinner than ``low`` by 1e-12 (relative; more where rounding hides that), each shown not to hold.
+
+    Where ``low`` comes from a neighbour (no widening toward the middle, a slope, one bore for all), the neighbour's wall
+    is what cannot be thinner, so the whole profile shrinks in proportion.
+    """
+    wall = wall_of(program.lower)
+    shrink = np.zeros_like(wall)
+    bound_by_strength = wall > program.floor * (1.0 + 4e-16)
+    for margin in (1e-12, 1e-10, 1e-8, 1e-6, 1e-4):
+        thinner = wall * (1.0 - margin)
+        fails = np.zeros(wall.shape, dtype=bool)
+        for demand in program.demands:
+            fails |= demand.value(thinner) > v_of(thinner)
+        shrink = np.where(bound_by_strength & ~fails, np.maximum(shrink, 100.0 * margin), shrink)
+        if not np.any(bound_by_strength & ~fails):
+            break
+    loss = np.maximum(shrink, 1e-12) if np.array_equal(low, program.lower) else max(float(shrink.max()), 1e-12)
+    return program.volume(low * (1.0 - 2.0 * loss))
 
 
 def pointwise_bound(program: Program, low: Array, multiplier: float, u: Array) -> float:

@@ -8,7 +8,7 @@ deflection over its limit: nothing depends on the unit or the size of the pin.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from solvers.pin.flexibility import ShearFlexibility, convex_cowper, deflection_
 from solvers.pin.loads import InternalForces, breakpoints, forces_at
 from solvers.pin.scene import Limits, Scene
 from solvers.pin.section import Criterion, Demand, least_wall, shear_demand, solidity_of, wall_of
-from solvers.pin.stations import Stations, first_stations
+from solvers.pin.stations import NODES, Stations, first_stations
 
 Array = NDArray[np.float64]
 
@@ -44,6 +44,8 @@ class Program:
 
     scene: Scene
     limits: Limits
+    criterion: Criterion
+    physics: Physics
     stations: Stations
     demands: tuple[Demand, ...]
     floor: float
@@ -82,7 +84,49 @@ def opening_stations(scene: Scene, further: tuple[float, ...] = ()) -> Stations:
     """The first panels: every place where a load begins, the middle, and the deflection's references."""
     length, r = scene.geometry.length, scene.reference
     places = {*breakpoints(scene.cases, length), r.left, r.right, 0.5 * length, *further}
+    if not scene.symmetric:
+        # Mirrored, so that the two halves can be laid over one another.
+        places |= {length - place for place in places}
     return first_stations(sorted(places), end_of(scene))
+
+
+def refined(program: Program, which: NDArray[np.bool_]) -> Stations:
+    """The program's stations with some panels halved, in both halves alike."""
+    return program.stations.halved(which if program.scene.symmetric else which | which[::-1])
+
+
+def folded(program: Program) -> Program:
+    """The program of a pin whose two halves are alike: each station must meet the demands of both."""
+    if program.anchor == program.lower.size:
+        return program
+    half = program.anchor
+    panels = half // NODES
+    stations = Stations(program.stations.left[:panels], program.stations.right[:panels])
+
+    def mean(values: Array) -> Array:
+        return 0.5 * (values[:half] + values[half:][::-1])
+
+    return replace(
+        program,
+        stations=stations,
+        lower=np.maximum(program.lower[:half], program.lower[half:][::-1]),
+        bending=mean(program.bending),
+        shear=mean(program.shear),
+    )
+
+
+def unfolded(program: Program, half: Array) -> Array:
+    """Values of one half at the stations of the whole program."""
+    return half if program.anchor == program.lower.size else np.concatenate([half, half[::-1]])
+
+
+def least_solidity(scene: Scene, criterion: Criterion, floor: float, x: Array) -> Array:
+    """The least u at any places x of the first half, for a pin whose halves are alike."""
+    found = np.full(x.shape, floor)
+    for at in (x,) if scene.symmetric else (x, scene.geometry.length - x):
+        for demand in demands_at(scene, criterion, at, at):
+            found = np.maximum(found, least_wall(demand))
+    return solidity_of(found)
 
 
 def demands_at(scene: Scene, criterion: Criterion, x: Array, side: Array) -> tuple[Demand, ...]:
@@ -149,7 +193,7 @@ def assemble(
     middle = 0.5 * g.length
     anchor = stations.x.size if scene.symmetric else int(np.searchsorted(stations.side, middle, side="left"))
     return Program(
-        scene, limits, stations, demands, floor, solidity_of(wall), bending, shear,
+        scene, limits, criterion, physics, stations, demands, floor, solidity_of(wall), bending, shear,
         law or convex_cowper(m.poisson), limits.max_deflection, anchor,
     )  # fmt: skip
 

@@ -175,12 +175,13 @@ def _respond(program: Program, lam: float, low: Array, u: Array, monotone: bool)
     return total, change
 
 
-def weigh(program: Program, low: Array, monotone: bool, start: float | None = None) -> Weighed | None:
+def weigh(program: Program, low: Array | None, monotone: bool, start: float | None = None) -> Weighed | None:
     """The least volume that keeps the deflection limit; None where even the solid pin gives more.
 
-    ``low`` is the least u of every station (for ``monotone`` it must not fall toward the middle). The answer keeps the
+    ``low`` is the least u of every station, the program's own without it (for ``monotone`` it must not fall toward the middle). The answer keeps the
     limit; it ends within CLOSE of it.
     """
+    low = program.lower if low is None else low
     if program.limit is None or program.deflection(low) <= program.limit:
         return Weighed(low, 0.0, 0)
     solid = np.where((program.bending > 0) | (program.shear > 0), 1.0, low)

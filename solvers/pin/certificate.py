@@ -14,6 +14,7 @@ as well, and its multipliers join h_i.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,27 +103,44 @@ def monotone_bound(program: Program, low: Array, multiplier: float, u: Array) ->
     return total
 
 
-def sloped_bound(
-    program: Program, low: Array, multiplier: float, rise: Array, fall: Array, reach: Array, u: Array
-) -> float:
-    """Over u with u_{i+1} - u_i <= k_i r_i and u_i - u_{i+1} <= k_i r_i, r_i = sqrt(1-u_i) + sqrt(1-u_{i+1}).
+@dataclass(frozen=True)
+class Neighbours:
+    """Multipliers between stations i and i + 1, (n - 1,) each: of the rise and the fall of u beyond the slope limit, with
+    its ``reach`` k_i, and of falling (before the middle) or rising (behind it) where the bore must narrow."""
 
-    ``rise``, ``fall`` are the multipliers (n - 1,), ``reach`` the k_i. A monotone bore is the case fall_i with k = 0 on
-    that side; its multiplier is then simply larger. -sqrt(1-u) is convex, so its tangent at u^ < 1 bounds it; at u^ = 1
-    the station's tangent is vertical and the chord to ``low`` is used.
+    rise: Array
+    fall: Array
+    reach: Array
+    order: Array
+
+
+def coupled_bound(program: Program, low: Array, multiplier: float, between: Neighbours) -> float:
+    """Lower bound of the volume for constraints u_{i+1} - u_i <= k_i r_i, u_i - u_{i+1} <= k_i r_i with
+    r_i = sqrt(1-u_i) + sqrt(1-u_{i+1}), and u not falling toward the middle.
+
+    The tangents are taken where each station's Lagrangian is least, found by bisection on its slope; the solver's own
+    u does not enter.
     """
-    value, slope = lagrangian(program, multiplier, u)
-    net = np.zeros_like(u)
-    net[:-1] += fall - rise
-    net[1:] += rise - fall
-    pull = np.zeros_like(u)
-    pull[:-1] += (rise + fall) * reach
-    pull[1:] += (rise + fall) * reach
-    value = value + net * u
-    slope = slope + net
-    root = np.sqrt(np.maximum(1.0 - u, 0.0))
-    safe = np.maximum(root, 1e-8)
-    # The tangent of -sqrt(1-u) at 1 - safe^2 >= u^ lies below it everywhere.
-    value = value - pull * (safe + ((1.0 - safe * safe) - u) * 0.5 / safe)
-    slope = slope + pull * 0.5 / safe
+    pull, net = np.zeros_like(low), np.zeros_like(low)
+    flow = between.rise - between.fall + between.order
+    net[:-1] -= flow
+    net[1:] += flow
+    pull[:-1] += (between.rise + between.fall) * between.reach
+    pull[1:] += (between.rise + between.fall) * between.reach
+
+    def at(u: Array) -> tuple[Array, Array]:
+        value, slope = lagrangian(program, multiplier, u)
+        # The tangent of -sqrt(1-u) at 1 - safe^2 <= u lies below it everywhere.
+        root = np.maximum(np.sqrt(np.maximum(1.0 - u, 0.0)), 1e-8)
+        touch = root + 0.5 * ((1.0 - root * root) - u) / root
+        return value + net * u - pull * touch, slope + net + 0.5 * pull / root
+
+    left, right = low.copy(), np.ones_like(low)
+    left = np.where((program.bending > 0.0) | (program.shear > 0.0), np.maximum(left, 1e-12), left)
+    for _ in range(60):
+        middle = 0.5 * (left + right)
+        falling = at(middle)[1] < 0.0
+        left, right = np.where(falling, middle, left), np.where(falling, right, middle)
+    u = 0.5 * (left + right)
+    value, slope = at(u)
     return float(np.sum(value + np.where(slope > 0.0, slope * (low - u), slope * (1.0 - u)))) - multiplier

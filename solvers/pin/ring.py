@@ -12,16 +12,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 CLASSICAL_LIMIT = 0.8
 """d/D up to which the factor K is used."""
 
 _LEAST_RATIO = 0.02
 """Below this d/D a pin is as good as solid: the inner fibre's stress formula has 1/alpha."""
-_HARMONICS = 24
+_HARMONICS = 32
 
 
 @dataclass(frozen=True)
@@ -75,59 +77,49 @@ def thick_ring(force: float, diameter: float, length: float, ratio: float, modul
     """
     outer = 0.5 * diameter
     pressure = 2.0 * force / (math.pi * outer * length)
-    side, top = np.zeros(2), np.zeros(2)
-    growth = 0.0
     mean = -2.0 / math.pi
     # Lame: sigma_r = a + b/r^2 with r relative to R, zero at alpha and ``mean`` at 1.
     scale = mean / (1.0 - ratio**2)
     hoop = np.array([scale * (1.0 + ratio**2), 2.0 * scale])
-    side, top = side + hoop, top + hoop
-    growth += hoop[0] - poisson * mean
-    for k in range(1, _HARMONICS + 1):
-        n = 2 * k
-        # |sin theta| = 2/pi - (4/pi) sum cos(2 k theta)/(4 k^2 - 1), and the surface traction is -p.
-        hoops, displacement = _harmonic(n, ratio, poisson)
-        amplitude = 4.0 / (math.pi * (n * n - 1.0))
-        side = side + amplitude * hoops
-        top = top + (-1.0) ** k * amplitude * hoops
-        growth += amplitude * displacement
+    # |sin theta| = 2/pi - (4/pi) sum over even n of cos(n theta)/(n^2 - 1), and the surface traction is -p.
+    n = 2.0 * np.arange(1, _HARMONICS + 1)
+    amplitude = 4.0 / (math.pi * (n * n - 1.0))
+    hoops, displacement = _harmonics(n, ratio, poisson)
+    side = hoop + amplitude @ hoops
+    top = hoop + (amplitude * (-1.0) ** (n / 2.0)) @ hoops
+    growth = float(hoop[0] - poisson * mean + amplitude @ displacement)
     stresses = RingStresses(*(float(pressure * s) for s in (side[0], side[1], top[0], top[1])))
-    return Ring(float(2.0 * outer * pressure / modulus * growth), stresses, "plane elastic ring")
+    return Ring(2.0 * outer * pressure / modulus * growth, stresses, "plane elastic ring")
 
 
-@lru_cache(maxsize=4096)
-def _harmonic(n: int, ratio: float, poisson: float) -> tuple[np.ndarray, float]:
-    """Hoop stress at the outer and inner surface and outer radial displacement for sigma_r = cos(n theta) outside.
+def _harmonics(n: Array, ratio: float, poisson: float) -> tuple[Array, Array]:
+    """Hoop stress at the outer and inner surface (k, 2) and outer radial displacement (k,) for sigma_r = cos(n theta).
 
     Stress function f(r) cos(n theta), f = c1 r^n + c2 r^(n+2) + c3 (alpha/r)^n + c4 alpha^n r^(2-n), r relative to R.
-    Stresses per cos: sigma_r = f'/r - n^2 f/r^2, sigma_t = f''; per sin: tau = n (f/r)'. Displacement 2mu-free form:
-    E u_r = integral of (sigma_r - nu sigma_t) plus what the hoop strain demands, term by term below.
+    Stresses: sigma_r = f'/r - n^2 f/r^2, sigma_t = f'', tau = n (f/r)'. For f = r^p the displacement is
+    E u_r = ((p - n^2)/(p - 1) - nu p) r^(p-1).
     """
+    powers = np.stack([n, n + 2.0, -n, 2.0 - n], axis=1)
+    k = n[:, None]
+    decay = ratio**n
 
-    def rows(r: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        decay = (ratio / r) ** n
-        f = np.array([r**n, r ** (n + 2), decay, decay * r * r])
-        p = np.array([n, n + 2, -n, 2 - n], dtype=float)
-        first, second = p * f / r, p * (p - 1) * f / r**2
-        radial = first / r - n * n * f / r**2
-        return radial, second, n * (first / r - f / r**2)
+    def rows(r: float) -> tuple[Array, Array, Array]:
+        fade = (ratio / r) ** n
+        f = np.stack([r**n, r ** (n + 2.0), fade, fade * r * r], axis=1)
+        first, second = powers * f / r, powers * (powers - 1.0) * f / r**2
+        return first / r - k * k * f / r**2, second, k * (first / r - f / r**2)
 
     radial_out, hoop_out, shear_out = rows(1.0)
     radial_in, hoop_in, shear_in = rows(ratio)
-    matrix = np.stack([radial_out, shear_out, radial_in, shear_in])
-    size = np.abs(matrix).max(axis=1, keepdims=True)
-    constants = np.linalg.solve(matrix / size, np.array([1.0, 0.0, 0.0, 0.0]) / size[:, 0])
-    # E u_r of each term at r = 1 (plane stress): r^n, r^-n: -(1+nu) p r^(p-1); r^(n+2), r^(2-n) from Michell's table.
-    decay = ratio**n
-    radial_shift = np.array(
-        [
-            -(1.0 + poisson) * n,
-            (2.0 - n) - poisson * (2.0 + n),
-            (1.0 + poisson) * n * decay,
-            ((2.0 + n) - poisson * (2.0 - n)) * decay,
-        ]
-    )
-    return np.array([hoop_out @ constants, hoop_in @ constants]), float(radial_shift @ constants)
+    matrix = np.stack([radial_out, shear_out, radial_in, shear_in], axis=1)
+    size = np.abs(matrix).max(axis=2)
+    load = np.zeros_like(size)
+    load[:, 0] = 1.0
+    constants = np.linalg.solve(matrix / size[:, :, None], (load / size)[:, :, None])[:, :, 0]
+    shift = (powers - k * k) / (powers - 1.0) - poisson * powers
+    shift[:, 2:] *= decay[:, None]
+    hoops = np.stack([(hoop_out * constants).sum(axis=1), (hoop_in * constants).sum(axis=1)], axis=1)
+    return hoops, (shift * constants).sum(axis=1)
 
 
 def ring(force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float) -> Ring:
@@ -154,3 +146,17 @@ def greatest_ratio(
         inside = middle < 1.0 - 1e-6 and grows(middle) <= limit
         low, high = (middle, high) if inside else (low, middle)
     return low
+
+
+def ratio_at_stress(
+    stress: float, force: float, diameter: float, length: float, modulus: float, poisson: float
+) -> float:
+    """The least d/D, to 1e-6, at which the ring's greatest hoop stress reaches ``stress``; 1 where none does."""
+    low, high = 0.0, 1.0
+    if ring(force, diameter, length, _LEAST_RATIO, modulus, poisson).stresses.greatest > stress:
+        return 0.0
+    while high - low > 1e-6:
+        middle = 0.5 * (low + high)
+        beyond = middle > 1.0 - 1e-6 or ring(force, diameter, length, middle, modulus, poisson).stresses.greatest > stress
+        low, high = (low, middle) if beyond else (middle, high)
+    return high

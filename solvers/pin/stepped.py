@@ -34,7 +34,8 @@ _MOST_CELLS = 6000
 _ROUNDS = 20
 _CUT = 4
 _COARSE = 96
-_SWEEPS = 4
+_SWEEPS = 6
+_GRID = 33
 
 
 @kernel
@@ -125,7 +126,28 @@ def _search(least: object, middle: float, steps: int, gap: float) -> _Breaks:
             rest.insert(0, cost)
         layers = [start, *(_cut(l, a + b <= total, least) for l, a, b in
                            zip(layers[1:-1], low[1:-1], rest[1:-1], strict=True)), last]  # fmt: skip
+    places, total = _settle(least, places, total, float(layers[1].h.max()) if steps > 1 else 0.0)
     return _Breaks(places, least(places), total, min(bound, total), sum(layer.x.size for layer in layers[1:-1]))
+
+
+def _settle(least: object, places: Array, total: float, reach: float) -> tuple[Array, float]:
+    """The break points moved one by one within ``reach`` to where they cost least; grids around the best, narrowing."""
+    for _ in range(_SWEEPS if places.size > 1 else 0):
+        before = total
+        for k in range(places.size - 1):
+            width, low = 4.0 * reach, places[k - 1] if k else 0.0
+            while width > 1e-9 * places[-1]:
+                grid = np.linspace(max(places[k] - width, low), min(places[k] + width, places[k + 1]), _GRID)
+                inner, outer = least(grid), least(places)[k + 1]
+                cost = inner * (grid - low) + outer * (places[k + 1] - grid)
+                best = int(np.argmin(cost))
+                places = np.concatenate([places[:k], grid[best : best + 1], places[k + 1 :]])
+                width *= 4.0 / _GRID
+        walls = least(places)
+        total = float(walls @ np.diff(places, prepend=0.0))
+        if total >= before * (1.0 - 1e-14):
+            break
+    return places, total
 
 
 def _cut(layer: _Layer, keep: NDArray[np.bool_], least: object) -> _Layer:

@@ -151,10 +151,13 @@ def greatest_ratio(
 def ratio_at_stress(
     stress: float, force: float, diameter: float, length: float, modulus: float, poisson: float
 ) -> float:
-    """The least d/D, to 1e-6, at which the ring's greatest hoop stress reaches ``stress``; 1 where none does."""
-    low, high = 0.0, 1.0
-    if ring(force, diameter, length, _LEAST_RATIO, modulus, poisson).stresses.greatest > stress:
-        return 0.0
+    """The least d/D from 0.3 on, to 1e-6, at which the ring's greatest hoop stress reaches ``stress``.
+
+    (Below 0.3 the formula's inner fibre has 1/alpha, for no ring any more.)
+    """
+    low, high = 0.3, 1.0
+    if ring(force, diameter, length, low, modulus, poisson).stresses.greatest > stress:
+        return low
     while high - low > 1e-6:
         middle = 0.5 * (low + high)
         beyond = middle > 1.0 - 1e-6 or ring(force, diameter, length, middle, modulus, poisson).stresses.greatest > stress

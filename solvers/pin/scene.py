@@ -102,13 +102,15 @@ class Scene:
     """A pin under its load, outer diameter given.
 
     ``force`` is the piston's greatest force: rod force in the middle, half of it on each boss. ``further_cases`` are
-    load cases that the same pin must carry as well (see ``solvers.pin.loads``).
+    load cases that the same pin must carry as well (see ``solvers.pin.loads``). ``mirrored`` says that the bore may be
+    taken as alike in both halves.
     """
 
     geometry: Geometry
     force: float
     material: PinMaterial
     further_cases: tuple[LoadCase, ...] = ()
+    mirrored: bool = True
 
     def __post_init__(self) -> None:
         _require(math.isfinite(self.force) and self.force >= 0, "load.force", "must not be negative", "[0, inf)")
@@ -122,7 +124,7 @@ class Scene:
     @property
     def symmetric(self) -> bool:
         """Whether one half of the pin stands for the other: true of the pin's own loads, not promised by others."""
-        return not self.further_cases
+        return self.mirrored and not self.further_cases
 
     @property
     def reference(self) -> DeflectionReference:

@@ -88,10 +88,9 @@ class CombinedCriterion:
 
     name: str
     factor: float
-    by_elasticity: bool = False
 
     def law(self, material: PinMaterial) -> ShearLaw:
-        return saint_venant(material.poisson) if self.by_elasticity else zhuravsky()
+        return zhuravsky()
 
     def demands(self, forces: InternalForces, diameter: float, material: PinMaterial) -> tuple[Demand, ...]:
         stress = material.allowable_stress
@@ -102,16 +101,17 @@ class CombinedCriterion:
 
 @dataclass(frozen=True)
 class FibreCriterion:
-    """Tresca fibre by fibre with Zhuravsky's shear: max(sigma_max, 2 tau_max) <= allowable.
+    """Tresca fibre by fibre: max(sigma_max, 2 tau_max) <= allowable, with Zhuravsky's or the elastic shear.
 
     Over the section sigma^2 + 4 tau^2 is greatest at the outer fibre (no shear) or at the neutral axis (no bending).
     An axial force or a torque is present at every fibre and is added to both.
     """
 
     name: str = "fibre"
+    by_elasticity: bool = False
 
     def law(self, material: PinMaterial) -> ShearLaw:
-        return zhuravsky()
+        return saint_venant(material.poisson) if self.by_elasticity else zhuravsky()
 
     def demands(self, forces: InternalForces, diameter: float, material: PinMaterial) -> tuple[Demand, ...]:
         stress = material.allowable_stress
@@ -119,9 +119,9 @@ class FibreCriterion:
         axis = InternalForces(np.zeros_like(forces.moment), forces.shear, forces.axial_force, forces.torque)
         return tuple(
             Demand(
-                name, _normal(part, diameter, stress), _tangential(part, diameter, zhuravsky(), stress, 2.0), stress
+                name, _normal(part, diameter, stress), _tangential(part, diameter, self.law(material), stress, 2.0), stress
             )
-            for name, part in (("fibre_bending", flat), ("fibre_shear", axis))
+            for name, part in ((f"{self.name}_bending", flat), (f"{self.name}_shear", axis))
         )
 
 
@@ -132,7 +132,7 @@ CRITERIA: dict[str, Criterion] = {
     for c in (
         CombinedCriterion("tresca_paper", 2.0),
         FibreCriterion(),
-        CombinedCriterion("saint_venant", 2.0, by_elasticity=True),
+        FibreCriterion("saint_venant", by_elasticity=True),
         CombinedCriterion("von_mises", math.sqrt(3.0)),
     )
 }

@@ -205,7 +205,7 @@ def weigh(program: Program, low: Array | None, monotone: bool, start: float | No
                 break
         else:
             lower, short = lam, u.copy()
-        if upper - lower <= 2.0 * _EPS * upper:
+        if upper < math.inf and upper - lower <= 2.0 * _EPS * upper:
             break
         # 1/total^2 is nearly straight in lambda; aim a hair inside the limit.
         aim = 1.0 - 0.4 * CLOSE

@@ -10,7 +10,9 @@ from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.pin.check import PinCheck, check
 from solvers.pin.cones import Cone
 from solvers.pin.design import PinDesign, PinProblem, design, explain
+from solvers.pin.diagnosis import Diagnosis
 from solvers.pin.effects import EFFECTS
+from solvers.pin.family import free_bores
 from solvers.pin.loads import LoadCase, MacaulayTerm
 from solvers.pin.pointwise import Constant, Free
 from solvers.pin.profile import Profile
@@ -25,6 +27,7 @@ __all__ = [
     "EFFECTS",
     "Cone",
     "Constant",
+    "Diagnosis",
     "EffectSelection",
     "Free",
     "Geometry",
@@ -41,4 +44,5 @@ __all__ = [
     "check",
     "design",
     "explain",
+    "free_bores",
 ]

@@ -1,7 +1,7 @@
 """A lower bound of the mass that trusts nobody: tangents of the Lagrangian at the answer.
 
-For multipliers that are not negative the Lagrangian, with each station's flexibility replaced by its convex envelope, is nowhere above the
-objective on feasible pins, and being convex and separable it lies above its tangents. So for any u^ whatever
+For multipliers that are not negative the Lagrangian, with every flexibility replaced by its convex envelope, is nowhere
+above the objective on feasible pins, and being convex and separable it lies above its tangents. So for any u^ whatever
 
     sum s_i u_i  >=  sum s_i (u^_i + lambda g_i(u^_i)) - lambda + sum of min over [l_i, 1] of h_i (u - u^_i),
 
@@ -57,8 +57,8 @@ def lagrangian(program: Program, multiplier: float, u: Array) -> tuple[Array, Ar
 def least_walls_bound(program: Program, low: Array) -> float:
     """Volume of walls thinner than ``low`` by 1e-12 (relative; more where rounding hides that), each shown not to hold.
 
-    Where ``low`` comes from a neighbour (no widening toward the middle, a slope, one bore for all), the neighbour's wall
-    is what cannot be thinner, so the whole profile shrinks in proportion.
+    Where ``low`` comes from a neighbour (no widening toward the middle, a slope, one bore for all), the neighbour's
+    wall is what cannot be thinner, so the whole profile shrinks in proportion.
     """
     wall = wall_of(program.lower)
     shrink = np.zeros_like(wall)
@@ -105,8 +105,8 @@ def monotone_bound(program: Program, low: Array, multiplier: float, u: Array) ->
 
 @dataclass(frozen=True)
 class Neighbours:
-    """Multipliers between stations i and i + 1, (n - 1,) each: of the rise and the fall of u beyond the slope limit, with
-    its ``reach`` k_i, and of falling (before the middle) or rising (behind it) where the bore must narrow."""
+    """Multipliers between stations i and i + 1, (n - 1,) each: of the rise and the fall of u beyond the slope limit,
+    with its ``reach`` k_i, and of falling (before the middle) or rising (behind it) where the bore must narrow."""
 
     rise: Array
     fall: Array

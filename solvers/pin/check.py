@@ -17,9 +17,10 @@ from solvers.pin.capacity import force_limit
 from solvers.pin.effects import choose_for, compose, demands_of
 from solvers.pin.flexibility import ShearFlexibility, cowper, flexibility_values, product
 from solvers.pin.loads import forces_at
+from solvers.pin.pointwise import Constant
 from solvers.pin.profile import Profile, WholeProfile
 from solvers.pin.program import Physics, Program, assemble, opening_stations, refined, strength_demands
-from solvers.pin.scene import Limits, Scene
+from solvers.pin.scene import NO_LIMITS, Limits, Scene
 from solvers.pin.section import CRITERIA, Criterion, equivalent_stress, shear_demand, solidity_of, wall_of
 
 Array = NDArray[np.float64]
@@ -87,7 +88,7 @@ def check(
     scene: Scene,
     profile: Profile,
     criterion: Criterion = CRITERIA["tresca_paper"],
-    limits: Limits = Limits(),
+    limits: Limits = NO_LIMITS,
     effects: EffectSelection = AUTO,
     effect_tolerance: float = 1e-2,
     accuracy: float = 1e-6,
@@ -107,7 +108,13 @@ def check(
     if not whole.is_symmetric(scene.geometry.length, scene.geometry.outer_diameter):
         scene = replace(scene, mirrored=False)
     program, solidity, doubt = on_profile(scene, whole, criterion, physics, cowper(scene.material.poisson), accuracy)
-    value = assess(program, solidity, criterion, physics, limits, whole.volume_share(scene.geometry), None, whole.places)
+    own = assemble(scene, limits, criterion, physics, program.stations)
+    # What a constant bore under the same limits would weigh, where there is one.
+    constant = None if np.isnan(own.lower).any() else Constant().find(own, accuracy)
+    value = assess(
+        program, solidity, criterion, physics, limits, whole.volume_share(scene.geometry),
+        None if constant is None else constant.volume, whole.places,
+    )  # fmt: skip
     return Outcome(
         Status.SUCCEEDED,
         value,
@@ -191,8 +198,7 @@ def _finite(value: float) -> float | None:
 
 
 def _along(program: Program, solidity: Array, equivalent: Array, places: tuple[float, ...]) -> Stress:
-    """Stations of the whole pin, thinned to some four hundred; the ends of panels on which a load or a shape begins stay.
-    """
+    """Stations of the whole pin, thinned to some four hundred; places where a load or a shape begins stay."""
     scene, g, x = program.scene, program.scene.geometry, program.stations.x
     forces = forces_at(scene.cases[0], x, program.stations.side)
     bore = g.outer_diameter * (1.0 - wall_of(solidity))
@@ -252,7 +258,7 @@ def _warnings(
         )
     least = 0.5 * g.outer_diameter * float(wall.min())
     if least < limits.min_wall * (1.0 - 1e-9):
-        said.append(f"the wall is {least * 1e3:.4g} mm at its thinnest, less than the {limits.min_wall * 1e3:.4g} asked")
+        said.append(f"the wall is {least * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked")
     if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + 1e-9):
         said.append(f"the deflection of {deflection * 1e6:.4g} um exceeds its limit")
     if found is not None and scene.force > 0:

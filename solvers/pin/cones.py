@@ -1,9 +1,9 @@
 """Bores of straight lines: a double cone, and a cone from each end that runs into a cylinder in the middle.
 
-A shape is fixed by r = d_middle/d_end and by c, the share of the half that the cone takes; its size is the greatest that
-strength, wall, deflection and slope allow. Where r or c grow the shape is wider everywhere, so its greatest size falls
-and its volume per size grows: on a box of (r, c) the size at the least corner and the shape at the greatest corner
-bound the bore's volume, and branch and bound closes in on the best cone.
+A shape is fixed by r = d_middle/d_end and by c, the share of the half that the cone takes; its size is the greatest
+that strength, wall, deflection and slope allow. Where r or c grow the shape is wider everywhere, so its greatest size
+falls and its volume per size grows: on a box of (r, c) the size at the least corner and the shape at the greatest
+corner bound the bore's volume, and branch and bound closes in on the best cone.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.pin.flexibility import bending, phi
 from solvers.pin.form import Found
-from solvers.pin.program import Program, bore_of, folded, unfolded
+from solvers.pin.program import Program, assemble, bore_of, folded, opening_stations, unfolded
 from solvers.pin.section import solidity_of
 
 Array = NDArray[np.float64]
@@ -98,7 +98,9 @@ class _Cones:
         return self.size(r0, c0, r1, c1) ** 2 * hollow(r1, c1)
 
 
-def _best(cones: _Cones, c_range: tuple[float, float], gap: float, boxes: int) -> tuple[float, float, float, float, int]:
+def _best(
+    cones: _Cones, c_range: tuple[float, float], gap: float, boxes: int
+) -> tuple[float, float, float, float, int]:
     """(r, c, bore volume, its upper bound, boxes looked at) by branch and bound, the widest promise first."""
     whole = (0.0, 1.0, *c_range)
     found = max((cones.gain(r, c), r, c) for r in np.linspace(0, 1, 21) for c in np.unique(np.linspace(*c_range, 9)))
@@ -125,13 +127,13 @@ def _best(cones: _Cones, c_range: tuple[float, float], gap: float, boxes: int) -
         if gain > found[0]:
             found = _climb(cones, (gain, *middle), c_range)
     bound = max(-queue[0][0], found[0]) if queue else found[0]
-    return found[1], found[2], found[0], bound, looked
+    return float(found[1]), float(found[2]), found[0], bound, looked
 
 
 def _climb(
     cones: _Cones, start: tuple[float, float, float], c_range: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Pattern search from a shape: the steps halve until they vanish; ridges are followed by the last good direction."""
+    """Pattern search from a shape: sixteen directions, steps that double on success and halve otherwise."""
     gain, r, c = start
     step = 0.05
     moves = [(math.cos(k * math.pi / 8), math.sin(k * math.pi / 8)) for k in range(16)]
@@ -170,12 +172,24 @@ class Cone:
         c_range = (1e-3, 1.0) if self.cylinder else (1.0, 1.0)
         r, c, gain, most, boxes = _best(cones, c_range, max(gap, 1e-8), _BOXES[half.limit is not None])
         size = cones.size(r, c, r, c)
+        if half.limit is not None and c < 1.0:
+            # The cone's inner end becomes a station: quadrature across it had the deflection a little wrong.
+            size = min(size, _Cones(_with_place(program, c * 0.5 * g.length)).size(r, c, r, c))
+            gain = size * size * hollow(r, c)
         t = half.stations.x / (0.5 * g.length)
         bore = size * (1.0 - (1.0 - r) * np.minimum(t / c, 1.0))
         end, middle, cone = size * g.outer_diameter, size * r * g.outer_diameter, c * 0.5 * g.length
         corners = [(0.0, end), (cone, middle)] + ([(g.length - cone, middle)] if c < 1.0 else []) + [(g.length, end)]
         return Found(
-            unfolded(program, solidity_of(1.0 - bore)), 1.0 - gain, min(1.0 - most, 1.0 - gain),
+            unfolded(program, solidity_of(1.0 - bore)), float(1.0 - gain), float(min(1.0 - most, 1.0 - gain)),
             "branch and bound over the cone's shape", {"boxes": boxes, "narrowing": r, "cone_share": c},
             corners=tuple(corners),
         )  # fmt: skip
+
+
+def _with_place(program: Program, place: float) -> Program:
+    """The folded program on stations of which one panel ends at ``place``."""
+    stations = opening_stations(program.scene, (place, program.scene.geometry.length - place))
+    for _ in range(2):
+        stations = stations.halved(np.ones(stations.left.size, dtype=bool))
+    return folded(assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law))

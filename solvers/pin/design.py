@@ -1,4 +1,4 @@
-"""Finding the lightest pin: the form's best profile on stations that are refined until the mass is as exact as asked."""
+"""Finding the lightest pin: the form's best profile on stations refined until the mass is as exact as asked."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from solvers.pin.diagnosis import Diagnosis, diagnose, solid_deflection
 from solvers.pin.effects import choose_for, compose, demands_of
 from solvers.pin.flexibility import cowper
 from solvers.pin.form import Form, Found
-from solvers.pin.pointwise import Constant, Free
+from solvers.pin.pointwise import FREE, Constant
 from solvers.pin.profile import Profile
 from solvers.pin.program import Physics, Program, assemble, opening_stations, refined, wall_floor
-from solvers.pin.scene import Limits, Scene
+from solvers.pin.scene import NO_LIMITS, Limits, Scene
 from solvers.pin.section import CRITERIA, Criterion
 from solvers.pin.stations import Stations
 
@@ -33,8 +33,8 @@ class PinProblem:
     """A scene, the limits that the pin must keep, the criterion, and the form that its bore shall have."""
 
     scene: Scene
-    limits: Limits = Limits()
-    form: Form = Free()
+    limits: Limits = NO_LIMITS
+    form: Form = FREE
     criterion: Criterion = CRITERIA["tresca_paper"]
 
 
@@ -87,7 +87,7 @@ def design(
         )
     program, best, doubt = found
     relaxed = replace(program, limits=replace(limits, max_slope=None))
-    constant, free = Constant().find(relaxed, accuracy), Free().find(relaxed, accuracy)
+    constant, free = Constant().find(relaxed, accuracy), FREE.find(relaxed, accuracy)
     shown, solidity, places = _as_made(problem, physics, program, best, accuracy)
     value = PinDesign(
         check=assess(

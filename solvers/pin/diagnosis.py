@@ -61,14 +61,16 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
                 "force",
                 scene.force,
                 greatest,
-                f"the solid section is too weak for {weak.begin * 1e3:.4g} < x < {weak.end * 1e3:.4g} mm, by a factor of "
-                f"{weak.utilisation:.6g}; an outer diameter of at least {diameters[-1] * 1e3:.6g} mm would do",
+                f"the solid section is too weak for {weak.begin * 1e3:.4g} < x < {weak.end * 1e3:.4g} mm, by a factor "
+                f"of {weak.utilisation:.6g}; an outer diameter of at least {diameters[-1] * 1e3:.6g} mm would do",
             )
         )
     if limits.max_deflection is not None:
         solid = solid_deflection(scene, criterion, physics)
         if solid > limits.max_deflection:
-            diameters.append(_least_diameter(scene, lambda s: solid_deflection(s, criterion, physics), limits.max_deflection))
+            diameters.append(
+                _least_diameter(scene, lambda s: solid_deflection(s, criterion, physics), limits.max_deflection)
+            )
             found.append(
                 Shortfall(
                     "max_deflection",

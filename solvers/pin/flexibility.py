@@ -5,9 +5,10 @@ Bending: 1/v = 1/(u (2 - u)), convex. Shear: Cowper's coefficient of a tube, 1/(
     phi(u) = A/u + B (1 - u)/(u (2 - u)^2),   A = (7 + 6 nu)/(6 (1 + nu)),   B = (20 + 12 nu)/(6 (1 + nu)),
 
 convex up to about u = 0.9 and concave beyond, to the solid section. Designs use it with its tangent beyond that point,
-which makes their program convex; a limit that only the exact law can keep falls back on it. There a station's flexibility g = B/v + S phi may be
-concave close to the solid section. Its convex envelope follows g up to the point from which a straight line reaches
-(1, g(1)) as a tangent, and that line from there on: never above g, and equal to it wherever a minimum can lie.
+which makes their program convex; a limit that only the exact law can keep falls back on it. There a station's
+flexibility g = B/v + S phi may be concave close to the solid section. Its convex envelope follows g up to the point
+from which a straight line reaches (1, g(1)) as a tangent, and that line from there on: never above g, and equal to it
+wherever a minimum can lie.
 
 Source: G. R. Cowper (1966), The shear coefficient in Timoshenko's beam theory.
 """
@@ -115,8 +116,14 @@ def convex_cowper(poisson: float) -> ShearFlexibility:
 
 
 def deflection_terms(
-    moment: Array, shear: Array, unit_moment: Array, unit_shear: Array,
-    modulus: float, shear_modulus: float, inertia: float, area: float,
+    moment: Array,
+    shear: Array,
+    unit_moment: Array,
+    unit_shear: Array,
+    modulus: float,
+    shear_modulus: float,
+    inertia: float,
+    area: float,
 ) -> tuple[Array, Array]:
     """Deflection per length of solid section at every station: bending M m/(E I0) and shear Q q/(G A0)."""
     return moment * unit_moment / (modulus * inertia), shear * unit_shear / (shear_modulus * area)  # fmt: skip
@@ -137,5 +144,3 @@ def product(weight: Array, flexibility: Array) -> Array:
     """weight * flexibility, 0 where nothing pulls even though nothing is there to hold."""
     with np.errstate(invalid="ignore"):
         return np.where(weight == 0.0, 0.0, weight * flexibility)
-
-

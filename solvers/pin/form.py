@@ -1,4 +1,4 @@
-"""What a form of bore is: it finds the lightest profile of its shape, with a bound of what no such profile undercuts."""
+"""What a form of bore is: the lightest profile of its shape, with a bound that no such profile undercuts."""
 
 from __future__ import annotations
 

@@ -131,6 +131,7 @@ def toward_solid(program: Program, u: Array, low: Array) -> Array | None:
 
     The step scales every bore by the same factor, so a bore that narrows or is gentle stays so.
     """
+
     def ok(part: float) -> bool:
         v = u + part * (1.0 - u)
         return bool(np.all(v >= low)) and (program.limit is None or program.deflection(v) <= program.limit)
@@ -168,7 +169,10 @@ def sloped(program: Program, low: Array, drillable: bool, gap: float) -> Found |
         if feasible is not None and program.volume(feasible) < program.volume(found):
             found = feasible
         reach = reaches(program) if program.limits.max_slope is not None else np.zeros(low.size - 1)
-        bound = max(bound, coupled_bound(program, low, answer.multiplier, Neighbours(answer.rise, answer.fall, reach, answer.order)))
+        bound = max(
+            bound,
+            coupled_bound(program, low, answer.multiplier, Neighbours(answer.rise, answer.fall, reach, answer.order)),
+        )
         if program.volume(found) - bound <= 0.1 * min(gap, 1e-7) * bound:
             break
         at = np.clip(answer.solidity, low, 1.0)

@@ -57,11 +57,12 @@ class Free:
     def find(self, program: Program, gap: float) -> Found | None:
         low = rising(program.lower, program.anchor) if self.drillable else program.lower
         low = gentle(program, low)
-        if program.limits.max_slope is not None and program.limit is not None:
-            if program.deflection(low) > program.limit:
-                from solvers.pin.interior_point import sloped
+        soft = program.limit is not None and program.deflection(low) > program.limit
+        if soft and program.limits.max_slope is not None:
+            # Imported where it is used: it needs cvxpy, which takes seconds to import.
+            from solvers.pin.interior_point import sloped
 
-                return sloped(program, low, self.drillable, gap)
+            return sloped(program, low, self.drillable, gap)
         weighed = weigh(program, low, self.drillable)
         if weighed is None:
             return None
@@ -76,9 +77,10 @@ class Free:
             "multiplier": weighed.multiplier if math.isfinite(weighed.multiplier) else "unbounded: only the solid span",
             "rounds": weighed.rounds,
         }
-        return Found(
-            weighed.solidity, volume, min(bound, volume), method, evidence, doubt=_doubt(program, weighed)
-        )
+        return Found(weighed.solidity, volume, min(bound, volume), method, evidence, doubt=_doubt(program, weighed))
+
+
+FREE = Free()
 
 
 @dataclass(frozen=True)
@@ -107,7 +109,9 @@ def segments(program: Program, low: Array, parts: list[slice]) -> Program:
     """The program in which every part of the stations has one u: its least values, shares and mean coefficients."""
     half = folded(program)
     share = np.array([half.share[part].sum() for part in parts])
-    mean = [[float(half.share[p] @ c[p]) / w for p, w in zip(parts, share, strict=True)] for c in (half.bending, half.shear)]
+    mean = [
+        [float(half.share[p] @ c[p]) / w for p, w in zip(parts, share, strict=True)] for c in (half.bending, half.shear)
+    ]
     edges = np.concatenate([[0.0], np.cumsum(share)])
     reduced = _Lumped(edges[:-1], edges[1:], share)
     return replace(

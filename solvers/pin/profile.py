@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 class Profile:
     """Bore diameters [m] at places [m] that do not fall; two points at one place are a step.
 
-    Points up to the middle of the pin stand for both halves. Before the first and behind the last point the bore goes on
-    unchanged.
+    Points up to the middle of the pin stand for both halves. Before the first and behind the last point the bore goes
+    on unchanged.
     """
 
     x: tuple[float, ...]

@@ -142,7 +142,7 @@ def greatest_ratio(
     low, high = 0.0, 1.0
     for _ in range(60):
         middle = 0.5 * (low + high)
-        # Thinner than 1e-6 of the diameter no plane ring is solved any more; the thin ring's cube is far beyond by then.
+        # Thinner than 1e-6 of the diameter no plane ring is solved any more: the thin ring's cube is far beyond.
         inside = middle < 1.0 - 1e-6 and grows(middle) <= limit
         low, high = (middle, high) if inside else (low, middle)
     return low
@@ -160,6 +160,8 @@ def ratio_at_stress(
         return low
     while high - low > 1e-6:
         middle = 0.5 * (low + high)
-        beyond = middle > 1.0 - 1e-6 or ring(force, diameter, length, middle, modulus, poisson).stresses.greatest > stress
+        beyond = (
+            middle > 1.0 - 1e-6 or ring(force, diameter, length, middle, modulus, poisson).stresses.greatest > stress
+        )
         low, high = (low, middle) if beyond else (middle, high)
     return high

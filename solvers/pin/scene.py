@@ -97,6 +97,9 @@ class Limits:
                 _require_positive(self, "limits", name)
 
 
+NO_LIMITS = Limits()
+
+
 @dataclass(frozen=True)
 class Scene:
     """A pin under its load, outer diameter given.

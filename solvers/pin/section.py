@@ -119,7 +119,10 @@ class FibreCriterion:
         axis = InternalForces(np.zeros_like(forces.moment), forces.shear, forces.axial_force, forces.torque)
         return tuple(
             Demand(
-                name, _normal(part, diameter, stress), _tangential(part, diameter, self.law(material), stress, 2.0), stress
+                name,
+                _normal(part, diameter, stress),
+                _tangential(part, diameter, self.law(material), stress, 2.0),
+                stress,
             )
             for name, part in ((f"{self.name}_bending", flat), (f"{self.name}_shear", axis))
         )

@@ -178,8 +178,8 @@ def _respond(program: Program, lam: float, low: Array, u: Array, monotone: bool)
 def weigh(program: Program, low: Array | None, monotone: bool, start: float | None = None) -> Weighed | None:
     """The least volume that keeps the deflection limit; None where even the solid pin gives more.
 
-    ``low`` is the least u of every station, the program's own without it (for ``monotone`` it must not fall toward the middle). The answer keeps the
-    limit; it ends within CLOSE of it.
+    ``low`` is the least u of every station, the program's own without it (for ``monotone`` it must not fall toward the
+    middle). The answer keeps the limit; it ends within CLOSE of it.
     """
     low = program.lower if low is None else low
     if program.limit is None or program.deflection(low) <= program.limit:
@@ -211,7 +211,7 @@ def weigh(program: Program, low: Array | None, monotone: bool, start: float | No
         aim = 1.0 - 0.4 * CLOSE
         new = lam + (aim**-2 - total**-2) / (-2.0 * change * total**-3) if change < 0.0 else math.nan
         if not lower < new < upper:
-            new = math.sqrt(lower * upper) if 0.0 < lower and upper < math.inf else 0.0
+            new = math.sqrt(lower * upper) if lower > 0.0 and upper < math.inf else 0.0
             if new == 0.0:
                 new = 4.0 * lam if upper == math.inf else 0.25 * upper
         lam = new

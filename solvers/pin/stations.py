@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,6 +94,6 @@ class Stations:
 def first_stations(places: list[float], end: float) -> Stations:
     """Panels on [0, end] that begin and end at the given places."""
     edges = [0.0, *(p for p in places if LEAST_PANEL * end < p < end * (1.0 - LEAST_PANEL)), end]
-    cuts = [np.linspace(lo, hi, FIRST_PANELS + 1)[:-1] for lo, hi in zip(edges, edges[1:], strict=False)]
+    cuts = [np.linspace(lo, hi, FIRST_PANELS + 1)[:-1] for lo, hi in pairwise(edges)]
     left = np.concatenate(cuts)
     return Stations(left, np.append(left[1:], end))

@@ -1,19 +1,20 @@
 """A stepped bore, drilled from both ends: n cylinders that narrow toward the middle.
 
 Without a deflection limit the wall of a step is the greatest least wall up to its inner end, f(x), so only the break
-points are free: minimise sum f(x_k)(x_k - x_{k-1}). Every break point is confined to cells [y, y + h]; since
-f(x_k) >= f(y_k),
+points are free: minimise sum f(x_k)(x_k - x_{k-1}). Every break point is confined to cells [y, y + h]; as f rises,
 
     mass >= sum f(y_k)(y_k - y_{k-1}) - sum h_k (f(y_{k+1}) - f(y_k)),
 
-whose terms belong to pairs of neighbours, so dynamic programming gives the bound over all choices of cells, and the same
-without h the best steps on the cells' ends. Cells through which no path beats the best are gone for good; the others are
-cut, until bound and best meet.
+whose terms belong to pairs of neighbours, so dynamic programming gives the bound over all choices of cells, and without
+h the best steps on the cells' ends. Cells through which no path beats the best are gone for good; the others are cut,
+until bound and best meet.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,19 +22,19 @@ from numpy.typing import NDArray
 from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
 from solvers.pin.form import Found
-from solvers.pin.pointwise import Free, segments
-from solvers.pin.program import Program, assemble, folded, least_solidity, unfolded
+from solvers.pin.pointwise import Free
+from solvers.pin.program import Program, folded, least_solidity, unfolded
 from solvers.pin.section import wall_of
-from solvers.pin.separable import weigh
-from solvers.pin.stations import Stations
+from solvers.pin.stiff_steps import stiff_steps
 
 Array = NDArray[np.float64]
+Least = Callable[[Array], Array]
+
 MOST_STEPS = 12
 _FIRST_CELLS = 192
 _MOST_CELLS = 6000
 _ROUNDS = 20
 _CUT = 4
-_COARSE = 96
 _SWEEPS = 6
 _GRID = 33
 
@@ -88,7 +89,7 @@ class _Breaks:
 def _paths(layers: list[_Layer], widths: bool) -> tuple[list[Array], list[Array]]:
     """The cheapest way to every cell, and from which cell it comes."""
     best, via = [np.zeros(1)], [np.zeros(1, dtype=np.int64)]
-    for before, after in zip(layers, layers[1:], strict=False):
+    for before, after in pairwise(layers):
         cost, source = np.empty(after.x.size), np.empty(after.x.size, dtype=np.int64)
         h = before.h if widths else np.zeros_like(before.h)
         _forward(before.x, h, before.f, best[-1], after.x, after.f, cost, source)
@@ -97,7 +98,7 @@ def _paths(layers: list[_Layer], widths: bool) -> tuple[list[Array], list[Array]
     return best, via
 
 
-def _search(least: object, middle: float, steps: int, gap: float) -> _Breaks:
+def _search(least: Least, middle: float, steps: int, gap: float) -> _Breaks:
     """Branch and bound over the break points; ``least`` gives f at rising places."""
     edges = np.linspace(0.0, middle, _FIRST_CELLS + 1)
     start = _Layer(np.zeros(1), np.zeros(1), least(np.zeros(1)))
@@ -130,7 +131,7 @@ def _search(least: object, middle: float, steps: int, gap: float) -> _Breaks:
     return _Breaks(places, least(places), total, min(bound, total), sum(layer.x.size for layer in layers[1:-1]))
 
 
-def _settle(least: object, places: Array, total: float, reach: float) -> tuple[Array, float]:
+def _settle(least: Least, places: Array, total: float, reach: float) -> tuple[Array, float]:
     """The break points moved one by one within ``reach`` to where they cost least; grids around the best, narrowing."""
     for _ in range(_SWEEPS if places.size > 1 else 0):
         before = total
@@ -150,7 +151,7 @@ def _settle(least: object, places: Array, total: float, reach: float) -> tuple[A
     return places, total
 
 
-def _cut(layer: _Layer, keep: NDArray[np.bool_], least: object) -> _Layer:
+def _cut(layer: _Layer, keep: NDArray[np.bool_], least: Least) -> _Layer:
     x, h = layer.x[keep], layer.h[keep] / _CUT
     if not x.size:
         # Rounding alone can drop the best path's own cell.
@@ -188,57 +189,16 @@ class Stepped:
         volume, bound = breaks.total / middle, breaks.bound / middle
         method, evidence = "branch and bound over the break points", {"cells": breaks.cells, "steps": self.steps}
         if program.limit is not None:
-            exact = self._within_limit(program, half, places, walls)
-            if exact is None:
+            stiff = stiff_steps(program, places)
+            if stiff is None:
                 return None
-            stiff = exact[2] > volume * (1.0 + 1e-12)
-            if stiff:
-                places, walls, volume = exact
+            if stiff.multiplier > 0.0:
+                places, walls, volume = stiff.places, stiff.walls, stiff.volume
                 relaxed = Free(drillable=True).find(program, gap)
                 bound = max(bound, relaxed.bound) if relaxed is not None else bound
                 method = "least drillable bore below; steps by local search"
                 evidence["not_proven"] = "with a deflection limit the bound is that of the smooth drillable bore"
         return self._found(program, half, places, walls, volume, bound, method, evidence)
-
-    def _within_limit(
-        self, program: Program, half: Program, places: Array, walls: Array
-    ) -> tuple[Array, Array, float] | None:
-        """The best steps found that keep the deflection limit: exact walls for given breaks, the breaks one by one over
-        the ends of some hundred panels."""
-        while half.stations.left.size < _COARSE:
-            wide = half.stations.right - half.stations.left
-            stations = half.stations.halved(wide > 0.5 * wide.max())
-            half = folded(assemble(
-                program.scene, program.limits, program.criterion, program.physics, _whole(program, stations), program.law
-            ))  # fmt: skip
-        ends, peaks = half.stations.right, np.maximum.accumulate(half.lower)
-        per_panel = half.stations.x.size // ends.size
-
-        def walls_for(chosen: list[int]) -> tuple[float, Array] | None:
-            """Volume and u of steps that end with these panels."""
-            edges = [0, *((p + 1) * per_panel for p in chosen)]
-            parts = [slice(a, b) for a, b in zip(edges, edges[1:], strict=False)]
-            reduced = segments(half, np.array([peaks[p.stop - 1] for p in parts]), parts)
-            weighed = weigh(reduced, None, True)
-            return None if weighed is None else (reduced.volume(weighed.solidity), weighed.solidity)
-
-        chosen = [int(np.argmin(np.abs(ends - place))) for place in places]
-        for k in range(self.steps - 2, -1, -1):
-            chosen[k] = min(chosen[k], chosen[k + 1] - 1)
-        best = walls_for(chosen)
-        if best is None:
-            return None
-        for _ in range(_SWEEPS):
-            before = best[0]
-            for k in range(self.steps - 1):
-                for trial in range(chosen[k - 1] + 1 if k else 0, chosen[k + 1]):
-                    moved = [*chosen[:k], trial, *chosen[k + 1 :]]
-                    candidate = walls_for(moved)
-                    if candidate is not None and candidate[0] < best[0]:
-                        best, chosen = candidate, moved
-            if best[0] >= before * (1.0 - 1e-9):
-                break
-        return ends[chosen], best[1], best[0]
 
     def _found(
         self, program: Program, half: Program, places: Array, walls: Array, volume: float, bound: float,
@@ -257,16 +217,6 @@ class Stepped:
             begin = float(place)
         corners += [(g.length - p, bore) for p, bore in reversed(corners)]
         return Found(
-            unfolded(program, walls[np.minimum(step, walls.size - 1)]), volume, min(bound, volume), method, evidence,
-            corners=tuple(corners),
+            unfolded(program, walls[np.minimum(step, walls.size - 1)]), float(volume), float(min(bound, volume)),
+            method, evidence, corners=tuple(corners),
         )  # fmt: skip
-
-
-def _whole(program: Program, half: Stations) -> Stations:
-    """Stations of the whole pin whose first half these are."""
-    if program.scene.symmetric:
-        return half
-    length = program.scene.geometry.length
-    return Stations(
-        np.concatenate([half.left, length - half.right[::-1]]), np.concatenate([half.right, length - half.left[::-1]])
-    )

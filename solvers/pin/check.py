@@ -21,7 +21,15 @@ from solvers.pin.pointwise import Constant
 from solvers.pin.profile import Profile, WholeProfile
 from solvers.pin.program import Physics, Program, assemble, opening_stations, refined, strength_demands
 from solvers.pin.scene import NO_LIMITS, Limits, Scene
-from solvers.pin.section import CRITERIA, Criterion, equivalent_stress, shear_demand, solidity_of, wall_of
+from solvers.pin.section import (
+    CRITERIA,
+    Criterion,
+    equivalent_stress,
+    section_demands,
+    shear_demand,
+    solidity_of,
+    wall_of,
+)
 
 Array = NDArray[np.float64]
 _MOST_STATIONS = 20_000
@@ -159,7 +167,7 @@ def assess(
     for case in scene.cases:
         forces = forces_at(case, program.stations.x, program.stations.side)
         demands = strength_demands(scene, criterion, forces)
-        own = criterion.demands(forces, g.outer_diameter, scene.material)
+        own = section_demands(criterion, forces, g.outer_diameter, scene.material)
         equivalent = np.maximum(equivalent, equivalent_stress(own, wall))
         for demand in demands:
             use = np.maximum(use, equivalent_stress((demand,), wall) / demand.stress)

@@ -113,14 +113,14 @@ def segments(program: Program, low: Array, parts: list[slice]) -> Program:
         [float(half.share[p] @ c[p]) / w for p, w in zip(parts, share, strict=True)] for c in (half.bending, half.shear)
     ]
     edges = np.concatenate([[0.0], np.cumsum(share)])
-    reduced = _Lumped(edges[:-1], edges[1:], share)
+    reduced = Lumped(edges[:-1], edges[1:], share)
     return replace(
         half, stations=reduced, lower=low, bending=np.array(mean[0]), shear=np.array(mean[1]), anchor=share.size
     )
 
 
 @dataclass(frozen=True)
-class _Lumped(Stations):
+class Lumped(Stations):
     """Stations that stand for whole parts of the pin: only their shares mean anything."""
 
     weights: Array

@@ -77,13 +77,16 @@ class WholeProfile:
 
     def wall(self, x: Array, side: Array, diameter: float) -> Array:
         """Relative wall 1 - d/D at stations; at a step that of the panel's own side (``side`` is its left end)."""
-        points, bores = np.array(self.x), np.array(self.bore)
+        return np.maximum(self.between(diameter - np.array(self.bore), x, side), 0.0) / diameter
+
+    def between(self, values: Array, x: Array, side: Array) -> Array:
+        """Values given at the points, at stations x: straight between two points, stepped where they share a place."""
+        points = np.array(self.x)
         # The segment that begins at or before the panel, the last of several that share a place.
         k = np.clip(np.searchsorted(points, side * (1.0 + 1e-12), side="right") - 1, 0, points.size - 2)
         run = points[k + 1] - points[k]
         part = np.divide(x - points[k], run, out=np.zeros_like(x), where=run > 0.0)
-        thick = diameter - bores
-        return np.maximum(thick[k] + np.clip(part, 0.0, 1.0) * (thick[k + 1] - thick[k]), 0.0) / diameter
+        return values[k] + np.clip(part, 0.0, 1.0) * (values[k + 1] - values[k])
 
     def volume_share(self, geometry: Geometry) -> float:
         """Mass over that of the solid pin: frustums, in walls so that a thin tube keeps its digits.

@@ -18,7 +18,7 @@ from solvers.pin import ring
 from solvers.pin.flexibility import ShearFlexibility, convex_cowper, deflection_terms, flexibility_values, product
 from solvers.pin.loads import InternalForces, breakpoints, forces_at
 from solvers.pin.scene import Limits, Scene
-from solvers.pin.section import Criterion, Demand, least_wall, shear_demand, solidity_of, wall_of
+from solvers.pin.section import Criterion, Demand, least_wall, section_demands, shear_demand, solidity_of, wall_of
 from solvers.pin.stations import NODES, Stations, first_stations
 
 Array = NDArray[np.float64]
@@ -142,7 +142,7 @@ def strength_demands(scene: Scene, criterion: Criterion, forces: InternalForces)
     """The criterion's demands and that of the separate shear allowable."""
     diameter, material = scene.geometry.outer_diameter, scene.material
     law = criterion.law(material)
-    return criterion.demands(forces, diameter, material) + shear_demand(forces, diameter, material, law)
+    return section_demands(criterion, forces, diameter, material) + shear_demand(forces, diameter, material, law)
 
 
 def wall_floor(scene: Scene, limits: Limits) -> float:

@@ -18,7 +18,8 @@ def _require(ok: bool, field: str, reason: str, allowed: str) -> None:
         raise InvalidInput(field, reason, allowed)
 
 
-def _require_positive(owner: object, prefix: str, *names: str) -> None:
+def require_positive(owner: object, prefix: str, *names: str) -> None:
+    """Refuse, with InvalidInput, fields that are not positive numbers."""
     for name in names:
         value = getattr(owner, name)
         _require(math.isfinite(value) and value > 0, f"{prefix}.{name}", "must be positive", "(0, inf)")
@@ -34,7 +35,7 @@ class Geometry:
     gap: float = 0.0
 
     def __post_init__(self) -> None:
-        _require_positive(self, "geometry", "outer_diameter", "boss_length", "small_end_length")
+        require_positive(self, "geometry", "outer_diameter", "boss_length", "small_end_length")
         _require(math.isfinite(self.gap) and self.gap >= 0, "geometry.gap", "must not be negative", "[0, inf)")
 
     @property
@@ -63,10 +64,10 @@ class PinMaterial:
     allowable_shear: float | None = None
 
     def __post_init__(self) -> None:
-        _require_positive(self, "material", "allowable_stress", "elastic_modulus", "density")
+        require_positive(self, "material", "allowable_stress", "elastic_modulus", "density")
         _require(0 <= self.poisson < 0.5, "material.poisson", "lies outside what a solid can have", "[0, 0.5)")
         if self.allowable_shear is not None:
-            _require_positive(self, "material", "allowable_shear")
+            require_positive(self, "material", "allowable_shear")
 
     @property
     def shear_modulus(self) -> float:
@@ -94,7 +95,7 @@ class Limits:
         )
         for name in ("max_deflection", "max_ovalization", "max_slope"):
             if getattr(self, name) is not None:
-                _require_positive(self, "limits", name)
+                require_positive(self, "limits", name)
 
 
 NO_LIMITS = Limits()

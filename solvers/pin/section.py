@@ -83,6 +83,15 @@ def _tangential(forces: InternalForces, diameter: float, law: ShearLaw, stress: 
 
 
 @dataclass(frozen=True)
+class Share:
+    """What one demand of a criterion takes of the forces, and by which factor shear stress counts in it."""
+
+    name: str
+    forces: InternalForces
+    factor: float
+
+
+@dataclass(frozen=True)
 class CombinedCriterion:
     """sqrt(sigma^2 + k^2 tau^2) <= allowable with both maxima taken together: k = 2 Tresca, k = sqrt 3 von Mises."""
 
@@ -92,11 +101,9 @@ class CombinedCriterion:
     def law(self, material: PinMaterial) -> ShearLaw:
         return zhuravsky()
 
-    def demands(self, forces: InternalForces, diameter: float, material: PinMaterial) -> tuple[Demand, ...]:
-        stress = material.allowable_stress
-        p = _normal(forces, diameter, stress)
-        r = _tangential(forces, diameter, self.law(material), stress, self.factor)
-        return (Demand(self.name, p, r, stress),)
+    def shares(self, forces: InternalForces) -> tuple[Share, ...]:
+        """All forces in one demand."""
+        return (Share(self.name, forces, self.factor),)
 
 
 @dataclass(frozen=True)
@@ -113,19 +120,11 @@ class FibreCriterion:
     def law(self, material: PinMaterial) -> ShearLaw:
         return saint_venant(material.poisson) if self.by_elasticity else zhuravsky()
 
-    def demands(self, forces: InternalForces, diameter: float, material: PinMaterial) -> tuple[Demand, ...]:
-        stress = material.allowable_stress
+    def shares(self, forces: InternalForces) -> tuple[Share, ...]:
+        """Bending without shear at the outer fibre, shear without bending at the neutral axis."""
         flat = InternalForces(forces.moment, np.zeros_like(forces.shear), forces.axial_force, forces.torque)
         axis = InternalForces(np.zeros_like(forces.moment), forces.shear, forces.axial_force, forces.torque)
-        return tuple(
-            Demand(
-                name,
-                _normal(part, diameter, stress),
-                _tangential(part, diameter, self.law(material), stress, 2.0),
-                stress,
-            )
-            for name, part in ((f"{self.name}_bending", flat), (f"{self.name}_shear", axis))
-        )
+        return Share(f"{self.name}_bending", flat, 2.0), Share(f"{self.name}_shear", axis, 2.0)
 
 
 Criterion = CombinedCriterion | FibreCriterion
@@ -140,6 +139,22 @@ CRITERIA: dict[str, Criterion] = {
     )
 }
 """The criteria a user may select; the paper's is the default."""
+
+
+def section_demands(
+    criterion: Criterion, forces: InternalForces, diameter: float, material: PinMaterial
+) -> tuple[Demand, ...]:
+    """A criterion's demands on a section of this outer diameter."""
+    stress, law = material.allowable_stress, criterion.law(material)
+    return tuple(
+        Demand(
+            share.name,
+            _normal(share.forces, diameter, stress),
+            _tangential(share.forces, diameter, law, stress, share.factor),
+            stress,
+        )
+        for share in criterion.shares(forces)
+    )
 
 
 def shear_demand(forces: InternalForces, diameter: float, material: PinMaterial, law: ShearLaw) -> tuple[Demand, ...]:

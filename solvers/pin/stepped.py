@@ -76,7 +76,7 @@ class _Layer:
 
 
 @dataclass(frozen=True)
-class _Breaks:
+class Breaks:
     """The best break points, f of every step, the integral of u over the half, and its lower bound."""
 
     places: Array
@@ -98,7 +98,7 @@ def _paths(layers: list[_Layer], widths: bool) -> tuple[list[Array], list[Array]
     return best, via
 
 
-def _search(least: Least, middle: float, steps: int, gap: float) -> _Breaks:
+def best_breaks(least: Least, middle: float, steps: int, gap: float) -> Breaks:
     """Branch and bound over the break points; ``least`` gives f at rising places."""
     edges = np.linspace(0.0, middle, _FIRST_CELLS + 1)
     start = _Layer(np.zeros(1), np.zeros(1), least(np.zeros(1)))
@@ -128,7 +128,7 @@ def _search(least: Least, middle: float, steps: int, gap: float) -> _Breaks:
         layers = [start, *(_cut(l, a + b <= total, least) for l, a, b in
                            zip(layers[1:-1], low[1:-1], rest[1:-1], strict=True)), last]  # fmt: skip
     places, total = _settle(least, places, total, float(layers[1].h.max()) if steps > 1 else 0.0)
-    return _Breaks(places, least(places), total, min(bound, total), sum(layer.x.size for layer in layers[1:-1]))
+    return Breaks(places, least(places), total, min(bound, total), sum(layer.x.size for layer in layers[1:-1]))
 
 
 def _settle(least: Least, places: Array, total: float, reach: float) -> tuple[Array, float]:
@@ -184,7 +184,7 @@ class Stepped:
             own = least_solidity(program.scene, program.criterion, program.floor, x)
             return np.maximum.accumulate(np.maximum(peaks[before], own)) if x.size else own
 
-        breaks = _search(least, middle, self.steps, max(0.1 * gap, 1e-9))
+        breaks = best_breaks(least, middle, self.steps, max(0.1 * gap, 1e-9))
         places, walls = breaks.places, breaks.walls
         volume, bound = breaks.total / middle, breaks.bound / middle
         method, evidence = "branch and bound over the break points", {"cells": breaks.cells, "steps": self.steps}

@@ -11,7 +11,7 @@ import pytest
 from solvers import pin
 from solvers.pin.fixed_point import factor, iterate
 from solvers.pin.loads import InternalForces
-from solvers.pin.section import Demand, least_wall, saint_venant, v_of, wall_of, zhuravsky
+from solvers.pin.section import Demand, least_wall, saint_venant, section_demands, v_of, wall_of, zhuravsky
 from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, exact_wall, numbers, relative, vaz
 
 
@@ -84,7 +84,7 @@ def forces(moment=0.0, shear=0.0, axial=0.0, torque=0.0):
 
 def stress_of(criterion, d, **loads):
     wall = np.array([1.0 - d / GEOMETRY.outer_diameter])
-    demands = pin.CRITERIA[criterion].demands(forces(**loads), GEOMETRY.outer_diameter, STEEL)
+    demands = section_demands(pin.CRITERIA[criterion], forces(**loads), GEOMETRY.outer_diameter, STEEL)
     return max(float(d.stress * d.value(wall)[0] / v_of(wall)[0]) for d in demands)
 
 

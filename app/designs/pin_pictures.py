@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from app.designs.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
 from solvers import pin
 from solvers.pin.capacity import force_limit
+from solvers.pin.family import load_sweep
 
 _WIDTH, _MARGIN, _TEXT = 560.0, 20.0, 34.0
 _LOADS = (0.25, 0.5, 0.75, 0.9, 0.99)
-_FREE_STATIONS = 121
+_OUTSIDE_LOADS = (0.25, 0.5, 1.0, 2.0)
 
 
 def _columns(run: dict[str, Any], *names: str) -> list[list[float]]:
@@ -21,12 +20,12 @@ def _columns(run: dict[str, Any], *names: str) -> list[list[float]]:
 
 
 def bore_picture(run: dict[str, Any]) -> str:
-    """SVG of the pin cut along its axis, to scale: the wall hatched by its colour, rod and bosses as bars beside it."""
-    x, bore = _columns(run, "x_mm", "bore_mm")
+    """SVG of the pin cut along its axis, to scale: the wall tinted, rod and bosses as bars beside it."""
+    x, bore, outside = _columns(run, "x_mm", "bore_mm", "outer_diameter_mm")
     g = run["spec"]["geometry"]
     a, b, gap = g["boss_length_mm"], g["small_end_length_mm"], g["gap_mm"]
     length = 2.0 * a + b + 2.0 * gap
-    outer = run["result"].get("outer_diameter_mm") or g["outer_diameter_mm"]
+    outer = max(outside)
     scale = (_WIDTH - 2.0 * _MARGIN) / length
     middle = _TEXT + _MARGIN + 0.5 * outer * scale
     height = middle + 0.5 * outer * scale + _MARGIN + _TEXT
@@ -40,7 +39,8 @@ def bore_picture(run: dict[str, Any]) -> str:
     ]
     for sign in (1.0, -1.0):
         inner = "L".join(at(p, sign * 0.5 * d) for p, d in zip(reversed(x), reversed(bore), strict=True))
-        edge = f"M{at(0.0, sign * 0.5 * outer)}L{at(length, sign * 0.5 * outer)}L{inner}Z"
+        skin = "L".join(at(p, sign * 0.5 * d) for p, d in zip(x, outside, strict=True))
+        edge = f"M{skin}L{inner}Z"
         out.append(f'<path d="{edge}" fill="{BLUE}" fill-opacity="0.25" stroke="{BLUE}" stroke-width="1.2"/>')
     out.append(
         f'<path d="M{at(0.0, 0.0)}L{at(length, 0.0)}" stroke="currentColor" stroke-opacity="0.5" '
@@ -90,23 +90,32 @@ def stress_picture(run: dict[str, Any]) -> str:
 
 
 def load_family(run: dict[str, Any]) -> str:
-    """SVG of free profiles over the load (the paper's figure 5), and of this pin: bore over half the length."""
+    """SVG of free profiles over the load (the paper's figure 5), and of this pin: diameter over half the length."""
     from app.designs.pin_profile_request import DesignRequest
 
     spec = {name: value for name, value in run["spec"].items() if name in DesignRequest.model_fields}
+    if run["spec"]["variable"] == "bore":
+        spec["bore_mm"] = None
     request = DesignRequest.model_validate({**spec, "form": {"kind": "free"}})
-    scene, criterion = request.scene(), pin.CRITERIA[request.criterion]
-    greatest = force_limit(scene, criterion)
-    half = 0.5 * scene.geometry.length
-    x = np.linspace(0.0, half, _FREE_STATIONS)
-    outer = scene.geometry.outer_diameter * 1e3
-    chart = Chart("Profiles over the load", Linear(0.0, half * 1e3), Linear(0.0, 1.05 * outer), "x, mm", "bore, mm")
-    for share in _LOADS:
-        bore = pin.free_bores(scene, criterion, share * greatest, x) * 1e3
-        chart.line(list(x * 1e3), list(bore), GREY)
-        chart.words(x[-1] * 0.8e3, float(bore[-1]), f"{share * greatest / 1e3:.3g} kN", GREY)
-    places, bores = _columns(run, "x_mm", "bore_mm")
-    own = [(p, d) for p, d in zip(places, bores, strict=True) if p <= half * 1e3 * (1.0 + 1e-9)]
-    chart.line([p for p, _ in own], [d for _, d in own], GREEN)
-    chart.words(0.02 * half * 1e3, 0.0, f"green: this pin, {scene.force / 1e3:.4g} kN", GREEN)
+    sought = "outer_diameter_mm" if request.seeks_outside else "bore_mm"
+    if request.seeks_outside:
+        scene, force = request.bushing(), request.load.force_n
+        profiles = load_sweep(scene, pin.CRITERIA[request.criterion], [share * force for share in _OUTSIDE_LOADS])
+        title, words = "Outsides over the load", "outer diameter, mm"
+    else:
+        scene, force = request.scene(), request.load.force_n
+        greatest = force_limit(scene, pin.CRITERIA[request.criterion])
+        profiles = load_sweep(scene, pin.CRITERIA[request.criterion], [share * greatest for share in _LOADS])
+        title, words = "Profiles over the load", "bore, mm"
+    half = 0.5e3 * scene.geometry.length
+    places, own = _columns(run, "x_mm", sought)
+    top = max(max(own), *(float(profile.diameter.max()) * 1e3 for profile in profiles))
+    chart = Chart(title, Linear(0.0, half), Linear(0.0, 1.05 * top), "x, mm", words)
+    for profile in profiles:
+        diameter = profile.diameter * 1e3
+        chart.line(list(profile.x * 1e3), list(diameter), GREY)
+        chart.words(0.8 * half, float(diameter[-1]), f"{profile.force / 1e3:.3g} kN", GREY)
+    mine = [(p, d) for p, d in zip(places, own, strict=True) if p <= half * (1.0 + 1e-9)]
+    chart.line([p for p, _ in mine], [d for _, d in mine], GREEN)
+    chart.words(0.02 * half, 0.0, f"green: this one, {force / 1e3:.4g} kN", GREEN)
     return chart.svg()

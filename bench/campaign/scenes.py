@@ -12,7 +12,7 @@ import numpy as np
 
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.registry import KINDS
-from bench.campaign import crank_dynamics, flexible_rod
+from bench.campaign import crank_dynamics, flexible_rod, pin_profile
 
 Body = dict[str, Any]
 Results = dict[str, float]
@@ -20,6 +20,7 @@ Results = dict[str, float]
 DRAWN: Mapping[str, Callable[[np.random.Generator], Body]] = {
     "flexible-rod": flexible_rod.request,
     "crank-dynamics": crank_dynamics.request,
+    "pin-profile": pin_profile.request,
 }
 """For every kind, how a random check (or analysis) request is made."""
 

@@ -12,7 +12,7 @@ from solvers.pin.cones import Cone
 from solvers.pin.design import PinDesign, PinProblem, design, explain
 from solvers.pin.diagnosis import Diagnosis
 from solvers.pin.effects import EFFECTS
-from solvers.pin.family import free_bores
+from solvers.pin.family import LoadProfile, free_bores, load_sweep
 from solvers.pin.loads import LoadCase, MacaulayTerm
 from solvers.pin.pointwise import Constant, Free
 from solvers.pin.profile import Profile
@@ -33,6 +33,7 @@ __all__ = [
     "Geometry",
     "Limits",
     "LoadCase",
+    "LoadProfile",
     "MacaulayTerm",
     "PinCheck",
     "PinDesign",
@@ -45,4 +46,5 @@ __all__ = [
     "design",
     "explain",
     "free_bores",
+    "load_sweep",
 ]

@@ -16,7 +16,7 @@ from solvers.pin import ring
 from solvers.pin.capacity import force_limit
 from solvers.pin.effects import choose_for, compose, demands_of
 from solvers.pin.flexibility import ShearFlexibility, cowper, flexibility_values, product
-from solvers.pin.loads import forces_at
+from solvers.pin.loads import forces_at, rounding
 from solvers.pin.pointwise import Constant
 from solvers.pin.profile import Profile, WholeProfile
 from solvers.pin.program import Physics, Program, assemble, opening_stations, refined, strength_demands
@@ -127,7 +127,7 @@ def check(
         Status.SUCCEEDED,
         value,
         choice.manifest,
-        Accuracy(accuracy, max(doubt, 1e-13), {"stations": int(solidity.size)}),
+        Accuracy(accuracy, doubt + rounding(scene.geometry.length, scene.reference), {"stations": int(solidity.size)}),
         timing={"solve_s": time.perf_counter() - started},
     )
 

@@ -60,6 +60,11 @@ class DeflectionReference:
         return np.where(inside, arm, 0.0), np.where(inside, sign, 0.0)
 
 
+def rounding(length: float, reference: DeflectionReference) -> float:
+    """What rounding may do to results, relative: places are exact to an ulp of the length, arms differences of them."""
+    return max(1e-13, 8.0 * 2.0**-52 * length / (reference.right - reference.left))
+
+
 @dataclass(frozen=True)
 class InternalForces:
     """Resultants at stations: bending moments and shear forces of both planes (2, n), axial force and torque."""

@@ -34,9 +34,37 @@ def gentle(program: Program, low: Array) -> Array:
     return np.maximum(low, solidity_of(wall))
 
 
-def _doubt(program: Program, weighed: Weighed) -> Array:
+def missed_by_order(stations: Stations, lower: Array, anchor: int) -> Array:
+    """What values that must not fall toward the middle miss between stations, per panel."""
+    first = np.arange(lower.size) < anchor
+    most = float(lower.max()) + 1.0
+    missed = stations.overlooked(np.where(first, lower, most))
+    if anchor < lower.size:
+        missed = missed + stations.overlooked(np.where(first, most, lower), forward=False)
+    return missed
+
+
+def missed_by_slope(stations: Stations, diameter: Array, slope: float) -> Array:
+    """What a diameter (a bushing's, or a bore with its sign turned) of limited slope misses between stations."""
+    reach = slope * stations.x
+    return stations.overlooked(diameter + reach) + stations.overlooked(diameter - reach, forward=False)
+
+
+def _missed(program: Program, drillable: bool) -> Array:
+    """What the running extremes of a drillable or a gentle bore miss between stations, as volume."""
+    missed, low = np.zeros(program.stations.left.size), program.lower
+    if drillable:
+        missed, low = missed_by_order(program.stations, low, program.anchor), rising(low, program.anchor)
+    if program.limits.max_slope is not None:
+        # u = 1 - (d/D)^2 changes by at most 2/D of what the bore changes.
+        scale = 2.0 / program.scene.geometry.outer_diameter
+        missed = missed + scale * missed_by_slope(program.stations, -bore_of(program, low), program.limits.max_slope)
+    return missed
+
+
+def _doubt(program: Program, weighed: Weighed, drillable: bool) -> Array:
     """Quadrature's doubt of the volume, that of the deflection included at its price."""
-    doubt = program.stations.doubt(weighed.solidity)
+    doubt = program.stations.doubt(weighed.solidity) + _missed(program, drillable)
     if program.limit is not None and 0.0 < weighed.multiplier < math.inf:
         bend, shear = flexibility_values(weighed.solidity, program.law)
         density = product(program.bending, bend) + product(program.shear, shear)
@@ -77,7 +105,14 @@ class Free:
             "multiplier": weighed.multiplier if math.isfinite(weighed.multiplier) else "unbounded: only the solid span",
             "rounds": weighed.rounds,
         }
-        return Found(weighed.solidity, volume, min(bound, volume), method, evidence, doubt=_doubt(program, weighed))
+        return Found(
+            weighed.solidity,
+            volume,
+            min(bound, volume),
+            method,
+            evidence,
+            doubt=_doubt(program, weighed, self.drillable),
+        )
 
 
 FREE = Free()

@@ -19,7 +19,7 @@ from solvers.pin.flexibility import ShearFlexibility, convex_cowper, deflection_
 from solvers.pin.loads import InternalForces, breakpoints, forces_at
 from solvers.pin.scene import Limits, Scene
 from solvers.pin.section import Criterion, Demand, least_wall, section_demands, shear_demand, solidity_of, wall_of
-from solvers.pin.stations import NODES, Stations, first_stations
+from solvers.pin.stations import NODES, Stations, first_stations, panel_edges
 
 Array = NDArray[np.float64]
 
@@ -83,11 +83,8 @@ def end_of(scene: Scene) -> float:
 def opening_stations(scene: Scene, further: tuple[float, ...] = ()) -> Stations:
     """The first panels: every place where a load begins, the middle, and the deflection's references."""
     length, r = scene.geometry.length, scene.reference
-    places = {*breakpoints(scene.cases, length), r.left, r.right, 0.5 * length, *further}
-    if not scene.symmetric:
-        # Mirrored, so that the two halves can be laid over one another.
-        places |= {length - place for place in places}
-    return first_stations(sorted(places), end_of(scene))
+    places = {*breakpoints(scene.cases, length), r.left, r.right, *further}
+    return first_stations(panel_edges(places, length, scene.symmetric), end_of(scene))
 
 
 def refined(program: Program, which: NDArray[np.bool_]) -> Stations:

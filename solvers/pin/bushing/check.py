@@ -21,7 +21,7 @@ from solvers.pin.bushing.scene import BushingScene
 from solvers.pin.bushing.section import pulls, utilisation
 from solvers.pin.check import Pressures, RingResult
 from solvers.pin.effects import compose
-from solvers.pin.loads import forces_at
+from solvers.pin.loads import forces_at, rounding
 from solvers.pin.profile import Profile, WholeProfile
 from solvers.pin.program import Physics
 from solvers.pin.scene import NO_LIMITS, Limits
@@ -100,7 +100,7 @@ def check(
         Status.SUCCEEDED,
         value,
         choice.manifest,
-        Accuracy(accuracy, max(doubt, 1e-13), {"stations": int(gap.size)}),
+        Accuracy(accuracy, doubt + rounding(scene.geometry.length, scene.reference), {"stations": int(gap.size)}),
         timing={"solve_s": time.perf_counter() - started},
     )
 

@@ -13,6 +13,7 @@ from solvers.pin.bushing.program import BushingProgram
 from solvers.pin.bushing.section import least_gaps
 from solvers.pin.bushing.stiff_steps import stiff_steps
 from solvers.pin.form import Found
+from solvers.pin.pointwise import missed_by_order, missed_by_slope
 from solvers.pin.separable import rising
 from solvers.pin.stepped import MOST_STEPS, best_breaks
 
@@ -55,11 +56,23 @@ class Turned:
         else:
             least = bound(program, low, found.multiplier, found.y, self.one_way)
             method = "Lagrangian dual, tangents at the answer"
-        doubt = program.stations.doubt(found.y)
+        doubt = program.stations.doubt(found.y) + self._missed(program)
         if program.limit is not None and found.multiplier > 0.0:
             doubt = doubt + found.multiplier / program.limit * program.stations.doubt(program.densities(found.y))
         evidence = {"multiplier": found.multiplier, "rounds": found.rounds}
         return Found(found.y, volume, min(least, volume), method, evidence, doubt=doubt)
+
+    def _missed(self, program: BushingProgram) -> Array:
+        """What running extremes miss between stations, as volume."""
+        missed, low = np.zeros(program.stations.left.size), program.lower
+        if self.one_way:
+            missed, low = missed_by_order(program.stations, low, program.anchor), rising(low, program.anchor)
+        if program.limits.max_slope is not None:
+            gap = program.gap_of(low)
+            # y = t (2d + t)/l^2 changes by at most 2 (d + t)/l^2 of what t changes.
+            scale = 2.0 * (program.scene.geometry.bore + float(gap.max())) / program.unit**2
+            missed = missed + scale * missed_by_slope(program.stations, gap, program.limits.max_slope)
+        return missed
 
 
 def _one_size(program: BushingProgram, least: float) -> float:

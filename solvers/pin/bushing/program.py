@@ -30,7 +30,7 @@ from solvers.pin.loads import breakpoints, forces_at
 from solvers.pin.program import Physics
 from solvers.pin.scene import Limits
 from solvers.pin.section import Criterion
-from solvers.pin.stations import Stations, first_stations
+from solvers.pin.stations import Stations, first_stations, panel_edges
 
 Array = NDArray[np.float64]
 
@@ -124,10 +124,9 @@ def _densities(y: Array, bend: Array, shear: Array, kappa: float, a: float, b: f
 def opening_stations(scene: BushingScene, further: tuple[float, ...] = ()) -> Stations:
     """As for a pin: every place where a load begins, the middle, and the deflection's references."""
     length, r = scene.geometry.length, scene.reference
-    places = {*breakpoints(scene.cases, length), r.left, r.right, 0.5 * length, *further}
-    if not scene.symmetric:
-        places |= {length - place for place in places}
-    return first_stations(sorted(places), length * (0.5 if scene.symmetric else 1.0))
+    places = {*breakpoints(scene.cases, length), r.left, r.right, *further}
+    edges = panel_edges(places, length, scene.symmetric)
+    return first_stations(edges, length * (0.5 if scene.symmetric else 1.0))
 
 
 def gap_floor(scene: BushingScene, limits: Limits) -> float:

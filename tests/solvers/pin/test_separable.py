@@ -14,6 +14,7 @@ from solvers.pin.flexibility import convex_cowper, cowper
 from solvers.pin.interior_point import sloped
 from solvers.pin.pointwise import Free, gentle
 from solvers.pin.separable import rising, weigh
+from solvers.pin.stations import Stations
 from tests.solvers.pin.pins import BENDING_ONLY, GEOMETRY, VAZ, grams, program, scaled, vaz
 
 LIMIT = 11.22302193e-6
@@ -177,3 +178,27 @@ def test_stiffer_asks_more():
     masses = [grams(VAZ, max_deflection=limit) for limit in limits]
     assert np.all(np.diff(masses[:-1]) < 0)
     assert masses[-1] == pytest.approx(79.43309106, rel=1e-9)
+
+
+def test_a_kink_anywhere_in_a_panel_is_not_overlooked():
+    """Rules that judge quadrature must not all be exact by chance where one demand takes over from another."""
+    one = Stations(np.array([0.0]), np.array([1.0]))
+    for place in np.linspace(0.0, 1.0, 2001):
+        kink = np.abs(one.x - place)
+        error = abs(one.share @ kink - (place**2 + (1 - place) ** 2) / 2)
+        assert error <= one.doubt(kink)[0] + 1e-15
+
+
+@pytest.mark.parametrize("criterion", pin.CRITERIA)
+def test_the_estimate_of_a_design_covers_its_error(criterion):
+    for scene in (VAZ, vaz(allowable_shear=50e6), vaz(5e3), vaz(18.5e3)):
+        for limits in ({}, {"min_wall": 1.7e-3}, {"max_deflection": 20e-6}, {"max_slope": 0.3}):
+            for form in (Free(), Free(drillable=True)):
+                exact = grams(scene, form, criterion, **limits)
+                if exact is None:
+                    continue
+                problem = pin.PinProblem(scene, pin.Limits(**limits), form, pin.CRITERIA[criterion])
+                for accuracy in (1e-2, 1e-4, 1e-6):
+                    outcome = pin.design(problem, accuracy=accuracy)
+                    error = abs(outcome.value.check.mass * 1e3 / exact - 1)
+                    assert error <= outcome.accuracy.estimated + outcome.certificate.gap <= accuracy

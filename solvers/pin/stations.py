@@ -106,11 +106,13 @@ class Stations:
         ahead, share = values[order], self.share[order]
         running = np.maximum.accumulate(ahead)
         source = np.maximum.accumulate(np.where(ahead == running, np.arange(ahead.size), 0))
-        held = np.bincount(source, share, ahead.size)[order]
+        held = np.bincount(source, share, ahead.size)[order].reshape(-1, NODES)
+        # Where panels meet, two stations share a place, and the summit may lie on either side.
+        held[:-1, -1] = held[1:, 0] = held[:-1, -1] + held[1:, 0]
         x, f = self.x.reshape(-1, NODES), values.reshape(-1, NODES)
         least = (ahead == running)[order].reshape(-1, NODES)
         reach = np.gradient(x, axis=1) / self.span
-        missed = _above(x, f) * held.reshape(-1, NODES) + np.where(least, _above(x, -f) * reach, 0.0)
+        missed = _above(x, f) * held + np.where(least, _above(x, -f) * reach, 0.0)
         return 2.0 * missed.sum(axis=1)
 
     def halved(self, which: NDArray[np.bool_]) -> Stations:

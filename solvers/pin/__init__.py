@@ -7,6 +7,7 @@ outcome = pin.design(pin.PinProblem(scene))
 """
 
 from solvers.effects import ALL, AUTO, EffectSelection
+from solvers.pin.capacity import force_limit
 from solvers.pin.check import PinCheck, check
 from solvers.pin.cones import Cone
 from solvers.pin.design import PinDesign, PinProblem, design, explain
@@ -45,6 +46,7 @@ __all__ = [
     "check",
     "design",
     "explain",
+    "force_limit",
     "free_bores",
     "load_sweep",
 ]

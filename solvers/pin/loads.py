@@ -9,13 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
+from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
+Whole = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,16 @@ class LoadCase:
     terms: tuple[MacaulayTerm, ...]
     axial_force: float = 0.0
     torque: float = 0.0
+
+    @cached_property
+    def columns(self) -> tuple[Array, Array, Whole, Whole]:
+        """Coefficients, starts, orders and planes of the terms."""
+        return (
+            np.array([term.coefficient for term in self.terms], dtype=float),
+            np.array([term.start for term in self.terms], dtype=float),
+            np.array([term.order for term in self.terms], dtype=np.int64),
+            np.array([term.plane for term in self.terms], dtype=np.int64),
+        )
 
 
 @dataclass(frozen=True)
@@ -114,14 +127,24 @@ def forces_at(case: LoadCase, x: Array, side_of: Array) -> InternalForces:
     A term acts where it starts at or before ``side_of`` (same shape as x): a station on a point force belongs to the
     side on which its panel lies.
     """
-    moment, shear = np.zeros((2, *x.shape)), np.zeros((2, *x.shape))
-    for term in case.terms:
-        arm = np.where(side_of >= term.start, x - term.start, 0.0)
-        acting = side_of >= term.start
-        part = np.where(acting, term.coefficient * arm**term.order, 0.0)
-        shear[term.plane] += part
-        moment[term.plane] += part * arm / (term.order + 1)
+    moment, shear = np.zeros((2, x.size)), np.zeros((2, x.size))
+    _add_up(x, side_of, *case.columns, moment, shear)
     return InternalForces(moment, shear, case.axial_force, case.torque)
+
+
+@kernel
+def _add_up(
+    x: Array, side: Array, coefficient: Array, start: Array, order: Whole, plane: Whole, moment: Array, shear: Array
+) -> None:
+    for i in range(x.size):
+        for k in range(coefficient.size):
+            if side[i] >= start[k]:
+                arm = x[i] - start[k]
+                part = coefficient[k]
+                for _ in range(order[k]):
+                    part *= arm
+                shear[plane[k], i] += part
+                moment[plane[k], i] += part * arm / (order[k] + 1.0)
 
 
 def breakpoints(cases: Sequence[LoadCase], length: float) -> list[float]:

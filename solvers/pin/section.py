@@ -191,7 +191,8 @@ def _least_wall(p: Array, r: Array, out: Array) -> None:
             out[i] = np.nan
             continue
         # F falls with w, so the wall for the constant F(1) lies left of the root; Newton stays left of it.
-        w = 1.0 if full == 1.0 else -math.expm1(0.25 * math.log1p(-full))
+        b = math.sqrt(math.sqrt(1.0 - full))
+        w = full / ((1.0 + b) * (1.0 + b * b))
         for _ in range(_MOST_STEPS):
             pv = p[0, i] + w * (p[1, i] + w * p[2, i])
             rv = r[0, i] + w * (r[1, i] + w * r[2, i])
@@ -207,7 +208,8 @@ def _least_wall(p: Array, r: Array, out: Array) -> None:
                 break
             step = -gain / slope
             w = min(w + step, 1.0)
-            if step <= 2.0 * _EPS * w:
+            # The curvature is below 20, so where the slope is not small the step after a small one is below rounding.
+            if step <= 2.0 * _EPS * w or (step <= 1e-9 * w and slope > 0.1):
                 break
         out[i] = w
 

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from bench import crank, design, kernels, random_designs, service
+from bench import crank, design, kernels, pin, random_designs, service
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 
@@ -36,7 +36,9 @@ def main() -> None:
         shown = f"{row.seconds * 1e9:,.0f} ns" if row.seconds < 1e-4 else f"{row.seconds * 1e6:,.0f} µs"
         lines.append(f"| {row.name} | {shown} | {row.seconds / best:,.0f} | {row.error:.0e} |")
     lines += ["", f"The critical load takes {rows[-1].seconds * 1e9:,.0f} ns a design in bulk.", ""]
-    for title, bench in (("A design", design), ("Random problems", random_designs), ("Crank dynamics", crank)):
+    for title, bench in (
+        ("A design", design), ("Random problems", random_designs), ("The piston pin", pin), ("Crank dynamics", crank),
+    ):  # fmt: skip
         lines += [f"## {title}", "", bench.__doc__.partition("\n\n")[2].strip(), "", *bench.table(), ""]
     lines += ["## The service", "", service.__doc__.partition("\n\n")[2].strip(), "", *service.table(), ""]
     PAGE.write_text("\n".join(lines), "utf-8")

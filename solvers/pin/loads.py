@@ -18,7 +18,8 @@ from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
-Whole = NDArray[np.int64]
+_NOTHING = 8.0 * 2.0**-52
+"""Sums below this share of their parts are rounding."""
 
 
 @dataclass(frozen=True)
@@ -48,14 +49,40 @@ class LoadCase:
     torque: float = 0.0
 
     @cached_property
-    def columns(self) -> tuple[Array, Array, Whole, Whole]:
-        """Coefficients, starts, orders and planes of the terms."""
-        return (
-            np.array([term.coefficient for term in self.terms], dtype=float),
-            np.array([term.start for term in self.terms], dtype=float),
-            np.array([term.order for term in self.terms], dtype=np.int64),
-            np.array([term.plane for term in self.terms], dtype=np.int64),
-        )
+    def pieces(self) -> tuple[Pieces, Pieces]:
+        """The shear force of each plane as polynomials between the places where terms start."""
+        return tuple(_pieces([term for term in self.terms if term.plane == plane]) for plane in (0, 1))
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Q = sum c_j (x - s)^j from each start s to the next, shape (4, k), and M at the starts, (k,).
+
+    Sums of Macaulay terms as they stand lose (x/a)^2 digits behind a short boss. Here the terms are shifted from start
+    to start, and a coefficient that only rounding tells from zero is zero.
+    """
+
+    start: Array
+    shear: Array
+    moment: Array
+
+
+def _pieces(terms: list[MacaulayTerm]) -> Pieces:
+    starts = sorted({term.start for term in terms})
+    shear, moment = np.zeros((4, len(starts))), np.zeros(len(starts))
+    now, bent, before = np.zeros(4), 0.0, 0.0
+    for k, place in enumerate(starts):
+        h = place - before
+        bent += sum(now[i] * h ** (i + 1) / (i + 1) for i in range(4)) if k else 0.0
+        parts = [[now[i] * math.comb(i, j) * h ** (i - j) for i in range(j, 4)] if k else [0.0] for j in range(4)]
+        for term in terms:
+            if term.start == place:
+                parts[term.order].append(term.coefficient)
+        sums = [math.fsum(part) for part in parts]
+        sizes = [math.fsum(map(abs, part)) for part in parts]
+        now = np.array([s if abs(s) > _NOTHING * size else 0.0 for s, size in zip(sums, sizes, strict=True)])
+        shear[:, k], moment[k], before = now, bent, place
+    return Pieces(np.array(starts), shear, moment)
 
 
 @dataclass(frozen=True)
@@ -128,23 +155,26 @@ def forces_at(case: LoadCase, x: Array, side_of: Array) -> InternalForces:
     side on which its panel lies.
     """
     moment, shear = np.zeros((2, x.size)), np.zeros((2, x.size))
-    _add_up(x, side_of, *case.columns, moment, shear)
+    for plane, pieces in enumerate(case.pieces):
+        if pieces.start.size:
+            _evaluate(x, side_of, pieces.start, pieces.shear, pieces.moment, moment[plane], shear[plane])
     return InternalForces(moment, shear, case.axial_force, case.torque)
 
 
 @kernel
-def _add_up(
-    x: Array, side: Array, coefficient: Array, start: Array, order: Whole, plane: Whole, moment: Array, shear: Array
-) -> None:
+def _evaluate(x: Array, side: Array, start: Array, c: Array, m: Array, moment: Array, shear: Array) -> None:
+    k = 0
     for i in range(x.size):
-        for k in range(coefficient.size):
-            if side[i] >= start[k]:
-                arm = x[i] - start[k]
-                part = coefficient[k]
-                for _ in range(order[k]):
-                    part *= arm
-                shear[plane[k], i] += part
-                moment[plane[k], i] += part * arm / (order[k] + 1.0)
+        # Stations mostly rise, so the piece is the last one's or the next.
+        while k > 0 and start[k] > side[i]:
+            k -= 1
+        while k + 1 < start.size and start[k + 1] <= side[i]:
+            k += 1
+        if start[k] > side[i]:
+            continue
+        t = x[i] - start[k]
+        shear[i] = c[0, k] + t * (c[1, k] + t * (c[2, k] + t * c[3, k]))
+        moment[i] = m[k] + t * (c[0, k] + t * (c[1, k] / 2.0 + t * (c[2, k] / 3.0 + t * c[3, k] / 4.0)))
 
 
 def breakpoints(cases: Sequence[LoadCase], length: float) -> list[float]:

@@ -52,14 +52,14 @@ def test_the_reference_optimum_by_an_independent_dense_quadrature():
 
     def best(price):
         lo, hi = least.copy(), np.ones(n)
-        for _ in range(80):  # golden section on a convex function
+        for _ in range(52):  # golden section on a convex function
             p, q = hi - 0.618034 * (hi - lo), lo + 0.618034 * (hi - lo)
             left = p + price * flexibility(p) < q + price * flexibility(q)
             lo, hi = np.where(left, lo, p), np.where(left, q, hi)
         return np.where(inside, (lo + hi) / 2, least)
 
     down, up = 0.0, 1e6
-    for _ in range(60):
+    for _ in range(46):
         price = (down + up) / 2
         soft = 2 * flexibility(best(price))[inside].sum() * 0.04 / n > LIMIT
         down, up = (price, up) if soft else (down, price)
@@ -142,7 +142,7 @@ def test_the_two_tiers_agree_and_both_are_certified(stations):
         assert cone.volume == pytest.approx(fast.volume, rel=1e-7)
 
 
-@pytest.mark.parametrize("factor", [1e-3, 1.0, 200 / 21.99])
+@pytest.mark.parametrize("factor", [1e-3, 200 / 21.99])
 def test_slope_limits_are_kept_and_certified_from_a_watch_to_a_ship(factor):
     scene = scaled(VAZ, factor)
     for drillable in (False, True):
@@ -191,7 +191,7 @@ def test_a_kink_anywhere_in_a_panel_is_not_overlooked():
 
 @pytest.mark.parametrize("criterion", pin.CRITERIA)
 def test_the_estimate_of_a_design_covers_its_error(criterion):
-    for scene in (VAZ, vaz(allowable_shear=50e6), vaz(5e3), vaz(18.5e3)):
+    for scene in (VAZ, vaz(18.5e3, allowable_shear=50e6)):
         for limits in ({}, {"min_wall": 1.7e-3}, {"max_deflection": 20e-6}, {"max_slope": 0.3}):
             for form in (Free(), Free(drillable=True)):
                 exact = grams(scene, form, criterion, **limits)

@@ -203,7 +203,7 @@ def _least_wall(p: Array, r: Array, out: Array) -> None:
             gain = w * (2.0 - w) * (1.0 + b * b) - f
             slope = 4.0 * b * b * b
             if f > 0.0:
-                slope -= (pv / f) * (p[1, i] + 2.0 * w * p[2, i]) + (rv / f) * (r[1, i] + 2.0 * w * r[2, i])
+                slope -= (pv * (p[1, i] + 2.0 * w * p[2, i]) + rv * (r[1, i] + 2.0 * w * r[2, i])) / f
             if gain >= 0.0 or slope <= 0.0:
                 break
             step = -gain / slope

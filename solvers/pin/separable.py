@@ -44,7 +44,7 @@ def _place(
     if lam * bend == 0.0 and lam * shear == 0.0:
         return low
     high = 1.0
-    if weight + lam * _slopes(CONVEX, bend, shear, a, b, knee)[0] < 0.0:
+    if knee >= 1.0 and weight + lam * _slopes(CONVEX, bend, shear, a, b, knee)[0] < 0.0:
         # The minimum may lie where g is concave: there it is at an end of the envelope's straight line.
         line = line_from(bend, shear, a, b, knee)
         if line < 1.0:
@@ -59,7 +59,7 @@ def _place(
             high = line
         elif weight + lam * _slopes(1.0, bend, shear, a, b, knee)[0] <= 0.0:
             return 1.0
-    left, right, u = low, high, start
+    left, right, u, seen = low, high, start, False
     if not low < u < high:
         u = min(max(math.sqrt(lam * (0.5 * bend + shear * (a + 0.25 * b)) / weight), low), high)
     if u <= 0.0:
@@ -80,7 +80,11 @@ def _place(
         elif not left < new < right:
             if rise <= 0.0 and u >= high:
                 return high
-            new = 0.5 * (left + right) if left > 0.0 else 0.5 * right
+            if rise <= 0.0 and not seen:
+                # Past the end: look at the end itself, once.
+                new, seen = high, True
+            else:
+                new = 0.5 * (left + right) if left > 0.0 else 0.5 * right
         if abs(new - u) <= 4.0 * _EPS * u:
             return new
         u = new

@@ -170,7 +170,7 @@ class Cone:
             return None
         cones = _Cones(half)
         c_range = (1e-3, 1.0) if self.cylinder else (1.0, 1.0)
-        r, c, gain, most, boxes = _best(cones, c_range, max(gap, 1e-8), _BOXES[half.limit is not None])
+        r, c, gain, most, boxes = _best(cones, c_range, min(max(gap, 1e-8), 1e-7), _BOXES[half.limit is not None])
         size = cones.size(r, c, r, c)
         if half.limit is not None and c < 1.0:
             # The cone's inner end becomes a station: quadrature across it had the deflection a little wrong.

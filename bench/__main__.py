@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from bench import crank, design, kernels, linkage, random_designs, service
+from bench import crank, design, kernels, linkage, pin, random_designs, service
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 
@@ -39,6 +39,7 @@ def main() -> None:
     sections = (
         ("A design", design),
         ("Random problems", random_designs),
+        ("The piston pin", pin),
         ("The impact linkage", linkage),
         ("Crank dynamics", crank),
     )

@@ -57,6 +57,11 @@ ABOVE = {
     "solvers.rod.scene": ("solvers.rod.check", "solvers.rod.design", "solvers.rod.effects"),
     "solvers.rod.effects": ("solvers.rod.check", "solvers.rod.design"),
     "solvers.rod.check": ("solvers.rod.design", "solvers.rod.survey"),
+    "solvers.pin.scene": ("solvers.pin.program", "solvers.pin.check", "solvers.pin.design", "solvers.pin.effects"),
+    "solvers.pin.program": ("solvers.pin.check", "solvers.pin.design", "solvers.pin.effects", "solvers.pin.separable"),
+    "solvers.pin.effects": ("solvers.pin.check", "solvers.pin.design"),
+    "solvers.pin.check": ("solvers.pin.design", "solvers.pin.bushing"),
+    "solvers.pin": ("solvers.rod", "solvers.crank", "solvers.linkage"),
     "app.designs": ("app.store", "app.jobs", "app.api", "app.web", "app.cli", "app.main"),
     "app.store": ("app.designs", "app.jobs", "app.api", "app.web", "app.cli", "app.main", "solvers"),
     "app.jobs": ("app.store", "app.api", "app.web", "app.cli", "app.main"),
@@ -100,7 +105,8 @@ def test_all_sql_lives_in_the_store():
 
 def test_every_wing_has_the_same_rooms():
     rooms = {"scene.py", "effects.py", "check.py", "design.py"}
-    assert rooms <= {path.name for path in (ROOT / "solvers" / "rod").iterdir()}
+    for wing in ("rod", "pin", "pin/bushing"):
+        assert rooms <= {path.name for path in (ROOT / "solvers" / wing).iterdir()}, wing
 
 
 def test_files_stay_readable():

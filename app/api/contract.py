@@ -101,7 +101,7 @@ def run_model(kind: Kind, mode: Mode) -> type[Run]:
         __base__=Run,
         __doc__=Run.__doc__,
         spec=(job.request, ...),
-        result=(job.result | Infeasible | None, ...),
+        result=(job.result | (job.infeasible or Infeasible) | None, ...),
     )
 
 

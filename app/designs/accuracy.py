@@ -6,7 +6,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from pydantic import BaseModel, Field, create_model
+from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.schema import EffectChoice, Entry, Strict, one_of
@@ -18,8 +18,17 @@ _SHARE_OF_LEVELS = 0.6
 """Of the study's time; the rest goes to its effects."""
 
 
+def _either(schema: dict[str, Any]) -> None:
+    """A spec may fit the check's schema and the design's (what it is meant as is told by its values): anyOf."""
+    spec = schema.get("properties", {}).get("spec", {})
+    if "oneOf" in spec:
+        spec["anyOf"] = spec.pop("oneOf")
+
+
 class StudyRequest(Strict):
     """The case, what is wanted of a solution, and how long the levels may be timed."""
+
+    model_config = ConfigDict(json_schema_extra=_either)
 
     time_budget_s: float | None = Field(
         default=None,
@@ -104,11 +113,14 @@ def study_job(kind: Kind) -> Job:
         mode = next(Mode(name) for name, model in specs.items() if isinstance(asked.spec, model))
         return _run(kind, kind.jobs[mode], asked)
 
-    return Job(request, StudyResult, run, extra_s=lambda asked: asked.study_budget_s, repeatable=False)
+    infeasible = next((job.infeasible for job in kind.jobs.values() if job.infeasible), None)
+    return Job(
+        request, StudyResult, run, extra_s=lambda asked: asked.study_budget_s, repeatable=False, infeasible=infeasible
+    )
 
 
 def _spec(specs: dict[str, type[BaseModel]]) -> Any:
-    """Whichever request has a field of its own in what was sent."""
+    """Whichever request claims what was sent, or has a field of its own in it."""
     known = {name: set(model.model_fields) for name, model in specs.items()}
     own = {name: fields.difference(*(f for n, f in known.items() if n != name)) for name, fields in known.items()}
 
@@ -117,7 +129,8 @@ def _spec(specs: dict[str, type[BaseModel]]) -> Any:
             return next((name for name, model in specs.items() if isinstance(value, model)), None)
         if not isinstance(value, dict):
             return None
-        return next((name for name, fields in own.items() if fields & value.keys()), next(iter(specs)))
+        claimed = next((name for name, model in specs.items() if model.meant_by(value)), None)
+        return claimed or next((name for name, fields in own.items() if fields & value.keys()), next(iter(specs)))
 
     return one_of(choose, specs, "a request of this kind")
 

@@ -57,6 +57,7 @@ class Job:
     everything else runs in a process that can be killed. ``extra_s`` is the time that a request itself may ask for on
     top of the budget. ``repeatable`` is false where time is part of the answer, so that no earlier one will do.
     ``reference`` solves a request by independent means, to judge accuracies by, where there are such means.
+    ``infeasible`` is the result where there is no answer, if the kind says more than the diagnosis all kinds have.
     """
 
     request: type[BaseModel]
@@ -66,6 +67,7 @@ class Job:
     extra_s: Callable[[Any], float] = _nothing
     repeatable: bool = True
     reference: Callable[[Any], Reference | None] = _no_reference
+    infeasible: type[BaseModel] | None = None
 
 
 @dataclass(frozen=True, eq=False)

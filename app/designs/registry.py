@@ -12,9 +12,12 @@ from app.designs.effect_bars import effect_bars
 from app.designs.flexible_rod import FLEXIBLE_ROD
 from app.designs.impact_linkage import IMPACT_LINKAGE
 from app.designs.kind import Job, Kind, Mode, Plot
+from app.designs.pin_profile import PIN_PROFILE
 from app.designs.work_precision import work_precision
 
-KINDS: dict[str, Kind] = {kind.slug: kind for kind in (FLEXIBLE_ROD, IMPACT_LINKAGE, CRANK_DYNAMICS, CRANK_MASSES)}
+KINDS: dict[str, Kind] = {
+    kind.slug: kind for kind in (FLEXIBLE_ROD, PIN_PROFILE, IMPACT_LINKAGE, CRANK_DYNAMICS, CRANK_MASSES)
+}
 
 
 def job_of(kind: Kind, mode: Mode) -> Job:

@@ -106,6 +106,12 @@ class SolverRequest(Strict):
         """What single fields cannot see: one problem entry for every pair of values that cannot both hold."""
         return []
 
+    @classmethod
+    def meant_by(cls, value: dict[str, Any]) -> bool:
+        """Whether an object as sent, in a place that takes a check or a design, is one of these: by its fields alone
+        unless a kind knows better."""
+        return False
+
     def selection(self) -> EffectSelection:
         if isinstance(self.effects, EffectChoice):
             return EffectSelection(frozenset(self.effects.include), frozenset(self.effects.exclude))

@@ -12,7 +12,7 @@ import numpy as np
 
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.registry import KINDS
-from bench.campaign import crank_dynamics, flexible_rod, impact_linkage
+from bench.campaign import crank_dynamics, flexible_rod, impact_linkage, pin_profile
 
 Body = dict[str, Any]
 Results = dict[str, float]
@@ -21,6 +21,7 @@ DRAWN: Mapping[str, Callable[[np.random.Generator], Body]] = {
     "flexible-rod": flexible_rod.request,
     "impact-linkage": impact_linkage.request,
     "crank-dynamics": crank_dynamics.request,
+    "pin-profile": pin_profile.request,
 }
 """For every kind, how a random check (or analysis) request is made."""
 

@@ -1,0 +1,121 @@
+"""Pictures of a pin: the bore to scale, its internal forces, its stress, and its profiles over the load."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from app.designs.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
+from solvers import pin
+from solvers.pin.capacity import force_limit
+from solvers.pin.family import load_sweep
+
+_WIDTH, _MARGIN, _TEXT = 560.0, 20.0, 34.0
+_LOADS = (0.25, 0.5, 0.75, 0.9, 0.99)
+_OUTSIDE_LOADS = (0.25, 0.5, 1.0, 2.0)
+
+
+def _columns(run: dict[str, Any], *names: str) -> list[list[float]]:
+    rows = run["result"]["profile"]
+    return [[row[name] for row in rows] for name in names]
+
+
+def bore_picture(run: dict[str, Any]) -> str:
+    """SVG of the pin cut along its axis, to scale: the wall tinted, rod and bosses as bars beside it."""
+    x, bore, outside = _columns(run, "x_mm", "bore_mm", "outer_diameter_mm")
+    g = run["spec"]["geometry"]
+    a, b, gap = g["boss_length_mm"], g["small_end_length_mm"], g["gap_mm"]
+    length = 2.0 * a + b + 2.0 * gap
+    outer = max(outside)
+    scale = (_WIDTH - 2.0 * _MARGIN) / length
+    middle = _TEXT + _MARGIN + 0.5 * outer * scale
+    height = middle + 0.5 * outer * scale + _MARGIN + _TEXT
+
+    def at(place: float, radius: float) -> str:
+        return f"{_MARGIN + place * scale:.2f},{middle - radius * scale:.2f}"
+
+    out = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH:.0f} {height:.0f}" role="img" class="plot" '
+        'font-family="system-ui, sans-serif" font-size="13"><title>The pin cut along its axis, to scale</title>'
+    ]
+    for sign in (1.0, -1.0):
+        inner = "L".join(at(p, sign * 0.5 * d) for p, d in zip(reversed(x), reversed(bore), strict=True))
+        skin = "L".join(at(p, sign * 0.5 * d) for p, d in zip(x, outside, strict=True))
+        edge = f"M{skin}L{inner}Z"
+        out.append(f'<path d="{edge}" fill="{BLUE}" fill-opacity="0.25" stroke="{BLUE}" stroke-width="1.2"/>')
+    out.append(
+        f'<path d="M{at(0.0, 0.0)}L{at(length, 0.0)}" stroke="currentColor" stroke-opacity="0.5" '
+        'stroke-dasharray="12 3 2 3"/>'
+    )
+    for begin, end, side, words in (
+        (0.0, a, -1.0, "boss"), (a + gap, a + gap + b, 1.0, "rod"), (length - a, length, -1.0, "boss"),
+    ):  # fmt: skip
+        y = middle - side * (0.5 * outer * scale + 8.0)
+        left, right = _MARGIN + begin * scale, _MARGIN + end * scale
+        out.append(
+            f'<line x1="{left:.1f}" x2="{right:.1f}" y1="{y:.1f}" y2="{y:.1f}" stroke="{GREY}" stroke-width="5"/>'
+            f'<text x="{0.5 * (left + right):.1f}" y="{y + (-8.0 if side > 0 else 18.0):.1f}" text-anchor="middle" '
+            f'fill="currentColor">{words} {end - begin:.4g} mm</text>'
+        )
+    return "".join(out) + "</svg>"
+
+
+def forces_picture(run: dict[str, Any]) -> str:
+    """SVG of bending moment and shear force along the pin, each relative to its greatest value."""
+    x, moment, shear = _columns(run, "x_mm", "moment_nmm", "shear_n")
+    most_moment, most_shear = max(map(abs, moment)) or 1.0, max(map(abs, shear)) or 1.0
+    chart = Chart("Internal forces", Linear(0.0, x[-1]), Linear(-1.1, 1.1), "x, mm", "relative to the greatest")
+    chart.line(x, [value / most_moment for value in moment], BLUE)
+    chart.line(x, [value / most_shear for value in shear], RED)
+    chart.words(0.36 * x[-1], 0.62, f"moment, to {most_moment / 1e3:.4g} N·m", BLUE)
+    chart.words(0.02 * x[-1], -0.8, f"shear, to {most_shear / 1e3:.4g} kN", RED)
+    return chart.svg()
+
+
+def stress_picture(run: dict[str, Any]) -> str:
+    """SVG of the equivalent stress along the pin, and the allowable."""
+    rows = [row for row in run["result"]["profile"] if row["equivalent_stress_mpa"] is not None]
+    x, stress = [row["x_mm"] for row in rows], [row["equivalent_stress_mpa"] for row in rows]
+    allowable = run["spec"]["material"]["allowable_stress_mpa"]
+    chart = Chart(
+        "Equivalent stress",
+        around([0.0, *x], 0.0),
+        around([0.0, allowable, *stress]),
+        "x, mm",
+        "equivalent stress, MPa",
+    )
+    chart.line([0.0, x[-1]], [allowable, allowable], RED, dashes="6 4")
+    chart.words(0.02 * x[-1], allowable, "allowable", RED)
+    chart.line(x, stress, BLUE)
+    return chart.svg()
+
+
+def load_family(run: dict[str, Any]) -> str:
+    """SVG of free profiles over the load (the paper's figure 5), and of this pin: diameter over half the length."""
+    from app.designs.pin_profile_request import DesignRequest
+
+    spec = {name: value for name, value in run["spec"].items() if name in DesignRequest.model_fields}
+    if run["spec"]["variable"] == "bore":
+        spec["bore_mm"] = None
+    request = DesignRequest.model_validate({**spec, "form": {"kind": "free"}})
+    sought = "outer_diameter_mm" if request.seeks_outside else "bore_mm"
+    if request.seeks_outside:
+        scene, force = request.bushing(), request.load.force_n
+        profiles = load_sweep(scene, pin.CRITERIA[request.criterion], [share * force for share in _OUTSIDE_LOADS])
+        title, words = "Outsides over the load", "outer diameter, mm"
+    else:
+        scene, force = request.scene(), request.load.force_n
+        greatest = force_limit(scene, pin.CRITERIA[request.criterion])
+        profiles = load_sweep(scene, pin.CRITERIA[request.criterion], [share * greatest for share in _LOADS])
+        title, words = "Profiles over the load", "bore, mm"
+    half = 0.5e3 * scene.geometry.length
+    places, own = _columns(run, "x_mm", sought)
+    top = max(max(own), *(float(profile.diameter.max()) * 1e3 for profile in profiles))
+    chart = Chart(title, Linear(0.0, half), Linear(0.0, 1.05 * top), "x, mm", words)
+    for profile in profiles:
+        diameter = profile.diameter * 1e3
+        chart.line(list(profile.x * 1e3), list(diameter), GREY)
+        chart.words(0.8 * half, float(diameter[-1]), f"{profile.force / 1e3:.3g} kN", GREY)
+    mine = [(p, d) for p, d in zip(places, own, strict=True) if p <= half * (1.0 + 1e-9)]
+    chart.line([p for p, _ in mine], [d for _, d in mine], GREEN)
+    chart.words(0.02 * half, 0.0, f"green: this one, {force / 1e3:.4g} kN", GREEN)
+    return chart.svg()

@@ -1,0 +1,110 @@
+"""The piston pin and the bushing at the edge: the calls into the solver, and the kind as the service knows it."""
+
+from __future__ import annotations
+
+import json
+from importlib.resources import files
+from typing import Any
+
+from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.pin_pictures import bore_picture, forces_picture, load_family, stress_picture
+from app.designs.pin_profile_request import CheckRequest, DesignRequest
+from app.designs.pin_result import (
+    DesignResult,
+    InfeasibleResult,
+    PinResult,
+    bushing_json,
+    design_json,
+    infeasible_json,
+    pin_json,
+)
+from app.designs.schema import MILLI, envelope, refusal_problem
+from solvers import pin
+from solvers.errors import InvalidInput
+from solvers.pin import bushing
+
+
+def run_check(request: CheckRequest) -> Answer:
+    """Evaluate the pin or the bushing."""
+    how = (
+        pin.CRITERIA[request.criterion], request.limits.to_solver(), request.selection(), request.effect_tolerance,
+        request.accuracy,
+    )  # fmt: skip
+    try:
+        if request.seeks_outside:
+            outcome = bushing.check(request.bushing(), request.outside(), *how)
+            return envelope(outcome, bushing_json(outcome.value))
+        scene = request.scene()
+        outcome = pin.check(scene, request.bore(), *how)
+    except InvalidInput as refusal:
+        return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
+    return envelope(outcome, pin_json(outcome.value, scene.geometry.outer_diameter))
+
+
+def run_design(request: DesignRequest) -> Answer:
+    """Find the pin or the bushing."""
+    try:
+        return _design_bushing(request) if request.seeks_outside else _design_pin(request)
+    except InvalidInput as refusal:
+        return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
+
+
+def _design_pin(request: DesignRequest) -> Answer:
+    problem = request.problem()
+    outcome = pin.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
+    found, outer = outcome.value, problem.scene.geometry.outer_diameter
+    if found is None:
+        why = pin.explain(problem, request.selection(), request.effect_tolerance)
+        return envelope(outcome, infeasible_json(outcome, why))
+    corners = found.corners and [
+        {"x_mm": x / MILLI, "bore_mm": bore / MILLI, "outer_diameter_mm": outer / MILLI} for x, bore in found.corners
+    ]
+    return envelope(outcome, design_json(outcome, pin_json(found.check, outer), corners))
+
+
+def _design_bushing(request: DesignRequest) -> Answer:
+    problem = request.bushing_problem()
+    outcome = bushing.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
+    found, bore = outcome.value, problem.scene.geometry.bore
+    if found is None:
+        return envelope(outcome, infeasible_json(outcome, None))
+    corners = found.corners and [
+        {"x_mm": x / MILLI, "bore_mm": bore / MILLI, "outer_diameter_mm": outer / MILLI} for x, outer in found.corners
+    ]
+    return envelope(outcome, design_json(outcome, bushing_json(found.check), corners))
+
+
+def effects() -> list[dict[str, Any]]:
+    """The effects a pin's scene can call for."""
+    return [{"name": e.name, "summary": e.summary, "measure": e.measure} for e in pin.EFFECTS]
+
+
+def example(mode: Mode) -> dict[str, Any]:
+    """The paper's pin as a request of the given mode."""
+    return json.loads((files("app.designs") / "examples" / f"pin-profile-{mode}.json").read_text("utf-8"))
+
+
+MAIN_RESULTS = (
+    "mass_g", "solid_mass_g", "constant_bore_mass_g", "max_moment_nmm", "force_limit_n", "deflection_um",
+)  # fmt: skip
+"""What an accuracy study judges. Not the bore itself: where the mass is flat in it, it is uncertain by the square root
+of the mass's own error."""
+
+PIN_PROFILE = Kind(
+    slug="pin-profile",
+    title="Piston pin",
+    summary="the lightest bore of a piston pin: free, drillable, stepped, conical",
+    jobs={
+        Mode.DESIGN: Job(DesignRequest, DesignResult, run_design, infeasible=InfeasibleResult),
+        Mode.CHECK: Job(CheckRequest, PinResult, run_check),
+    },
+    effects=effects,
+    example=example,
+    plots={
+        "bore": bore_picture,
+        "forces": forces_picture,
+        "stress": stress_picture,
+        "load-family": load_family,
+    },
+    main_results=MAIN_RESULTS,
+)

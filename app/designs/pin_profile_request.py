@@ -1,0 +1,283 @@
+"""What can be asked of the piston pin, in the units of the contract, and the way into the solver's SI scene."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from app.designs.schema import (
+    GIGA,
+    MEGA,
+    MILLI,
+    Entry,
+    NotNegative,
+    Positive,
+    SolverRequest,
+    Strict,
+    entry,
+)
+from solvers import pin
+from solvers.pin import bushing
+
+MICRO = 1e-6
+MOST_POINTS = 5_000
+FORMS = ("free", "drillable", "constant", "stepped", "double_cone", "cone_cylinder")
+CONES = ("double_cone", "cone_cylinder")
+VARIABLES = ("bore", "outer")
+_PLAIN_FORMS = {
+    "free": pin.Free(),
+    "drillable": pin.Free(drillable=True),
+    "constant": pin.Constant(),
+    "double_cone": pin.Cone(),
+    "cone_cylinder": pin.Cone(cylinder=True),
+}
+
+_OUTSIDE_FORMS = {
+    "free": bushing.Turned(),
+    "drillable": bushing.Turned(one_way=True),
+    "constant": bushing.Constant(),
+}
+
+
+def _times(value: float | None, unit: float) -> float | None:
+    return None if value is None else value * unit
+
+
+class Geometry(Strict):
+    outer_diameter_mm: Positive | None = Field(
+        default=None, description="D; a bushing's design finds it and does without"
+    )
+    boss_length_mm: Positive = Field(description="a, the length in each boss of the piston")
+    small_end_length_mm: Positive = Field(description="b, the length in the rod's small end")
+    gap_mm: NotNegative = Field(default=0.0, description="between small end and boss")
+
+
+class Load(Strict):
+    force_n: float = Field(ge=0, le=1e12, description="greatest force on the piston")
+
+
+class Material(Strict):
+    allowable_stress_mpa: Positive
+    allowable_shear_mpa: Positive | None = Field(default=None, description="null: the criterion alone")
+    elastic_modulus_gpa: Positive
+    poisson: float = Field(default=0.3, ge=0, lt=0.5)
+    density_kg_m3: Positive
+
+    def to_solver(self) -> pin.PinMaterial:
+        return pin.PinMaterial(
+            self.allowable_stress_mpa * MEGA,
+            self.elastic_modulus_gpa * GIGA,
+            self.poisson,
+            self.density_kg_m3,
+            _times(self.allowable_shear_mpa, MEGA),
+        )
+
+
+class PinLimits(Strict):
+    """What the pin must keep besides strength; null: no such limit."""
+
+    min_wall_mm: NotNegative | None = Field(default=0.0, description="least wall thickness")
+    max_deflection_um: Positive | None = Field(default=None, description="of the middle against the bosses' edges")
+    max_ovalization_um: Positive | None = Field(default=None, description="calls for the effect ovalization")
+    max_slope: Positive | None = Field(default=None, description="change of the bore's diameter per length")
+
+    def to_solver(self) -> pin.Limits:
+        return pin.Limits(
+            (self.min_wall_mm or 0.0) * MILLI,
+            _times(self.max_deflection_um, MICRO),
+            _times(self.max_ovalization_um, MICRO),
+            self.max_slope,
+        )
+
+
+class BoreForm(Strict):
+    """The shapes that the bore may have."""
+
+    kind: Literal[FORMS] = "free"  # type: ignore[valid-type]
+    steps: float | None = Field(
+        default=None, ge=1, le=12, multiple_of=1, description="bores from each end to the middle; stepped only"
+    )
+
+    def to_solver(self) -> pin.Free | pin.Constant | pin.Stepped | pin.Cone:
+        return pin.Stepped(int(self.steps or 2)) if self.kind == "stepped" else _PLAIN_FORMS[self.kind]
+
+    def of_outside(self) -> bushing.Turned | bushing.Constant | bushing.Stepped:
+        """The same form of a bushing's outside."""
+        return bushing.Stepped(int(self.steps or 2)) if self.kind == "stepped" else _OUTSIDE_FORMS[self.kind]
+
+
+class PinRequest(SolverRequest):
+    """The pin, its load, its material, and what it must keep."""
+
+    geometry: Geometry
+    load: Load
+    material: Material
+    criterion: Literal[tuple(pin.CRITERIA)] = Field(  # type: ignore[valid-type]
+        default="tresca_paper", description="how bending and shear join in one equivalent stress"
+    )
+    limits: PinLimits = PinLimits()
+    form: BoreForm = Field(
+        default=BoreForm(),
+        description="of what a design seeks; a drillable outside does not narrow toward the middle",
+    )
+    variable: Literal[VARIABLES] = Field(  # type: ignore[valid-type]
+        default="bore", description="bore: the pin, outer diameter given; outer: the bushing, bore_mm given"
+    )
+    bore_mm: NotNegative | None = Field(
+        default=None, description="one bore all along: of the pin that is checked, or of the bushing"
+    )
+
+    @property
+    def seeks_outside(self) -> bool:
+        return self.variable == "outer"
+
+    def contradictions(self) -> list[Entry]:
+        g, found = self.geometry, []
+        wall = self.limits.min_wall_mm or 0.0
+        if not self.seeks_outside and g.outer_diameter_mm is not None and 2.0 * wall > g.outer_diameter_mm:
+            found.append(entry("/limits/min_wall_mm", "is more than the pin's radius", "at most half the diameter"))
+        if self.form.kind == "stepped" and self.form.steps is None:
+            found.append(entry("/form/steps", "a stepped bore needs the number of its steps", "1 … 12"))
+        if self.form.kind != "stepped" and self.form.steps is not None:
+            found.append(entry("/form/steps", "only a stepped bore has steps", "null"))
+        if self.seeks_outside and self.form.kind in CONES:
+            found.append(entry("/form/kind", "is no form of a bushing's outside", "free, drillable, constant, stepped"))
+        if self.seeks_outside and self.bore_mm is None:
+            found.append(entry("/bore_mm", "the bushing's bore is missing", "a number that is not negative"))
+        return found
+
+    def scene(self) -> pin.Scene:
+        """The pin in SI units. Raises InvalidInput for what only the solver can see."""
+        g = self.geometry
+        return pin.Scene(
+            pin.Geometry(
+                (g.outer_diameter_mm or 0.0) * MILLI,
+                g.boss_length_mm * MILLI,
+                g.small_end_length_mm * MILLI,
+                g.gap_mm * MILLI,
+            ),
+            self.load.force_n,
+            self.material.to_solver(),
+        )
+
+    def bushing(self) -> bushing.BushingScene:
+        """The bushing in SI units. Raises InvalidInput for what only the solver can see."""
+        g = self.geometry
+        return bushing.BushingScene(
+            bushing.BushingGeometry(
+                self.bore_mm * MILLI, g.boss_length_mm * MILLI, g.small_end_length_mm * MILLI, g.gap_mm * MILLI
+            ),
+            self.load.force_n,
+            self.material.to_solver(),
+        )
+
+
+def _needs_outside(request: PinRequest) -> list[Entry]:
+    if request.geometry.outer_diameter_mm is not None:
+        return []
+    return [entry("/geometry/outer_diameter_mm", "the outer diameter is missing", "a positive number")]
+
+
+class Point(Strict):
+    """A place, and what is sought there: a pin's bore or a bushing's outer diameter."""
+
+    x_mm: NotNegative
+    bore_mm: NotNegative | None = None
+    outer_diameter_mm: NotNegative | None = None
+
+
+Points = Annotated[list[Point], Field(min_length=1, max_length=MOST_POINTS)]
+
+
+class CheckRequest(PinRequest):
+    """A pin with a given bore, or a bushing with a given outside: one all along, or points joined by straight lines."""
+
+    profile: Points | None = Field(
+        default=None,
+        description="points that do not fall in x; two at one x are a step; half a pin stands for both. With bore_mm, "
+        "or outer_diameter_mm for a bushing",
+    )
+
+    @classmethod
+    def meant_by(cls, value: dict[str, Any]) -> bool:
+        """Whether an object as sent is a check rather than a design."""
+        if value.get("variable") == "outer":
+            given = value.get("geometry")
+            outside = isinstance(given, dict) and given.get("outer_diameter_mm") is not None
+            return value.get("profile") is not None or (outside and "form" not in value)
+        return value.get("profile") is not None or value.get("bore_mm") is not None
+
+    def contradictions(self) -> list[Entry]:
+        return (
+            super().contradictions() + (self._of_bushing() if self.seeks_outside else self._of_pin()) + self._points()
+        )
+
+    def _of_pin(self) -> list[Entry]:
+        g, found = self.geometry, _needs_outside(self)
+        if (self.bore_mm is None) == (self.profile is None):
+            found.append(entry("/bore_mm", "a check needs a bore or a profile", "one of bore_mm and profile"))
+        if g.outer_diameter_mm is not None and self.bore_mm is not None and self.bore_mm > g.outer_diameter_mm:
+            found.append(entry("/bore_mm", "is wider than the pin", "at most geometry.outer_diameter_mm"))
+        return found
+
+    def _of_bushing(self) -> list[Entry]:
+        outer = self.geometry.outer_diameter_mm
+        if self.profile is None and outer is None:
+            return [entry("/geometry/outer_diameter_mm", "the outside is missing", "a number here, or a profile")]
+        if self.profile is None and self.bore_mm is not None and self.bore_mm > outer:
+            return [entry("/bore_mm", "is wider than the bushing", "at most geometry.outer_diameter_mm")]
+        return []
+
+    def _points(self) -> list[Entry]:
+        wanted, other = ("outer_diameter_mm", "bore_mm") if self.seeks_outside else ("bore_mm", "outer_diameter_mm")
+        found = []
+        for k, point in enumerate(self.profile or []):
+            if getattr(point, wanted) is None:
+                found.append(entry(f"/profile/{k}/{wanted}", "is missing", "a number that is not negative"))
+            if getattr(point, other) is not None:
+                found.append(entry(f"/profile/{k}/{other}", "is not what this profile gives", "null"))
+        return found[:20]
+
+    def bore(self) -> pin.Profile:
+        """The bore in metres."""
+        if self.profile is None:
+            return pin.Profile((0.0,), (self.bore_mm * MILLI,))
+        return pin.Profile(tuple(p.x_mm * MILLI for p in self.profile), tuple(p.bore_mm * MILLI for p in self.profile))
+
+    def outside(self) -> pin.Profile:
+        """A bushing's outer diameters in metres."""
+        if self.profile is None:
+            return pin.Profile((0.0,), (self.geometry.outer_diameter_mm * MILLI,))
+        return pin.Profile(
+            tuple(p.x_mm * MILLI for p in self.profile), tuple(p.outer_diameter_mm * MILLI for p in self.profile)
+        )
+
+
+class DesignRequest(PinRequest):
+    """The lightest pin or bushing of a form."""
+
+    @classmethod
+    def meant_by(cls, value: dict[str, Any]) -> bool:
+        """Whether an object as sent is a design rather than a check."""
+        return not CheckRequest.meant_by(value)
+
+    def contradictions(self) -> list[Entry]:
+        found = super().contradictions()
+        if self.seeks_outside:
+            return found
+        if self.bore_mm is not None:
+            found.append(entry("/bore_mm", "is what a pin's design seeks", 'null, or "variable": "outer"'))
+        return found + _needs_outside(self)
+
+    def problem(self) -> pin.PinProblem:
+        """The pin's problem in SI units. Raises InvalidInput for what only the solver can see."""
+        return pin.PinProblem(
+            self.scene(), self.limits.to_solver(), self.form.to_solver(), pin.CRITERIA[self.criterion]
+        )
+
+    def bushing_problem(self) -> bushing.BushingProblem:
+        """The bushing's problem in SI units. Raises InvalidInput for what only the solver can see."""
+        return bushing.BushingProblem(
+            self.bushing(), self.limits.to_solver(), self.form.of_outside(), pin.CRITERIA[self.criterion]
+        )

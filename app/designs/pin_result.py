@@ -1,0 +1,221 @@
+"""What a pin or a bushing answers, in millimetres, grams and megapascals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from app.designs.pin_profile_request import MICRO
+from app.designs.schema import (
+    MEGA,
+    MILLI,
+    CertificateResult,
+    ShortfallResult,
+    Strict,
+    certificate_json,
+    diagnosis_json,
+    scaled,
+)
+from solvers import pin
+from solvers.outcome import Outcome
+from solvers.pin import bushing
+
+Array = NDArray[np.float64]
+
+
+class Section(Strict):
+    """The pin at one place."""
+
+    x_mm: float
+    bore_mm: float
+    outer_diameter_mm: float
+    moment_nmm: float
+    shear_n: float
+    equivalent_stress_mpa: float | None = Field(description="null: a load where there is no wall")
+
+
+class RingStressesResult(Strict):
+    """Hoop stresses in the middle of the pin: at the side and under the load, outside and inside."""
+
+    outer_side: float
+    inner_side: float
+    outer_top: float
+    inner_top: float
+
+
+class PressuresResult(Strict):
+    small_end: float
+    boss_mean: float
+    boss_peak: float
+
+
+class PinResult(Strict):
+    """What a pin does under its load; null where a result does not exist (an effect that did not run, no wall)."""
+
+    mass_g: float
+    solid_mass_g: float | None = Field(description="of the same pin without a bore; null for a bushing")
+    constant_bore_mass_g: float | None = Field(
+        description="the best pin of one bore (bushing: of one outer diameter) under the same limits"
+    )
+    min_bore_mm: float
+    bore_mid_mm: float
+    outer_max_mm: float
+    outer_mid_mm: float
+    max_moment_nmm: float
+    max_shear_n: float
+    equivalent_stress_max_mpa: float | None
+    worst_section_mm: float
+    shear_stress_max_mpa: float | None = Field(description="null without an allowable shear")
+    strength_utilisation: float | None
+    deflection_um: float | None
+    ovalization_um: float | None = Field(description="in the middle of the pin")
+    ovalization_max_um: float | None = Field(description="where the bore is widest; null where the wall runs out")
+    ovalization_stress_max_mpa: float | None
+    ring_model: str | None
+    ring_stresses_mpa: RingStressesResult | None
+    contact_pressures_mpa: PressuresResult | None
+    force_limit_n: float | None = Field(
+        description="the greatest force that a solid pin carries; null for a bushing, which has none"
+    )
+    profile: list[Section]
+    warnings: list[str]
+
+
+def _shared(check: pin.PinCheck | bushing.BushingCheck) -> dict[str, Any]:
+    """What pins and bushings answer alike."""
+    ring, pressures = check.ring, check.pressures
+    sides = ("outer_side", "inner_side", "outer_top", "inner_top")
+    return {
+        "mass_g": check.mass / MILLI,
+        "max_moment_nmm": check.max_moment / MILLI,
+        "max_shear_n": check.max_shear,
+        "equivalent_stress_max_mpa": scaled(check.equivalent_stress_max, MEGA),
+        "worst_section_mm": check.worst_section / MILLI,
+        "shear_stress_max_mpa": scaled(check.shear_stress_max, MEGA),
+        "strength_utilisation": check.strength_utilisation,
+        "deflection_um": scaled(check.deflection, MICRO),
+        "ovalization_um": ring and ring.ovalization / MICRO,
+        "ovalization_max_um": ring and scaled(ring.ovalization_max, MICRO),
+        "ovalization_stress_max_mpa": ring and scaled(ring.stress_max, MEGA),
+        "ring_model": ring and ring.model,
+        "ring_stresses_mpa": ring and {name: getattr(ring.stresses, name) / MEGA for name in sides},
+        "contact_pressures_mpa": pressures
+        and {name: getattr(pressures, name) / MEGA for name in ("small_end", "boss_mean", "boss_peak")},
+        "warnings": list(check.warnings),
+    }
+
+
+def _sections(x: Array, bore: Array, outer: Array, moment: Array, shear: Array, stress: Array) -> list[dict[str, Any]]:
+    return [
+        {
+            "x_mm": float(place) / MILLI,
+            "bore_mm": float(d) / MILLI,
+            "outer_diameter_mm": float(D) / MILLI,
+            "moment_nmm": float(bent) / MILLI,
+            "shear_n": float(sheared),
+            "equivalent_stress_mpa": float(equivalent) / MEGA if np.isfinite(equivalent) else None,
+        }
+        for place, d, D, bent, sheared, equivalent in zip(x, bore, outer, moment, shear, stress, strict=True)
+    ]
+
+
+def pin_json(check: pin.PinCheck, outer_diameter: float) -> dict[str, Any]:
+    """A pin's check in the names and units of the contract."""
+    along = check.along
+    outer = np.full_like(along.x, outer_diameter)
+    return {
+        **_shared(check),
+        "solid_mass_g": check.solid_mass / MILLI,
+        "constant_bore_mass_g": scaled(check.constant_bore_mass, MILLI),
+        "min_bore_mm": check.min_bore / MILLI,
+        "bore_mid_mm": check.bore_mid / MILLI,
+        "outer_max_mm": outer_diameter / MILLI,
+        "outer_mid_mm": outer_diameter / MILLI,
+        "force_limit_n": check.force_limit,
+        "profile": _sections(along.x, along.bore, outer, along.moment, along.shear, along.equivalent),
+    }
+
+
+def bushing_json(check: bushing.BushingCheck) -> dict[str, Any]:
+    """A bushing's check in the names and units of the contract."""
+    along = check.along
+    bore = np.full_like(along.x, check.bore)
+    return {
+        **_shared(check),
+        "solid_mass_g": None,
+        "constant_bore_mass_g": scaled(check.constant_mass, MILLI),
+        "min_bore_mm": check.bore / MILLI,
+        "bore_mid_mm": check.bore / MILLI,
+        "outer_max_mm": check.max_outer / MILLI,
+        "outer_mid_mm": check.outer_mid / MILLI,
+        "force_limit_n": None,
+        "profile": _sections(along.x, bore, along.outer, along.moment, along.shear, along.equivalent),
+    }
+
+
+class PinCertificate(CertificateResult):
+    """How a pin is known to be the lightest of its form."""
+
+    lower_bound_g: float = Field(description="no pin of this form that keeps the limits is lighter")
+
+
+class Corner(Strict):
+    x_mm: float
+    bore_mm: float
+    outer_diameter_mm: float
+
+
+class DesignResult(PinResult):
+    """The pin found, what other forms weigh beside it, and how it is known to be the lightest."""
+
+    form: str
+    free_mass_g: float = Field(description="the lightest of any form under the same limits, but for the slope")
+    corners: list[Corner] | None = Field(description="where the shape is made of straight lines: its points")
+    certificate: PinCertificate | None
+
+
+class InfeasibleResult(Strict):
+    """Why no pin of this outer diameter will do, and what would."""
+
+    diagnosis: list[ShortfallResult]
+    force_limit_n: float | None
+    infeasible_from_mm: float | None
+    infeasible_to_mm: float | None
+    least_outer_diameter_mm: float | None = Field(description="all else equal; null where no diameter helps")
+    certificate: CertificateResult | None = None
+
+
+LIMITS = {
+    "force": ("force_n", 1.0),
+    "max_deflection": ("max_deflection_um", MICRO),
+    "max_ovalization": ("max_ovalization_um", MICRO),
+}
+"""Requirements whose name in the contract carries a unit."""
+
+
+def design_json(outcome: Outcome, check: dict[str, Any], corners: list[dict[str, float]] | None) -> dict[str, Any]:
+    """A design in the names and units of the contract; ``check`` and ``corners`` are there already."""
+    certificate = certificate_json(outcome.certificate, MILLI)
+    return {
+        **check,
+        "form": outcome.value.form,
+        "free_mass_g": outcome.value.free_mass / MILLI,
+        "corners": corners,
+        "certificate": certificate and {**certificate, "lower_bound_g": certificate["bound"]},
+    }
+
+
+def infeasible_json(outcome: Outcome, why: pin.Diagnosis | None) -> dict[str, Any]:
+    """Why there is no such pin; a bushing has no ``why`` beyond its shortfalls."""
+    weak = why and why.weak
+    return {
+        "diagnosis": diagnosis_json(outcome, LIMITS),
+        "force_limit_n": why and why.force_limit,
+        "infeasible_from_mm": weak and weak.begin / MILLI,
+        "infeasible_to_mm": weak and weak.end / MILLI,
+        "least_outer_diameter_mm": (why and why.least_outer_diameter / MILLI) or None,
+        "certificate": None,
+    }

@@ -1,0 +1,269 @@
+"""Evaluating a given bushing: strength along its length, deflection, the ring, pressures, mass."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.accuracy import require_accuracy
+from solvers.effects import AUTO, EffectSelection
+from solvers.errors import InvalidInput
+from solvers.outcome import Accuracy, Outcome, Status
+from solvers.pin import ring
+from solvers.pin.bushing.effects import choose_for
+from solvers.pin.bushing.forms import Constant
+from solvers.pin.bushing.program import BushingProgram, assemble, opening_stations, refined
+from solvers.pin.bushing.scene import BushingScene
+from solvers.pin.bushing.section import pulls, utilisation
+from solvers.pin.check import Pressures, RingResult
+from solvers.pin.effects import compose
+from solvers.pin.loads import forces_at, rounding
+from solvers.pin.profile import Profile, WholeProfile
+from solvers.pin.program import Physics
+from solvers.pin.scene import NO_LIMITS, Limits
+from solvers.pin.section import CRITERIA, Criterion
+
+Array = NDArray[np.float64]
+_MOST_STATIONS = 20_000
+_PASSES = 40
+_LEAST_RING_WALL = 1e-5
+
+
+@dataclass(frozen=True)
+class OutsideAlong:
+    """Along the whole bushing: places, outer diameters [m], moment [N m], shear [N], equivalent stress [Pa]."""
+
+    x: Array
+    outer: Array
+    moment: Array
+    shear: Array
+    equivalent: Array
+
+
+@dataclass(frozen=True)
+class BushingCheck:
+    """The results of a check, SI units; None where a result does not exist (an effect that did not run, no wall)."""
+
+    mass: float
+    constant_mass: float | None
+    along: OutsideAlong
+    bore: float
+    max_outer: float
+    outer_mid: float
+    max_moment: float
+    max_shear: float
+    equivalent_stress_max: float | None
+    worst_section: float
+    shear_stress_max: float | None
+    strength_utilisation: float | None
+    deflection: float | None
+    ring: RingResult | None
+    pressures: Pressures | None
+    warnings: tuple[str, ...]
+
+
+def check(
+    scene: BushingScene,
+    outside: Profile,
+    criterion: Criterion = CRITERIA["tresca_paper"],
+    limits: Limits = NO_LIMITS,
+    effects: EffectSelection = AUTO,
+    effect_tolerance: float = 1e-2,
+    accuracy: float = 1e-6,
+) -> Outcome[BushingCheck]:
+    """Evaluate a bushing; ``outside`` gives outer diameters in the place of a pin's bores.
+
+    Raises InvalidInput where the request makes no sense, EffectConflict for an excluded effect that a limit needs.
+    """
+    started = time.perf_counter()
+    require_accuracy(accuracy)
+    g = scene.geometry
+    for k, (place, outer) in enumerate(zip(outside.x, outside.bore, strict=True)):
+        if place > g.length * (1.0 + 1e-9):
+            raise InvalidInput(f"profile.{k}.x", "lies beyond the bushing's end", "at most its length")
+        if outer < g.bore * (1.0 - 1e-12):
+            raise InvalidInput(f"profile.{k}.outer_diameter", "is narrower than the bore", "at least the bore")
+    choice = choose_for(scene, limits, effects, effect_tolerance)
+    physics = compose(choice)
+    whole = outside.along(g.length)
+    if not whole.is_symmetric(g.length, max(outside.bore) or 1.0):
+        scene = replace(scene, mirrored=False)
+    program, gap, doubt = _on_outside(scene, whole, criterion, physics, accuracy)
+    own = assemble(scene, limits, criterion, physics, program.stations)
+    constant = Constant().find(own, accuracy).volume * own.mass_unit if np.isfinite(own.lower).all() else None
+    value = assess(program, gap, physics, limits, _mass(scene, whole), constant)
+    return Outcome(
+        Status.SUCCEEDED,
+        value,
+        choice.manifest,
+        Accuracy(accuracy, doubt + rounding(scene.geometry.length, scene.reference), {"stations": int(gap.size)}),
+        timing={"solve_s": time.perf_counter() - started},
+    )
+
+
+def _gap(scene: BushingScene, whole: WholeProfile, program: BushingProgram) -> Array:
+    """t = D - d at the stations."""
+    at_points = np.array(whole.bore) - scene.geometry.bore
+    return np.maximum(whole.between(at_points, program.stations.x, program.stations.side), 0.0)
+
+
+def _on_outside(
+    scene: BushingScene, whole: WholeProfile, criterion: Criterion, physics: Physics, accuracy: float
+) -> tuple[BushingProgram, Array, float]:
+    """A program on stations that suit this outside, t there, and quadrature's doubt of the deflection, relative."""
+    stations = opening_stations(scene, whole.places)
+    for _ in range(_PASSES):
+        program = assemble(scene, Limits(), criterion, physics, stations)
+        gap = _gap(scene, whole, program)
+        density = program.densities(program.y_of(gap))
+        total = float(program.share @ density)
+        doubt = np.zeros(stations.left.size)
+        if math.isfinite(total) and total > 0.0:
+            doubt = stations.doubt(density) / total
+        if doubt.sum() <= 0.1 * accuracy or stations.x.size > _MOST_STATIONS:
+            break
+        stations = refined(program, doubt > 0.05 * accuracy / stations.left.size)
+    return program, gap, float(doubt.sum())
+
+
+def _mass(scene: BushingScene, whole: WholeProfile) -> float:
+    """Frustums less the bore: D^2 - d^2 over straight segments, in t = D - d so that thin walls keep their digits."""
+    d = scene.geometry.bore
+    t = np.maximum(np.array(whole.bore) - d, 0.0)
+    a, b = t[:-1], t[1:]
+    mean = d * (a + b) + (a * a + a * b + b * b) / 3.0
+    return scene.material.density * math.pi / 4.0 * float(np.diff(np.array(whole.x)) @ mean)
+
+
+def assess(
+    program: BushingProgram, gap: Array, physics: Physics, limits: Limits, mass: float, constant_mass: float | None
+) -> BushingCheck:
+    """Everything that can be said of t = D - d at a program's stations."""
+    scene, g = program.scene, program.scene.geometry
+    x, outer = program.stations.x, g.bore + gap
+    use, equivalent, tangential = np.zeros_like(gap), np.zeros_like(gap), np.zeros_like(gap)
+    for case in scene.cases:
+        forces = forces_at(case, x, program.stations.side)
+        for pull in pulls(forces, program.criterion, scene.material):
+            share = utilisation(pull, g.bore, gap)
+            use = np.maximum(use, share)
+            if pull.name == "allowable_shear":
+                tangential = np.maximum(tangential, share * pull.stress)
+            else:
+                equivalent = np.maximum(equivalent, share * pull.stress)
+    forces = forces_at(scene.cases[0], x, program.stations.side)
+    worst = int(np.argmax(equivalent))
+    deflection = program.deflection(program.y_of(gap))
+    found = _ring(scene, outer) if physics.ovalization else None
+    return BushingCheck(
+        mass=mass,
+        constant_mass=constant_mass,
+        along=_along(program, outer, equivalent),
+        bore=g.bore,
+        max_outer=float(outer.max()),
+        outer_mid=float(np.interp(0.5 * g.length, x, outer)),
+        max_moment=float(forces.moment_total.max()),
+        max_shear=float(forces.shear_total.max()),
+        equivalent_stress_max=_finite(equivalent[worst]),
+        worst_section=float(x[worst]),
+        shear_stress_max=None if scene.material.allowable_shear is None else _finite(tangential.max()),
+        strength_utilisation=_finite(use.max()),
+        deflection=_finite(deflection),
+        ring=found,
+        pressures=_pressures(program, outer) if physics.contact_pressure else None,
+        warnings=_warnings(program, limits, gap, use, deflection, found),
+    )
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _along(program: BushingProgram, outer: Array, equivalent: Array) -> OutsideAlong:
+    """Stations of the whole bushing, thinned to some four hundred, ends of panels first."""
+    scene, x = program.scene, program.stations.x
+    forces = forces_at(scene.cases[0], x, program.stations.side)
+    table = np.stack([x, outer, forces.moment_total, forces.shear[0], equivalent])
+    length, keep, last = scene.geometry.length, [], -math.inf
+    edges = set(program.stations.left) | {float(x[-1])}
+    jumps = {float(a) for a, b, c, d in zip(x[:-1], x[1:], outer[:-1], outer[1:], strict=True) if a == b and c != d}
+    for i in range(x.size):
+        fresh = i == 0 or x[i] > x[i - 1]
+        if x[i] in jumps or (fresh and (x[i] - last >= length / 400.0 or (x[i] in edges and len(edges) < 100))):
+            keep.append(i)
+            last = x[i]
+    if keep[-1] != x.size - 1:
+        keep.append(x.size - 1)
+    table = table[:, keep]
+    if scene.symmetric:
+        mirrored = table[:, ::-1].copy()
+        mirrored[0] = length - mirrored[0]
+        mirrored[3] = -mirrored[3]
+        table = np.concatenate([table, mirrored[:, 1:]], axis=1)
+    return OutsideAlong(*table)
+
+
+def _ring(scene: BushingScene, outer: Array) -> RingResult:
+    """The ring in the middle and where the wall is thinnest."""
+    g, m = scene.geometry, scene.material
+
+    def at(diameter: float) -> ring.Ring:
+        return ring.ring(scene.force, diameter, g.length, g.bore / diameter, m.elastic_modulus, m.poisson)
+
+    middle = float(outer[outer.size - 1 if scene.symmetric else outer.size // 2])
+    thinnest = float(outer.min())
+    least = g.bore / (1.0 - _LEAST_RING_WALL)
+    own = at(max(middle, least, 1e-9))
+    if thinnest < max(least, 1e-9):
+        return RingResult(own.ovalization, None, own.stresses, None, own.model)
+    worst = at(thinnest)
+    stress = max(worst.stresses.greatest, own.stresses.greatest)
+    return RingResult(own.ovalization, worst.ovalization, own.stresses, stress, own.model)
+
+
+def _pressures(program: BushingProgram, outer: Array) -> Pressures | None:
+    """Load over projected area: P/int D dx in the rod, half of it in a boss, and the triangle's peak P x/(a^2 D)."""
+    scene, g = program.scene, program.scene.geometry
+    side, x = program.stations.side, program.stations.x
+    weight = program.share * program.stations.span
+    rod = (side >= g.boss_length + g.gap) & (side < g.boss_length + g.gap + g.small_end_length)
+    boss = side < g.boss_length * (1.0 - 1e-12)
+    both = 2.0 if scene.symmetric else 1.0
+    area, bearing = both * float(weight[rod] @ outer[rod]), float(weight[boss] @ outer[boss])
+    if area <= 0.0 or bearing <= 0.0:
+        return None
+    density = np.divide(x[boss], outer[boss], out=np.zeros(int(boss.sum())), where=outer[boss] > 0.0)
+    return Pressures(scene.force / area, 0.5 * scene.force / bearing, scene.force / g.boss_length**2 * density.max())
+
+
+def _warnings(
+    program: BushingProgram, limits: Limits, gap: Array, use: Array, deflection: float, found: RingResult | None
+) -> tuple[str, ...]:
+    said, scene, x = [], program.scene, program.stations.x
+    over = use > 1.0 + 1e-9
+    if over.any():
+        said.append(
+            f"the strength criterion is exceeded between {x[over].min() * 1e3:.4g} and {x[over].max() * 1e3:.4g} mm"
+        )
+    if 0.5 * gap.min() < limits.min_wall * (1.0 - 1e-9):
+        said.append(
+            f"the wall is {0.5e3 * gap.min():.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked"
+        )
+    if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + 1e-9):
+        said.append(f"the deflection of {deflection * 1e6:.4g} um exceeds its limit")
+    if found is None or scene.force == 0.0:
+        return tuple(said)
+    if limits.max_ovalization is not None and (
+        found.ovalization_max is None or found.ovalization_max > limits.max_ovalization * (1.0 + 1e-9)
+    ):
+        said.append("the ovalization exceeds its limit")
+    if found.stress_max is None or found.stress_max > scene.material.allowable_stress:
+        said.append(
+            "ovalization stress governs where the wall is thinnest, not the beam's strength: the ring's hoop stress "
+            "exceeds the allowable there"
+        )
+    return tuple(said)

@@ -1,0 +1,162 @@
+"""Forms of a bushing's outside: turned freely, turned from both ends, one diameter, steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.errors import InvalidInput
+from solvers.pin.bushing.dual import bound, strength_bound, weigh
+from solvers.pin.bushing.program import BushingProgram
+from solvers.pin.bushing.section import least_gaps
+from solvers.pin.bushing.stiff_steps import stiff_steps
+from solvers.pin.form import Found
+from solvers.pin.pointwise import missed_by_order, missed_by_slope
+from solvers.pin.separable import rising
+from solvers.pin.stepped import MOST_STEPS, best_breaks
+
+Array = NDArray[np.float64]
+
+
+def gentle(program: BushingProgram, low: Array) -> Array:
+    """The least y above ``low`` whose outer diameter changes no faster than the slope limit: two sweeps, exact."""
+    slope, x = program.limits.max_slope, program.stations.x
+    if slope is None:
+        return low
+    gap, reach = program.gap_of(low), slope * x
+    # t(x) = max over x' of t_min(x') - s |x - x'|.
+    forward = np.maximum.accumulate(gap + reach) - reach
+    backward = np.maximum.accumulate((gap - reach)[::-1])[::-1] + reach
+    return np.maximum(low, program.y_of(np.maximum(forward, backward)))
+
+
+@dataclass(frozen=True)
+class Turned:
+    """Any outside; ``one_way`` keeps it from shrinking toward the middle."""
+
+    one_way: bool = False
+
+    @property
+    def name(self) -> str:
+        return "drillable" if self.one_way else "free"
+
+    def find(self, program: BushingProgram, gap: float) -> Found:
+        low = rising(program.lower, program.anchor) if self.one_way else program.lower
+        low = gentle(program, low)
+        found = weigh(program, low, self.one_way)
+        if found.multiplier > 0.0 and program.limits.max_slope is not None:
+            raise InvalidInput(
+                "limits.max_slope", "stands beside a deflection limit that shapes the bushing", "one of the two"
+            )
+        volume = program.volume(found.y)
+        if found.multiplier == 0.0:
+            least, method = strength_bound(program, low), "every station's wall is the least that holds"
+        else:
+            least = bound(program, low, found.multiplier, found.y, self.one_way)
+            method = "Lagrangian dual, tangents at the answer"
+        doubt = program.stations.doubt(found.y) + self._missed(program)
+        if program.limit is not None and found.multiplier > 0.0:
+            doubt = doubt + found.multiplier / program.limit * program.stations.doubt(program.densities(found.y))
+        evidence = {"multiplier": found.multiplier, "rounds": found.rounds}
+        return Found(found.y, volume, min(least, volume), method, evidence, doubt=doubt)
+
+    def _missed(self, program: BushingProgram) -> Array:
+        """What running extremes miss between stations, as volume."""
+        missed, low = np.zeros(program.stations.left.size), program.lower
+        if self.one_way:
+            missed, low = missed_by_order(program.stations, low, program.anchor), rising(low, program.anchor)
+        if program.limits.max_slope is not None:
+            gap = program.gap_of(low)
+            # y = t (2d + t)/l^2 changes by at most 2 (d + t)/l^2 of what t changes.
+            scale = 2.0 * (program.scene.geometry.bore + float(gap.max())) / program.unit**2
+            missed = missed + scale * missed_by_slope(program.stations, gap, program.limits.max_slope)
+        return missed
+
+
+def _one_size(program: BushingProgram, least: float) -> float:
+    """The least y of one diameter all along that keeps the deflection limit."""
+    ones = np.ones_like(program.lower)
+    if program.limit is None or program.deflection(least * ones) <= program.limit:
+        return least
+    low, high = least, 2.0 * max(least, 1e-12)
+    while program.deflection(high * ones) > program.limit:
+        low, high = high, 4.0 * high
+    while high - low > 4e-16 * high:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        low, high = (middle, high) if program.deflection(middle * ones) > program.limit else (low, middle)
+    return high
+
+
+@dataclass(frozen=True)
+class Constant:
+    """One outer diameter all along."""
+
+    name: str = "constant"
+
+    def find(self, program: BushingProgram, gap: float) -> Found:
+        y = _one_size(program, float(program.lower.max()))
+        outer, length = program.scene.geometry.bore + float(program.gap_of(np.array([y]))[0]), _length(program)
+        return Found(
+            np.full_like(program.lower, y), y, y * (1.0 - 1e-12), "one unknown", corners=((0.0, outer), (length, outer))
+        )
+
+
+def _length(program: BushingProgram) -> float:
+    return program.scene.geometry.length
+
+
+@dataclass(frozen=True)
+class Stepped:
+    """``steps`` different outer diameters from each end to the middle."""
+
+    steps: int
+    name: str = "stepped"
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.steps <= MOST_STEPS:
+            raise InvalidInput("form.steps", "is no number of steps this form knows", f"1 … {MOST_STEPS}")
+
+    def find(self, program: BushingProgram, gap: float) -> Found:
+        if self.steps == 1:
+            return Constant().find(program, gap)
+        scene, middle = program.scene, 0.5 * _length(program)
+        if program.limits.max_slope is not None:
+            raise InvalidInput("limits.max_slope", "a step has no slope", "no slope limit with steps")
+        low = np.maximum(program.lower, program.lower[::-1]) if not scene.symmetric else program.lower
+        half = low.size if scene.symmetric else program.anchor
+        nodes, peaks = program.stations.x[:half], np.maximum.accumulate(low[:half])
+
+        def least(x: Array) -> Array:
+            own = program.y_of(least_gaps(scene, program.criterion, program.floor, x, x))
+            if not scene.symmetric:
+                turned = _length(program) - x
+                own = np.maximum(own, program.y_of(least_gaps(scene, program.criterion, program.floor, turned, turned)))
+            return np.maximum.accumulate(np.maximum(peaks[np.searchsorted(nodes, x, side="right") - 1], own))
+
+        breaks = best_breaks(least, middle, self.steps, max(0.1 * gap, 1e-9))
+        places, levels = breaks.places, breaks.walls
+        volume, below = breaks.total / middle, breaks.bound / middle
+        method, evidence = "branch and bound over the break points", {"cells": breaks.cells, "steps": self.steps}
+        if program.limit is not None and program.deflection(self._at(program, places, levels)) > program.limit:
+            places, levels, volume = stiff_steps(program, places)
+            below = max(below, Turned(one_way=True).find(program, gap).bound)
+            method = "turned from both ends below; steps by local search"
+            evidence["not_proven"] = "with a deflection limit the bound is that of the smooth outside"
+        outer = program.scene.geometry.bore + program.gap_of(levels)
+        corners, begin = [], 0.0
+        for place, diameter in zip(places, outer, strict=True):
+            corners += [(begin, float(diameter)), (float(place), float(diameter))]
+            begin = float(place)
+        corners += [(_length(program) - p, d) for p, d in reversed(corners)]
+        y = self._at(program, places, levels)
+        return Found(y, float(volume), float(min(below, volume)), method, evidence, corners=tuple(corners))
+
+    def _at(self, program: BushingProgram, places: Array, levels: Array) -> Array:
+        """y at the stations; a panel belongs to the step that holds its middle."""
+        centre = 0.5 * (program.stations.left + program.stations.right)
+        centre = np.repeat(np.minimum(centre, _length(program) - centre), program.lower.size // centre.size)
+        return levels[np.minimum(np.searchsorted(places[:-1], centre, side="right"), levels.size - 1)]

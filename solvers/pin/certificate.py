@@ -1,0 +1,146 @@
+"""A lower bound of the mass that trusts nobody: tangents of the Lagrangian at the answer.
+
+For multipliers that are not negative the Lagrangian, with every flexibility replaced by its convex envelope, is nowhere
+above the objective on feasible pins, and being convex and separable it lies above its tangents. So for any u^ whatever
+
+    sum s_i u_i  >=  sum s_i (u^_i + lambda g_i(u^_i)) - lambda + sum of min over [l_i, 1] of h_i (u - u^_i),
+
+h_i = d/du_i of the Lagrangian. Only the multipliers come from a solver; bad ones make the bound loose, not wrong.
+Where u must not fall toward the middle, the tangent's minimum runs over u that do not fall, which on a block of equal
+u^ is a threshold: a sum of suffixes. A slope limit |u_{i+1} - u_i| <= k_i (sqrt(1-u_i) + sqrt(1-u_{i+1})) is separable
+as well, and its multipliers join h_i.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.pin.flexibility import ShearFlexibility, flexibility_values, line_from
+from solvers.pin.program import Program
+from solvers.pin.section import v_of, wall_of
+
+Array = NDArray[np.float64]
+
+
+def convex_flexibility(u: Array, bend: Array, shear: Array, law: ShearFlexibility) -> tuple[Array, Array]:
+    """The convex envelope of g = bend/v + shear phi on (0, 1] and its slope, shape (n,)."""
+    line = np.array([line_from(b, s, law.a, law.b, law.knee) for b, s in zip(bend, shear, strict=True)])
+    at = np.minimum(u, line)
+    c = 2.0 - at
+    bend_value, shear_value = flexibility_values(at, law)
+    g = bend * bend_value + shear * shear_value
+    k = np.minimum(at, law.knee)
+    e = 2.0 - k
+    shear_slope = -(law.a + 0.25 * law.b) / (k * k) + 0.25 * law.b / (e * e) - law.b / e**3
+    slope = bend * 0.5 * (1.0 / (c * c) - 1.0 / (at * at)) + shear * shear_slope
+    end = bend + shear * law.a
+    beyond = (u > line) & (line < 1.0)
+    chord = np.divide(end - g, 1.0 - line, out=slope.copy(), where=beyond)
+    return np.where(beyond, end + chord * (u - 1.0), g), np.where(beyond, chord, slope)
+
+
+def lagrangian(program: Program, multiplier: float, u: Array) -> tuple[Array, Array]:
+    """Terms s_i (u_i + lambda g_i(u_i)) and their slopes at u; stations without deflection need no wall for it."""
+    share = program.share
+    if multiplier == 0.0:
+        return share * u, share.copy()
+    scale = multiplier / program.limit
+    pulls = (program.bending > 0.0) | (program.shear > 0.0)
+    g, slope = convex_flexibility(np.where(pulls, u, 1.0), program.bending, program.shear, program.law)
+    return share * (u + scale * g), share * (1.0 + scale * slope)
+
+
+def least_walls_bound(program: Program, low: Array) -> float:
+    """Volume of walls thinner than ``low`` by 1e-12 (relative; more where rounding hides that), each shown not to hold.
+
+    Where ``low`` comes from a neighbour (no widening toward the middle, a slope, one bore for all), the neighbour's
+    wall is what cannot be thinner, so the whole profile shrinks in proportion.
+    """
+    wall = wall_of(program.lower)
+    shrink = np.zeros_like(wall)
+    bound_by_strength = wall > program.floor * (1.0 + 4e-16)
+    for margin in (1e-12, 1e-10, 1e-8, 1e-6, 1e-4):
+        thinner = wall * (1.0 - margin)
+        fails = np.zeros(wall.shape, dtype=bool)
+        for demand in program.demands:
+            fails |= demand.value(thinner) > v_of(thinner)
+        shrink = np.where(bound_by_strength & ~fails, np.maximum(shrink, 100.0 * margin), shrink)
+        if not np.any(bound_by_strength & ~fails):
+            break
+    loss = np.maximum(shrink, 1e-12) if np.array_equal(low, program.lower) else max(float(shrink.max()), 1e-12)
+    return program.volume(low * (1.0 - 2.0 * loss))
+
+
+def pointwise_bound(program: Program, low: Array, multiplier: float, u: Array) -> float:
+    """Lower bound of the volume over all u in [low, 1] that keep the deflection limit."""
+    if math.isinf(multiplier):
+        return program.volume(np.where((program.bending > 0) | (program.shear > 0), 1.0, low))
+    value, slope = lagrangian(program, multiplier, u)
+    return float(np.sum(value + np.where(slope > 0.0, slope * (low - u), slope * (1.0 - u)))) - multiplier
+
+
+def monotone_bound(program: Program, low: Array, multiplier: float, u: Array) -> float:
+    """The same over u that also do not fall toward the middle; ``low`` does not fall either."""
+    if math.isinf(multiplier):
+        return program.volume(u)
+    value, slope = lagrangian(program, multiplier, u)
+    total = float(np.sum(value)) - multiplier
+    halves = (slice(0, program.anchor), slice(program.anchor, u.size))
+    for half, step in zip(halves, (1, -1), strict=True):
+        un, sn, ln = u[half][::step], slope[half][::step], low[half][::step]
+        if not un.size:
+            continue
+        starts = np.flatnonzero(np.concatenate([[True], un[1:] != un[:-1]]))
+        for begin, end in zip(starts, np.append(starts[1:], un.size), strict=True):
+            # u = top from some station of the block on, bottom before it: the extreme points of rising sequences.
+            bottom, top = ln[begin] - un[begin], 1.0 - un[begin]
+            suffix = np.concatenate([np.cumsum(sn[begin:end][::-1])[::-1], [0.0]])
+            total += float(np.min(bottom * (suffix[0] - suffix) + top * suffix))
+    return total
+
+
+@dataclass(frozen=True)
+class Neighbours:
+    """Multipliers between stations i and i + 1, (n - 1,) each: of the rise and the fall of u beyond the slope limit,
+    with its ``reach`` k_i, and of falling (before the middle) or rising (behind it) where the bore must narrow."""
+
+    rise: Array
+    fall: Array
+    reach: Array
+    order: Array
+
+
+def coupled_bound(program: Program, low: Array, multiplier: float, between: Neighbours) -> float:
+    """Lower bound of the volume for constraints u_{i+1} - u_i <= k_i r_i, u_i - u_{i+1} <= k_i r_i with
+    r_i = sqrt(1-u_i) + sqrt(1-u_{i+1}), and u not falling toward the middle.
+
+    The tangents are taken where each station's Lagrangian is least, found by bisection on its slope; the solver's own
+    u does not enter.
+    """
+    pull, net = np.zeros_like(low), np.zeros_like(low)
+    flow = between.rise - between.fall + between.order
+    net[:-1] -= flow
+    net[1:] += flow
+    pull[:-1] += (between.rise + between.fall) * between.reach
+    pull[1:] += (between.rise + between.fall) * between.reach
+
+    def at(u: Array) -> tuple[Array, Array]:
+        value, slope = lagrangian(program, multiplier, u)
+        # The tangent of -sqrt(1-u) at 1 - safe^2 <= u lies below it everywhere.
+        root = np.maximum(np.sqrt(np.maximum(1.0 - u, 0.0)), 1e-8)
+        touch = root + 0.5 * ((1.0 - root * root) - u) / root
+        return value + net * u - pull * touch, slope + net + 0.5 * pull / root
+
+    left, right = low.copy(), np.ones_like(low)
+    left = np.where((program.bending > 0.0) | (program.shear > 0.0), np.maximum(left, 1e-12), left)
+    for _ in range(60):
+        middle = 0.5 * (left + right)
+        falling = at(middle)[1] < 0.0
+        left, right = np.where(falling, middle, left), np.where(falling, right, middle)
+    u = 0.5 * (left + right)
+    value, slope = at(u)
+    return float(np.sum(value + np.where(slope > 0.0, slope * (low - u), slope * (1.0 - u)))) - multiplier

@@ -1,0 +1,173 @@
+"""Finding the lightest pin: the form's best profile on stations refined until the mass is as exact as asked."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.effects import AUTO, EffectSelection
+from solvers.errors import InvalidInput
+from solvers.outcome import Accuracy, Certificate, Outcome, Status
+from solvers.pin.check import PinCheck, assess, on_profile
+from solvers.pin.diagnosis import Diagnosis, diagnose, solid_deflection
+from solvers.pin.effects import choose_for, compose, demands_of
+from solvers.pin.flexibility import cowper
+from solvers.pin.form import Form, Found
+from solvers.pin.loads import rounding
+from solvers.pin.pointwise import FREE, Constant
+from solvers.pin.profile import Profile
+from solvers.pin.program import Physics, Program, assemble, opening_stations, refined, wall_floor
+from solvers.pin.scene import NO_LIMITS, Limits, Scene
+from solvers.pin.section import CRITERIA, Criterion
+from solvers.pin.stations import Stations
+
+Array = NDArray[np.float64]
+_MOST_STATIONS = 4000
+_PASSES = 40
+
+
+@dataclass(frozen=True)
+class PinProblem:
+    """A scene, the limits that the pin must keep, the criterion, and the form that its bore shall have."""
+
+    scene: Scene
+    limits: Limits = NO_LIMITS
+    form: Form = FREE
+    criterion: Criterion = CRITERIA["tresca_paper"]
+
+
+@dataclass(frozen=True)
+class PinDesign:
+    """The pin found, as a check sees it, and beside it what other forms weigh under the same limits [kg].
+
+    ``corners`` are the bore's points where it is made of straight lines. ``multiplier`` is the relative change of the
+    mass per relative change of the deflection limit, with the sign of a relief.
+    """
+
+    check: PinCheck
+    form: str
+    free_mass: float
+    corners: tuple[tuple[float, float], ...] | None
+
+
+def design(
+    problem: PinProblem,
+    effects: EffectSelection = AUTO,
+    effect_tolerance: float = 1e-2,
+    accuracy: float = 1e-6,
+) -> Outcome[PinDesign]:
+    """The lightest pin of a form, with its certificate, or the diagnosis why there is none.
+
+    Raises InvalidInput where the request makes no sense, EffectConflict for an excluded effect that a limit needs.
+    """
+    started = time.perf_counter()
+    if not 1e-12 <= accuracy <= 1e-1:
+        raise InvalidInput("accuracy", "lies outside what can be asked for", "[1e-12, 1e-1]")
+    scene, limits = problem.scene, problem.limits
+    choice = choose_for(scene, effects, effect_tolerance, demands_of(limits))
+    physics = compose(choice)
+    law = None
+    found = None
+    if np.isfinite(wall_floor(scene, limits)):
+        found = _on_refined_stations(problem, physics, accuracy, law)
+        if found is None and _only_exactly(problem, physics):
+            # A limit between what the convex law and the exact law say of a nearly solid pin.
+            found = _on_refined_stations(problem, physics, accuracy, cowper(scene.material.poisson))
+    if found is None:
+        return Outcome(
+            Status.INFEASIBLE,
+            None,
+            choice.manifest,
+            Accuracy(accuracy, accuracy, {}),
+            certificate=None,
+            diagnosis=diagnose(scene, limits, problem.criterion, physics).shortfalls,
+            timing={"solve_s": time.perf_counter() - started},
+        )
+    program, best, doubt = found
+    relaxed = replace(program, limits=replace(limits, max_slope=None))
+    constant, free = Constant().find(relaxed, accuracy), FREE.find(relaxed, accuracy)
+    shown, solidity, places = _as_made(problem, physics, program, best, accuracy)
+    value = PinDesign(
+        check=assess(
+            shown, solidity, problem.criterion, physics, limits, best.volume,
+            None if constant is None else constant.volume, places,
+        ),
+        form=problem.form.name,
+        free_mass=program.solid_mass * free.volume,
+        corners=best.corners,
+    )  # fmt: skip
+    evidence = dict(best.evidence)
+    if limits.max_deflection is not None:
+        evidence["deflection_as_constrained_um"] = 1e6 * program.deflection(best.solidity)
+    gap = (best.volume - best.bound) / best.bound if best.bound > 0 else (0.0 if best.volume == 0 else 1.0)
+    return Outcome(
+        Status.SUCCEEDED,
+        value,
+        choice.manifest,
+        Accuracy(
+            accuracy, doubt + rounding(scene.geometry.length, scene.reference), {"stations": int(best.solidity.size)}
+        ),
+        certificate=Certificate(best.method, program.solid_mass * best.bound, gap, evidence),
+        timing={"solve_s": time.perf_counter() - started},
+    )
+
+
+def _as_made(
+    problem: PinProblem, physics: Physics, program: Program, best: Found, accuracy: float
+) -> tuple[Program, Array, tuple[float, ...]]:
+    """The bore found on stations of its own (its corners among them), under the exact law of shear."""
+    law = cowper(problem.scene.material.poisson)
+    if best.corners is None:
+        return replace(program, law=law), best.solidity, ()
+    bore = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
+    whole = bore.along(problem.scene.geometry.length)
+    exact, solidity, _ = on_profile(problem.scene, whole, problem.criterion, physics, law, accuracy)
+    return exact, solidity, whole.places
+
+
+def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_tolerance: float = 1e-2) -> Diagnosis:
+    """The whole diagnosis of an infeasible problem."""
+    choice = choose_for(problem.scene, effects, effect_tolerance, demands_of(problem.limits))
+    return diagnose(problem.scene, problem.limits, problem.criterion, compose(choice))
+
+
+def _only_exactly(problem: PinProblem, physics: Physics) -> bool:
+    limit = problem.limits.max_deflection
+    return limit is not None and solid_deflection(problem.scene, problem.criterion, physics) <= limit * (1.0 + 1e-12)
+
+
+def _on_refined_stations(
+    problem: PinProblem, physics: Physics, accuracy: float, law: object
+) -> tuple[Program, Found, float] | None:
+    """(program, best profile, doubt of its mass): panels are halved where quadrature or the form's kinks demand it."""
+    scene = problem.scene
+    stations: Stations = opening_stations(scene)
+    wanted = 0.05 * accuracy
+    result = None
+    for _ in range(_PASSES):
+        program = assemble(scene, problem.limits, problem.criterion, physics, stations, law)
+        if np.isnan(program.lower).any():
+            return None
+        doubt = program.stations.doubt(program.lower)
+        volume = program.volume(program.lower)
+        rough = doubt.sum() > wanted * volume
+        if not rough:
+            best = problem.form.find(program, accuracy)
+            if best is None:
+                return None
+            volume = best.volume
+            if best.doubt is not None:
+                doubt = np.maximum(doubt, best.doubt)
+            result = (program, best, float(doubt.sum()) / volume if volume > 0 else 0.0)
+            if doubt.sum() <= wanted * volume:
+                break
+        if stations.x.size > _MOST_STATIONS:
+            break
+        stations = refined(program, doubt > 0.5 * wanted * volume / stations.left.size)
+    if result is None:
+        best = problem.form.find(program, accuracy)
+        result = None if best is None else (program, best, float(doubt.sum()) / max(volume, 1e-300))
+    return result

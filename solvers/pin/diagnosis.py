@@ -1,0 +1,91 @@
+"""Why no pin of this outer diameter does: where it is too weak or too soft, and the diameter that would do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solvers.outcome import Shortfall
+from solvers.pin import ring
+from solvers.pin.capacity import WeakSpan, force_limit, least_outer_diameter, weak_span
+from solvers.pin.flexibility import cowper
+from solvers.pin.program import Physics, assemble, opening_stations
+from solvers.pin.scene import Limits, Scene
+from solvers.pin.section import Criterion
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What is missing, where the solid section fails, and the least outer diameter [m] that meets what is missed."""
+
+    shortfalls: tuple[Shortfall, ...]
+    weak: WeakSpan | None
+    force_limit: float
+    least_outer_diameter: float
+
+
+def solid_deflection(scene: Scene, criterion: Criterion, physics: Physics) -> float:
+    """Deflection [m] of the solid pin, by the exact law."""
+    program = assemble(scene, Limits(), criterion, physics, opening_stations(scene), cowper(scene.material.poisson))
+    return program.deflection(np.ones_like(program.lower))
+
+
+def _least_diameter(scene: Scene, value: object, limit: float) -> float:
+    """The least outer diameter at which a value that falls with it is within its limit."""
+
+    def at(diameter: float) -> float:
+        return value(replace(scene, geometry=replace(scene.geometry, outer_diameter=diameter)))
+
+    high = scene.geometry.outer_diameter
+    for _ in range(200):
+        if at(high) <= limit:
+            break
+        high *= 2.0
+    low = 0.5 * high
+    for _ in range(44):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if at(middle) > limit else (low, middle)
+    return high
+
+
+def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physics) -> Diagnosis:
+    """Every requirement that even the solid pin misses."""
+    found: list[Shortfall] = []
+    diameters = [0.0]
+    greatest, weak = force_limit(scene, criterion), weak_span(scene, criterion)
+    if weak is not None:
+        diameters.append(least_outer_diameter(scene, criterion))
+        found.append(
+            Shortfall(
+                "force",
+                scene.force,
+                greatest,
+                f"the solid section is too weak for {weak.begin * 1e3:.4g} < x < {weak.end * 1e3:.4g} mm, by a factor "
+                f"of {weak.utilisation:.6g}; an outer diameter of at least {diameters[-1] * 1e3:.6g} mm would do",
+            )
+        )
+    if limits.max_deflection is not None:
+        solid = solid_deflection(scene, criterion, physics)
+        if solid > limits.max_deflection:
+            diameters.append(
+                _least_diameter(scene, lambda s: solid_deflection(s, criterion, physics), limits.max_deflection)
+            )
+            found.append(
+                Shortfall(
+                    "max_deflection",
+                    limits.max_deflection,
+                    solid,
+                    "the solid pin deflects more; an outer diameter of at least "
+                    f"{diameters[-1] * 1e3:.6g} mm would do, or shorter bosses and gaps",
+                )
+            )
+    if limits.max_ovalization is not None:
+        g, m = scene.geometry, scene.material
+        # The formula's growth of a solid pin does not depend on its diameter: more length is what helps.
+        solid = ring.ring(scene.force, g.outer_diameter, g.length, 0.0, m.elastic_modulus, m.poisson).ovalization
+        if solid > limits.max_ovalization:
+            found.append(
+                Shortfall("max_ovalization", limits.max_ovalization, solid, "a longer or stiffer pin, or less force")
+            )
+    return Diagnosis(tuple(found), weak, greatest, max(diameters))

@@ -1,0 +1,117 @@
+"""The effects a pin's scene can call for, each an object with an a-priori bound."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol
+
+from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
+from solvers.pin.flexibility import cowper
+from solvers.pin.loads import forces_at
+from solvers.pin.program import Physics, opening_stations
+from solvers.pin.scene import Limits, Scene
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A scene, and what the bounds need of it."""
+
+    scene: Scene
+
+    @cached_property
+    def shear_against_bending(self) -> float:
+        """Shear over bending deflection where both sections are full: (E I0/(G A0)) int Q q/int M m."""
+        scene, g, m = self.scene, self.scene.geometry, self.scene.material
+        stations = opening_stations(scene)
+        forces = forces_at(scene.cases[0], stations.x, stations.side)
+        moment, shear = scene.reference.unit_load(stations.x)
+        bent = float(stations.share @ (forces.moment[0] * moment))
+        sheared = float(stations.share @ (forces.shear[0] * shear))
+        if bent <= 0.0:
+            return 0.0
+        return m.elastic_modulus * g.inertia / (m.shear_modulus * g.area) * sheared / bent
+
+
+class PinEffect(Protocol):
+    """An effect of the pin: what it is, how much it may matter, and its part in the physics."""
+
+    name: str
+    summary: str
+    measure: str
+
+    def influence(self, situation: Situation) -> float: ...
+
+    def join(self, physics: Physics) -> Physics: ...
+
+
+@dataclass(frozen=True)
+class ShearDeflection:
+    """For one bore all along r/(1 + r) is proven: phi v <= 2A + B/2 for every u in (0, 1].
+
+    Walls that are thinner at the bosses than in the middle shear more than they bend; for these stands the half on top,
+    held by random bores, not by proof.
+    """
+
+    name: str = "shear_deflection"
+    summary: str = "shear adds to the deflection of the middle (Cowper)"
+    measure: str = "1.5 r/(1 + r) with r = (2A + B/2) E I0 int Q q/(G A0 int M m): its share of the deflection"
+
+    def influence(self, situation: Situation) -> float:
+        law = cowper(situation.scene.material.poisson)
+        r = (2.0 * law.a + 0.5 * law.b) * situation.shear_against_bending
+        return min(1.0, 1.5 * r / (1.0 + r))
+
+    def join(self, physics: Physics) -> Physics:
+        return replace(physics, shear_deflection=True)
+
+
+@dataclass(frozen=True)
+class Ovalization:
+    """The ring's results exist only where this runs; it changes no other, so its bound is 1 by definition."""
+
+    name: str = "ovalization"
+    summary: str = "the pin flattens as a ring: growth of its diameter, hoop stresses at four points"
+    measure: str = "1: its results exist only when it runs"
+
+    def influence(self, situation: Situation) -> float:
+        return 1.0
+
+    def join(self, physics: Physics) -> Physics:
+        return replace(physics, ovalization=True)
+
+
+@dataclass(frozen=True)
+class ContactPressure:
+    name: str = "contact_pressure"
+    summary: str = "pressures on the rod's small end and on the bosses"
+    measure: str = "1: its results exist only when it runs"
+
+    def influence(self, situation: Situation) -> float:
+        return 1.0
+
+    def join(self, physics: Physics) -> Physics:
+        return replace(physics, contact_pressure=True)
+
+
+EFFECTS: tuple[PinEffect, ...] = (ShearDeflection(), Ovalization(), ContactPressure())
+
+
+def demands_of(limits: Limits) -> tuple[Demand, ...]:
+    """The effects that these limits cannot do without."""
+    return () if limits.max_ovalization is None else (Demand("ovalization", "limits.max_ovalization"),)
+
+
+def choose_for(
+    scene: Scene, selection: EffectSelection = AUTO, tolerance: float = 1e-2, demands: tuple[Demand, ...] = ()
+) -> Choice[PinEffect]:
+    """The effects for a scene (see ``solvers.effects.choose``)."""
+    return choose(EFFECTS, Situation(scene), selection, tolerance, demands)
+
+
+def compose(choice: Choice[PinEffect]) -> Physics:
+    """The physics that the chosen effects make up, on top of strength and bending."""
+    physics = Physics(shear_deflection=False, ovalization=False, contact_pressure=False)
+    for effect in choice.active:
+        physics = effect.join(physics)
+    return physics

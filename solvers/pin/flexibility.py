@@ -1,0 +1,146 @@
+"""How much a section of the pin gives: bending and shear, as functions of u = 1 - (d/D)^2.
+
+Bending: 1/v = 1/(u (2 - u)), convex. Shear: Cowper's coefficient of a tube, 1/(k A) = phi(u)/A0 with
+
+    phi(u) = A/u + B (1 - u)/(u (2 - u)^2),   A = (7 + 6 nu)/(6 (1 + nu)),   B = (20 + 12 nu)/(6 (1 + nu)),
+
+convex up to about u = 0.9 and concave beyond, to the solid section. Designs use it with its tangent beyond that point,
+which makes their program convex; a limit that only the exact law can keep falls back on it. There a station's
+flexibility g = B/v + S phi may be concave close to the solid section. Its convex envelope follows g up to the point
+from which a straight line reaches (1, g(1)) as a tangent, and that line from there on: never above g, and equal to it
+wherever a minimum can lie.
+
+Source: G. R. Cowper (1966), The shear coefficient in Timoshenko's beam theory.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ShearFlexibility:
+    """The constants A and B of phi, and the ``knee`` beyond which phi goes on as its tangent (1: nowhere)."""
+
+    a: float
+    b: float
+    knee: float = 1.0
+
+    @property
+    def convex(self) -> bool:
+        return self.knee < 1.0
+
+
+@kernel
+def phi(u: float, a: float, b: float, knee: float) -> float:
+    """Shear flexibility over that of the area A0 alone."""
+    at = min(u, knee)
+    c = 2.0 - at
+    value = a / at + b * (1.0 - at) / (at * c * c)
+    return value + phi_slope(at, a, b, knee) * (u - at) if u > at else value
+
+
+@kernel
+def phi_slope(u: float, a: float, b: float, knee: float) -> float:
+    """phi'(u), from the partial fractions (A + B/4)/u + (B/4)/(2-u) - (B/2)/(2-u)^2."""
+    at = min(u, knee)
+    c = 2.0 - at
+    return -(a + 0.25 * b) / (at * at) + 0.25 * b / (c * c) - b / (c * c * c)
+
+
+@kernel
+def phi_curvature(u: float, a: float, b: float, knee: float) -> float:
+    """phi''(u)."""
+    if u > knee:
+        return 0.0
+    c = 2.0 - u
+    return 2.0 * (a + 0.25 * b) / (u * u * u) + 0.5 * b / (c * c * c) - 3.0 * b / (c * c * c * c)
+
+
+@kernel
+def line_from(bend: float, shear: float, a: float, b: float, knee: float) -> float:
+    """From which u the convex envelope of g = bend/v + shear phi on (0, 1] is a straight line to (1, g(1)); 1: nowhere.
+
+    g + g' e = g(1) with e = 1 - u; the common factor e^2 divided out, that is
+    shear b (1 - 3e) = bend (1 + e)(1 + e^2) + shear a (1 + e)^3, falling on the left, rising on the right.
+    """
+    if knee < 1.0 or shear * b <= bend + shear * a:
+        return 1.0
+    e = 0.0
+    for _ in range(30):
+        c = 1.0 + e
+        f = bend * c * (1.0 + e * e) + shear * (a * c * c * c - b * (1.0 - 3.0 * e))
+        df = bend * (1.0 + e * (2.0 + 3.0 * e)) + shear * (3.0 * a * c * c + 3.0 * b)
+        step = f / df
+        e -= step
+        if abs(step) <= 1e-15:
+            break
+    return 1.0 - e
+
+
+@kernel
+def bending(u: float) -> tuple[float, float, float]:
+    """1/v = (1/u + 1/(2-u))/2 with its slope and curvature."""
+    c = 2.0 - u
+    return 1.0 / (u * c), 0.5 * (1.0 / (c * c) - 1.0 / (u * u)), 1.0 / (u * u * u) + 1.0 / (c * c * c)
+
+
+@cache
+def cowper(poisson: float) -> ShearFlexibility:
+    """Cowper's law for a material with this Poisson's ratio."""
+    k = 6.0 * (1.0 + poisson)
+    return ShearFlexibility((7.0 + 6.0 * poisson) / k, (20.0 + 12.0 * poisson) / k)
+
+
+@cache
+def convex_cowper(poisson: float) -> ShearFlexibility:
+    """Cowper's law, from its inflection on continued by its tangent: convex, never below it, at most 0.6 % above.
+
+    With it the program is convex and its optimum without jumps to the solid section, which the exact law's concave end
+    rewards by some 1e-4 of the mass.
+    """
+    exact = cowper(poisson)
+    low, high = 0.5, 1.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if phi_curvature(middle, exact.a, exact.b, 1.0) > 0.0 else (low, middle)
+    return ShearFlexibility(exact.a, exact.b, low)
+
+
+def deflection_terms(
+    moment: Array,
+    shear: Array,
+    unit_moment: Array,
+    unit_shear: Array,
+    modulus: float,
+    shear_modulus: float,
+    inertia: float,
+    area: float,
+) -> tuple[Array, Array]:
+    """Deflection per length of solid section at every station: bending M m/(E I0) and shear Q q/(G A0)."""
+    return moment * unit_moment / (modulus * inertia), shear * unit_shear / (shear_modulus * area)  # fmt: skip
+
+
+def flexibility_values(solidity: Array, law: ShearFlexibility) -> tuple[Array, Array]:
+    """1/v and phi at u of shape (n,); infinite where no section is left."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = np.minimum(solidity, law.knee)
+        c = 2.0 - at
+        shear = law.a / at + law.b * (1.0 - at) / (at * c * c)
+        if law.convex:
+            shear = shear + phi_slope(law.knee, law.a, law.b, law.knee) * (solidity - at)
+        return 1.0 / (solidity * (2.0 - solidity)), shear
+
+
+def product(weight: Array, flexibility: Array) -> Array:
+    """weight * flexibility, 0 where nothing pulls even though nothing is there to hold."""
+    with np.errstate(invalid="ignore"):
+        return np.where(weight == 0.0, 0.0, weight * flexibility)

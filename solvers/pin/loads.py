@@ -1,0 +1,183 @@
+"""Internal forces along a straight bar: sums of Macaulay terms, exact at every station.
+
+A term c <x - s>^n in the shear force Q is a point force (n = 0), a uniform load (n = 1) or a load that grows in
+proportion to x - s (n = 2); the bending moment is M = integral of Q. Equation (4) and (5) of the paper are such sums.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.errors import InvalidInput
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+_NOTHING = 8.0 * 2.0**-52
+"""Sums below this share of their parts are rounding."""
+
+
+@dataclass(frozen=True)
+class MacaulayTerm:
+    """c <x - s>^n in the shear force of one plane (0 or 1): ``coefficient`` c [N/m^n], ``start`` s [m], ``order`` n."""
+
+    coefficient: float
+    start: float
+    order: int
+    plane: int = 0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.coefficient) and math.isfinite(self.start)):
+            raise InvalidInput("load.terms", "a coefficient or a start is not finite", "finite numbers")
+        if self.order not in (0, 1, 2, 3):
+            raise InvalidInput("load.terms.order", "is no load this model knows", "0, 1, 2 or 3")
+        if self.plane not in (0, 1):
+            raise InvalidInput("load.terms.plane", "there are two planes", "0 or 1")
+
+
+@dataclass(frozen=True)
+class LoadCase:
+    """What acts at one time: transverse terms in two planes, an axial force [N] and a torque [N m] along the bar."""
+
+    terms: tuple[MacaulayTerm, ...]
+    axial_force: float = 0.0
+    torque: float = 0.0
+
+    @cached_property
+    def pieces(self) -> tuple[Pieces, Pieces]:
+        """The shear force of each plane as polynomials between the places where terms start."""
+        return tuple(_pieces([term for term in self.terms if term.plane == plane]) for plane in (0, 1))
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Q = sum c_j (x - s)^j from each start s to the next, shape (4, k), and M at the starts, (k,).
+
+    Sums of Macaulay terms as they stand lose (x/a)^2 digits behind a short boss. Here the terms are shifted from start
+    to start, and a coefficient that only rounding tells from zero is zero.
+    """
+
+    start: Array
+    shear: Array
+    moment: Array
+
+
+def _pieces(terms: list[MacaulayTerm]) -> Pieces:
+    starts = sorted({term.start for term in terms})
+    shear, moment = np.zeros((4, len(starts))), np.zeros(len(starts))
+    now, bent, before = np.zeros(4), 0.0, 0.0
+    for k, place in enumerate(starts):
+        h = place - before
+        bent += sum(now[i] * h ** (i + 1) / (i + 1) for i in range(4)) if k else 0.0
+        parts = [[now[i] * math.comb(i, j) * h ** (i - j) for i in range(j, 4)] if k else [0.0] for j in range(4)]
+        for term in terms:
+            if term.start == place:
+                parts[term.order].append(term.coefficient)
+        sums = [math.fsum(part) for part in parts]
+        sizes = [math.fsum(map(abs, part)) for part in parts]
+        now = np.array([s if abs(s) > _NOTHING * size else 0.0 for s, size in zip(sums, sizes, strict=True)])
+        shear[:, k], moment[k], before = now, bent, place
+    return Pieces(np.array(starts), shear, moment)
+
+
+@dataclass(frozen=True)
+class DeflectionReference:
+    """The deflection half-way between two points, against the straight line through them."""
+
+    left: float
+    right: float
+
+    def unit_load(self, x: Array) -> tuple[Array, Array]:
+        """Moment and shear magnitude of a unit force half-way: (x - left)/2 and 1/2 up to the middle, mirrored."""
+        inside = (x >= self.left) & (x <= self.right)
+        arm = 0.5 * np.minimum(x - self.left, self.right - x)
+        sign = np.where(x <= 0.5 * (self.left + self.right), 0.5, -0.5)
+        return np.where(inside, arm, 0.0), np.where(inside, sign, 0.0)
+
+
+def rounding(length: float, reference: DeflectionReference) -> float:
+    """What rounding may do to results, relative: places are exact to an ulp of the length, arms differences of them."""
+    return max(1e-13, 8.0 * 2.0**-52 * length / (reference.right - reference.left))
+
+
+@dataclass(frozen=True)
+class InternalForces:
+    """Resultants at stations: bending moments and shear forces of both planes (2, n), axial force and torque."""
+
+    moment: Array
+    shear: Array
+    axial_force: float
+    torque: float
+
+    @property
+    def moment_total(self) -> Array:
+        return np.hypot(self.moment[0], self.moment[1])
+
+    @property
+    def shear_total(self) -> Array:
+        return np.hypot(self.shear[0], self.shear[1])
+
+
+def piston_pin_case(force: float, boss_length: float, small_end_length: float, gap: float) -> LoadCase:
+    """The pin's load: uniform in the rod's small end, in each boss a triangle that is highest at its inner edge.
+
+    Q(x) = P/(2a^2)(<x>^2 - <x-a>^2) - (P/a)<x-a> - (P/b)(<x-x1> - <x-x2>) + (P/a)<x-x3> - (P/(2a^2))<x-x3>^2,
+    x1 = a + delta, x2 = x1 + b, x3 = x2 + delta. The moment in the middle is the textbook's
+    P (L + 2(b + 2 delta) - 1.5 b)/12. Source: the paper's equations (4) and (5), after figure 2.
+    """
+    a, b = boss_length, small_end_length
+    x1 = a + gap
+    x2 = x1 + b
+    x3 = x2 + gap
+    ramp, boss, rod = force / (2.0 * a * a), force / a, force / b
+    return LoadCase(
+        (
+            MacaulayTerm(ramp, 0.0, 2),
+            MacaulayTerm(-ramp, a, 2),
+            MacaulayTerm(-boss, a, 1),
+            MacaulayTerm(-rod, x1, 1),
+            MacaulayTerm(rod, x2, 1),
+            MacaulayTerm(boss, x3, 1),
+            MacaulayTerm(-ramp, x3, 2),
+        )
+    )
+
+
+def forces_at(case: LoadCase, x: Array, side_of: Array) -> InternalForces:
+    """The resultants of a case at stations ``x``.
+
+    A term acts where it starts at or before ``side_of`` (same shape as x): a station on a point force belongs to the
+    side on which its panel lies.
+    """
+    moment, shear = np.zeros((2, x.size)), np.zeros((2, x.size))
+    for plane, pieces in enumerate(case.pieces):
+        if pieces.start.size:
+            _evaluate(x, side_of, pieces.start, pieces.shear, pieces.moment, moment[plane], shear[plane])
+    return InternalForces(moment, shear, case.axial_force, case.torque)
+
+
+@kernel
+def _evaluate(x: Array, side: Array, start: Array, c: Array, m: Array, moment: Array, shear: Array) -> None:
+    k = 0
+    for i in range(x.size):
+        # Stations mostly rise, so the piece is the last one's or the next.
+        while k > 0 and start[k] > side[i]:
+            k -= 1
+        while k + 1 < start.size and start[k + 1] <= side[i]:
+            k += 1
+        if start[k] > side[i]:
+            continue
+        t = x[i] - start[k]
+        shear[i] = c[0, k] + t * (c[1, k] + t * (c[2, k] + t * c[3, k]))
+        moment[i] = m[k] + t * (c[0, k] + t * (c[1, k] / 2.0 + t * (c[2, k] / 3.0 + t * c[3, k] / 4.0)))
+
+
+def breakpoints(cases: Sequence[LoadCase], length: float) -> list[float]:
+    """The places inside (0, length) where a load begins or ends, rising, each once."""
+    starts = {term.start for case in cases for term in case.terms if 0.0 < term.start < length}
+    return sorted(starts)

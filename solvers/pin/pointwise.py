@@ -1,0 +1,165 @@
+"""Forms whose wall may change from station to station: free, drillable, with a limited slope; and the constant bore."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.pin.certificate import least_walls_bound, monotone_bound, pointwise_bound
+from solvers.pin.flexibility import flexibility_values, product
+from solvers.pin.form import Found
+from solvers.pin.program import Program, bore_of, folded
+from solvers.pin.section import solidity_of
+from solvers.pin.separable import Weighed, rising, weigh
+from solvers.pin.stations import Stations
+
+Array = NDArray[np.float64]
+
+
+def gentle(program: Program, low: Array) -> Array:
+    """The least u above ``low`` whose bore changes no faster than the slope limit: two sweeps, exact."""
+    slope, x = program.limits.max_slope, program.stations.x
+    if slope is None:
+        return low
+    diameter = program.scene.geometry.outer_diameter
+    bore = bore_of(program, low)
+    reach = slope * x
+    # d(x) = min over y of d_max(y) + s |x - y|.
+    forward = np.minimum.accumulate(bore - reach) + reach
+    backward = np.minimum.accumulate((bore + reach)[::-1])[::-1] - reach
+    wall = 1.0 - np.minimum(forward, backward) / diameter
+    return np.maximum(low, solidity_of(wall))
+
+
+def missed_by_order(stations: Stations, lower: Array, anchor: int) -> Array:
+    """What values that must not fall toward the middle miss between stations, per panel."""
+    first = np.arange(lower.size) < anchor
+    most = float(lower.max()) + 1.0
+    missed = stations.overlooked(np.where(first, lower, most))
+    if anchor < lower.size:
+        missed = missed + stations.overlooked(np.where(first, most, lower), forward=False)
+    return missed
+
+
+def missed_by_slope(stations: Stations, diameter: Array, slope: float) -> Array:
+    """What a diameter (a bushing's, or a bore with its sign turned) of limited slope misses between stations."""
+    reach = slope * stations.x
+    return stations.overlooked(diameter + reach) + stations.overlooked(diameter - reach, forward=False)
+
+
+def _missed(program: Program, drillable: bool) -> Array:
+    """What the running extremes of a drillable or a gentle bore miss between stations, as volume."""
+    missed, low = np.zeros(program.stations.left.size), program.lower
+    if drillable:
+        missed, low = missed_by_order(program.stations, low, program.anchor), rising(low, program.anchor)
+    if program.limits.max_slope is not None:
+        # u = 1 - (d/D)^2 changes by at most 2/D of what the bore changes.
+        scale = 2.0 / program.scene.geometry.outer_diameter
+        missed = missed + scale * missed_by_slope(program.stations, -bore_of(program, low), program.limits.max_slope)
+    return missed
+
+
+def _doubt(program: Program, weighed: Weighed, drillable: bool) -> Array:
+    """Quadrature's doubt of the volume, that of the deflection included at its price."""
+    doubt = program.stations.doubt(weighed.solidity) + _missed(program, drillable)
+    if program.limit is not None and 0.0 < weighed.multiplier < math.inf:
+        bend, shear = flexibility_values(weighed.solidity, program.law)
+        density = product(program.bending, bend) + product(program.shear, shear)
+        doubt = doubt + weighed.multiplier / program.limit * program.stations.doubt(density)
+    return doubt
+
+
+@dataclass(frozen=True)
+class Free:
+    """Any bore; ``drillable`` keeps it from widening toward the middle."""
+
+    drillable: bool = False
+
+    @property
+    def name(self) -> str:
+        return "drillable" if self.drillable else "free"
+
+    def find(self, program: Program, gap: float) -> Found | None:
+        low = rising(program.lower, program.anchor) if self.drillable else program.lower
+        low = gentle(program, low)
+        soft = program.limit is not None and program.deflection(low) > program.limit
+        if soft and program.limits.max_slope is not None:
+            # Imported where it is used: it needs cvxpy, which takes seconds to import.
+            from solvers.pin.interior_point import sloped
+
+            return sloped(program, low, self.drillable, gap)
+        weighed = weigh(program, low, self.drillable)
+        if weighed is None:
+            return None
+        volume = program.volume(weighed.solidity)
+        if weighed.multiplier == 0.0:
+            bound, method = least_walls_bound(program, low), "every station's wall is the least that holds"
+        else:
+            lower_bound = monotone_bound if self.drillable else pointwise_bound
+            bound = lower_bound(program, low, weighed.multiplier, weighed.solidity)
+            method = "Lagrangian dual, tangents at the answer"
+        evidence = {
+            "multiplier": weighed.multiplier if math.isfinite(weighed.multiplier) else "unbounded: only the solid span",
+            "rounds": weighed.rounds,
+        }
+        return Found(
+            weighed.solidity,
+            volume,
+            min(bound, volume),
+            method,
+            evidence,
+            doubt=_doubt(program, weighed, self.drillable),
+        )
+
+
+FREE = Free()
+
+
+@dataclass(frozen=True)
+class Constant:
+    """One bore all along."""
+
+    name: str = "constant"
+
+    def find(self, program: Program, gap: float) -> Found | None:
+        weighed = weigh(segments(program, np.array([program.lower.max()]), [slice(None)]), None, False)
+        if weighed is None:
+            return None
+        u = float(weighed.solidity[0])
+        bound = least_walls_bound(program, np.full_like(program.lower, program.lower.max()))
+        if weighed.multiplier != 0.0:
+            # One unknown: a bore wider by 1e-12 breaks the deflection limit.
+            bound = u * (1.0 - 1e-12)
+        length, bore = program.scene.geometry.length, float(bore_of(program, np.array([u]))[0])
+        return Found(
+            np.full_like(program.lower, u), u, min(bound, u), "one unknown", {"rounds": weighed.rounds},
+            corners=((0.0, bore), (length, bore)),
+        )  # fmt: skip
+
+
+def segments(program: Program, low: Array, parts: list[slice]) -> Program:
+    """The program in which every part of the stations has one u: its least values, shares and mean coefficients."""
+    half = folded(program)
+    share = np.array([half.share[part].sum() for part in parts])
+    mean = [
+        [float(half.share[p] @ c[p]) / w for p, w in zip(parts, share, strict=True)] for c in (half.bending, half.shear)
+    ]
+    edges = np.concatenate([[0.0], np.cumsum(share)])
+    reduced = Lumped(edges[:-1], edges[1:], share)
+    return replace(
+        half, stations=reduced, lower=low, bending=np.array(mean[0]), shear=np.array(mean[1]), anchor=share.size
+    )
+
+
+@dataclass(frozen=True)
+class Lumped(Stations):
+    """Stations that stand for whole parts of the pin: only their shares mean anything."""
+
+    weights: Array
+
+    @property
+    def share(self) -> Array:  # type: ignore[override]
+        return self.weights

@@ -1,0 +1,200 @@
+"""The pin's design as a program in u = 1 - (d/D)^2 at stations: least u, weights, and the deflection's coefficients.
+
+    minimise  sum s_i u_i   subject to  l_i <= u_i <= 1,  sum s_i (B_i/v(u_i) + S_i phi(u_i)) <= 1
+
+with s_i the quadrature shares (they add up to 1), so that the objective is the mass over that of the solid pin, and the
+deflection over its limit: nothing depends on the unit or the size of the pin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.errors import InvalidInput
+from solvers.pin import ring
+from solvers.pin.flexibility import ShearFlexibility, convex_cowper, deflection_terms, flexibility_values, product
+from solvers.pin.loads import InternalForces, breakpoints, forces_at
+from solvers.pin.scene import Limits, Scene
+from solvers.pin.section import Criterion, Demand, least_wall, section_demands, shear_demand, solidity_of, wall_of
+from solvers.pin.stations import NODES, Stations, first_stations, panel_edges
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Physics:
+    """What is computed beyond strength: whether shear deflects, whether the ring's results are wanted."""
+
+    shear_deflection: bool = True
+    ovalization: bool = True
+    contact_pressure: bool = True
+
+
+@dataclass(frozen=True)
+class Program:
+    """One discretised design problem; arrays of shape (n,).
+
+    ``demands`` are the strength demands at the stations, ``lower`` the least u that strength, wall and ring allow,
+    ``bending`` and ``shear`` the deflection's coefficients in metres, ``limit`` the greatest deflection (None: none),
+    ``anchor`` the station index at which the second half begins (n for a pin whose half stands for both).
+    """
+
+    scene: Scene
+    limits: Limits
+    criterion: Criterion
+    physics: Physics
+    stations: Stations
+    demands: tuple[Demand, ...]
+    floor: float
+    lower: Array
+    bending: Array
+    shear: Array
+    law: ShearFlexibility
+    limit: float | None
+    anchor: int
+
+    @property
+    def share(self) -> Array:
+        return self.stations.share
+
+    def volume(self, solidity: Array) -> float:
+        """Mass over the mass of the solid pin."""
+        return float(self.share @ solidity)
+
+    def deflection(self, solidity: Array) -> float:
+        """Deflection of the middle [m]; inf where something must be held by nothing."""
+        bend, shear = flexibility_values(solidity, self.law)
+        return float(self.share @ (product(self.bending, bend) + product(self.shear, shear)))
+
+    @property
+    def solid_mass(self) -> float:
+        g = self.scene.geometry
+        return self.scene.material.density * g.area * g.length
+
+
+def end_of(scene: Scene) -> float:
+    """Where the stations end: the middle of a symmetric pin, the far end of any other."""
+    return scene.geometry.length * (0.5 if scene.symmetric else 1.0)
+
+
+def opening_stations(scene: Scene, further: tuple[float, ...] = ()) -> Stations:
+    """The first panels: every place where a load begins, the middle, and the deflection's references."""
+    length, r = scene.geometry.length, scene.reference
+    places = {*breakpoints(scene.cases, length), r.left, r.right, *further}
+    return first_stations(panel_edges(places, length, scene.symmetric), end_of(scene))
+
+
+def refined(program: Program, which: NDArray[np.bool_]) -> Stations:
+    """The program's stations with some panels halved, in both halves alike."""
+    return program.stations.halved(which if program.scene.symmetric else which | which[::-1])
+
+
+def folded(program: Program) -> Program:
+    """The program of a pin whose two halves are alike: each station must meet the demands of both."""
+    if program.anchor == program.lower.size:
+        return program
+    half = program.anchor
+    panels = half // NODES
+    stations = Stations(program.stations.left[:panels], program.stations.right[:panels])
+
+    def mean(values: Array) -> Array:
+        return 0.5 * (values[:half] + values[half:][::-1])
+
+    return replace(
+        program,
+        stations=stations,
+        lower=np.maximum(program.lower[:half], program.lower[half:][::-1]),
+        bending=mean(program.bending),
+        shear=mean(program.shear),
+    )
+
+
+def unfolded(program: Program, half: Array) -> Array:
+    """Values of one half at the stations of the whole program."""
+    return half if program.anchor == program.lower.size else np.concatenate([half, half[::-1]])
+
+
+def least_solidity(scene: Scene, criterion: Criterion, floor: float, x: Array) -> Array:
+    """The least u at any places x of the first half, for a pin whose halves are alike."""
+    found = np.full(x.shape, floor)
+    for at in (x,) if scene.symmetric else (x, scene.geometry.length - x):
+        for demand in demands_at(scene, criterion, at, at):
+            found = np.maximum(found, least_wall(demand))
+    return solidity_of(found)
+
+
+def demands_at(scene: Scene, criterion: Criterion, x: Array, side: Array) -> tuple[Demand, ...]:
+    """Every strength demand of every load case at stations."""
+    found: list[Demand] = []
+    for case in scene.cases:
+        forces = forces_at(case, x, side)
+        found += strength_demands(scene, criterion, forces)
+    return tuple(found)
+
+
+def strength_demands(scene: Scene, criterion: Criterion, forces: InternalForces) -> tuple[Demand, ...]:
+    """The criterion's demands and that of the separate shear allowable."""
+    diameter, material = scene.geometry.outer_diameter, scene.material
+    law = criterion.law(material)
+    return section_demands(criterion, forces, diameter, material) + shear_demand(forces, diameter, material, law)
+
+
+def wall_floor(scene: Scene, limits: Limits) -> float:
+    """The least relative wall that the wall and ovalization limits allow; NaN where not even a solid pin is round
+    enough. Raises InvalidInput for a wall beyond the radius."""
+    g, m = scene.geometry, scene.material
+    floor = 2.0 * limits.min_wall / g.outer_diameter
+    if floor > 1.0:
+        raise InvalidInput("limits.min_wall", "is more than the pin's radius", "at most half the outer diameter")
+    if limits.max_ovalization is not None and scene.force > 0:
+        ratio = ring.greatest_ratio(
+            limits.max_ovalization, scene.force, g.outer_diameter, g.length, m.elastic_modulus, m.poisson
+        )
+        floor = max(floor, 1.0 - ratio) if ratio is not None else float("nan")
+    return floor
+
+
+def assemble(
+    scene: Scene,
+    limits: Limits,
+    criterion: Criterion,
+    physics: Physics,
+    stations: Stations,
+    law: ShearFlexibility | None = None,
+) -> Program:
+    """The program at these stations; ``lower`` is NaN where even the solid section is too weak.
+
+    ``law`` is how sections shear, Cowper's with its tangent unless another is given.
+    """
+    g, m = scene.geometry, scene.material
+    demands = demands_at(scene, criterion, stations.x, stations.side)
+    floor = wall_floor(scene, limits)
+    wall = np.full(stations.x.size, floor)
+    for demand in demands:
+        wall = np.maximum(wall, least_wall(demand))
+    forces = forces_at(scene.cases[0], stations.x, stations.side)
+    unit_moment, unit_shear = scene.reference.unit_load(stations.x)
+    # A station on an end of the span lies inside only if its panel does.
+    inside = (stations.side >= scene.reference.left) & (stations.side < scene.reference.right)
+    bending, shear = deflection_terms(
+        forces.moment[0], forces.shear[0], unit_moment, unit_shear,
+        m.elastic_modulus, m.shear_modulus, g.inertia, g.area,
+    )  # fmt: skip
+    bending = np.where(inside, np.maximum(bending, 0.0), 0.0) * g.length
+    shear = np.where(inside, np.maximum(shear, 0.0), 0.0) * g.length
+    if not physics.shear_deflection:
+        shear = np.zeros_like(shear)
+    middle = 0.5 * g.length
+    anchor = stations.x.size if scene.symmetric else int(np.searchsorted(stations.side, middle, side="left"))
+    return Program(
+        scene, limits, criterion, physics, stations, demands, floor, solidity_of(wall), bending, shear,
+        law or convex_cowper(m.poisson), limits.max_deflection, anchor,
+    )  # fmt: skip
+
+
+def bore_of(program: Program, solidity: Array) -> Array:
+    """The bore d = D (1 - w) [m] of u."""
+    return program.scene.geometry.outer_diameter * (1.0 - wall_of(solidity))

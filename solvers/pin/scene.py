@@ -1,0 +1,137 @@
+"""The inputs of the piston pin: geometry, loads, material, limits. SI units throughout.
+
+Every dataclass refuses, with ``InvalidInput``, what the model cannot mean; whatever passes may be computed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+from solvers.errors import InvalidInput
+from solvers.pin.loads import DeflectionReference, LoadCase, piston_pin_case
+
+
+def _require(ok: bool, field: str, reason: str, allowed: str) -> None:
+    if not ok:
+        raise InvalidInput(field, reason, allowed)
+
+
+def require_positive(owner: object, prefix: str, *names: str) -> None:
+    """Refuse, with InvalidInput, fields that are not positive numbers."""
+    for name in names:
+        value = getattr(owner, name)
+        _require(math.isfinite(value) and value > 0, f"{prefix}.{name}", "must be positive", "(0, inf)")
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Outer diameter D, boss length a, small-end length b, gap delta between them; the pin is L = 2a + b + 2 delta."""
+
+    outer_diameter: float
+    boss_length: float
+    small_end_length: float
+    gap: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_positive(self, "geometry", "outer_diameter", "boss_length", "small_end_length")
+        _require(math.isfinite(self.gap) and self.gap >= 0, "geometry.gap", "must not be negative", "[0, inf)")
+
+    @property
+    def length(self) -> float:
+        return 2.0 * self.boss_length + self.small_end_length + 2.0 * self.gap
+
+    @property
+    def area(self) -> float:
+        """A0 = pi D^2/4 of the solid section."""
+        return math.pi * self.outer_diameter**2 / 4.0
+
+    @property
+    def inertia(self) -> float:
+        """I0 = pi D^4/64 of the solid section."""
+        return math.pi * self.outer_diameter**4 / 64.0
+
+
+@dataclass(frozen=True)
+class PinMaterial:
+    """Allowable normal stress, an allowable shear stress of its own (None: only the criterion), E, nu, density."""
+
+    allowable_stress: float
+    elastic_modulus: float
+    poisson: float
+    density: float
+    allowable_shear: float | None = None
+
+    def __post_init__(self) -> None:
+        require_positive(self, "material", "allowable_stress", "elastic_modulus", "density")
+        _require(0 <= self.poisson < 0.5, "material.poisson", "lies outside what a solid can have", "[0, 0.5)")
+        if self.allowable_shear is not None:
+            require_positive(self, "material", "allowable_shear")
+
+    @property
+    def shear_modulus(self) -> float:
+        return self.elastic_modulus / (2.0 * (1.0 + self.poisson))
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the profile must keep besides strength; None: no such limit.
+
+    min_wall         least wall thickness [m]
+    max_deflection   greatest deflection of the middle against the bosses' inner edges [m]
+    max_ovalization  greatest growth of a diameter [m]
+    max_slope        greatest change of the bore's diameter per length, |dd/dx|
+    """
+
+    min_wall: float = 0.0
+    max_deflection: float | None = None
+    max_ovalization: float | None = None
+    max_slope: float | None = None
+
+    def __post_init__(self) -> None:
+        _require(
+            math.isfinite(self.min_wall) and self.min_wall >= 0, "limits.min_wall", "must not be negative", "[0, D/2]"
+        )
+        for name in ("max_deflection", "max_ovalization", "max_slope"):
+            if getattr(self, name) is not None:
+                require_positive(self, "limits", name)
+
+
+NO_LIMITS = Limits()
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A pin under its load, outer diameter given.
+
+    ``force`` is the piston's greatest force: rod force in the middle, half of it on each boss. ``further_cases`` are
+    load cases that the same pin must carry as well (see ``solvers.pin.loads``). ``mirrored`` says that the bore may be
+    taken as alike in both halves.
+    """
+
+    geometry: Geometry
+    force: float
+    material: PinMaterial
+    further_cases: tuple[LoadCase, ...] = ()
+    mirrored: bool = True
+
+    def __post_init__(self) -> None:
+        _require(math.isfinite(self.force) and self.force >= 0, "load.force", "must not be negative", "[0, inf)")
+
+    @cached_property
+    def cases(self) -> tuple[LoadCase, ...]:
+        g = self.geometry
+        own = piston_pin_case(self.force, g.boss_length, g.small_end_length, g.gap)
+        return (own, *self.further_cases)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether one half of the pin stands for the other: true of the pin's own loads, not promised by others."""
+        return self.mirrored and not self.further_cases
+
+    @property
+    def reference(self) -> DeflectionReference:
+        """The middle against the inner edges of the bosses."""
+        g = self.geometry
+        return DeflectionReference(g.boss_length, g.length - g.boss_length)

@@ -1,0 +1,184 @@
+"""Stations along the pin: panels between the places where loads begin, each with Lobatto's nodes.
+
+Lobatto's rule has its outer nodes on the panel's ends, so the places where a profile has its kinks are stations. Panels
+are halved where rules on fewer of the same nodes disagree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+NODES = 9
+_DROPPED = ((1, 6), (2, 7), (2, 6))
+"""What is left out of the nodes by the rules that judge. A symmetric rule alone is blind to kinks at some places; with
+these three, twice the greatest difference covers the error of a kink anywhere in a panel."""
+FIRST_PANELS = 2
+LEAST_PANEL = 1e-13
+"""Panels shorter than this share of the length are not halved any more."""
+
+
+def _lobatto(count: int) -> tuple[Array, Array]:
+    """Nodes and weights on [-1, 1]: the ends and the extrema of Legendre's polynomial of degree count - 1."""
+    legendre = np.polynomial.legendre.Legendre.basis(count - 1)
+    inner = legendre.deriv().roots().real
+    for _ in range(2):
+        inner = inner - legendre.deriv()(inner) / legendre.deriv(2)(inner)
+    inner = 0.5 * (inner - inner[::-1])
+    nodes = np.concatenate([[-1.0], inner, [1.0]])
+    return nodes, 2.0 / (count * (count - 1) * legendre(nodes) ** 2)
+
+
+def _interpolatory(nodes: Array) -> Array:
+    """Weights on [-1, 1] that integrate every polynomial through the nodes."""
+    powers = np.polynomial.legendre.legvander(nodes, nodes.size - 1)
+    exact = np.zeros(nodes.size)
+    exact[0] = 2.0
+    return np.linalg.solve(powers.T, exact)
+
+
+_X, _W = _lobatto(NODES)
+
+
+def _without(dropped: tuple[int, ...]) -> Array:
+    """Weights of the rule on the other nodes."""
+    kept = [i for i in range(NODES) if i not in dropped]
+    weights = np.zeros(NODES)
+    weights[kept] = _interpolatory(_X[kept])
+    return weights
+
+
+_JUDGES = 2.0 * np.stack([_W - _without(dropped) for dropped in _DROPPED], axis=1)
+
+
+@dataclass(frozen=True)
+class Stations:
+    """Panels [left, right] in order, and their nodes one after another.
+
+    ``share`` are quadrature weights relative to the whole length: they add up to 1 also where one half of the bar
+    stands for both.
+    """
+
+    left: Array
+    right: Array
+
+    @property
+    def span(self) -> float:
+        return float(self.right[-1] - self.left[0])
+
+    @cached_property
+    def x(self) -> Array:
+        middle, half = 0.5 * (self.left + self.right), 0.5 * (self.right - self.left)
+        x = middle[:, None] + half[:, None] * _X
+        x[:, 0], x[:, -1] = self.left, self.right
+        return x.ravel()
+
+    @cached_property
+    def side(self) -> Array:
+        """For every station the left end of its panel: loads that begin there act on it."""
+        return np.repeat(self.left, NODES)
+
+    @cached_property
+    def share(self) -> Array:
+        return (0.5 * (self.right - self.left)[:, None] * _W).ravel() / self.span
+
+    def doubt(self, values: Array) -> Array:
+        """For every panel, how far rules on fewer nodes are from Lobatto's, relative to the whole length."""
+        table = values.reshape(-1, NODES)
+        return 0.5 * (self.right - self.left) / self.span * np.abs(table @ _JUDGES).max(axis=1)
+
+    def overlooked(self, values: Array, forward: bool = True) -> Array:
+        """For every panel, what a running maximum over the stations misses between them, relative to the whole length.
+
+        Of a station whose value is the running maximum behind it, parabolas through it and its neighbours tell how far
+        the true maximum lies above, which counts for as much of the length as the value holds, and how deep the values
+        dip before the next station, which counts up to there: twice, as both are estimates. Without ``forward`` the
+        maximum runs from the right to the left.
+        """
+        order = slice(None) if forward else slice(None, None, -1)
+        ahead, share = values[order], self.share[order]
+        running = np.maximum.accumulate(ahead)
+        source = np.maximum.accumulate(np.where(ahead == running, np.arange(ahead.size), 0))
+        held = np.bincount(source, share, ahead.size)[order].reshape(-1, NODES)
+        # Where panels meet, two stations share a place, and the summit may lie on either side.
+        held[:-1, -1] = held[1:, 0] = held[:-1, -1] + held[1:, 0]
+        x, f = self.x.reshape(-1, NODES), values.reshape(-1, NODES)
+        least = (ahead == running)[order].reshape(-1, NODES)
+        reach = np.gradient(x, axis=1) / self.span
+        missed = _above(x, f) * held + np.where(least, _above(x, -f) * reach, 0.0)
+        return 2.0 * missed.sum(axis=1)
+
+    def halved(self, which: NDArray[np.bool_]) -> Stations:
+        """The same with some panels cut in two."""
+        middle = 0.5 * (self.left + self.right)
+        left = np.sort(np.concatenate([self.left, middle[which]]))
+        right = np.sort(np.concatenate([self.right, middle[which]]))
+        return Stations(left, right)
+
+
+def _above(x: Array, f: Array) -> Array:
+    """How far beside each node of a panel, up to the next ones, parabolas through three nodes rise above its value.
+
+    Three parabolas each, so that one of them does not look across a kink.
+    """
+    own, most = np.arange(NODES), np.zeros_like(f)
+    low, high = x[:, np.maximum(own - 1, 0)], x[:, np.minimum(own + 1, NODES - 1)]
+    for shift in (-1, 0, 1):
+        centre = np.clip(own + shift, 1, NODES - 2)
+        x0, x1, x2 = x[:, centre - 1], x[:, centre], x[:, centre + 1]
+        f0, f1, f2 = f[:, centre - 1], f[:, centre], f[:, centre + 1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rise, fall = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
+            bend = (fall - rise) / (x2 - x0)
+            top = 0.5 * (x0 + x1 - rise / bend)
+            value = f0 + (top - x0) * (rise + bend * (top - x1))
+            inside = (bend < 0.0) & (top > low) & (top < high)
+            most = np.maximum(most, np.where(inside, value - f, 0.0))
+    return most
+
+
+def panel_edges(places: Iterable[float], length: float, symmetric: bool) -> list[float]:
+    """Where panels must begin, rising: the given places, and for a bar of two unlike halves their mirror images.
+
+    Places that only rounding tells apart are one edge, the last of them, so that every load that begins there acts on
+    the panel behind it. Both halves get equally many edges.
+    """
+    middle, tolerance = 0.5 * length, LEAST_PANEL * length
+    ahead = [p for p in places if p < middle - tolerance]
+    if symmetric:
+        return [*_merged(sorted(ahead), tolerance), middle]
+    behind = [p for p in places if p > middle + tolerance]
+    groups: list[tuple[float, list[float], list[float]]] = []
+    for distance, place, first in sorted([*((p, p, True) for p in ahead), *((length - p, p, False) for p in behind)]):
+        if not groups or distance - groups[-1][0] > tolerance:
+            groups.append((distance, [], []))
+        groups[-1][1 if first else 2].append(place)
+    left = [max(own) if own else length - max(other) for _, own, other in groups]
+    right = [max(other) if other else length - max(own) for _, own, other in groups]
+    return [*left, middle, *reversed(right)]
+
+
+def _merged(places: list[float], tolerance: float) -> list[float]:
+    """Rising places; of those closer than the tolerance the last."""
+    kept: list[float] = []
+    for place in places:
+        if kept and place - kept[-1] <= tolerance:
+            kept[-1] = place
+        else:
+            kept.append(place)
+    return kept
+
+
+def first_stations(places: list[float], end: float) -> Stations:
+    """Panels on [0, end] that begin and end at the given places."""
+    edges = [0.0, *(p for p in places if LEAST_PANEL * end < p < end * (1.0 - LEAST_PANEL)), end]
+    cuts = [np.linspace(lo, hi, FIRST_PANELS + 1)[:-1] for lo, hi in pairwise(edges)]
+    left = np.concatenate(cuts)
+    return Stations(left, np.append(left[1:], end))

@@ -1,0 +1,171 @@
+"""A given bore judged, further load cases carried, and what an infeasible pin is told."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from solvers import pin
+from solvers.errors import InvalidInput
+from solvers.pin.loads import breakpoints, forces_at
+from solvers.pin.stations import panel_edges
+from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, grams, vaz
+
+D, LENGTH = GEOMETRY.outer_diameter, GEOMETRY.length
+
+
+def deflection_by_brute_force(bore_of, n=400_000, shear=True):
+    """int M m/(E I) + Q q/(k G A) over midpoints of the span, from the textbook's pieces."""
+    g, m, P = GEOMETRY, STEEL, 15e3
+    x = g.boss_length + (np.arange(n) + 0.5) / n * (LENGTH - 2 * g.boss_length)
+    y = np.minimum(x, LENGTH - x)
+    t = np.maximum(y - g.boss_length - g.gap, 0.0)
+    moment = P * g.boss_length / 6 + P / 2 * (y - g.boss_length) - P * t**2 / (2 * g.small_end_length)
+    force = P / 2 - P * t / g.small_end_length
+    d = bore_of(x)
+    inertia, area, r2 = math.pi * (D**4 - d**4) / 64, math.pi * (D**2 - d**2) / 4, (d / D) ** 2
+    k = 6 * 1.3 * (1 + r2) ** 2 / ((7 + 1.8) * (1 + r2) ** 2 + (20 + 3.6) * r2)
+    density = moment * (y - g.boss_length) / 2 / (m.elastic_modulus * inertia)
+    density = density + (force / 2 / (k * m.shear_modulus * area) if shear else 0)
+    return float(density.mean() * (LENGTH - 2 * g.boss_length))
+
+
+@pytest.mark.parametrize(
+    ("x", "bore"),
+    [
+        ((0.0,), (13.99e-3,)),
+        ((0.0, 40e-3), (20e-3, 8e-3)),
+        ((10e-3, 30e-3, 30e-3), (16e-3, 16e-3, 12e-3)),
+        ((0.0, 33e-3, 33e-3, 80e-3), (16e-3, 15e-3, 12e-3, 14e-3)),
+        ((0.0, 80e-3), (18e-3, 10e-3)),
+    ],
+    ids=["one bore", "double cone", "steps", "unlike halves", "one taper"],
+)
+def test_given_bores_deflect_and_weigh_what_they_must(x, bore):
+    value = pin.check(VAZ, pin.Profile(x, bore), accuracy=1e-9).value
+
+    def bore_of(place):
+        px, pd = list(x), list(bore)
+        if px[-1] <= LENGTH / 2:
+            px, pd = px + [LENGTH - p for p in reversed(px)], pd + pd[::-1]
+        px = np.array(px) + 1e-12 * np.arange(len(px))
+        return np.interp(place, px, pd)
+
+    assert value.deflection == pytest.approx(deflection_by_brute_force(bore_of), rel=2e-6)
+    places = (np.arange(400_000) + 0.5) / 400_000 * LENGTH
+    mass = STEEL.density * math.pi / 4 * LENGTH * float((D**2 - bore_of(places) ** 2).mean())
+    assert value.mass == pytest.approx(mass, rel=1e-6)
+
+
+def test_a_bore_that_is_too_wide_is_told_where():
+    value = pin.check(
+        VAZ, pin.Profile((0.0,), (17e-3,)), limits=pin.Limits(min_wall=3e-3, max_deflection=1e-5, max_ovalization=1e-5)
+    ).value
+    assert value.strength_utilisation > 1
+    said = " ".join(value.warnings)
+    for words in ("strength criterion", "at its thinnest", "deflection", "ovalization"):
+        assert words in said
+    fine = pin.check(VAZ, pin.Profile((0.0,), (13.9e-3,))).value
+    assert fine.strength_utilisation < 1
+    assert fine.warnings == ()
+
+
+def test_a_wall_that_runs_out_has_no_stress_and_no_failure():
+    value = pin.check(VAZ, pin.Profile((0.0,), (D,))).value
+    assert value.mass == 0.0
+    assert value.deflection is None
+    assert value.equivalent_stress_max is None
+    assert any("no wall" in warning for warning in value.warnings)
+
+
+@pytest.mark.parametrize(
+    ("x", "bore", "field"),
+    [
+        ((), (), "profile"), ((0.0, 1e-3), (1e-2,), "profile"), ((2e-3, 1e-3), (1e-2, 1e-2), "profile.1.x"),
+        ((-1e-3,), (1e-2,), "profile.0.x"), ((0.0,), (-1e-2,), "profile.0.bore"),
+        ((0.0,), (math.nan,), "profile.0.bore"),
+        ((0.0,), (23e-3,), "profile.0.bore"), ((0.0, 1.0), (1e-2, 1e-2), "profile.1.x"),
+    ],
+)  # fmt: skip
+def test_bores_that_make_no_sense_are_refused(x, bore, field):
+    with pytest.raises(InvalidInput) as refusal:
+        pin.check(VAZ, pin.Profile(x, bore))
+    assert refusal.value.field == field
+
+
+def test_a_second_plane_and_a_torque_ask_for_more_where_they_act():
+    """The same load turned by 90 degrees asks for nothing more; a torque asks everywhere."""
+    turned = pin.LoadCase(tuple(pin.MacaulayTerm(t.coefficient, t.start, t.order, plane=1) for t in VAZ.cases[0].terms))
+    alike = pin.Scene(GEOMETRY, 15e3, STEEL, (turned,))
+    assert grams(alike, accuracy=1e-8) == pytest.approx(grams(VAZ, accuracy=1e-8), rel=1e-8)
+    twisted = pin.Scene(GEOMETRY, 15e3, STEEL, (pin.LoadCase((), axial_force=2e3, torque=60.0),))
+    outcome = pin.design(pin.PinProblem(twisted), accuracy=1e-6)
+    assert outcome.value.check.mass * 1e3 > grams(VAZ)
+    assert outcome.value.check.min_bore > 0
+    # A thin tube at the ends, where only the torque acts: sqrt(sigma^2 + 4 tau^2) is just allowed.
+    d = outcome.value.check.along.bore[0]
+    sigma = 2e3 / (math.pi / 4 * (D**2 - d**2))
+    tau = 16 * 60.0 * D / (math.pi * (D**4 - d**4))
+    assert math.hypot(sigma, 2 * tau) == pytest.approx(150e6, rel=1e-9)
+
+
+def test_a_load_on_one_side_makes_unlike_halves():
+    extra = pin.LoadCase(
+        (pin.MacaulayTerm(6e3, 5e-3, 0), pin.MacaulayTerm(-8e3, 20e-3, 0), pin.MacaulayTerm(2e3, 65e-3, 0))
+    )
+    scene = pin.Scene(GEOMETRY, 5e3, STEEL, (extra,))
+    for form in (pin.Free(), pin.Free(drillable=True), pin.Constant(), pin.Stepped(2), pin.Cone()):
+        outcome = pin.design(pin.PinProblem(scene, form=form), accuracy=1e-4)
+        value = outcome.value.check
+        assert value.strength_utilisation <= 1 + 1e-9, form.name
+        assert value.along.x[-1] == pytest.approx(LENGTH)
+        assert outcome.certificate.bound <= value.mass * (1 + 1e-12)
+    free = pin.design(pin.PinProblem(scene), accuracy=1e-6).value.check.along
+    assert not np.allclose(free.bore, np.interp(LENGTH - free.x, free.x, free.bore), rtol=1e-3)
+
+
+def test_edges_of_unlike_halves_are_mirrored_and_none_is_lost():
+    places = [1e-3, LENGTH - 1e-3, 3e-3, LENGTH - (LENGTH - 3e-3), 0.07, 0.04]
+    edges = panel_edges(places, LENGTH, symmetric=False)
+    assert len(edges) % 2 == 1
+    assert np.allclose(np.array(edges) + np.array(edges[::-1]), LENGTH, rtol=1e-12)
+    for place in places:
+        assert min(abs(edge - place) for edge in edges) <= 1e-13 * LENGTH
+    assert breakpoints(VAZ.cases, LENGTH)[0] == GEOMETRY.boss_length
+
+
+def test_forces_end_where_they_must():
+    ends = forces_at(VAZ.cases[0], np.array([LENGTH, 0.5 * LENGTH]), np.array([LENGTH, 0.5 * LENGTH]))
+    assert abs(ends.shear[0]).max() <= 1e-10 * 15e3
+    assert abs(ends.moment[0, 0]) <= 1e-12 * 123.75
+
+
+def test_the_diagnosis_names_every_requirement_and_a_diameter_that_does():
+    limits = pin.Limits(max_deflection=2e-6, max_ovalization=1e-7)
+    outcome = pin.design(pin.PinProblem(vaz(20e3), limits))
+    assert outcome.value is None
+    assert [s.requirement for s in outcome.diagnosis] == ["force", "max_deflection", "max_ovalization"]
+    why = pin.explain(pin.PinProblem(vaz(20e3), limits))
+    assert why.weak.begin < 0.5 * LENGTH < why.weak.end
+    assert why.force_limit == pytest.approx(18980.73, abs=0.01)
+    for factor, feasible in ((1 + 1e-9, True), (1 - 1e-9, False)):
+        geometry = pin.Geometry(why.least_outer_diameter * factor, 24e-3, 30e-3, 1e-3)
+        wider = pin.Scene(geometry, 20e3, STEEL)
+        problem = pin.PinProblem(wider, pin.Limits(max_deflection=2e-6))
+        assert (pin.design(problem).value is not None) == feasible
+
+
+def test_the_load_sweep_of_figure_5():
+    """More load, less bore, at every place; each member is the free profile of its load."""
+    forces = [5e3, 10e3, 15e3, 17.5e3, 18.9e3]
+    sweep = pin.load_sweep(VAZ, PAPER, forces)
+    for lighter, heavier in pairwise(sweep):
+        assert np.all(heavier.diameter[1:] < lighter.diameter[1:])
+    for member in sweep:
+        u = 1 - (member.diameter / D) ** 2
+        mass = STEEL.density * GEOMETRY.area * 2 * np.trapezoid(u, member.x)
+        assert mass * 1e3 == pytest.approx(grams(vaz(member.force)), rel=1e-3)
+    assert np.isnan(pin.load_sweep(VAZ, PAPER, [20e3])[0].diameter[-1])

@@ -1,0 +1,127 @@
+"""Shear flexibility, its tangent and its envelope; the ring against its thin limit and against equilibrium."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_bvp
+
+from solvers.pin import ring
+from solvers.pin.flexibility import convex_cowper, cowper, flexibility_values, line_from, phi, phi_curvature, phi_slope
+
+FORCE, DIAMETER, LENGTH, MODULUS, POISSON = 15e3, 21.99e-3, 80e-3, 210e9, 0.3
+PIN = (FORCE, DIAMETER, LENGTH)
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
+def test_shear_flexibility_is_cowpers_coefficient(poisson):
+    m = np.linspace(0.01, 0.99, 50)
+    k = 6 * (1 + poisson) * (1 + m**2) ** 2 / ((7 + 6 * poisson) * (1 + m**2) ** 2 + (20 + 12 * poisson) * m**2)
+    u = 1 - m**2
+    assert flexibility_values(u, cowper(poisson))[1] == pytest.approx(1 / (k * u), rel=1e-12)
+    solid = 6 * (1 + poisson) / (7 + 6 * poisson)
+    assert phi(1.0, cowper(poisson).a, cowper(poisson).b, 1.0) == pytest.approx(1 / solid, rel=1e-15)
+
+
+def test_the_convex_law_is_tangent_above_and_half_a_percent_at_most():
+    law, exact = convex_cowper(POISSON), cowper(POISSON)
+    assert law.knee == pytest.approx(0.9029, abs=5e-5)
+    u = np.linspace(0.05, 1.0, 4001)
+    convex, true = flexibility_values(u, law)[1], flexibility_values(u, exact)[1]
+    assert np.all(convex >= true * (1 - 1e-14))
+    assert (convex / true).max() - 1 == pytest.approx(0.0051, abs=5e-5)
+    assert np.all(np.diff(convex, 2) > -1e-12)
+
+
+def test_derivatives_are_those_of_the_function():
+    law = convex_cowper(POISSON)
+    for u in (0.1, 0.5, 0.89, 0.95):
+        h = 1e-6
+        args = (law.a, law.b, law.knee)
+        assert phi_slope(u, *args) == pytest.approx((phi(u + h, *args) - phi(u - h, *args)) / (2 * h), rel=1e-6)
+        assert phi_curvature(u, *args) == pytest.approx(
+            (phi_slope(u + h, *args) - phi_slope(u - h, *args)) / (2 * h), rel=1e-6, abs=1e-6
+        )
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.2, 1.0, 1.8, 5.0])
+def test_the_envelopes_line_touches_and_stays_below(bend):
+    law = cowper(POISSON)
+
+    def g(u):
+        bent, sheared = flexibility_values(u, law)
+        return bend * bent + sheared
+
+    start = line_from(bend, 1.0, law.a, law.b, 1.0)
+    u = np.linspace(0.3, 1.0, 7001)
+    if start == 1.0:
+        assert np.all(np.diff(g(u), 2) > -1e-12)
+        return
+    low, high = g(np.array([start]))[0], g(np.array([1.0]))[0]
+    line = low + (high - low) / (1 - start) * (u - start)
+    assert np.all(g(u) - line > -1e-12)
+    h = 1e-6
+    ends = g(np.array([start - h, start + h]))
+    assert (ends[1] - ends[0]) / (2 * h) == pytest.approx((high - low) / (1 - start), rel=1e-6)
+
+
+def test_the_thick_ring_tends_to_the_thin_one():
+    """0.09 is the thin ring's 8/(9 pi^2), rounded; the mean radius is its radius."""
+    for ratio in (0.99, 0.999, 0.9999):
+        thin = 8 / (9 * np.pi**2) * FORCE / (MODULUS * LENGTH) * ((1 + ratio) / (1 - ratio)) ** 3
+        # The load's n-th harmonic has 1/(n^2 - 1), the ring's stiffness against it (n^2 - 1)^2; n = 2 makes 1/27.
+        more = sum(27 / (n * n - 1) ** 3 for n in range(4, 40, 2))
+        thick = ring.thick_ring(*PIN, ratio, MODULUS, POISSON).ovalization
+        assert thick == pytest.approx(thin * (1 + more), rel=3 * (1 - ratio) + 1e-3)
+
+
+@pytest.mark.parametrize("ratio", [0.3, 0.7, 0.9])
+@pytest.mark.parametrize("k", [0, 1, 4])
+def test_the_thick_rings_harmonics_solve_the_equations_of_elasticity(ratio, k):
+    """A boundary-value problem in the displacements u cos(n t), v sin(n t) and the stresses they make, E = 1."""
+    n, nu = 2.0 * (k + 1), POISSON
+
+    def rates(r, y):
+        u, v, radial, shear = y
+        hoop = (u + n * v) / r + nu * radial
+        return np.stack(
+            [
+                (1 - nu * nu) * radial - nu * (u + n * v) / r,
+                2 * (1 + nu) * shear + (v + n * u) / r,
+                (hoop - radial - n * shear) / r,
+                (n * hoop - 2 * shear) / r,
+            ]
+        )
+
+    def ends(inner, outer):
+        return np.array([inner[2], inner[3], outer[2] - 1.0, outer[3]])
+
+    r = np.linspace(ratio, 1.0, 200)
+    found = solve_bvp(rates, ends, r, np.ones((4, r.size)), tol=1e-9, max_nodes=20_000)
+    u, v, radial, _ = found.sol(np.array([1.0, ratio]))
+    hoops, growth = ring._harmonics(np.array([n]), ratio, nu)
+    assert hoops[0] == pytest.approx((u + n * v) / np.array([1.0, ratio]) + nu * radial, rel=1e-6)
+    assert growth[0] == pytest.approx(u[0], rel=1e-6)
+
+
+def test_the_ring_grows_with_the_bore_everywhere():
+    ratios = np.concatenate([np.linspace(0.0, 0.8, 81), np.linspace(0.8001, 0.999, 200)])
+    growth = [ring.ring(*PIN, r, MODULUS, POISSON).ovalization for r in ratios]
+    assert np.all(np.diff(growth) > 0)
+
+
+def test_the_load_factors_zero_is_no_way_out():
+    """The textbook's formula falls beyond 0.814 and ends at 0 at 0.864: no limit may be met there."""
+    assert abs(ring.load_factor(0.8641588834)) < 1e-8
+    for limit in (1e-6, 1e-5, 3e-5, 1e-4, 1e-2):
+        ratio = ring.greatest_ratio(limit, *PIN, MODULUS, POISSON)
+        assert ring.ring(*PIN, ratio, MODULUS, POISSON).ovalization <= limit
+        if ratio < 0.799:
+            assert ring.ring(*PIN, ratio * (1 + 1e-9) + 1e-9, MODULUS, POISSON).ovalization > limit
+    assert ring.greatest_ratio(4e-5, *PIN, MODULUS, POISSON) == pytest.approx(0.8, abs=1e-12)
+    assert ring.greatest_ratio(1e-9, *PIN, MODULUS, POISSON) is None
+
+
+def test_the_ratio_at_a_stress_is_where_the_stress_is():
+    ratio = ring.ratio_at_stress(150e6, *PIN, MODULUS, POISSON)
+    assert ring.ring(*PIN, ratio, MODULUS, POISSON).stresses.greatest == pytest.approx(150e6, rel=1e-4)

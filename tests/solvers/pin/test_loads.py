@@ -1,0 +1,68 @@
+"""Internal forces against the textbook's pieces and against equilibrium."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from solvers import pin
+from solvers.errors import InvalidInput
+from solvers.pin.loads import breakpoints, forces_at
+from solvers.pin.program import opening_stations
+from solvers.pin.stations import first_stations
+from tests.solvers.pin.pins import VAZ, exact_forces, relative
+
+
+@pytest.mark.parametrize("x", [1e-9, 5e-3, 24e-3, 24.5e-3, 25e-3, 31e-3, 39.99e-3])
+def test_macaulay_sums_are_the_pieces(x):
+    at = np.array([x])
+    found = forces_at(VAZ.cases[0], at, at)
+    shear, moment = exact_forces(VAZ, x)
+    assert relative(found.shear[0][0], shear) < 1e-12
+    assert relative(found.moment[0][0], moment) < 1e-12
+
+
+def test_the_pin_is_in_equilibrium():
+    end = np.array([VAZ.geometry.length])
+    found = forces_at(VAZ.cases[0], end, end)
+    assert abs(found.shear[0][0]) < 1e-9 * VAZ.force
+    assert abs(found.moment[0][0]) < 1e-12 * VAZ.force
+
+
+def test_point_loads_jump_where_their_panels_meet():
+    case = pin.LoadCase((pin.MacaulayTerm(5.0, 0.0, 0), pin.MacaulayTerm(-10.0, 0.5, 0)))
+    stations = first_stations(breakpoints([case], 1.0), 1.0)
+    found = forces_at(case, stations.x, stations.side)
+    at = stations.x == 0.5
+    assert sorted(found.shear[0][at]) == [-5.0, 5.0]
+    assert np.allclose(found.moment[0], 5.0 * np.minimum(stations.x, 1 - stations.x))
+
+
+def test_two_planes_add_as_vectors():
+    case = pin.LoadCase((pin.MacaulayTerm(3.0, 0.0, 0, 0), pin.MacaulayTerm(4.0, 0.0, 0, 1)))
+    at = np.array([2.0])
+    found = forces_at(case, at, at)
+    assert found.shear_total[0] == 5.0
+    assert found.moment_total[0] == 10.0
+
+
+def test_quadrature_is_exact_for_polynomials_and_doubts_kinks():
+    stations = first_stations([0.25], 1.0)
+    for power in range(14):
+        assert stations.share @ stations.x**power == pytest.approx(1 / (power + 1), rel=1e-14)
+        if power <= 6:
+            assert stations.doubt(stations.x**power).max() < 1e-15
+    assert stations.doubt(np.abs(stations.x - 0.3)).max() > 1e-4
+    assert stations.share.sum() == pytest.approx(1.0, rel=1e-15)
+
+
+def test_the_opening_stations_hold_every_place_where_something_begins():
+    x = opening_stations(VAZ).x
+    for place in (0.0, 24e-3, 25e-3, 40e-3):
+        assert place in x
+
+
+@pytest.mark.parametrize("bad", [{"order": 7}, {"plane": 2}, {"coefficient": float("nan")}, {"start": float("inf")}])
+def test_terms_without_meaning_are_refused(bad):
+    with pytest.raises(InvalidInput):
+        pin.MacaulayTerm(**{"coefficient": 1.0, "start": 0.0, "order": 1, **bad})

@@ -16,16 +16,21 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+
 TURN = 2.0 * np.pi
 FIRST_SAMPLES = 64
 MOST_SAMPLES = 1 << 15
-_ROUNDING = 4.0 * np.finfo(float).eps
+_ROUNDING = float(4.0 * np.finfo(float).eps)
+_WHOLE_TURN = np.array([0.0, TURN])
 _SHRINK = 0.125
 _PIECE = 16
 _SPLIT = 0.4
 _MOST_PIECE_SAMPLES = 1 << 18
-_MOST_ROUNDS = 24
-_CROSSING = 1e-10
+MOST_ROUNDS = 24
+CROSSING = 1e-10
 _MERGED = 1e-9
 """Two corners closer than this [rad] are one: what lies between them adds the square of it."""
 
@@ -94,13 +99,10 @@ def mean_by_pieces(function: Periodic, tolerance: float, ends: NDArray[np.float6
     while True:
         values = function((left[:, None] + width[:, None] * points).ravel()).reshape(left.size, points.size)
         samples += values.size
-        value, doubt = width * (values @ whole), width * np.abs(values @ (whole - half))
-        size = magnitude + float(np.sum(width * (np.abs(values) @ whole)))
-        good = (doubt <= tolerance * size * width / TURN) | (doubt <= _ROUNDING * size * 1e-3)
-        if samples >= _MOST_PIECE_SAMPLES:
-            good[:] = True
-        total, error = total + float(np.sum(value[good])), error + float(np.sum(doubt[good]))
-        magnitude += float(np.sum(width[good] * (np.abs(values[good]) @ whole)))
+        good = np.empty(left.size, dtype=np.bool_)
+        done = samples >= _MOST_PIECE_SAMPLES
+        more = _judge(values, width, whole, half, -1.0 if done else tolerance, magnitude, good)
+        total, error, magnitude = total + more[0], error + more[1], magnitude + more[2]
         if good.all():
             break
         left, width = left[~good], 0.5 * width[~good]
@@ -108,38 +110,81 @@ def mean_by_pieces(function: Periodic, tolerance: float, ends: NDArray[np.float6
     return Estimate(total / TURN, (error + _ROUNDING * magnitude) / TURN, float("nan"), samples)
 
 
-def _graded(ends: NDArray[np.float64]) -> NDArray[np.float64]:
+@kernel
+def _judge(
+    values: Array, width: Array, whole: Array, half: Array, tolerance: float, magnitude: float, good: NDArray[np.bool_]
+) -> tuple[float, float, float]:
+    """Mark pieces whose two rules agree (all, at a negative tolerance); their sums of integral, doubt and magnitude."""
+    pieces, points = values.shape
+    value, doubt, size = np.zeros(pieces), np.zeros(pieces), np.zeros(pieces)
+    whole_size = magnitude
+    for i in range(pieces):
+        for k in range(points):
+            value[i] += values[i, k] * whole[k]
+            doubt[i] += values[i, k] * (whole[k] - half[k])
+            size[i] += abs(values[i, k]) * whole[k]
+        value[i], doubt[i], size[i] = width[i] * value[i], width[i] * abs(doubt[i]), width[i] * size[i]
+        whole_size += size[i]
+    total, error, sizes = 0.0, 0.0, 0.0
+    for i in range(pieces):
+        enough = max(tolerance * width[i] / TURN, _ROUNDING * 1e-3) * whole_size
+        good[i] = tolerance < 0.0 or doubt[i] <= enough
+        if good[i]:
+            total, error, sizes = total + value[i], error + doubt[i], sizes + size[i]
+    return total, error, sizes
+
+
+def _graded(ends: Array) -> Array:
     """The ends of pieces of one turn, none more than eight times as wide as the next one.
 
     Two corners close together make a function change within their distance beside them too, where a wide piece's rule,
     and the rule it is compared with, would both step over it.
     """
-    edges = np.unique(np.concatenate([ends[(ends > _MERGED) & (ends < TURN - _MERGED)], [0.0, TURN]]))
-    edges = edges[np.diff(edges, prepend=-1.0) > _MERGED]
+    edges = np.concatenate([ends[(ends > _MERGED) & (ends < TURN - _MERGED)], _WHOLE_TURN])
+    edges.sort()
+    return _grade(edges)
+
+
+@kernel
+def _grade(edges: Array) -> Array:
+    """Sorted edges without those that follow another closely, and with new ones until neighbours are alike."""
+    kept = [edges[0]]
+    for edge in edges[1:]:
+        if edge - kept[-1] > _MERGED:
+            kept.append(edge)
     while True:
-        width = np.diff(edges)
-        before, after = np.roll(width, 1), np.roll(width, -1)
-        added = np.concatenate([(edges[:-1] + 4.0 * before)[width > 8.0 * before],
-                                (edges[1:] - 4.0 * after)[width > 8.0 * after]])  # fmt: skip
-        if not added.size:
-            return edges
-        edges = np.unique(np.concatenate([edges, added]))
+        count, pieces = len(kept), len(kept) - 1
+        finer = [kept[0]]
+        for i in range(pieces):
+            left, right = kept[i], kept[i + 1]
+            before = kept[i] - kept[i - 1] if i > 0 else kept[pieces] - kept[pieces - 1]
+            after = kept[i + 2] - kept[i + 1] if i + 2 < count else kept[1] - kept[0]
+            # Where both neighbours are narrow, the edge beside either one; they do not meet in a piece so wide.
+            first = left + 4.0 * before if right - left > 8.0 * before else right
+            second = right - 4.0 * after if right - left > 8.0 * after else left
+            for edge in (min(first, second), max(first, second)):
+                if left < edge < right and edge - finer[-1] > 0.0:
+                    finer.append(edge)
+            finer.append(right)
+        if len(finer) == count:
+            return np.array(kept)
+        kept = finer
 
 
 def crossings(function: Periodic, angles: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Angles at which the rows of a function of shape (rows, angles) change sign between two neighbouring samples.
 
-    By the Illinois rule on all of them at once, to ``_CROSSING`` rad. Two changes within one interval go unnoticed.
+    By the Illinois rule on all of them at once, to ``CROSSING`` rad. Two changes within one interval go unnoticed.
     """
     following = np.roll(values, -1, axis=1)
     row, at = np.nonzero(np.sign(values) * np.sign(following) < 0)
     left, right = angles[at], np.append(angles[1:], angles[0] + TURN)[at]
     low, high = values[row, at], following[row, at]
     place, entry = left, np.arange(row.size)
-    for _ in range(_MOST_ROUNDS):
+    for _ in range(MOST_ROUNDS):
         trial = right - high * (right - left) / (high - low)
         moved, place = np.abs(trial - place), trial
-        if not place.size or np.all(moved <= _CROSSING):
+        if not place.size or np.all(moved <= CROSSING):
             break
         value = function(place)[row, entry]
         crossed = np.sign(value) * np.sign(high) < 0
@@ -185,14 +230,27 @@ def resolve(function: Periodic, wanted: float) -> NDArray[np.float64]:
     values = function(grid(samples))
     while samples < MOST_SAMPLES:
         between = function(grid(samples, 0.5))
-        near, far = values + np.roll(values, -1, axis=-1), np.roll(values, 1, axis=-1) + np.roll(values, -2, axis=-1)
-        surprise = np.max(np.abs(between - (9.0 * near - far) / 16.0), axis=-1)
-        scale = np.max(np.abs(values), axis=-1)
         samples *= 2
-        if np.all(surprise <= wanted * scale):
+        if _foretold(values, between, wanted):
             break
         values = np.stack([values, between], axis=-1).reshape(*values.shape[:-1], samples)
     return grid(samples)
+
+
+@kernel
+def _foretold(values: Array, between: Array, wanted: float) -> bool:
+    """Whether the cubics through a closed row's samples give the values between them."""
+    rows, n = values.shape
+    for row in range(rows):
+        scale = 0.0
+        for i in range(n):
+            scale = max(scale, abs(values[row, i]))
+        for i in range(n):
+            left, right = values[row, i], values[row, (i + 1) % n]
+            beyond = values[row, i - 1 if i > 0 else n - 1] + values[row, (i + 2) % n]
+            if not abs(between[row, i] - (9.0 * (left + right) - beyond) / 16.0) <= wanted * scale:
+                return False
+    return True
 
 
 def maximum(function: Periodic, tolerance: float, angles: NDArray[np.float64], values: NDArray[np.float64]) -> Estimate:
@@ -217,7 +275,7 @@ def _climb(function: Periodic, angles: NDArray[np.float64], values: NDArray[np.f
     centre, height, width = angles[at], values[at], step
     scale = max(float(np.max(np.abs(values))), np.finfo(float).tiny)
     change = np.inf
-    for _ in range(_MOST_ROUNDS):
+    for _ in range(MOST_ROUNDS):
         before, after = _pair(function, centre, width)
         climbing = np.maximum(before, after) > height
         if climbing.any():

@@ -14,10 +14,10 @@ from solvers.fatigue import FatigueCriterion, serensen
 from solvers.numerics import periodic
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.rod import friction, shear, stability
-from solvers.rod.cycle import Array, Cycle, Instants, bending_stiffness
+from solvers.rod.cycle import Array, Cycle, bending_stiffness
 from solvers.rod.effects import choose_for, compose
 from solvers.rod.extremes import STATIONS, Contest, Extreme, greatest, worst
-from solvers.rod.gauges import CURVATURE, DEFLECTION, FORCE, MOMENT, SIDE, TANGENT, weights
+from solvers.rod.gauges import CURVATURE, DEFLECTION, FORCE, MOMENT, SIDE, TANGENT, Gauges, weights
 from solvers.rod.plain_turn import turn_of
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.turn import Turn
@@ -209,14 +209,11 @@ def _guide_error(cycle: Cycle, side: float, moment: float, pressure: float, powe
 def _second_wall(turn: Turn) -> Array:
     """Angles at which the piston begins or ceases to bear on both walls, where the friction force has corners."""
     piston = turn.cycle.scene.piston
-
-    def margins(instants: Instants) -> Array:
-        side, moment = instants.shape.side_force(), instants.shape.clamp_moment()
-        couple = 6.0 / piston.skirt_length * (moment + side * piston.clamp_offset)
-        return np.stack([couple - side, couple + side])
-
-    now = turn.instants
-    return periodic.crossings(lambda angle: margins(turn.cycle.at(angle)), now.angle, margins(now))
+    lever = 6.0 / piston.skirt_length
+    skew = lever * piston.clamp_offset
+    return turn.crossings(
+        Gauges.at_piston(weights({SIDE: skew - 1.0, MOMENT: lever}, {SIDE: skew + 1.0, MOMENT: lever}))
+    )
 
 
 def _guide(turn: Turn, contact: bool) -> tuple[Extreme, Extreme, Extreme | None]:

@@ -9,130 +9,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Protocol
 
-import numpy as np
-
-from solvers.crank import kinematics
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
-from solvers.numerics.periodic import grid
-from solvers.rod import beam_column, guide, strip_kernels
-from solvers.rod.cycle import Array, BeamColumn, Composition, PlainBending
-from solvers.rod.enclosures import critical_parameter
+from solvers.rod import guide
+from solvers.rod.cycle import BeamColumn, Composition, PlainBending
 from solvers.rod.friction import FrictionFeedback
 from solvers.rod.large_displacement import LargeDisplacement
 from solvers.rod.rod_inertia import RodInertia
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.shear import ShearFlexible, shear_stiffness
+from solvers.rod.situation import Situation
 from solvers.rod.vibration import natural_frequency
 
-_ANGLES, _FINE_ANGLES = 64, 512
 _FLEXURE = 0.35
 """Of L/l: how much more a short flexure's reactions feel a force on the strip than its first frequency tells."""
-
-
-@dataclass(frozen=True)
-class Situation:
-    """A scene with its strip, and what the bounds need of it, each computed once."""
-
-    scene: Scene
-    dimensions: Dimensions
-
-    @cached_property
-    def gas_force(self) -> Array:
-        load = self.scene.load
-        angles = np.concatenate([grid(_ANGLES), load.sharp_angles()])
-        return -(load.pressure(angles) - load.reference_pressure()) * self.scene.piston.area
-
-    @cached_property
-    def inertia_force(self) -> float:
-        """m_j r omega^2 (1 + lambda) [N]: the greatest, at top dead centre."""
-        m = self.scene.mechanism
-        top = kinematics.acceleration(np.array([0.0]), m.crank_radius, m.rod_length, m.angular_speed)
-        return self.scene.piston.reciprocating_mass * float(top[0])
-
-    @cached_property
-    def stiffness(self) -> float:
-        return self.scene.material.elastic_modulus * self.dimensions.b * self.dimensions.h**3 / 12.0
-
-    @cached_property
-    def critical(self) -> float:
-        d, s = self.dimensions, self.scene
-        ln_u, _ = critical_parameter(d.l, s.mechanism.rod_length)
-        weaker = d.b * d.h * min(d.b, d.h) ** 2 / 12.0
-        return s.material.elastic_modulus * weaker * (math.exp(ln_u) / s.mechanism.rod_length) ** 2
-
-    @cached_property
-    def compression(self) -> float:
-        """The greatest compression [N], inertia included."""
-        return max(float(-self.gas_force.min()), 0.0) + self.inertia_force
-
-    @cached_property
-    def least_extreme(self) -> float:
-        """The smaller of the force's two extremes in magnitude: what a small error weighs most against."""
-        return min(abs(float(self.gas_force.min())), abs(float(self.gas_force.max())))
-
-    @cached_property
-    def amplification(self) -> float:
-        """1/(1 - |P|/P_cr): how much nearness to buckling magnifies a small change; inf at and beyond buckling."""
-        margin = 1.0 - self.compression / self.critical
-        return 1.0 / margin if margin > 0 else math.inf
-
-    @cached_property
-    def constants(self) -> beam_column.BeamConstants:
-        """The beam at the least and the greatest force, and at none."""
-        extremes = np.array([self.gas_force.min() - self.inertia_force, self.gas_force.max() + self.inertia_force, 0.0])
-        length, rod_length = self.dimensions.l, self.scene.mechanism.rod_length
-        coupling = extremes / self.stiffness
-        return beam_column.BeamConstants(
-            coupling, length, rod_length, *strip_kernels.solve(coupling, length, rod_length)
-        )
-
-    @cached_property
-    def _guide(self) -> tuple[Array, Array]:
-        """Side force and clamp moment at the sampled angles and, last, without an axial force at mid-stroke."""
-        angles = np.concatenate([grid(_ANGLES), self.scene.load.sharp_angles()])
-        m, mass = self.scene.mechanism, self.scene.piston.reciprocating_mass
-        inertia = mass * kinematics.acceleration(angles, m.crank_radius, m.rod_length, m.angular_speed)
-        force = np.append(self.gas_force + inertia, 0.0)
-        stroke = m.crank_radius * np.append(np.sin(angles), 1.0)
-        clamp, shear, _, _ = strip_kernels.solve(force / self.stiffness, self.dimensions.l, m.rod_length)
-        return -self.stiffness * shear * stroke, self.stiffness * clamp * stroke
-
-    @cached_property
-    def unsteadiness(self) -> float:
-        """Greatest acceleration of the strip's middle, beside that of one that follows the stroke's sine: 1 or more."""
-        angles, m, l = grid(_FINE_ANGLES), self.scene.mechanism, self.dimensions.l
-        load, mass = self.scene.load, self.scene.piston.reciprocating_mass
-        force = -(load.pressure(angles) - load.reference_pressure()) * self.scene.piston.area
-        force += mass * kinematics.acceleration(angles, m.crank_radius, m.rod_length, m.angular_speed)
-        coupling = np.append(force / self.stiffness, 0.0)
-        clamp, shear, head, _ = strip_kernels.solve(coupling, l, m.rod_length)
-        middle = strip_kernels.deflection(coupling, l, clamp, shear, head, np.array([0.5 * l]))[0]
-        moving = middle[:-1] * np.sin(angles)
-        bend = np.roll(moving, 1) - 2.0 * moving + np.roll(moving, -1)
-        return float(max(1.0, np.abs(bend).max() * (_FINE_ANGLES / (2.0 * np.pi)) ** 2 / middle[-1]))
-
-    @cached_property
-    def weakness(self) -> float:
-        """How small the axial force makes the guide's greatest reactions, beside those of the strip's stiffness alone.
-
-        An effect changes them by a share of the latter. The greatest ratio of side forces, moments and contact loads.
-        """
-        side, moment = self._guide
-        piston = self.scene.piston
-        contact = np.abs(side) + 6.0 / piston.skirt_length * np.abs(moment + side * piston.clamp_offset)
-        whole = abs(side[-1]) + 6.0 / piston.skirt_length * (abs(moment[-1]) + abs(side[-1] * piston.clamp_offset))
-        with np.errstate(divide="ignore"):
-            ratios = [abs(x[-1]) / np.abs(x[:-1]).max() for x in (side, moment)] + [whole / contact[:-1].max()]
-        return float(max(1.0, *ratios))
-
-    def direct(self, force: float) -> float:
-        """The stress of a small axial force [N], as a share of the amplitude of the bending stress."""
-        bending = 0.5 * self.dimensions.h / self.stiffness * np.abs(self._guide[1][:-1]).max()
-        bending *= self.scene.material.elastic_modulus
-        return float(force / (self.dimensions.b * self.dimensions.h) / bending)
 
 
 class RodEffect(Protocol):

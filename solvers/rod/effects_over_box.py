@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from itertools import product
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
-from solvers.rod.effects import EFFECTS, RodEffect, Situation
+from solvers.rod.effects import EFFECTS, RodEffect
 from solvers.rod.scene import Dimensions, Scene
+from solvers.rod.situation import Situation
 
 _CLEAR_OF_BUCKLING = 1.05
 

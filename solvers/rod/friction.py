@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from solvers.crank import kinematics
+from solvers.numerics.jit import kernel
 from solvers.rod import guide
 from solvers.rod.cycle import Array, BeamModel, Cycle, Shape
 from solvers.rod.scene import Dimensions, Scene
@@ -25,9 +26,26 @@ def force(scene: Scene, shape: Shape) -> Array:
 
 def power(cycle: Cycle, angle: Array) -> Array:
     """F |v| [W] at the crank angles."""
-    mechanism = cycle.scene.mechanism
-    speed = kinematics.velocity(angle, mechanism.crank_radius, mechanism.rod_length, mechanism.angular_speed)
-    return force(cycle.scene, cycle.at(angle).shape) * np.abs(speed)
+    mechanism, piston, shape = cycle.scene.mechanism, cycle.scene.piston, cycle.at(angle).shape
+    per_wall = piston.friction_coefficient * (4.0 / math.pi) * mechanism.crank_radius * mechanism.angular_speed
+    ratio, lever = mechanism.crank_radius / mechanism.rod_length, 6.0 / piston.skirt_length
+    return _power(angle, shape.side_force(), shape.clamp_moment(), piston.clamp_offset, lever, ratio, per_wall)
+
+
+@kernel
+def _power(
+    angle: Array, side: Array, moment: Array, offset: float, lever: float, ratio: float, per_wall: float
+) -> Array:
+    """int |q| ds of ``solvers.rod.guide`` times |v| of ``solvers.crank.kinematics``, all constants in ``per_wall``."""
+    out = np.empty(angle.size)
+    for i in range(angle.size):
+        wall, couple = abs(side[i]), lever * abs(moment[i] + side[i] * offset)
+        if couple > wall:
+            wall = 0.5 * (couple + wall * (wall / couple))
+        sine = math.sin(angle[i])
+        lean = math.sqrt((1.0 - ratio * sine) * (1.0 + ratio * sine))
+        out[i] = per_wall * wall * abs(sine * (1.0 + ratio * math.cos(angle[i]) / lean))
+    return out
 
 
 def pressure(cycle: Cycle, angle: Array) -> Array:

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from solvers.numerics.brackets import MOST_ROUNDS, mark_humps, narrow, trial_points
 from solvers.numerics.jit import kernel, reducing_kernel
+from solvers.numerics.periodic import CROSSING
 from solvers.rod.cycle import BeamColumn, Cycle, Instants, PlainBending, bending_stiffness
 from solvers.rod.drive import Drive, axial_force
 from solvers.rod.envelope import FORWARD_LIMIT, _long_series, beam_constants
 from solvers.rod.gauges import CURVATURE, DEFLECTION, FORCE, MOMENT, SIDE, TANGENT, Gauges
-from solvers.rod.turn import RESOLVED, ComposedTurn, Turn, resolved
+from solvers.rod.turn import RESOLVED, ComposedTurn, Turn, resolving
 
 Array = NDArray[np.float64]
 _TURN = 2.0 * math.pi
@@ -43,7 +44,7 @@ class PlainTurn:
 
     @cached_property
     def instants(self) -> Instants:
-        return resolved(self.cycle)
+        return self.cycle.at(resolving(self.cycle, lambda angle: _guide(self.cycle.drive, self._strip, angle)))
 
     @cached_property
     def _strip(self) -> Array:
@@ -63,6 +64,9 @@ class PlainTurn:
 
     def greatest(self, gauges: Gauges, relative: float, floor: float) -> tuple[Array, Array]:
         return _greatest(self.cycle.drive, self._strip, self._states, gauges.weights, gauges.stations, relative, floor)
+
+    def crossings(self, gauges: Gauges) -> Array:
+        return _crossings(self.cycle.drive, self._strip, self._states, gauges.weights, gauges.stations)
 
 
 @reducing_kernel
@@ -143,6 +147,17 @@ def _read(drive: Drive, strip: Array, weight: Array, z: float, angle: float) -> 
 
 
 @kernel
+def _guide(drive: Drive, strip: Array, angle: Array) -> Array:
+    """Axial force, clamp moment and side force at many angles, shape (3, angles)."""
+    out = np.empty((3, angle.size))
+    for i in range(angle.size):
+        force, stroke = axial_force(drive, angle[i]), strip[1] * drive.crank_radius * math.sin(angle[i])
+        clamp, shear, _, _ = beam_constants(strip[0] * force, strip[2], drive.rod_length)
+        out[0, i], out[1, i], out[2, i] = force, clamp * stroke, -shear * stroke
+    return out
+
+
+@kernel
 def _needs_bending(weights: Array) -> bool:
     return bool(np.any(weights[:, CURVATURE:] != 0.0))
 
@@ -213,3 +228,35 @@ def _greatest(
         # A lower hump matters as far as its own error lets it reach above the highest.
         error[row] = max(reach - best[row], 0.0)
     return best, error
+
+
+@kernel
+def _crossings(drive: Drive, strip: Array, states: Array, weights: Array, stations: Array) -> Array:
+    """As ``Turn.crossings``, by the Illinois rule."""
+    angle, count = states[0], states.shape[1]
+    curvature, deflection, samples = np.zeros(count), np.zeros(count), np.empty(count)
+    found = [0.0 for _ in range(0)]
+    for row in range(stations.size):
+        z, weight = stations[row], weights[row]
+        _bend_all(states, strip[2], z, curvature, deflection)
+        _read_all(strip, states, weight, curvature, deflection, samples)
+        for n in range(count):
+            after = (n + 1) % count
+            left, right = angle[n], angle[after] + (_TURN if after == 0 else 0.0)
+            low, high = samples[n], samples[after]
+            if low * high >= 0.0:
+                continue
+            place = left
+            for _ in range(MOST_ROUNDS):
+                trial = right - high * (right - left) / (high - low)
+                moved, place = abs(trial - place), trial
+                value = _read(drive, strip, weight, z, place)
+                if moved <= CROSSING or value == 0.0:
+                    break
+                if value * high < 0.0:
+                    left, low = right, high
+                else:
+                    low *= 0.5
+                right, high = place, value
+            found.append(place)
+    return np.array(found)

@@ -7,6 +7,7 @@ compiled (``solvers.rod.plain_turn``).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -44,18 +45,14 @@ class Turn(Protocol):
         Wanted to ``relative`` times the value's magnitude, but never finer than ``floor`` times that of the gauge.
         """
 
+    def crossings(self, gauges: Gauges) -> Array:
+        """Angles [rad] at which a gauge changes its sign between two sampled angles."""
 
-def resolved(cycle: Cycle) -> Instants:
-    """A cycle at angles that resolve axial force, side force and clamp moment."""
 
-    def guide(angle: Array) -> Array:
-        now = cycle.at(angle)
-        return np.array([now.force, now.shape.clamp_moment(), now.shape.side_force()])
-
+def resolving(cycle: Cycle, guide: periodic.Periodic) -> Array:
+    """Angles that resolve a cycle's axial force, clamp moment and side force, which ``guide`` gives: (3, angles)."""
     sharp = cycle.scene.load.sharp_angles()
-    if sharp.size:
-        return cycle.at(periodic.resolve_from(guide, RESOLVED, sharp))
-    return cycle.at(periodic.resolve(guide, RESOLVED))
+    return periodic.resolve_from(guide, RESOLVED, sharp) if sharp.size else periodic.resolve(guide, RESOLVED)
 
 
 @dataclass(frozen=True)
@@ -67,14 +64,18 @@ class ComposedTurn:
 
     @cached_property
     def instants(self) -> Instants:
-        return resolved(self.cycle)
+        def guide(angle: Array) -> Array:
+            now = self.cycle.at(angle)
+            return np.array([now.force, now.shape.clamp_moment(), now.shape.side_force()])
+
+        return self.cycle.at(resolving(self.cycle, guide))
 
     def sampled(self, gauges: Gauges) -> tuple[Array, Array]:
-        samples = self._samples(gauges)
+        samples = _everywhere(self.instants, gauges)
         return samples.max(axis=1), samples.min(axis=1)
 
     def greatest(self, gauges: Gauges, relative: float, floor: float) -> tuple[Array, Array]:
-        samples, angle = self._samples(gauges), self.instants.angle
+        samples, angle = _everywhere(self.instants, gauges), self.instants.angle
         wanted = relative * np.maximum(np.abs(samples.max(axis=1)), floor * np.abs(samples).max(axis=1))
         owner, at = brackets.humps(samples, RESOLVED, closed=True)
         count = angle.size
@@ -95,15 +96,20 @@ class ComposedTurn:
         np.maximum.at(error, owner, found.value + found.error - best[owner])
         return best, np.maximum(error, 0.0)
 
-    def _samples(self, gauges: Gauges) -> Array:
-        """Every gauge at every sampled angle."""
-        now, distinct, index = self.instants, *np.unique(gauges.stations, return_inverse=True)
-        w = gauges.weights
-        out = w[:, :3] @ np.array([now.force, now.shape.side_force(), now.shape.clamp_moment()])
-        for column, field in _fields(now):
-            if w[:, column].any():
-                out += w[:, column, None] * field(distinct)[index]
-        return out
+    def crossings(self, gauges: Gauges) -> Array:
+        samples = _everywhere(self.instants, gauges)
+        return periodic.crossings(lambda angle: _everywhere(self.cycle.at(angle), gauges), self.instants.angle, samples)
+
+
+def _everywhere(now: Instants, gauges: Gauges) -> Array:
+    """Every gauge at every instant, shape (gauges, instants)."""
+    distinct, index = np.unique(gauges.stations, return_inverse=True)
+    w = gauges.weights
+    out = w[:, :3] @ np.array([now.force, now.shape.side_force(), now.shape.clamp_moment()])
+    for column, field in _fields(now):
+        if w[:, column].any():
+            out += w[:, column, None] * field(distinct)[index]
+    return out
 
 
 def _along(now: Instants, gauges: Gauges, shape: tuple[int, ...]) -> Array:
@@ -118,5 +124,6 @@ def _along(now: Instants, gauges: Gauges, shape: tuple[int, ...]) -> Array:
     return out
 
 
-def _fields(now: Instants):
+def _fields(now: Instants) -> tuple[tuple[int, Callable[[Array], Array]], ...]:
+    """The columns that depend on the section, and what gives them at (sections, instants)."""
     return (TANGENT, now.shape.axial_force), (CURVATURE, now.shape.curvature), (DEFLECTION, now.shape.deflection)

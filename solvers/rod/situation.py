@@ -1,0 +1,154 @@
+"""A scene with its strip as the bounds of effects see it: extremes of forces and reactions, sampled closed forms."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
+from solvers.numerics.periodic import grid
+from solvers.rod import beam_column, strip_kernels
+from solvers.rod.drive import Drive, axial_force, axial_forces, drive_of
+from solvers.rod.enclosures import critical_parameter
+from solvers.rod.envelope import beam_constants
+from solvers.rod.scene import Dimensions, Scene
+
+Array = NDArray[np.float64]
+
+_ANGLES, _FINE_ANGLES = 64, 512
+_EVEN = grid(_ANGLES)
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A scene with its strip, and what the bounds need of it, each computed once."""
+
+    scene: Scene
+    dimensions: Dimensions
+
+    @cached_property
+    def _angles(self) -> Array:
+        return np.concatenate([_EVEN, self.scene.load.sharp_angles()])
+
+    @cached_property
+    def _gas(self) -> Drive:
+        return drive_of(self.scene, 0.0)
+
+    @cached_property
+    def _whole(self) -> Drive:
+        return self._gas._replace(mass=self.scene.piston.reciprocating_mass)
+
+    @cached_property
+    def gas_extremes(self) -> tuple[float, float]:
+        """The least and the greatest gas force [N]."""
+        force = axial_forces(self._gas, self._angles)
+        return float(force.min()), float(force.max())
+
+    @cached_property
+    def inertia_force(self) -> float:
+        """m_j r omega^2 (1 + lambda) [N]: the greatest, at top dead centre."""
+        m = self.scene.mechanism
+        top = m.crank_radius * m.angular_speed**2 * (1.0 + m.crank_radius / m.rod_length)
+        return self.scene.piston.reciprocating_mass * top
+
+    @cached_property
+    def stiffness(self) -> float:
+        return self.scene.material.elastic_modulus * self.dimensions.b * self.dimensions.h**3 / 12.0
+
+    @cached_property
+    def critical(self) -> float:
+        d, s = self.dimensions, self.scene
+        ln_u, _ = critical_parameter(d.l, s.mechanism.rod_length)
+        weaker = d.b * d.h * min(d.b, d.h) ** 2 / 12.0
+        return s.material.elastic_modulus * weaker * (math.exp(ln_u) / s.mechanism.rod_length) ** 2
+
+    @cached_property
+    def compression(self) -> float:
+        """The greatest compression [N], inertia included."""
+        return max(-self.gas_extremes[0], 0.0) + self.inertia_force
+
+    @cached_property
+    def least_extreme(self) -> float:
+        """The smaller of the force's two extremes in magnitude: what a small error weighs most against."""
+        return min(abs(force) for force in self.gas_extremes)
+
+    @cached_property
+    def amplification(self) -> float:
+        """1/(1 - |P|/P_cr): how much nearness to buckling magnifies a small change; inf at and beyond buckling."""
+        margin = 1.0 - self.compression / self.critical
+        return 1.0 / margin if margin > 0 else math.inf
+
+    @cached_property
+    def constants(self) -> beam_column.BeamConstants:
+        """The beam at the least and the greatest force, and at none."""
+        least, most = self.gas_extremes
+        coupling = np.array([least - self.inertia_force, most + self.inertia_force, 0.0]) / self.stiffness
+        length, rod_length = self.dimensions.l, self.scene.mechanism.rod_length
+        return beam_column.BeamConstants(
+            coupling, length, rod_length, *strip_kernels.solve(coupling, length, rod_length)
+        )
+
+    @cached_property
+    def _reactions(self) -> tuple[float, float, float]:
+        """Greatest side force [N], clamp moment [N m] and contact load [N] at the sampled angles."""
+        piston = self.scene.piston
+        lever, offset = 6.0 / piston.skirt_length, piston.clamp_offset
+        return _greatest_reactions(self._whole, self._angles, self.stiffness, self.dimensions.l, lever, offset)
+
+    @cached_property
+    def unsteadiness(self) -> float:
+        """Greatest acceleration of the strip's middle, beside that of one that follows the stroke's sine: 1 or more."""
+        return max(1.0, _middle_acceleration(self._whole, self.stiffness, self.dimensions.l, _FINE_ANGLES))
+
+    @cached_property
+    def weakness(self) -> float:
+        """How small the axial force makes the guide's greatest reactions, beside those of the strip's stiffness alone.
+
+        An effect changes them by a share of the latter. The greatest ratio of side forces, moments and contact loads.
+        """
+        piston, c, r = self.scene.piston, self.constants, self.scene.mechanism.crank_radius
+        side, moment = -self.stiffness * r * float(c.clamp_shear[2]), self.stiffness * r * float(c.clamp_curvature[2])
+        contact = abs(side) + 6.0 / piston.skirt_length * (abs(moment) + abs(side * piston.clamp_offset))
+        wholes = abs(side), abs(moment), contact
+        return max(1.0, *(w / x if x else math.inf for w, x in zip(wholes, self._reactions, strict=True)))
+
+    def direct(self, force: float) -> float:
+        """The stress of a small axial force [N], as a share of the amplitude of the bending stress."""
+        bending = 0.5 * self.dimensions.h / self.stiffness * self._reactions[1] * self.scene.material.elastic_modulus
+        share = force / (self.dimensions.b * self.dimensions.h)
+        return share / bending if bending else math.inf
+
+
+@kernel
+def _greatest_reactions(
+    drive: Drive, angles: Array, stiffness: float, l: float, lever: float, offset: float
+) -> tuple[float, float, float]:
+    """Greatest |T|, |M0| and |T| + lever |M0 + T offset| at the angles."""
+    most_side, most_moment, most_contact = 0.0, 0.0, 0.0
+    for i in range(angles.size):
+        clamp, shear, _, _ = beam_constants(axial_force(drive, angles[i]) / stiffness, l, drive.rod_length)
+        stroke = stiffness * drive.crank_radius * math.sin(angles[i])
+        side, moment = -shear * stroke, clamp * stroke
+        most_side, most_moment = max(most_side, abs(side)), max(most_moment, abs(moment))
+        most_contact = max(most_contact, abs(side) + lever * abs(moment + side * offset))
+    return most_side, most_moment, most_contact
+
+
+@kernel
+def _middle_acceleration(drive: Drive, stiffness: float, l: float, angles: int) -> float:
+    """Greatest second difference of V(l/2) over the turn, beside that of a sine with the stiffness alone."""
+    step = 2.0 * math.pi / angles
+    q, stroke, middle = np.zeros(angles + 1), np.ones(angles + 1), np.array([0.5 * l])
+    for i in range(angles):
+        q[i], stroke[i] = axial_force(drive, i * step) / stiffness, math.sin(i * step)
+    clamp, shear, head, _ = strip_kernels.solve(q, l, drive.rod_length)
+    place = strip_kernels.deflection(q, l, clamp, shear, head, middle)[0] * stroke
+    most = 0.0
+    for i in range(angles):
+        before, after = place[i - 1 if i > 0 else angles - 1], place[i + 1 if i < angles - 1 else 0]
+        most = max(most, abs(before - 2.0 * place[i] + after))
+    return most / (step * step) / place[angles]

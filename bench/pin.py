@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from app.designs.chart import BLUE, RED, Chart, decades_around
+from app.designs.pictures.chart import BLUE, RED, Chart, decades_around
 from solvers import pin
 from solvers.pin.certificate import pointwise_bound
 from solvers.pin.interior_point import sloped

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from app.designs.chart import BLUE, GREEN, RED, Chart, Linear
+from app.designs.pictures.chart import BLUE, GREEN, RED, Chart, Linear
 from solvers import pin
 from solvers.pin.fixed_point import factor
 from solvers.pin.loads import forces_at

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 
-from app.designs.flexible_rod import FLEXIBLE_ROD
+from app.designs.flexible_rod.kind import FLEXIBLE_ROD
 from app.designs.kind import Mode
 
 CONNECTIONS, REQUESTS, ROUNDS = 32, 1500, 5

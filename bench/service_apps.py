@@ -18,7 +18,7 @@ from sqlalchemy.orm import DeclarativeBase, Session, sessionmaker
 
 from app import errors, runs
 from app.api import submissions
-from app.designs.flexible_rod import FLEXIBLE_ROD, CheckRequest
+from app.designs.flexible_rod.kind import FLEXIBLE_ROD, CheckRequest
 from app.designs.kind import Answer, Mode
 from app.settings import Settings
 from app.store import models

@@ -30,3 +30,9 @@ class EffectConflict(InvalidInput):
         )
         self.effect = effect
         self.needed_by = needed_by
+
+
+def require(ok: bool, field: str, reason: str, allowed: str) -> None:
+    """Refuse an input that does not make sense: InvalidInput unless ``ok``."""
+    if not ok:
+        raise InvalidInput(field, reason, allowed)

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.designs.accuracy import study_job
-from app.designs.crank_dynamics import CRANK_DYNAMICS
-from app.designs.crank_masses import CRANK_MASSES
-from app.designs.effect_bars import effect_bars
-from app.designs.flexible_rod import FLEXIBLE_ROD
-from app.designs.impact_linkage import IMPACT_LINKAGE
+from app.designs.crank_dynamics.kind import CRANK_DYNAMICS
+from app.designs.crank_masses.kind import CRANK_MASSES
+from app.designs.flexible_rod.kind import FLEXIBLE_ROD
+from app.designs.impact_linkage.kind import IMPACT_LINKAGE
 from app.designs.kind import Job, Kind, Mode, Plot
-from app.designs.pin_profile import PIN_PROFILE
-from app.designs.work_precision import work_precision
+from app.designs.pictures.effect_bars import effect_bars
+from app.designs.pictures.work_precision import work_precision
+from app.designs.pin_profile.kind import PIN_PROFILE
 
 KINDS: dict[str, Kind] = {
     kind.slug: kind for kind in (FLEXIBLE_ROD, PIN_PROFILE, IMPACT_LINKAGE, CRANK_DYNAMICS, CRANK_MASSES)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from app.designs.chart import BLUE, GREEN, GREY, RED, Chart, decades_around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, decades_around
 from bench.work_precision.curves import LEAST_ERROR, Curve
 
 _COLORS = (BLUE, RED, GREEN, "#9a6700", "#7b3fa0", GREY)

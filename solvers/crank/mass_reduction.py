@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.crank.uncertainty import Propagated, linear, propagate, sensitivities
-from solvers.errors import InvalidInput
+from solvers.errors import InvalidInput, require
 
 STANDARD_GRAVITY = 9.80665
 _NOMINAL = 1e-5
@@ -33,15 +33,10 @@ class RodMasses:
     warnings: tuple[str, ...] = ()
 
 
-def _require(ok: bool, name: str, reason: str, allowed: str) -> None:
-    if not ok:
-        raise InvalidInput(name, reason, allowed)
-
-
 def _positive(owner: object, *names: str) -> None:
     for name in names:
         value = getattr(owner, name)
-        _require(math.isfinite(value) and value > 0, name, "must be positive", "(0, inf)")
+        require(math.isfinite(value) and value > 0, name, "must be positive", "(0, inf)")
 
 
 def amplitude_factor(amplitude: NDArray | float) -> NDArray:
@@ -77,11 +72,11 @@ class Pendulum:
 
     def __post_init__(self) -> None:
         _positive(self, "pivot_distance", "period_small_end", "period_big_end", "rod_mass", "gravity")
-        _require(0 <= self.amplitude < math.pi / 2, "amplitude", "must be less than a right angle", "[0, pi/2)")
+        require(0 <= self.amplitude < math.pi / 2, "amplitude", "must be less than a right angle", "[0, pi/2)")
         for name in ("small_end_bore_radius", "big_end_bore_radius"):
-            _require(0 <= getattr(self, name) < math.inf, name, "must not be negative", "[0, inf)")
+            require(0 <= getattr(self, name) < math.inf, name, "must not be negative", "[0, inf)")
         between = self.pivot_distance - self.small_end_bore_radius - self.big_end_bore_radius
-        _require(between > 0, "pivot_distance", "leaves no room between the bores", "more than both bore radii")
+        require(between > 0, "pivot_distance", "leaves no room between the bores", "more than both bore radii")
         _check_uncertainty(self, self.uncertainty)
 
 
@@ -100,8 +95,8 @@ _INPUTS = (
 def _check_uncertainty(owner: object, uncertainty: Mapping[str, float]) -> None:
     for name, u in uncertainty.items():
         known = isinstance(getattr(owner, name, None), (int, float))
-        _require(known, f"uncertainty.{name}", "belongs to no quantity that was given", "names of the quantities")
-        _require(math.isfinite(u) and u >= 0, f"uncertainty.{name}", "must not be negative", "[0, inf)")
+        require(known, f"uncertainty.{name}", "belongs to no quantity that was given", "names of the quantities")
+        require(math.isfinite(u) and u >= 0, f"uncertainty.{name}", "must not be negative", "[0, inf)")
 
 
 def _reduced_length(period: NDArray, amplitude: NDArray, gravity: NDArray) -> NDArray:
@@ -159,7 +154,7 @@ def swing(pendulum: Pendulum) -> RodMasses:
             f"{length:.3g} m long (A_C + A_D is too near 2L)",
             "periods of a rod further from the two-mass model, or more certain ones, or the method weighing",
         )
-    _require(
+    require(
         0 < found["rod_cg_from_pin"] < length and found["rod_inertia"] > 0,
         "period_small_end",
         "no rod has these periods: its centre of mass would lie outside it, or its moment of inertia would be negative",
@@ -203,10 +198,8 @@ class Weighing:
             _positive(self, "rod_mass")
         if self.period_small_end is not None:
             _positive(self, "period_small_end")
-        _require(0 <= self.amplitude < math.pi / 2, "amplitude", "must be less than a right angle", "[0, pi/2)")
-        _require(
-            0 <= self.small_end_bore_radius < math.inf, "small_end_bore_radius", "must not be negative", "[0, inf)"
-        )
+        require(0 <= self.amplitude < math.pi / 2, "amplitude", "must be less than a right angle", "[0, pi/2)")
+        require(0 <= self.small_end_bore_radius < math.inf, "small_end_bore_radius", "must not be negative", "[0, inf)")
         _check_uncertainty(self, self.uncertainty)
 
 
@@ -226,7 +219,7 @@ def weigh(weighing: Weighing) -> RodMasses:
     warnings = []
     if weighing.rod_mass is not None:
         gap = total / weighing.rod_mass - 1.0
-        _require(
+        require(
             abs(gap) <= CLOSURE,
             "rod_mass",
             f"differs by {abs(gap) * 100:.2g} % from the sum of the two readings",
@@ -245,7 +238,7 @@ def weigh(weighing: Weighing) -> RodMasses:
         return _shares(cg, x["length"], mass, inertia)
 
     found = _scalars(read({name: np.array(value) for name, value in values.items()}))
-    _require(
+    require(
         found.get("rod_inertia", 1.0) > 0,
         "period_small_end",
         "no rod with these readings swings so fast: its moment of inertia would be negative",

@@ -11,12 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from solvers.errors import InvalidInput
-
-
-def _require(ok: bool, field: str, reason: str, allowed: str) -> None:
-    if not ok:
-        raise InvalidInput(field, reason, allowed)
+from solvers.errors import require
 
 
 @dataclass(frozen=True)
@@ -32,15 +27,15 @@ class RodMass:
     inertia: float | None = None
 
     def __post_init__(self) -> None:
-        _require(math.isfinite(self.length) and self.length > 0, "masses.rod_length", "must be positive", "(0, inf)")
-        _require(math.isfinite(self.mass) and self.mass >= 0, "masses.rod", "must not be negative", "[0, inf)")
-        _require(
+        require(math.isfinite(self.length) and self.length > 0, "masses.rod_length", "must be positive", "(0, inf)")
+        require(math.isfinite(self.mass) and self.mass >= 0, "masses.rod", "must not be negative", "[0, inf)")
+        require(
             math.isfinite(self.cg_from_pin) and 0 <= self.cg_from_pin <= self.length,
             "masses.rod_cg_from_pin",
             "the centre of mass lies outside the rod",
             "between 0 and the rod's length",
         )
-        _require(
+        require(
             self.inertia is None or (math.isfinite(self.inertia) and self.inertia >= 0),
             "masses.rod_inertia",
             "must not be negative",
@@ -84,8 +79,8 @@ def three_particles(rod: RodMass) -> ThreeParticles:
     InvalidInput where the centre of mass lies in a pin or J_0 is not given.
     """
     before, behind = rod.cg_from_pin, rod.length - rod.cg_from_pin
-    _require(rod.inertia is not None, "masses.rod_inertia", "the three masses need the moment of inertia", "a number")
-    _require(before > 0 < behind, "masses.rod_cg_from_pin", "the centre of mass lies in a pin", "inside the rod")
+    require(rod.inertia is not None, "masses.rod_inertia", "the three masses need the moment of inertia", "a number")
+    require(before > 0 < behind, "masses.rod_cg_from_pin", "the centre of mass lies in a pin", "inside the rod")
     inertia = rod.inertia or 0.0
     return ThreeParticles(
         inertia / (before * rod.length), rod.inertia_defect / (before * behind), inertia / (behind * rod.length)
@@ -108,7 +103,7 @@ class CrankThrow:
     def __post_init__(self) -> None:
         for name in ("crank_pin", "web", "web_radius", "counterweight", "counterweight_radius"):
             value = getattr(self, name)
-            _require(math.isfinite(value) and value >= 0, f"masses.{name}", "must not be negative", "[0, inf)")
+            require(math.isfinite(value) and value >= 0, f"masses.{name}", "must not be negative", "[0, inf)")
 
     def at_crank_pin(self, crank_radius: float) -> float:
         """m_k, from m_k r = m_cp r + 2 m_w rho_w - m_cw rho_cw [kg]."""

@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from solvers.crank.cylinder import Cylinder
 from solvers.crank.faults import TABLE_FAULTS, Points, require_sound
 from solvers.crank.motion import ExactMotion, Motion
 from solvers.errors import InvalidInput
 
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator
-
-    from solvers.crank.scene import Cylinder
 
 Array = NDArray[np.float64]
 

@@ -8,15 +8,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from solvers.crank.cylinder import Cylinder
 from solvers.crank.masses import CrankThrow, RodMass
 from solvers.crank.motion import ExactMotion
 from solvers.crank.pressure import Pressure
-from solvers.errors import InvalidInput
-
-
-def _require(ok: bool, field: str, reason: str, allowed: str) -> None:
-    if not ok:
-        raise InvalidInput(field, reason, allowed)
+from solvers.errors import require
 
 
 @dataclass(frozen=True)
@@ -34,14 +30,14 @@ class Mechanism:
     def __post_init__(self) -> None:
         for name in ("crank_radius", "rod_length", "speed"):
             value = getattr(self, name)
-            _require(math.isfinite(value) and value > 0, f"mechanism.{name}", "must be positive", "(0, inf)")
-        _require(
+            require(math.isfinite(value) and value > 0, f"mechanism.{name}", "must be positive", "(0, inf)")
+        require(
             self.crank_radius < self.rod_length,
             "mechanism.crank_radius",
             "the crank is not shorter than the rod, so the mechanism cannot turn",
             "less than mechanism.rod_length",
         )
-        _require(
+        require(
             math.isfinite(self.offset) and abs(self.offset) < self.rod_length - self.crank_radius,
             "mechanism.offset",
             "the offset keeps the mechanism from turning",
@@ -58,36 +54,6 @@ class Mechanism:
 
 
 @dataclass(frozen=True)
-class Cylinder:
-    """Bore D, clearance volume V_c, pressure p_0 under the piston, and the strokes of a cycle: two or four."""
-
-    bore: float
-    clearance_volume: float
-    crankcase_pressure: float
-    strokes: int
-
-    def __post_init__(self) -> None:
-        _require(math.isfinite(self.bore) and self.bore > 0, "cylinder.bore", "must be positive", "(0, inf)")
-        _require(
-            math.isfinite(self.clearance_volume) and self.clearance_volume >= 0,
-            "cylinder.clearance_volume",
-            "must not be negative",
-            "[0, inf)",
-        )
-        _require(math.isfinite(self.crankcase_pressure), "cylinder.crankcase_pressure", "must be finite", "(-inf, inf)")
-        _require(self.strokes in (2, 4), "cylinder.strokes", "is neither two nor four", "2 or 4")
-
-    @property
-    def area(self) -> float:
-        return math.pi * self.bore**2 / 4.0
-
-    @property
-    def period(self) -> float:
-        """The crank angle of one cycle [rad]: 2 pi or 4 pi."""
-        return math.pi * self.strokes
-
-
-@dataclass(frozen=True)
 class Masses:
     """Piston group m_p (pin and rings with it), the rod, the crank throw, and how many rods share a crank pin."""
 
@@ -97,8 +63,8 @@ class Masses:
     rods_per_pin: int = 1
 
     def __post_init__(self) -> None:
-        _require(math.isfinite(self.piston) and self.piston >= 0, "masses.piston", "must not be negative", "[0, inf)")
-        _require(self.rods_per_pin in (1, 2), "masses.rods_per_pin", "is neither one nor two", "1 or 2")
+        require(math.isfinite(self.piston) and self.piston >= 0, "masses.piston", "must not be negative", "[0, inf)")
+        require(self.rods_per_pin in (1, 2), "masses.rods_per_pin", "is neither one nor two", "1 or 2")
 
     @property
     def reciprocating(self) -> float:
@@ -132,22 +98,22 @@ class Engine:
 
     def __post_init__(self) -> None:
         count = len(self.phases)
-        _require(1 <= count <= 64, "engine.phases", "needs one phase per cylinder", "1 … 64 phases")
+        require(1 <= count <= 64, "engine.phases", "needs one phase per cylinder", "1 … 64 phases")
         for name, values in (("phases", self.phases), ("axes", self.axes), ("positions", self.positions)):
             for index, value in enumerate(values):
-                _require(math.isfinite(value), f"engine.{name}.{index}", "must be finite", "(-inf, inf)")
-        _require(len(self.axes) == count, "engine.bank", "needs one direction per cylinder", f"{count} directions")
-        _require(
+                require(math.isfinite(value), f"engine.{name}.{index}", "must be finite", "(-inf, inf)")
+        require(len(self.axes) == count, "engine.bank", "needs one direction per cylinder", f"{count} directions")
+        require(
             len(self.positions) in (0, count), "engine.positions", "needs one position per cylinder", f"{count} or none"
         )
-        _require(
+        require(
             math.isfinite(self.flywheel_inertia) and self.flywheel_inertia >= 0,
             "engine.flywheel_inertia",
             "must not be negative",
             "[0, inf)",
         )
         wanted = self.wanted_irregularity
-        _require(
+        require(
             wanted is None or 1e-9 <= wanted <= 1,
             "engine.wanted_irregularity",
             "must lie in [1e-9, 1]",

@@ -7,12 +7,13 @@ outcome = linkage.check(scene, linkage.of_ratio(scene, linkage.LARGEST_BASE, 3.0
 """
 
 from solvers.effects import ALL, AUTO, EffectSelection
-from solvers.linkage.check import Lengths, LinkageCheck, Mechanism, check, of_lengths, of_ratio, tool_speed
+from solvers.linkage.check import check, of_lengths, of_ratio, tool_speed
 from solvers.linkage.design import LinkageDesign, design
 from solvers.linkage.effects import EFFECTS
 from solvers.linkage.front import AGAINST, MOST_POINTS, FrontPoint, front
 from solvers.linkage.kinds import KINDS, LARGEST_BASE, LARGEST_COUPLER, LARGEST_ROCKER
 from solvers.linkage.problem import OBJECTIVES, LinkageProblem
+from solvers.linkage.result import Lengths, LinkageCheck, Mechanism
 from solvers.linkage.scene import Drive, Limits, Motor, Restitution, Scene
 
 __all__ = [

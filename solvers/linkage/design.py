@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, EffectSelection
-from solvers.linkage.check import LinkageCheck, Mechanism, check
+from solvers.linkage.check import check
 from solvers.linkage.diagnosis import diagnose
 from solvers.linkage.effects import Situation, choose_for
 from solvers.linkage.family import Family
 from solvers.linkage.kinds import ChangePoint
 from solvers.linkage.problem import LinkageProblem
+from solvers.linkage.result import LinkageCheck, Mechanism
 from solvers.linkage.scene import Scene
 from solvers.linkage.search import Proven, search
 from solvers.linkage.tolerances import Closure

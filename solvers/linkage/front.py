@@ -16,9 +16,9 @@ import numpy as np
 
 from solvers.effects import EffectSelection
 from solvers.errors import InvalidInput
-from solvers.linkage.check import LinkageCheck
 from solvers.linkage.design import LinkageDesign, design
 from solvers.linkage.problem import OBJECTIVES, LinkageProblem
+from solvers.linkage.result import LinkageCheck
 from solvers.outcome import Outcome
 
 MOST_POINTS = 25

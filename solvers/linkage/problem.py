@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.effects import Demand
-from solvers.errors import InvalidInput
+from solvers.errors import InvalidInput, require
 from solvers.linkage.kinds import KINDS, ChangePoint
-from solvers.linkage.scene import Limits, Scene, require
+from solvers.linkage.scene import Limits, Scene
 
 Array = NDArray[np.float64]
 

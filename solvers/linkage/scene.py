@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from solvers.errors import InvalidInput
+from solvers.errors import require
 from solvers.linkage.kinds import Gain
 
 LEAST_RESTITUTION, GREATEST_RESTITUTION = 1e-6, 0.95
@@ -19,12 +19,6 @@ STRENGTH_SPEED = 10.0
 
 TRANSMISSION = (math.radians(40.0), math.radians(140.0))
 """Usual limits of the transmission angle in mid-cycle; at the change point itself it is 0 in every cycle."""
-
-
-def require(ok: bool, field: str, reason: str, allowed: str) -> None:
-    """Refuse, with InvalidInput, what is not ok."""
-    if not ok:
-        raise InvalidInput(field, reason, allowed)
 
 
 def require_positive(values: dict[str, float | None]) -> None:

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import TRANSMISSION, Scene
-
-if TYPE_CHECKING:
-    from solvers.linkage.check import LinkageCheck
 
 _LARGE = 100.0
 _SPEED_SLACK = 1e-3

@@ -24,6 +24,8 @@ from solvers.pin.certificate import Neighbours, coupled_bound
 from solvers.pin.flexibility import phi_slope
 from solvers.pin.form import Found
 from solvers.pin.program import Program
+from solvers.pin.separable import rising, weigh
+from solvers.pin.slope import gentle
 
 Array = NDArray[np.float64]
 _ROUNDS = 12
@@ -149,9 +151,6 @@ def toward_solid(program: Program, u: Array, low: Array) -> Array | None:
 
 def sloped(program: Program, low: Array, drillable: bool, gap: float) -> Found | None:
     """The lightest bore under a deflection limit, with or without a slope limit, narrowing toward the middle or not."""
-    from solvers.pin.pointwise import gentle
-    from solvers.pin.separable import rising, weigh
-
     solid = np.ones_like(low)
     if program.limit is not None and program.deflection(solid) > program.limit:
         return None

@@ -11,27 +11,13 @@ from numpy.typing import NDArray
 from solvers.pin.certificate import least_walls_bound, monotone_bound, pointwise_bound
 from solvers.pin.flexibility import flexibility_values, product
 from solvers.pin.form import Found
+from solvers.pin.interior_point import sloped
 from solvers.pin.program import Program, bore_of, folded
-from solvers.pin.section import solidity_of
 from solvers.pin.separable import Weighed, rising, weigh
+from solvers.pin.slope import gentle, missed_by_slope
 from solvers.pin.stations import Stations
 
 Array = NDArray[np.float64]
-
-
-def gentle(program: Program, low: Array) -> Array:
-    """The least u above ``low`` whose bore changes no faster than the slope limit: two sweeps, exact."""
-    slope, x = program.limits.max_slope, program.stations.x
-    if slope is None:
-        return low
-    diameter = program.scene.geometry.outer_diameter
-    bore = bore_of(program, low)
-    reach = slope * x
-    # d(x) = min over y of d_max(y) + s |x - y|.
-    forward = np.minimum.accumulate(bore - reach) + reach
-    backward = np.minimum.accumulate((bore + reach)[::-1])[::-1] - reach
-    wall = 1.0 - np.minimum(forward, backward) / diameter
-    return np.maximum(low, solidity_of(wall))
 
 
 def missed_by_order(stations: Stations, lower: Array, anchor: int) -> Array:
@@ -42,12 +28,6 @@ def missed_by_order(stations: Stations, lower: Array, anchor: int) -> Array:
     if anchor < lower.size:
         missed = missed + stations.overlooked(np.where(first, most, lower), forward=False)
     return missed
-
-
-def missed_by_slope(stations: Stations, diameter: Array, slope: float) -> Array:
-    """What a diameter (a bushing's, or a bore with its sign turned) of limited slope misses between stations."""
-    reach = slope * stations.x
-    return stations.overlooked(diameter + reach) + stations.overlooked(diameter - reach, forward=False)
 
 
 def _missed(program: Program, drillable: bool) -> Array:
@@ -87,9 +67,6 @@ class Free:
         low = gentle(program, low)
         soft = program.limit is not None and program.deflection(low) > program.limit
         if soft and program.limits.max_slope is not None:
-            # Imported where it is used: it needs cvxpy, which takes seconds to import.
-            from solvers.pin.interior_point import sloped
-
             return sloped(program, low, self.drillable, gap)
         weighed = weigh(program, low, self.drillable)
         if weighed is None:

@@ -9,20 +9,15 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from solvers.errors import InvalidInput
+from solvers.errors import require
 from solvers.pin.loads import DeflectionReference, LoadCase, piston_pin_case
-
-
-def _require(ok: bool, field: str, reason: str, allowed: str) -> None:
-    if not ok:
-        raise InvalidInput(field, reason, allowed)
 
 
 def require_positive(owner: object, prefix: str, *names: str) -> None:
     """Refuse, with InvalidInput, fields that are not positive numbers."""
     for name in names:
         value = getattr(owner, name)
-        _require(math.isfinite(value) and value > 0, f"{prefix}.{name}", "must be positive", "(0, inf)")
+        require(math.isfinite(value) and value > 0, f"{prefix}.{name}", "must be positive", "(0, inf)")
 
 
 @dataclass(frozen=True)
@@ -36,7 +31,7 @@ class Geometry:
 
     def __post_init__(self) -> None:
         require_positive(self, "geometry", "outer_diameter", "boss_length", "small_end_length")
-        _require(math.isfinite(self.gap) and self.gap >= 0, "geometry.gap", "must not be negative", "[0, inf)")
+        require(math.isfinite(self.gap) and self.gap >= 0, "geometry.gap", "must not be negative", "[0, inf)")
 
     @property
     def length(self) -> float:
@@ -65,7 +60,7 @@ class PinMaterial:
 
     def __post_init__(self) -> None:
         require_positive(self, "material", "allowable_stress", "elastic_modulus", "density")
-        _require(0 <= self.poisson < 0.5, "material.poisson", "lies outside what a solid can have", "[0, 0.5)")
+        require(0 <= self.poisson < 0.5, "material.poisson", "lies outside what a solid can have", "[0, 0.5)")
         if self.allowable_shear is not None:
             require_positive(self, "material", "allowable_shear")
 
@@ -90,7 +85,7 @@ class Limits:
     max_slope: float | None = None
 
     def __post_init__(self) -> None:
-        _require(
+        require(
             math.isfinite(self.min_wall) and self.min_wall >= 0, "limits.min_wall", "must not be negative", "[0, D/2]"
         )
         for name in ("max_deflection", "max_ovalization", "max_slope"):
@@ -117,7 +112,7 @@ class Scene:
     mirrored: bool = True
 
     def __post_init__(self) -> None:
-        _require(math.isfinite(self.force) and self.force >= 0, "load.force", "must not be negative", "[0, inf)")
+        require(math.isfinite(self.force) and self.force >= 0, "load.force", "must not be negative", "[0, inf)")
 
     @cached_property
     def cases(self) -> tuple[LoadCase, ...]:

@@ -8,14 +8,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from solvers.errors import InvalidInput
+from solvers.errors import require
 from solvers.materials import Material
 from solvers.rod.loads import Load
-
-
-def _require(ok: bool, field: str, reason: str, allowed: str) -> None:
-    if not ok:
-        raise InvalidInput(field, reason, allowed)
 
 
 @dataclass(frozen=True)
@@ -29,8 +24,8 @@ class Mechanism:
     def __post_init__(self) -> None:
         for name in ("crank_radius", "rod_length", "speed"):
             value = getattr(self, name)
-            _require(math.isfinite(value) and value > 0, f"mechanism.{name}", "must be positive", "(0, inf)")
-        _require(
+            require(math.isfinite(value) and value > 0, f"mechanism.{name}", "must be positive", "(0, inf)")
+        require(
             self.crank_radius < self.rod_length,
             "mechanism.crank_radius",
             "the crank is not shorter than the rod, so the mechanism cannot turn",
@@ -55,11 +50,11 @@ class Piston:
     def __post_init__(self) -> None:
         for name in ("diameter", "skirt_length"):
             value = getattr(self, name)
-            _require(math.isfinite(value) and value > 0, f"piston.{name}", "must be positive", "(0, inf)")
+            require(math.isfinite(value) and value > 0, f"piston.{name}", "must be positive", "(0, inf)")
         for name in ("reciprocating_mass", "friction_coefficient"):
             value = getattr(self, name)
-            _require(math.isfinite(value) and value >= 0, f"piston.{name}", "must not be negative", "[0, inf)")
-        _require(math.isfinite(self.clamp_offset), "piston.clamp_offset", "must be finite", "(-inf, inf)")
+            require(math.isfinite(value) and value >= 0, f"piston.{name}", "must not be negative", "[0, inf)")
+        require(math.isfinite(self.clamp_offset), "piston.clamp_offset", "must be finite", "(-inf, inf)")
 
     @property
     def area(self) -> float:
@@ -87,4 +82,4 @@ class Dimensions:
     def __post_init__(self) -> None:
         for name in ("b", "h", "l"):
             value = getattr(self, name)
-            _require(math.isfinite(value) and value > 0, f"dimensions.{name}", "must be positive", "(0, inf)")
+            require(math.isfinite(value) and value > 0, f"dimensions.{name}", "must be positive", "(0, inf)")

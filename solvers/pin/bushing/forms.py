@@ -13,8 +13,9 @@ from solvers.pin.bushing.program import BushingProgram
 from solvers.pin.bushing.section import least_gaps
 from solvers.pin.bushing.stiff_steps import stiff_steps
 from solvers.pin.form import Found
-from solvers.pin.pointwise import missed_by_order, missed_by_slope
+from solvers.pin.pointwise import missed_by_order
 from solvers.pin.separable import rising
+from solvers.pin.slope import missed_by_slope
 from solvers.pin.stepped import MOST_STEPS, best_breaks
 
 Array = NDArray[np.float64]

@@ -12,8 +12,9 @@ from solvers import pin
 from solvers.pin.certificate import least_walls_bound, monotone_bound, pointwise_bound
 from solvers.pin.flexibility import convex_cowper, cowper
 from solvers.pin.interior_point import sloped
-from solvers.pin.pointwise import Free, gentle
+from solvers.pin.pointwise import Free
 from solvers.pin.separable import rising, weigh
+from solvers.pin.slope import gentle
 from solvers.pin.stations import Stations
 from tests.solvers.pin.pins import BENDING_ONLY, GEOMETRY, VAZ, grams, program, scaled, vaz
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from app.designs.crank_dynamics_plots import PLOTS
-from app.designs.crank_dynamics_request import DynamicsRequest
+from app.designs.crank_dynamics.pictures import PLOTS
+from app.designs.crank_dynamics.request import DynamicsRequest
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.schema import MEGA, MILLI, Strict, envelope, pointer, refusal_problem, scaled
 from solvers import crank

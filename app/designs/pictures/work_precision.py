@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.designs.chart import BLUE, GREEN, GREY, Chart, decades_around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, Chart, decades_around
 
 LEAST_ERROR = 1e-17
 """Where an error of zero is drawn: below the rounding of any result."""

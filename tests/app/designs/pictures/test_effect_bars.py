@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from xml.etree import ElementTree
 
-from app.designs.chart import BLUE, GREY
-from app.designs.effect_bars import effect_bars
+from app.designs.pictures.chart import BLUE, GREY
+from app.designs.pictures.effect_bars import effect_bars
 
 BAR = re.compile(r'<rect [^>]*width="([\d.]+)"[^>]*fill="(#\w+)"')
 

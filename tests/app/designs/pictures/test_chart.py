@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from app.designs.chart import (
+from app.designs.pictures.chart import (
     BOTTOM,
     HEIGHT,
     LEFT,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from app.designs.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
 from solvers.crank import kinematics
 
 

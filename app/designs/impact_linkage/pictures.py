@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from app.designs.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
 from app.designs.schema import MILLI
 from solvers.linkage import KINDS
 from solvers.linkage.four_bar import FourBar, of_lengths

@@ -8,7 +8,8 @@ from typing import Any
 
 from pydantic import Field
 
-from app.designs.flexible_rod_request import CheckRequest, DesignRequest, Dimensions
+from app.designs.flexible_rod.pictures import stability_map
+from app.designs.flexible_rod.request import CheckRequest, DesignRequest, Dimensions
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.schema import (
     MEGA,
@@ -21,7 +22,6 @@ from app.designs.schema import (
     refusal_problem,
     scaled,
 )
-from app.designs.stability_map import stability_map
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA

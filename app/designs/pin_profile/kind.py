@@ -7,9 +7,9 @@ from importlib.resources import files
 from typing import Any
 
 from app.designs.kind import Answer, Job, Kind, Mode
-from app.designs.pin_pictures import bore_picture, forces_picture, load_family, stress_picture
-from app.designs.pin_profile_request import CheckRequest, DesignRequest
-from app.designs.pin_result import (
+from app.designs.pin_profile.pictures import bore_picture, forces_picture, load_family, stress_picture
+from app.designs.pin_profile.request import CheckRequest, DesignRequest
+from app.designs.pin_profile.result import (
     DesignResult,
     InfeasibleResult,
     PinResult,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.designs.chart import BLUE, GREEN, GREY, RED, Categories, Chart, decades_around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Categories, Chart, decades_around
 
 _LEAST, _GREATEST = 1e-9, 1e1
 """Bounds are drawn within this range; a bar that reaches the right edge stands for more, or for no bound at all."""

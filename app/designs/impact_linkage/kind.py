@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from app.designs.impact_linkage_mechanism import has_size, mechanism_picture
-from app.designs.impact_linkage_pictures import (
+from app.designs.impact_linkage.mechanism_picture import has_size, mechanism_picture
+from app.designs.impact_linkage.pictures import (
     front_picture,
     has_front,
     has_loads,
@@ -19,7 +19,7 @@ from app.designs.impact_linkage_pictures import (
     loads_picture,
     transfer_picture,
 )
-from app.designs.impact_linkage_request import CheckRequest, DesignRequest, LinkageRequest
+from app.designs.impact_linkage.request import CheckRequest, DesignRequest, LinkageRequest
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.schema import (
     MILLI,
@@ -33,7 +33,7 @@ from app.designs.schema import (
 )
 from solvers import linkage
 from solvers.errors import InvalidInput
-from solvers.linkage.check import Mechanism, Strike
+from solvers.linkage.result import Mechanism, Strike
 from solvers.linkage.tolerances import Window
 
 SQUARE_MILLI = MILLI**2

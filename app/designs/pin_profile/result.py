@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from app.designs.pin_profile_request import MICRO
+from app.designs.pin_profile.request import MICRO
 from app.designs.schema import (
     MEGA,
     MILLI,

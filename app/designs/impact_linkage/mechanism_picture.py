@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.designs.chart import BLUE, GREEN, GREY, RED
-from app.designs.impact_linkage_pictures import bar_of
+from app.designs.impact_linkage.pictures import bar_of
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED
 
 Array = NDArray[np.float64]
 _WIDE, _HIGH, _MARGIN, _TEXT = 560.0, 420.0, 18.0, 26.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.designs.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
 from solvers import pin
 from solvers.pin.capacity import force_limit
 from solvers.pin.family import load_sweep
@@ -91,7 +91,7 @@ def stress_picture(run: dict[str, Any]) -> str:
 
 def load_family(run: dict[str, Any]) -> str:
     """SVG of free profiles over the load (the paper's figure 5), and of this pin: diameter over half the length."""
-    from app.designs.pin_profile_request import DesignRequest
+    from app.designs.pin_profile.request import DesignRequest
 
     spec = {name: value for name, value in run["spec"].items() if name in DesignRequest.model_fields}
     if run["spec"]["variable"] == "bore":

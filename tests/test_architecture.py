@@ -15,25 +15,15 @@ def module(path: Path) -> str:
     return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 
-def imports(path: Path, everywhere: bool = True) -> set[str]:
-    """Modules a file imports; with ``everywhere`` false, only while it is being imported itself."""
-    tree = ast.parse(path.read_text("utf-8"))
+def imports(path: Path) -> set[str]:
+    """Modules a file imports anywhere, those for its annotations too."""
     found: set[str] = set()
-
-    def visit(node: ast.AST) -> None:
-        for child in ast.iter_child_nodes(node):
-            if isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef)) and not everywhere:
-                continue
-            if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
-                continue
-            if isinstance(child, ast.Import):
-                found.update(alias.name for alias in child.names)
-            elif isinstance(child, ast.ImportFrom) and child.module:
-                found.add(child.module)
-                found.update(f"{child.module}.{alias.name}" for alias in child.names)
-            visit(child)
-
-    visit(tree)
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            found.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found.add(node.module)
+            found.update(f"{node.module}.{alias.name}" for alias in node.names)
     return found
 
 
@@ -46,14 +36,17 @@ def test_solvers_know_nothing_of_the_service(path):
     assert not top_levels(path) & {"app", "migrations", "fastapi", "starlette", "pydantic", "sqlalchemy", "alembic"}
 
 
+WINGS = ("solvers.rod", "solvers.pin", "solvers.linkage", "solvers.crank")
+
 ABOVE = {
-    "solvers.numerics": ("solvers.rod", "solvers.crank", "solvers.effects", "solvers.outcome"),
-    "solvers.errors": ("solvers.rod", "solvers.crank", "solvers.numerics", "solvers.effects"),
-    "solvers.outcome": ("solvers.rod", "solvers.crank", "solvers.numerics", "solvers.effects"),
-    "solvers.effects": ("solvers.rod", "solvers.crank"),
-    "solvers.materials": ("solvers.rod", "solvers.crank"),
-    "solvers.fatigue": ("solvers.rod", "solvers.crank"),
-    "solvers.crank": ("solvers.rod",),
+    "solvers.numerics": (*WINGS, "solvers.effects", "solvers.outcome", "solvers.accuracy"),
+    "solvers.errors": (*WINGS, "solvers.numerics", "solvers.effects", "solvers.outcome", "solvers.accuracy"),
+    "solvers.outcome": (*WINGS, "solvers.numerics", "solvers.effects", "solvers.accuracy"),
+    "solvers.effects": (*WINGS, "solvers.accuracy"),
+    "solvers.accuracy": WINGS,
+    "solvers.materials": WINGS,
+    "solvers.fatigue": WINGS,
+    "solvers.crank": ("solvers.rod", "solvers.pin", "solvers.linkage"),
     "solvers.rod.scene": ("solvers.rod.check", "solvers.rod.design", "solvers.rod.effects"),
     "solvers.rod.effects": ("solvers.rod.check", "solvers.rod.design"),
     "solvers.rod.check": ("solvers.rod.design", "solvers.rod.survey"),
@@ -81,7 +74,7 @@ def test_nothing_points_back_up(lower, above):
 
 def test_no_circles():
     known = {module(path): path for path in FILES}
-    graph = {name: imports(path, everywhere=False) & known.keys() - {name} for name, path in known.items()}
+    graph = {name: imports(path) & known.keys() - {name} for name, path in known.items()}
     done: set[str] = set()
 
     def walk(name: str, trail: tuple[str, ...]) -> None:
@@ -105,7 +98,7 @@ def test_all_sql_lives_in_the_store():
 
 def test_every_wing_has_the_same_rooms():
     rooms = {"scene.py", "effects.py", "check.py", "design.py"}
-    for wing in ("rod", "pin", "pin/bushing"):
+    for wing in ("rod", "pin", "pin/bushing", "linkage"):
         assert rooms <= {path.name for path in (ROOT / "solvers" / wing).iterdir()}, wing
 
 

@@ -9,7 +9,7 @@ RUN python -m pip install --no-cache-dir --no-deps . && useradd --create-home cr
 USER crankwright
 ENV CRANKWRIGHT_HOST=0.0.0.0 CRANKWRIGHT_DATABASE_URL=sqlite:////srv/data/crankwright.sqlite3
 # Compile the kernels now, not at the first request.
-RUN python -c "from app.jobs.calls import warm_up; warm_up()"
+RUN crankwright warm-up
 EXPOSE 8000
 HEALTHCHECK --interval=10s --timeout=3s CMD python -c "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/readyz')"
 CMD ["crankwright", "serve"]

@@ -19,6 +19,7 @@ $(STAMP): requirements-dev.lock pyproject.toml
 
 run: $(STAMP)    ## set up, design the paper's rod as a first run, serve on 127.0.0.1:8000
 	$(BIN)/crankwright migrate
+	$(BIN)/crankwright warm-up
 	$(BIN)/crankwright demo
 	$(BIN)/crankwright serve
 
@@ -28,6 +29,7 @@ system:
 test: $(STAMP) system  ## set up and pass every test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/crankwright warm-up
 	$(BIN)/python -m pytest
 
 lint: $(STAMP)   ## style only

@@ -1,4 +1,4 @@
-"""The command line: serve, design, check, analyse, accuracy, migrate, verify, and `make run`'s first run."""
+"""The command line: serve, design, check, analyse, accuracy, migrate, warm-up, verify, and `make run`'s first run."""
 
 from __future__ import annotations
 
@@ -51,6 +51,16 @@ def migrate(database_url: DatabaseUrl = _DATABASE) -> None:
 
     upgrade(database_url)
     typer.echo(f"the database is at revision {head_revision()}")
+
+
+@app.command("warm-up")
+def warm_up() -> None:
+    """Compile every numerical kernel for this machine and keep it on disk; does little the second time."""
+    from app.jobs.calls import warm_up as rehearse
+
+    started = time.perf_counter()
+    rehearse()
+    typer.echo(f"warm after {time.perf_counter() - started:.0f} s")
 
 
 @app.command()

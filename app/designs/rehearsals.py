@@ -1,0 +1,57 @@
+"""Requests that together call up every compiled kernel: what a machine solves once, so that no user waits for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from app.designs.kind import Job, Mode
+from app.designs.registry import KINDS
+
+_LOOSE = 1e-2
+_STIFF = {"max_deflection_um": 18.0, "min_wall_mm": 1.0}
+
+_VARIANTS: Mapping[tuple[str, Mode], tuple[dict[str, Any], ...]] = {
+    ("flexible-rod", Mode.CHECK): (
+        {"effects": "all"},
+        {"load": {"kind": "constant", "constant_pressure_mpa": 0.3}},
+        {"load": {"kind": "table", "angle_deg": [0.0, 120.0, 240.0], "pressure_mpa": [2.0, 1.0, 1.5]}},
+    ),
+    ("flexible-rod", Mode.DESIGN): (
+        {"objective": "friction_power"},
+        {"objective": "fatigue_safety", "effects": {"include": ["beam_column"], "exclude": ["rod_inertia"]}},
+    ),
+    ("pin-profile", Mode.DESIGN): (
+        {"limits": _STIFF},
+        {"limits": _STIFF, "form": {"kind": "drillable"}},
+        {"form": {"kind": "stepped", "steps": 2}},
+        {"limits": _STIFF, "form": {"kind": "stepped", "steps": 2}},
+        {"form": {"kind": "double_cone"}},
+        {"limits": _STIFF, "form": {"kind": "cone_cylinder"}},
+        {"variable": "outer", "bore_mm": 12.0},
+        {"variable": "outer", "bore_mm": 12.0, "limits": _STIFF},
+        {"variable": "outer", "bore_mm": 12.0, "form": {"kind": "stepped", "steps": 2}},
+    ),
+    ("pin-profile", Mode.CHECK): ({"effects": "all"},),
+    ("impact-linkage", Mode.DESIGN): tuple(
+        {"objective": objective} for objective in ("longest_link", "enclosing_radius", "peak_torque", "pin_force")
+    ),
+    ("impact-linkage", Mode.CHECK): ({"effects": "all"},),
+    ("crank-dynamics", Mode.ANALYSIS): ({"effects": "all"},),
+}
+"""Beside a kind's own examples: what else to ask."""
+
+
+def examples() -> Iterator[tuple[Job, Any]]:
+    """Every kind's own example of every job, solved loosely."""
+    for kind in KINDS.values():
+        for mode, job in kind.jobs.items():
+            yield job, job.request.model_validate({**kind.example(mode), "accuracy": _LOOSE})
+
+
+def rehearsals() -> Iterator[tuple[Job, Any]]:
+    """Every example as it stands and in its variants."""
+    for kind in KINDS.values():
+        for mode, job in kind.jobs.items():
+            for variant in ({}, *_VARIANTS.get((kind.slug, mode), ())):
+                yield job, job.request.model_validate({**kind.example(mode), **variant})

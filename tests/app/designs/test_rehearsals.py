@@ -1,0 +1,12 @@
+"""Every rehearsal is a request that is answered: one that were refused would compile nothing."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.designs.rehearsals import rehearsals
+
+
+@pytest.mark.parametrize(("job", "request_"), [pytest.param(*case, id=str(n)) for n, case in enumerate(rehearsals())])
+def test_every_rehearsal_succeeds(job, request_):
+    assert job.run(request_).status == "succeeded"

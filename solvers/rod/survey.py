@@ -8,6 +8,7 @@ from solvers.crank import kinematics
 from solvers.fatigue import FatigueCriterion
 from solvers.numerics import periodic
 from solvers.rod.cycle import Composition, Cycle
+from solvers.rod.drive import least_force
 from solvers.rod.focus import Machine
 from solvers.rod.haigh import diagram_of
 from solvers.rod.scene import Dimensions, Scene
@@ -24,7 +25,7 @@ def survey(scene: Scene, criterion: FatigueCriterion, composition: Composition, 
     cycle = Cycle(scene, any_strip, composition)
     angle = periodic.grid(ANGLES)
     force = cycle.axial_force(angle)
-    least = periodic.maximum(lambda a: -cycle.axial_force(a), _EXACT, angle, -force)
+    least, hardest = least_force(cycle.drive, angle, force, _EXACT)
     m, piston = scene.mechanism, scene.piston
     lines, parabola = diagram_of(criterion)
     return Machine(
@@ -39,6 +40,6 @@ def survey(scene: Scene, criterion: FatigueCriterion, composition: Composition, 
         force=force,
         stroke=m.crank_radius * np.sin(angle),
         speed=np.abs(kinematics.velocity(angle, m.crank_radius, m.rod_length, m.angular_speed)),
-        compression=max(least.value, 0.0),
-        hardest=least.angle,
+        compression=max(-least, 0.0),
+        hardest=hardest % periodic.TURN,
     )

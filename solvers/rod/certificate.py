@@ -16,7 +16,8 @@ import numpy as np
 from solvers.numerics.periodic import grid
 from solvers.rod import rows
 from solvers.rod.branch_and_bound import prove
-from solvers.rod.focus import Array, Focus, Machine, severities, stress_table
+from solvers.rod.focus import Array, Focus, Machine, stress_table
+from solvers.rod.haigh import severities
 from solvers.rod.polish import Limits, Polished, needs_reactions, polish
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.relaxation import Relaxation, workspace

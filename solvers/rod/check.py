@@ -18,6 +18,7 @@ from solvers.rod.cycle import Array, Cycle, bending_stiffness
 from solvers.rod.effects import choose_for, compose
 from solvers.rod.extremes import STATIONS, Contest, Extreme, greatest, worst
 from solvers.rod.gauges import CURVATURE, DEFLECTION, FORCE, MOMENT, SIDE, TANGENT, Gauges, weights
+from solvers.rod.haigh import GREATEST, diagram_of
 from solvers.rod.plain_turn import turn_of
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.turn import Turn
@@ -149,17 +150,11 @@ def _layers(cycle: Cycle) -> Array:
     return weights({TANGENT: direct, CURVATURE: bending}, {TANGENT: direct, CURVATURE: -bending}, {DEFLECTION: 1.0})
 
 
-def _largest(high: Array, low: Array) -> Array:
-    return np.maximum(high, -low)
-
-
 def _stresses(turn: Turn, criterion: FatigueCriterion, contact: bool) -> tuple[Stresses, float]:
     scene, length = turn.cycle.scene, turn.cycle.dimensions.l
 
-    def fatigue_use(high: Array, low: Array) -> Array:
-        return criterion.utilisation(0.5 * (high - low), 0.5 * (high + low))
-
-    contests = Contest(fatigue_use, (0, 1), located=True), Contest(_largest, (0, 1)), Contest(_largest, (2,))
+    diagram = diagram_of(criterion)
+    contests = Contest(diagram, (0, 1), located=True), Contest(GREATEST, (0, 1)), Contest(GREATEST, (2,))
     fatigue, strength, bent = worst(turn, _layers(turn.cycle), contests)
     side, moment, pressure = _guide(turn, contact)
     errors = [x.relative_error for x in (fatigue, strength, bent, side, moment, *([pressure] if pressure else []))]

@@ -12,12 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
-import numpy as np
-
 from solvers.outcome import Shortfall
 from solvers.rod import stability
 from solvers.rod.certificate import Sizes, search
 from solvers.rod.focus import Machine
+from solvers.rod.haigh import GREATEST
 from solvers.rod.polish import Limits
 from solvers.rod.problem import OBJECTIVES, Objective, Requirements
 from solvers.rod.scene import Dimensions
@@ -25,8 +24,6 @@ from solvers.rod.scene import Dimensions
 _GAP = 1e-3
 _BOXES = 3000
 _UPRIGHT = 1.0 + 1e-6
-_GREATEST_STRESS = np.array([[[1.0, 1.0]], [[1.0, -1.0]]])
-"""max(a + m, a - m): the greatest magnitude of a stress cycle as a utilisation."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +134,7 @@ class _Diagnosis:
 
     def strength_alone(self, limits: Limits) -> float | None:
         """The greatest yield safety where fatigue is no matter, which leaves the Haigh diagram free for stress."""
-        by_stress = replace(self.machine, lines=_GREATEST_STRESS / self.yield_strength(), parabola=np.zeros(2))
+        by_stress = replace(self.machine, lines=GREATEST.lines / self.yield_strength(), parabola=GREATEST.parabola)
         return self.optimum(by_stress, _YIELD.objective, limits)
 
     def strength(self, limits: Limits) -> float | None:

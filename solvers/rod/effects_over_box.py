@@ -27,14 +27,14 @@ def worst_situations(
     taken as 1.05, since the bounds grow without limit toward buckling.
     """
     wanted = max(least_stability_safety, _CLEAR_OF_BUCKLING)
-    found = []
+    found, stoutest = [], Situation.of(scene, Dimensions(upper.b, upper.h, lower.l))
     for b, h, l in product((lower.b, upper.b), (lower.h, upper.h), (lower.l, upper.l)):
-        corner = Situation(scene, Dimensions(b, h, l))
+        corner = stoutest.resized(Dimensions(b, h, l))
         # P_cr grows with h^3 about the weak axis, which the crank's plane contains for b >= h.
         needed = h * max(1.0, wanted * corner.compression / corner.critical) ** (1.0 / 3.0)
         if needed <= upper.h:
-            found.append(corner if needed == h else Situation(scene, Dimensions(b, needed, l)))
-    return tuple(found) or (Situation(scene, Dimensions(upper.b, upper.h, lower.l)),)
+            found.append(corner if needed == h else stoutest.resized(Dimensions(b, needed, l)))
+    return tuple(found) or (stoutest,)
 
 
 @dataclass(frozen=True)

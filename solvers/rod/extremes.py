@@ -8,15 +8,18 @@ best strips they are equal. A round looks at five sections of every bracket; at 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics import brackets
+from solvers.numerics.brackets import mark_humps
+from solvers.numerics.jit import kernel
 from solvers.rod.cycle import Array
 from solvers.rod.gauges import Gauges
+from solvers.rod.haigh import Diagram, severities, utilisation_of
 from solvers.rod.turn import RESOLVED, Turn
 
 STATIONS = 25
@@ -35,9 +38,6 @@ _WIDEST, _NARROWEST = 2e-3, 1e-6
 _NEWTON_STEPS = 20
 
 Rows = NDArray[np.intp]
-
-Severity = Callable[[Array, Array], Array]
-"""Of the greatest and the least value over the turn: rises with the one, falls with the other."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Worst(Extreme):
 class Contest:
     """A severity and the layers of the field whose cycles it compares; ``located`` asks for the very section."""
 
-    severity: Severity
+    severity: Diagram
     layers: tuple[int, ...]
     located: bool = False
 
@@ -108,6 +108,8 @@ class _SectionSearch:
         values = evaluate(places, np.arange(owner.size))
         tops = np.zeros(len(self.contests))
         np.maximum.at(tops, owner, values.max(axis=1))
+        keep = _reach(values) >= tops[owner]
+        owner, layer, places, values = owner[keep], layer[keep], places[keep], values[keep]
         found = brackets.climb(evaluate, places, values, self.turn.tolerance * tops[owner])
         return self._finish(owner, layer, found)
 
@@ -118,25 +120,20 @@ class _SectionSearch:
         high, low = high.reshape(STATIONS, count).T, low.reshape(STATIONS, count).T
         owner, layer, at = [], [], []
         for k, contest in enumerate(self.contests):
-            chosen = np.array(contest.layers)
-            table = contest.severity(high[chosen], low[chosen])
-            # The layers of one contest compete, so each must only reach the best of all.
-            top = table.max()
-            rows, columns = brackets.humps(table, RESOLVED, closed=False)
-            keep = _reach(table, rows, columns) >= top - 2.0 * RESOLVED * abs(top)
-            owner.append(np.full(np.count_nonzero(keep), k))
-            layer.append(chosen[rows[keep]])
-            at.append(columns[keep])
+            rows, columns = _contenders(high, low, np.array(contest.layers), *contest.severity)
+            owner.append(np.full(rows.size, k))
+            layer.append(rows)
+            at.append(columns)
         middle = np.concatenate(at)[:, None]
         places = stations[np.clip(middle + np.array([-1, 0, 1]), 0, STATIONS - 1)]
         return np.concatenate(owner), np.concatenate(layer), places
 
     def _severities(self, owner: Rows, high: Array, low: Array) -> Array:
-        """Each row's severity is that of its contest; ``high`` and ``low`` have one row an owner."""
+        """Each row's severity is that of its contest; ``high`` and ``low`` have one row an owner, owners in order."""
         out = np.empty(high.shape)
-        for k, contest in enumerate(self.contests):
-            mine = owner == k
-            out[mine] = contest.severity(high[mine], low[mine])
+        starts = np.searchsorted(owner, np.arange(len(self.contests) + 1))
+        for contest, first, end in zip(self.contests, starts[:-1], starts[1:], strict=True):
+            severities(high[first:end], low[first:end], *contest.severity, out[first:end])
         return out
 
     def _finish(self, owner: Rows, layer: Rows, found: brackets.Summits) -> list[Worst]:
@@ -151,21 +148,17 @@ class _SectionSearch:
             bests.append((float(found.value[best]), max(missing, 0.0)))
             layers.append(layer[best])
             near += [place, max(place - doubt, 0.0), min(place + doubt, self.length)]
-        high, low, high_error, low_error = self._sections(np.repeat(layers, 3), np.array(near))
+        sections = self._sections(np.repeat(layers, 3), np.array(near))
         out = []
         for k, contest in enumerate(self.contests):
-            part, first, (value, missing) = slice(3 * k, 3 * k + 3), slice(3 * k, 3 * k + 1), bests[k]
-            value = max(float(contest.severity(high[first], low[first])[0]), value)
-            above = contest.severity(high[first] + high_error[first], low[first] - low_error[first])
-            half, middle = 0.5 * (high[part] - low[part]), 0.5 * (high[part] + low[part])
-            moved = max(np.ptp(half), np.ptp(middle)) + np.max(high_error[part] + low_error[part])
-            error = missing + max(float(above[0]) - value, 0.0)
-            out.append(
-                Worst(value, error, int(layers[k]), near[3 * k], float(high[3 * k]), float(low[3 * k]), float(moved))
-            )
+            mine = tuple(part[3 * k : 3 * k + 3] for part in sections)
+            value, above, moved = _judged(*mine, *contest.severity)
+            value, missing = max(value, bests[k][0]), bests[k][1]
+            error = missing + max(above - value, 0.0)
+            out.append(Worst(value, error, int(layers[k]), near[3 * k], float(mine[0][0]), float(mine[1][0]), moved))
         return out
 
-    def _pinpoint(self, severity: Severity, layer: int, place: float) -> tuple[float, float]:
+    def _pinpoint(self, severity: Diagram, layer: int, place: float) -> tuple[float, float]:
         """The section of a smooth peak and how far off it may be.
 
         A climb knows the peak's value to the square of what it knows of its place, but the stress amplitude and mean
@@ -176,7 +169,8 @@ class _SectionSearch:
         width = min(_WIDEST * length, place / 3.0, (length - place) / 3.0)
         while width > _NARROWEST * length:
             high, low, _, _ = self._sections(np.full(7, layer), place + width * _STEPS)
-            values = severity(high, low)
+            values = np.empty(7)
+            severities(high[None], low[None], *severity, values[None])
             # Less the middle one, of which the fit would otherwise leave its own rounding.
             values = (values - values[3]) / np.max(np.abs(values))
             series = _QUARTIC @ values
@@ -189,23 +183,46 @@ class _SectionSearch:
 
     def _sections(self, layers: Rows, stations: Array) -> tuple[Array, Array, Array, Array]:
         """Greatest and least value over the turn at pairs of layer and station, and their errors, shape (pairs,)."""
-        order = np.lexsort((layers, stations))
-        weights = self.layers[layers[order]]
-        both = Gauges(
-            np.stack([weights, -weights], axis=1).reshape(-1, weights.shape[1]), np.repeat(stations[order], 2)
-        )
-        found, error = self.turn.greatest(both, _FINER * self.turn.tolerance, 1.0)
-        values, errors = np.empty((stations.size, 2)), np.empty((stations.size, 2))
-        values[order], errors[order] = found.reshape(-1, 2), error.reshape(-1, 2)
-        return values[:, 0], -values[:, 1], errors[:, 0], errors[:, 1]
+        return self.turn.extremes(Gauges(self.layers[layers], stations), _FINER * self.turn.tolerance)
 
 
-def _reach(table: Array, rows: Rows, at: Rows) -> Array:
-    """What a parabola through a sample and its neighbours, four times as bent, lets the sample's peak reach."""
-    last = table.shape[1] - 1
-    left, right = table[rows, np.abs(at - 1)], table[rows, last - np.abs(last - at - 1)]
-    here = table[rows, at]
-    return here + 0.5 * np.abs(left - 2.0 * here + right)
+@kernel
+def _contenders(high: Array, low: Array, layers: Rows, lines: Array, parabola: Array) -> tuple[Rows, Rows]:
+    """Layer and station of every sample that leaves room for the greatest severity of all these layers."""
+    rows, count = layers.size, high.shape[1]
+    table, peaks = np.empty((rows, count)), np.zeros((rows, count), dtype=np.bool_)
+    for row in range(rows):
+        for j in range(count):
+            table[row, j] = utilisation_of(high[layers[row], j], low[layers[row], j], lines, parabola)
+        mark_humps(table[row], RESOLVED, False, peaks[row])
+    need = table.max() - 2.0 * RESOLVED * abs(table.max())
+    owner, at = np.empty(rows * count, dtype=np.intp), np.empty(rows * count, dtype=np.intp)
+    found = 0
+    for row in range(rows):
+        for j in range(count):
+            here, before, after = table[row, j], table[row, abs(j - 1)], table[row, j + 1 if j < count - 1 else j - 1]
+            # What a parabola through the three, four times as bent, lets the peak reach: layers compete.
+            if peaks[row, j] and here + 0.5 * abs(before - 2.0 * here + after) >= need:
+                owner[found], at[found] = layers[row], j
+                found += 1
+    return owner[:found], at[:found]
+
+
+@kernel
+def _judged(
+    high: Array, low: Array, high_error: Array, low_error: Array, lines: Array, parabola: Array
+) -> tuple[float, float, float]:
+    """Severity at the first of three sections, the same with both errors against it, and what moves between them."""
+    value = utilisation_of(high[0], low[0], lines, parabola)
+    above = utilisation_of(high[0] + high_error[0], low[0] - low_error[0], lines, parabola)
+    half, middle = 0.5 * (high - low), 0.5 * (high + low)
+    moved = max(half.max() - half.min(), middle.max() - middle.min()) + (high_error + low_error).max()
+    return value, above, moved
+
+
+def _reach(values: Array) -> Array:
+    """What parabolas through three values each, four times as bent, let their peaks reach."""
+    return values.max(axis=1) + 0.5 * np.abs(values[:, 0] - 2.0 * values[:, 1] + values[:, 2])
 
 
 def _level(series: Array) -> float | None:

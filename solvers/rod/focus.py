@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.rod.enclosures import clamp, critical_parameter, curvature_and_stiffness
-from solvers.rod.relaxation import utilisation_of
+from solvers.rod.haigh import severities, utilisation_of
 from solvers.rod.rows import COUNT, LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
 
 Array = NDArray[np.float64]
@@ -329,14 +329,6 @@ def _inner_peaks(values: Array, eta: Array) -> list[float]:
         shift = 0.5 * (row[j + 1] - row[j - 1]) / bend if bend > 0 else 0.0
         out.append(float(eta[j] + shift * (eta[1] - eta[0])))
     return out or [0.5]
-
-
-@kernel
-def severities(high: Array, low: Array, lines: Array, parabola: Array, out: Array) -> None:
-    """The criterion's utilisation of every cycle, shape of ``high``."""
-    for fibre in range(high.shape[0]):
-        for j in range(high.shape[1]):
-            out[fibre, j] = utilisation_of(high[fibre, j], low[fibre, j], lines, parabola)
 
 
 @kernel

@@ -65,6 +65,9 @@ class PlainTurn:
     def greatest(self, gauges: Gauges, relative: float, floor: float) -> tuple[Array, Array]:
         return _greatest(self.cycle.drive, self._strip, self._states, gauges.weights, gauges.stations, relative, floor)
 
+    def extremes(self, gauges: Gauges, relative: float) -> tuple[Array, Array, Array, Array]:
+        return _extremes(self.cycle.drive, self._strip, self._states, gauges.weights, gauges.stations, relative)
+
     def crossings(self, gauges: Gauges) -> Array:
         return _crossings(self.cycle.drive, self._strip, self._states, gauges.weights, gauges.stations)
 
@@ -194,40 +197,62 @@ def _climb(
 
 
 @kernel
+def _top(
+    drive: Drive, strip: Array, weight: Array, z: float, angle: Array, samples: Array, wanted: float
+) -> tuple[float, float]:
+    """The greatest value of one gauge, given its samples, and its error."""
+    count = angle.size
+    peaks, place, value = np.zeros(count, dtype=np.bool_), np.empty(3), np.empty(3)
+    mark_humps(samples, RESOLVED, True, peaks)
+    best, reach = -np.inf, -np.inf
+    for n in range(count):
+        if not peaks[n]:
+            continue
+        before, after = n - 1 if n > 0 else count - 1, n + 1 if n < count - 1 else 0
+        place[0], place[2] = angle[before] - (_TURN if n == 0 else 0.0), angle[after] + (_TURN if after == 0 else 0.0)
+        place[1] = angle[n]
+        value[0], value[1], value[2] = samples[before], samples[n], samples[after]
+        height, missing = _climb(drive, strip, weight, z, place, value, wanted)
+        best, reach = max(best, height), max(reach, height + missing)
+    # A lower hump matters as far as its own error lets it reach above the highest.
+    return best, max(reach - best, 0.0)
+
+
+@kernel
 def _greatest(
     drive: Drive, strip: Array, states: Array, weights: Array, stations: Array, relative: float, floor: float
 ) -> tuple[Array, Array]:
-    """As ``Turn.greatest``; gauges that follow their equals are answered alike."""
-    angle, count = states[0], states.shape[1]
+    """As ``Turn.greatest``."""
+    count, bends = states.shape[1], _needs_bending(weights)
     curvature, deflection, samples = np.zeros(count), np.zeros(count), np.empty(count)
-    peaks, bends = np.empty(count, dtype=np.bool_), _needs_bending(weights)
-    place, value = np.empty(3), np.empty(3)
-    best, error = np.full(stations.size, -np.inf), np.zeros(stations.size)
+    best, error = np.empty(stations.size), np.empty(stations.size)
     for row in range(stations.size):
         z, weight = stations[row], weights[row]
-        if row > 0 and z == stations[row - 1] and np.all(weight == weights[row - 1]):
-            best[row], error[row] = best[row - 1], error[row - 1]
-            continue
-        if bends and (row == 0 or z != stations[row - 1]):
+        if bends:
             _bend_all(states, strip[2], z, curvature, deflection)
         _read_all(strip, states, weight, curvature, deflection, samples)
         wanted = relative * max(abs(samples.max()), floor * np.abs(samples).max())
-        peaks[:] = False
-        mark_humps(samples, RESOLVED, True, peaks)
-        reach = -np.inf
-        for n in range(count):
-            if not peaks[n]:
-                continue
-            before, after = (n - 1) % count, (n + 1) % count
-            place[0] = angle[before] - (_TURN if n == 0 else 0.0)
-            place[2] = angle[after] + (_TURN if after == 0 else 0.0)
-            place[1] = angle[n]
-            value[0], value[1], value[2] = samples[before], samples[n], samples[after]
-            height, missing = _climb(drive, strip, weight, z, place, value, wanted)
-            best[row], reach = max(best[row], height), max(reach, height + missing)
-        # A lower hump matters as far as its own error lets it reach above the highest.
-        error[row] = max(reach - best[row], 0.0)
+        best[row], error[row] = _top(drive, strip, weight, z, states[0], samples, wanted)
     return best, error
+
+
+@kernel
+def _extremes(
+    drive: Drive, strip: Array, states: Array, weights: Array, stations: Array, relative: float
+) -> tuple[Array, Array, Array, Array]:
+    """As ``Turn.extremes``."""
+    angle, count, rows = states[0], states.shape[1], stations.size
+    curvature, deflection, samples = np.zeros(count), np.zeros(count), np.empty(count)
+    high, low, high_error, low_error = np.empty(rows), np.empty(rows), np.empty(rows), np.empty(rows)
+    for row in range(rows):
+        z, weight = stations[row], weights[row]
+        _bend_all(states, strip[2], z, curvature, deflection)
+        _read_all(strip, states, weight, curvature, deflection, samples)
+        wanted = relative * np.abs(samples).max()
+        high[row], high_error[row] = _top(drive, strip, weight, z, angle, samples, wanted)
+        least, low_error[row] = _top(drive, strip, -weight, z, angle, -samples, wanted)
+        low[row] = -least
+    return high, low, high_error, low_error
 
 
 @kernel

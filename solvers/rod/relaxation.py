@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.rod.enclosures import bending_ranges, critical_parameter
+from solvers.rod.haigh import utilisation_of
 from solvers.rod.rows import COUNT, LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
 
 Array = NDArray[np.float64]
@@ -71,22 +72,6 @@ def workspace(relaxation: Relaxation) -> Work:
         np.empty((n, m)), np.empty((n, m)), np.empty((n, m)), np.empty((n, m, 4)), np.empty(n, np.bool_),
         np.empty((n, 3)),
     )  # fmt: skip
-
-
-@kernel
-def utilisation_of(high: float, low: float, lines: Array, parabola: Array) -> float:
-    """1/n of one stress cycle by the criterion."""
-    a, m = 0.5 * (high - low), 0.5 * (high + low)
-    worst = 0.0
-    for c in range(lines.shape[0]):
-        value = np.inf
-        for k in range(lines.shape[1]):
-            value = min(value, lines[c, k, 0] * a + lines[c, k, 1] * m)
-        worst = max(worst, value)
-    if parabola[0] > 0.0:
-        pa, pm = parabola[0] * a, 2.0 * parabola[1] * max(m, 0.0)
-        worst = max(worst, 0.5 * (pa + math.sqrt(pa * pa + pm * pm)))
-    return worst
 
 
 @kernel

@@ -12,23 +12,21 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import grid
 from solvers.rod import beam_column, strip_kernels
-from solvers.rod.drive import Drive, axial_force, axial_forces, drive_of
+from solvers.rod.drive import Drive, axial_forces, drive_of
 from solvers.rod.enclosures import critical_parameter
 from solvers.rod.envelope import beam_constants
 from solvers.rod.scene import Dimensions, Scene
 
 Array = NDArray[np.float64]
 
-_ANGLES, _FINE_ANGLES = 64, 512
-_EVEN = grid(_ANGLES)
+_EVEN, _FINE = grid(64), grid(512)
 
 
 @dataclass(frozen=True)
-class Situation:
-    """A scene with its strip, and what the bounds need of it, each computed once."""
+class Driven:
+    """A scene's forces as every strip in it feels them, each sampled once."""
 
     scene: Scene
-    dimensions: Dimensions
 
     @cached_property
     def _angles(self) -> Array:
@@ -39,14 +37,48 @@ class Situation:
         return drive_of(self.scene, 0.0)
 
     @cached_property
-    def _whole(self) -> Drive:
-        return self._gas._replace(mass=self.scene.piston.reciprocating_mass)
-
-    @cached_property
     def gas_extremes(self) -> tuple[float, float]:
         """The least and the greatest gas force [N]."""
         force = axial_forces(self._gas, self._angles)
         return float(force.min()), float(force.max())
+
+    @cached_property
+    def coarse(self) -> tuple[Array, Array]:
+        """Axial force [N] with all inertia, and sin(phi), at angles that show the load's extremes."""
+        return self._at(self._angles)
+
+    @cached_property
+    def fine(self) -> tuple[Array, Array]:
+        """The same at evenly spaced angles, close enough for second differences."""
+        return self._at(_FINE)
+
+    def _at(self, angles: Array) -> tuple[Array, Array]:
+        return axial_forces(self._gas._replace(mass=self.scene.piston.reciprocating_mass), angles), np.sin(angles)
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A scene with its strip, and what the bounds need of it, each computed once."""
+
+    driven: Driven
+    dimensions: Dimensions
+
+    @staticmethod
+    def of(scene: Scene, dimensions: Dimensions) -> Situation:
+        return Situation(Driven(scene), dimensions)
+
+    def resized(self, dimensions: Dimensions) -> Situation:
+        """Another strip in the same scene."""
+        return Situation(self.driven, dimensions)
+
+    @property
+    def scene(self) -> Scene:
+        return self.driven.scene
+
+    @property
+    def gas_extremes(self) -> tuple[float, float]:
+        """The least and the greatest gas force [N]."""
+        return self.driven.gas_extremes
 
     @cached_property
     def inertia_force(self) -> float:
@@ -97,12 +129,17 @@ class Situation:
         """Greatest side force [N], clamp moment [N m] and contact load [N] at the sampled angles."""
         piston = self.scene.piston
         lever, offset = 6.0 / piston.skirt_length, piston.clamp_offset
-        return _greatest_reactions(self._whole, self._angles, self.stiffness, self.dimensions.l, lever, offset)
+        m = self.scene.mechanism
+        stroke = self.stiffness * m.crank_radius
+        return _greatest_reactions(
+            *self.driven.coarse, self.stiffness, self.dimensions.l, m.rod_length, stroke, lever, offset
+        )
 
     @cached_property
     def unsteadiness(self) -> float:
         """Greatest acceleration of the strip's middle, beside that of one that follows the stroke's sine: 1 or more."""
-        return max(1.0, _middle_acceleration(self._whole, self.stiffness, self.dimensions.l, _FINE_ANGLES))
+        length, rod_length = self.dimensions.l, self.scene.mechanism.rod_length
+        return max(1.0, _middle_acceleration(*self.driven.fine, self.stiffness, length, rod_length))
 
     @cached_property
     def weakness(self) -> float:
@@ -125,30 +162,32 @@ class Situation:
 
 @kernel
 def _greatest_reactions(
-    drive: Drive, angles: Array, stiffness: float, l: float, lever: float, offset: float
+    force: Array, sine: Array, stiffness: float, l: float, rod_length: float, stroke: float, lever: float, offset: float
 ) -> tuple[float, float, float]:
-    """Greatest |T|, |M0| and |T| + lever |M0 + T offset| at the angles."""
+    """Greatest |T|, |M0| and |T| + lever |M0 + T offset|; ``stroke`` is EI r."""
     most_side, most_moment, most_contact = 0.0, 0.0, 0.0
-    for i in range(angles.size):
-        clamp, shear, _, _ = beam_constants(axial_force(drive, angles[i]) / stiffness, l, drive.rod_length)
-        stroke = stiffness * drive.crank_radius * math.sin(angles[i])
-        side, moment = -shear * stroke, clamp * stroke
+    for i in range(force.size):
+        clamp, shear, _, _ = beam_constants(force[i] / stiffness, l, rod_length)
+        side, moment = -shear * stroke * sine[i], clamp * stroke * sine[i]
         most_side, most_moment = max(most_side, abs(side)), max(most_moment, abs(moment))
         most_contact = max(most_contact, abs(side) + lever * abs(moment + side * offset))
     return most_side, most_moment, most_contact
 
 
 @kernel
-def _middle_acceleration(drive: Drive, stiffness: float, l: float, angles: int) -> float:
+def _middle_acceleration(force: Array, sine: Array, stiffness: float, l: float, rod_length: float) -> float:
     """Greatest second difference of V(l/2) over the turn, beside that of a sine with the stiffness alone."""
+    angles = force.size
     step = 2.0 * math.pi / angles
-    q, stroke, middle = np.zeros(angles + 1), np.ones(angles + 1), np.array([0.5 * l])
-    for i in range(angles):
-        q[i], stroke[i] = axial_force(drive, i * step) / stiffness, math.sin(i * step)
-    clamp, shear, head, _ = strip_kernels.solve(q, l, drive.rod_length)
-    place = strip_kernels.deflection(q, l, clamp, shear, head, middle)[0] * stroke
+    q = np.zeros(angles + 1)
+    q[:angles] = force / stiffness
+    clamp, shear, head, _ = strip_kernels.solve(q, l, rod_length)
+    middle = strip_kernels.deflection(q, l, clamp, shear, head, np.array([0.5 * l]))[0]
     most = 0.0
+    before, here = middle[angles - 1] * sine[angles - 1], middle[0] * sine[0]
     for i in range(angles):
-        before, after = place[i - 1 if i > 0 else angles - 1], place[i + 1 if i < angles - 1 else 0]
-        most = max(most, abs(before - 2.0 * place[i] + after))
-    return most / (step * step) / place[angles]
+        follows = i + 1 if i < angles - 1 else 0
+        after = middle[follows] * sine[follows]
+        most = max(most, abs(before - 2.0 * here + after))
+        before, here = here, after
+    return most / (step * step) / middle[angles]

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from solvers.crank import kinematics
-from solvers.fatigue import FatigueCriterion, Gerber, HaighLines
+from solvers.fatigue import FatigueCriterion
 from solvers.numerics import periodic
 from solvers.rod.cycle import Composition, Cycle
+from solvers.rod.drive import least_force
 from solvers.rod.focus import Machine
+from solvers.rod.haigh import diagram_of
 from solvers.rod.scene import Dimensions, Scene
 
 ANGLES = 96
@@ -23,9 +25,9 @@ def survey(scene: Scene, criterion: FatigueCriterion, composition: Composition, 
     cycle = Cycle(scene, any_strip, composition)
     angle = periodic.grid(ANGLES)
     force = cycle.axial_force(angle)
-    least = periodic.maximum(lambda a: -cycle.axial_force(a), _EXACT, angle, -force)
+    least, hardest = least_force(cycle.drive, angle, force, _EXACT)
     m, piston = scene.mechanism, scene.piston
-    lines, parabola = _arrays(criterion)
+    lines, parabola = diagram_of(criterion)
     return Machine(
         cycle=cycle,
         crank_radius=m.crank_radius,
@@ -38,17 +40,6 @@ def survey(scene: Scene, criterion: FatigueCriterion, composition: Composition, 
         force=force,
         stroke=m.crank_radius * np.sin(angle),
         speed=np.abs(kinematics.velocity(angle, m.crank_radius, m.rod_length, m.angular_speed)),
-        compression=max(least.value, 0.0),
-        hardest=least.angle,
+        compression=max(-least, 0.0),
+        hardest=hardest % periodic.TURN,
     )
-
-
-def _arrays(criterion: FatigueCriterion) -> tuple[np.ndarray, np.ndarray]:
-    """The criterion as kernels take it: corners of lines (a corner's last line repeated to equal length), parabola."""
-    if isinstance(criterion, Gerber):
-        return np.zeros((0, 1, 2)), np.array([criterion.alpha, criterion.beta])
-    if isinstance(criterion, HaighLines):
-        longest = max(len(lines) for lines in criterion.corners)
-        padded = [lines + (lines[-1],) * (longest - len(lines)) for lines in criterion.corners]
-        return np.array(padded, dtype=float), np.zeros(2)
-    raise TypeError(f"the search knows no criterion of type {type(criterion).__name__}")

@@ -45,6 +45,12 @@ class Turn(Protocol):
         Wanted to ``relative`` times the value's magnitude, but never finer than ``floor`` times that of the gauge.
         """
 
+    def extremes(self, gauges: Gauges, relative: float) -> tuple[Array, Array, Array, Array]:
+        """Greatest and least value of every gauge over the continuous turn, and their errors.
+
+        Wanted to ``relative`` times the gauge's greatest magnitude.
+        """
+
     def crossings(self, gauges: Gauges) -> Array:
         """Angles [rad] at which a gauge changes its sign between two sampled angles."""
 
@@ -95,6 +101,11 @@ class ComposedTurn:
         # A lower hump matters as far as its own error lets it reach above the highest.
         np.maximum.at(error, owner, found.value + found.error - best[owner])
         return best, np.maximum(error, 0.0)
+
+    def extremes(self, gauges: Gauges, relative: float) -> tuple[Array, Array, Array, Array]:
+        both = Gauges(np.concatenate([gauges.weights, -gauges.weights]), np.tile(gauges.stations, 2))
+        (high, low), (high_error, low_error) = (x.reshape(2, -1) for x in self.greatest(both, relative, 1.0))
+        return high, -low, high_error, low_error
 
     def crossings(self, gauges: Gauges) -> Array:
         samples = _everywhere(self.instants, gauges)

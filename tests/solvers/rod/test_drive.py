@@ -9,6 +9,7 @@ import pytest
 
 from solvers import rod
 from solvers.crank import kinematics
+from solvers.numerics import periodic
 from solvers.rod import drive
 from tests.solvers.rod.machines import PAPER
 
@@ -29,3 +30,14 @@ def test_the_force_is_that_of_gas_and_moving_mass(load, mass):
     expected += mass * kinematics.acceleration(angle, m.crank_radius, m.rod_length, m.angular_speed)
     found = drive.axial_forces(drive.drive_of(scene, mass), angle)
     assert np.all(np.abs(found - expected) <= 2e-15 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("load", [PAPER.load, rod.SchmidtLoad(2e5, 0.97, 6.28), TABLE])
+def test_the_least_force_is_that_of_a_dense_grid(load):
+    scene = dataclasses.replace(PAPER, load=load)
+    driven, angle = drive.drive_of(scene, 0.0), periodic.grid(96)
+    least, where = drive.least_force(driven, angle, drive.axial_forces(driven, angle), 1e-12)
+    near = where + np.linspace(-1e-3, 1e-3, 2001)
+    dense = drive.axial_forces(driven, np.concatenate([periodic.grid(50_000), near]))
+    assert least == pytest.approx(dense.min(), abs=1e-9 * np.abs(dense).max())
+    assert least == pytest.approx(drive.axial_force(driven, where), rel=1e-14)

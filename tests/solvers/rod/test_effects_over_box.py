@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from solvers import rod
-from solvers.rod.effects import Situation
 from solvers.rod.effects_over_box import choose_over_box, worst_situations
+from solvers.rod.situation import Situation
 from tests.solvers.rod.machines import PAPER
 
 LOWER, UPPER = rod.Dimensions(5e-3, 0.2e-3, 15e-3), rod.Dimensions(12e-3, 1.0e-3, 35e-3)
@@ -16,7 +16,7 @@ def test_no_strip_inside_has_a_greater_bound():
     worst = {report.name: report.influence for report in choose_over_box(PAPER, LOWER, UPPER).manifest}
     rng, tried = np.random.default_rng(3), 0
     for b, h, l in rng.uniform([LOWER.b, LOWER.h, LOWER.l], [UPPER.b, UPPER.h, UPPER.l], (200, 3)):
-        situation = Situation(PAPER, rod.Dimensions(b, h, l))
+        situation = Situation.of(PAPER, rod.Dimensions(b, h, l))
         if situation.critical < 1.05 * situation.compression:
             continue
         tried += 1

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from solvers import rod
+from solvers.fatigue import serensen
 from solvers.rod.cycle import BeamColumn, Composition, Cycle, PlainBending
 from solvers.rod.effects import ReciprocatingInertia
 from solvers.rod.extremes import Contest, greatest, worst
 from solvers.rod.friction import FrictionFeedback
 from solvers.rod.gauges import CURVATURE, DEFLECTION, FORCE, MOMENT, SIDE, TANGENT, Gauges, weights
+from solvers.rod.haigh import GREATEST, diagram_of
 from solvers.rod.plain_turn import PlainTurn, turn_of
 from solvers.rod.turn import ComposedTurn
 from tests.solvers.rod.machines import PAPER, STRIP, random_machine
@@ -44,12 +46,15 @@ def test_gauges_at_the_piston_and_along_the_strip_agree(beam, moving):
         found, error = plain.greatest(gauges, 1e-10, 1.0)
         expected, other = composed.greatest(gauges, 1e-10, 1.0)
         assert np.all(np.abs(found - expected) <= error + other + 1e-14 * np.abs(expected))
+        high, low, _, _ = plain.extremes(gauges, 1e-10)
+        assert high == pytest.approx(found, rel=1e-9, abs=1e-9 * np.abs(found).max())
+        assert np.all(low <= high)
 
 
 def test_contests_along_the_strip_agree():
     contests = (
-        Contest(lambda high, low: high - low, (0, 1), located=True),
-        Contest(lambda high, low: np.maximum(high, -low), (0,)),
+        Contest(diagram_of(serensen(PAPER.material)), (0, 1), located=True),
+        Contest(GREATEST, (0,)),
     )
     layers = weights({TANGENT: 1.0, CURVATURE: 2.0}, {TANGENT: 1.0, CURVATURE: -2.0})
     for scene, strip in machines():

@@ -39,11 +39,6 @@ def _label(name: str) -> dict[str, str]:
     return {"words": words, "unit": unit}
 
 
-def _with_article(title: str) -> str:
-    return ("an " if title[0].lower() in "aeiou" else "a ") + title.lower()
-
-
-templates.env.filters["with_article"] = _with_article
 templates.env.filters["figure"] = _figure
 templates.env.filters["label"] = _label
 

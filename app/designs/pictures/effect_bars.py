@@ -21,7 +21,7 @@ def effect_bars(run: dict[str, Any]) -> str:
     costs = {cost["name"]: cost for cost in (run["result"] or {}).get("effect_costs", [])}
     chart = Chart(
         "Effects: what each may change, and what decided",
-        decades_around([*bounds, _tolerance(run), 1.0]),
+        decades_around([*bounds, 0.1 * _tolerance(run), 1.0]),
         Categories([effect["name"].replace("_", " ") for effect in effects]),
         "bound on the relative change of the results" + (" (dot: measured)" if costs else ""),
         "",

@@ -190,12 +190,13 @@ class _SectionSearch:
 def _contenders(high: Array, low: Array, layers: Rows, lines: Array, parabola: Array) -> tuple[Rows, Rows]:
     """Layer and station of every sample that leaves room for the greatest severity of all these layers."""
     rows, count = layers.size, high.shape[1]
-    table, peaks = np.empty((rows, count)), np.zeros((rows, count), dtype=np.bool_)
+    table, peaks, top = np.empty((rows, count)), np.zeros((rows, count), dtype=np.bool_), -np.inf
     for row in range(rows):
         for j in range(count):
             table[row, j] = utilisation_of(high[layers[row], j], low[layers[row], j], lines, parabola)
+            top = max(top, table[row, j])
         mark_humps(table[row], RESOLVED, False, peaks[row])
-    need = table.max() - 2.0 * RESOLVED * abs(table.max())
+    need = top - 2.0 * RESOLVED * abs(top)
     owner, at = np.empty(rows * count, dtype=np.intp), np.empty(rows * count, dtype=np.intp)
     found = 0
     for row in range(rows):
@@ -215,9 +216,13 @@ def _judged(
     """Severity at the first of three sections, the same with both errors against it, and what moves between them."""
     value = utilisation_of(high[0], low[0], lines, parabola)
     above = utilisation_of(high[0] + high_error[0], low[0] - low_error[0], lines, parabola)
-    half, middle = 0.5 * (high - low), 0.5 * (high + low)
-    moved = max(half.max() - half.min(), middle.max() - middle.min()) + (high_error + low_error).max()
-    return value, above, moved
+    half, middle, error = 0.0, 0.0, 0.0
+    for i in range(high.size):
+        error = max(error, high_error[i] + low_error[i])
+        for j in range(i):
+            half = max(half, 0.5 * abs((high[i] - low[i]) - (high[j] - low[j])))
+            middle = max(middle, 0.5 * abs((high[i] + low[i]) - (high[j] + low[j])))
+    return value, above, max(half, middle) + error
 
 
 def _reach(values: Array) -> Array:

@@ -162,7 +162,20 @@ def _guide(drive: Drive, strip: Array, angle: Array) -> Array:
 
 @kernel
 def _needs_bending(weights: Array) -> bool:
-    return bool(np.any(weights[:, CURVATURE:] != 0.0))
+    bends = False
+    for row in range(weights.shape[0]):
+        bends = bends or weights[row, CURVATURE] != 0.0 or weights[row, DEFLECTION] != 0.0
+    return bends
+
+
+# Written out: a fresh machine compiles loops several times faster than numpy's reductions.
+@kernel
+def _range(samples: Array) -> tuple[float, float]:
+    """The least and the greatest sample."""
+    least, most = samples[0], samples[0]
+    for n in range(1, samples.size):
+        least, most = min(least, samples[n]), max(most, samples[n])
+    return least, most
 
 
 @kernel
@@ -174,7 +187,7 @@ def _sampled_extremes(strip: Array, states: Array, weights: Array, stations: Arr
         if row == 0 or stations[row] != stations[row - 1]:
             _bend_all(states, strip[2], stations[row], curvature, deflection)
         _read_all(strip, states, weights[row], curvature, deflection, samples)
-        high[row], low[row] = samples.max(), samples.min()
+        low[row], high[row] = _range(samples)
     return high, low
 
 
@@ -184,7 +197,7 @@ def _climb(
 ) -> tuple[float, float]:
     """The height of one hump from its bracket, and its error."""
     points, heights, error = np.empty(5), np.empty(5), np.inf
-    rounding = 4.0 * _EPS * np.abs(value).max()
+    rounding = 4.0 * _EPS * max(abs(value[0]), abs(value[1]), abs(value[2]))
     for _ in range(MOST_ROUNDS):
         trial_points(place, value, points)
         for m in range(5):
@@ -231,7 +244,8 @@ def _greatest(
         if bends:
             _bend_all(states, strip[2], z, curvature, deflection)
         _read_all(strip, states, weight, curvature, deflection, samples)
-        wanted = relative * max(abs(samples.max()), floor * np.abs(samples).max())
+        least, most = _range(samples)
+        wanted = relative * max(abs(most), floor * max(most, -least))
         best[row], error[row] = _top(drive, strip, weight, z, states[0], samples, wanted)
     return best, error
 
@@ -244,14 +258,20 @@ def _extremes(
     angle, count, rows = states[0], states.shape[1], stations.size
     curvature, deflection, samples = np.zeros(count), np.zeros(count), np.empty(count)
     high, low, high_error, low_error = np.empty(rows), np.empty(rows), np.empty(rows), np.empty(rows)
+    turned = np.empty(weights.shape[1])
     for row in range(rows):
         z, weight = stations[row], weights[row]
         _bend_all(states, strip[2], z, curvature, deflection)
         _read_all(strip, states, weight, curvature, deflection, samples)
-        wanted = relative * np.abs(samples).max()
+        least, most = _range(samples)
+        wanted = relative * max(most, -least)
         high[row], high_error[row] = _top(drive, strip, weight, z, angle, samples, wanted)
-        least, low_error[row] = _top(drive, strip, -weight, z, angle, -samples, wanted)
-        low[row] = -least
+        for n in range(count):
+            samples[n] = -samples[n]
+        for n in range(weight.size):
+            turned[n] = -weight[n]
+        deepest, low_error[row] = _top(drive, strip, turned, z, angle, samples, wanted)
+        low[row] = -deepest
     return high, low, high_error, low_error
 
 

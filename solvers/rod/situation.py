@@ -180,7 +180,8 @@ def _middle_acceleration(force: Array, sine: Array, stiffness: float, l: float, 
     angles = force.size
     step = 2.0 * math.pi / angles
     q = np.zeros(angles + 1)
-    q[:angles] = force / stiffness
+    for i in range(angles):
+        q[i] = force[i] / stiffness
     clamp, shear, head, _ = strip_kernels.solve(q, l, rod_length)
     middle = strip_kernels.deflection(q, l, clamp, shear, head, np.array([0.5 * l]))[0]
     most = 0.0

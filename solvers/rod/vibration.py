@@ -141,7 +141,7 @@ def greatest_ratio(mass: Array, system: Array) -> float:
                 c[i, i] = math.sqrt(total)
             else:
                 return 0.0
-    x, y = np.ones(n) / math.sqrt(n), np.empty(n)
+    x, y = np.full(n, 1.0 / math.sqrt(n)), np.empty(n)
     value = 0.0
     for _ in range(_MOST_POWERS):
         for i in range(n - 1, -1, -1):

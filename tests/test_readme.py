@@ -72,4 +72,4 @@ def test_every_effect_setting_and_command_is_documented():
     for name in Settings.model_fields:
         assert f"`CRANKWRIGHT_{name.upper()}`" in guide
     for command in cli.registered_commands:
-        assert f"crankwright {command.callback.__name__}" in guide
+        assert f"crankwright {command.name or command.callback.__name__}" in guide

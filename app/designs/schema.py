@@ -7,8 +7,8 @@ turns the path of a refused quantity into the JSON pointer of the field that the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Annotated, Any, Literal, Union
+from collections.abc import Callable, Iterable, Mapping
+from typing import Annotated, Any, Literal, Protocol, Union
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
@@ -158,11 +158,19 @@ class ShortfallResult(Strict):
     advice: str
 
 
+class RepairDone(Strict):
+    """What was done to a user's points, and where the fault was first seen."""
+
+    pointer: str
+    what: str
+
+
 class Infeasible(Strict):
     """Why there is no design."""
 
     diagnosis: list[ShortfallResult]
     certificate: CertificateResult | None = None
+    repairs: list[RepairDone] = Field(default=[], description="what was done to the request's points")
 
 
 def certificate_json(certificate: Certificate | None, unit: float) -> dict[str, Any] | None:
@@ -231,6 +239,21 @@ def pointer(request: BaseModel, field: str) -> str:
             here = here[int(step)] if int(step) < len(here) else None
         parts.append(name)
     return "/" + "/".join(parts)
+
+
+class Repaired(Protocol):
+    """A solver's record of a repair: the dotted path of the field, and a sentence."""
+
+    @property
+    def field(self) -> str: ...
+
+    @property
+    def what(self) -> str: ...
+
+
+def repairs_json(request: BaseModel, repairs: Iterable[Repaired]) -> list[dict[str, str]]:
+    """Repairs with the pointers of the fields that the user wrote."""
+    return [{"pointer": pointer(request, done.field), "what": done.what} for done in repairs]
 
 
 def entry(pointer: str, detail: str, allowed: str) -> Entry:

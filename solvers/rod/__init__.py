@@ -11,6 +11,7 @@ from solvers.materials import CATALOGUE, Material
 from solvers.rod.check import RodCheck, check
 from solvers.rod.design import RodDesign, design
 from solvers.rod.effects import EFFECTS
+from solvers.rod.indicator_load import IndicatorLoad, mended
 from solvers.rod.loads import ConstantLoad, SchmidtLoad, TableLoad
 from solvers.rod.problem import OBJECTIVES, Bounds, Requirements, RodProblem
 from solvers.rod.scene import Dimensions, Mechanism, Piston, Scene
@@ -25,6 +26,7 @@ __all__ = [
     "ConstantLoad",
     "Dimensions",
     "EffectSelection",
+    "IndicatorLoad",
     "Material",
     "Mechanism",
     "Piston",
@@ -37,4 +39,5 @@ __all__ = [
     "TableLoad",
     "check",
     "design",
+    "mended",
 ]

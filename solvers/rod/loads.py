@@ -58,7 +58,8 @@ def _require(ok: bool, name: str, reason: str, allowed: str) -> None:
         raise InvalidInput(f"load.{name}", reason, allowed)
 
 
-def _require_back_pressure(value: float | None) -> None:
+def require_back_pressure(value: float | None) -> None:
+    """Raise InvalidInput for a pressure behind the piston that is no number."""
     _require(value is None or math.isfinite(value), "back_pressure", "must be finite", "(-inf, inf) or none")
 
 
@@ -79,7 +80,7 @@ class SchmidtLoad:
         _require(math.isfinite(self.p_min) and self.p_min >= 0, "p_min", "must not be negative", "[0, inf)")
         _require(0 <= self.delta < 1, "delta", "must lie in [0, 1): at 1 the pressure has a pole", "[0, 1)")
         _require(math.isfinite(self.theta), "theta", "must be finite", "(-inf, inf)")
-        _require_back_pressure(self.back_pressure)
+        require_back_pressure(self.back_pressure)
 
     def pressure(self, angle: ArrayLike) -> NDArray[np.float64]:
         half = np.sin(0.5 * (np.asarray(angle, dtype=float) - self.theta))
@@ -111,7 +112,7 @@ class ConstantLoad:
 
     def __post_init__(self) -> None:
         _require(math.isfinite(self.constant_pressure), "constant_pressure", "must be finite", "(-inf, inf)")
-        _require_back_pressure(self.back_pressure)
+        require_back_pressure(self.back_pressure)
 
     def pressure(self, angle: ArrayLike) -> NDArray[np.float64]:
         return np.full(np.shape(angle), self.constant_pressure)
@@ -149,7 +150,7 @@ class TableLoad:
             raise InvalidInput(f"load.angle.{falls[0] + 1}", "does not follow the point before it", "rising angles")
         if angle[-1] - angle[0] >= TURN:
             raise InvalidInput(f"load.angle.{angle.size - 1}", "lies a full turn after the first", "less than one turn")
-        _require_back_pressure(self.back_pressure)
+        require_back_pressure(self.back_pressure)
 
     @cached_property
     def _curve(self) -> PchipInterpolator:

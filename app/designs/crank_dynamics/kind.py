@@ -13,7 +13,7 @@ from pydantic import Field
 from app.designs.crank_dynamics.pictures import PLOTS
 from app.designs.crank_dynamics.request import DynamicsRequest
 from app.designs.kind import Answer, Job, Kind, Mode
-from app.designs.schema import MEGA, MILLI, Strict, envelope, pointer, refusal_problem, scaled
+from app.designs.schema import MEGA, MILLI, RepairDone, Strict, envelope, refusal_problem, repairs_json, scaled
 from solvers import crank
 from solvers.crank.cycle import Forces
 from solvers.crank.engine import Balance, SpeedSwing
@@ -61,11 +61,6 @@ class CyclePoints(Strict):
 class Jump(Strict):
     angle_deg: float
     jump_mpa: float = Field(description="pressure just behind the dead centre less that just before it")
-
-
-class RepairDone(Strict):
-    pointer: str
-    what: str
 
 
 class Unbalance(Strict):
@@ -230,7 +225,7 @@ def run_dynamics(request: DynamicsRequest) -> Answer:
         ],
         "engine": _engine(found, len(scene.engine.phases)),
         "dead_centre_jumps": [{"angle_deg": math.degrees(a), "jump_mpa": jump / MEGA} for a, jump in found.jumps],
-        "repairs": [{"pointer": pointer(request, done.field), "what": done.what} for done in repairs],
+        "repairs": repairs_json(request, repairs),
         "cycle": _cycle(found, scene),
         "series": _series(found),
         "warnings": list(found.warnings),

@@ -72,7 +72,7 @@ class Stroke(Strict):
     pressure_mpa: list[Finite] = Field(min_length=2, max_length=MOST_POINTS, description="one for each volume")
 
 
-class IndicatorPressure(Strict):
+class Diagram(Strict):
     """An indicator diagram, stroke by stroke."""
 
     kind: Literal["indicator"]
@@ -83,15 +83,23 @@ class IndicatorPressure(Strict):
     )
     repair: bool = Field(default=False, description="mend what is wrong with the points, and record it")
 
-    def to_solver(
-        self, cylinder: crank.Cylinder, mechanism: crank.Mechanism
-    ) -> tuple[crank.IndicatorPressure, tuple[crank.Repair, ...]]:
-        diagram = crank.IndicatorPressure(
+    def diagram(self) -> crank.IndicatorPressure:
+        """The points as they were sent, in SI units."""
+        return crank.IndicatorPressure(
             tuple(
                 crank.Stroke(tuple(v * CUBIC_CENTI for v in s.volume_cm3), tuple(p * MEGA for p in s.pressure_mpa))
                 for s in self.strokes
             )
         )
+
+
+class IndicatorPressure(Diagram):
+    """An indicator diagram of the cylinder."""
+
+    def to_solver(
+        self, cylinder: crank.Cylinder, mechanism: crank.Mechanism
+    ) -> tuple[crank.IndicatorPressure, tuple[crank.Repair, ...]]:
+        diagram = self.diagram()
         return crank.repaired_indicator(diagram, cylinder, mechanism.motion()) if self.repair else (diagram, ())
 
 

@@ -15,11 +15,13 @@ from app.designs.schema import (
     MEGA,
     MILLI,
     CertificateResult,
+    RepairDone,
     Strict,
     certificate_json,
     diagnosis_json,
     envelope,
     refusal_problem,
+    repairs_json,
     scaled,
 )
 from solvers import rod
@@ -50,10 +52,11 @@ class RodResult(Strict):
     natural_frequency_hz: float
     mass_g: float
     fatigue_criterion: str
+    repairs: list[RepairDone] = Field(description="what was done to the load's points; empty unless asked for")
     warnings: list[str]
 
 
-def result_of(check: rod.RodCheck) -> dict[str, Any]:
+def result_of(check: rod.RodCheck, repairs: list[dict[str, str]]) -> dict[str, Any]:
     """A check in the names and units of the contract."""
     d, s = check.dimensions, check.stresses
     return {
@@ -77,6 +80,7 @@ def result_of(check: rod.RodCheck) -> dict[str, Any]:
         "natural_frequency_hz": check.natural_frequency,
         "mass_g": check.mass / MILLI,
         "fatigue_criterion": check.criterion,
+        "repairs": repairs,
         "warnings": list(check.warnings),
     }
 
@@ -95,7 +99,7 @@ def run_check(request: CheckRequest) -> Answer:
         )
     except InvalidInput as refusal:
         return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
-    return envelope(outcome, result_of(outcome.value))
+    return envelope(outcome, result_of(outcome.value, repairs_json(request, request.repairs())))
 
 
 class Active(Strict):
@@ -130,12 +134,13 @@ def run_design(request: DesignRequest) -> Answer:
     except InvalidInput as refusal:
         return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
     certificate = certificate_json(outcome.certificate, _UNIT_OF_OBJECTIVE.get(request.objective, 1.0))
-    found = outcome.value
+    found, repairs = outcome.value, repairs_json(request, request.repairs())
     if found is None:
-        return envelope(outcome, {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate})
+        told = {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate, "repairs": repairs}
+        return envelope(outcome, told)
     active = [{"name": _LIMITS.get(a.name, (a.name, 1.0))[0], "sensitivity": a.sensitivity} for a in found.active]
     result = {
-        **result_of(found.check),
+        **result_of(found.check, repairs),
         "objective": found.objective,
         "active_constraints": active,
         "certificate": certificate,

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
+from app.designs.crank_dynamics.request import CUBIC_CENTI, Diagram, Volume
 from app.designs.references import Instant, Run, RunReference, UnfitRun, cycle_of, source_of, worst_of
 from app.designs.schema import (
     GIGA,
@@ -23,8 +24,11 @@ from app.designs.schema import (
     one_of,
 )
 from solvers import rod
+from solvers.crank.indicator import IndicatorPressure
+from solvers.crank.repair import Repair
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
+from solvers.rod.indicator_load import fields_of_load
 
 MOST_POINTS = 10_000
 MOST_THICKNESSES = 200
@@ -48,7 +52,15 @@ class Piston(Strict):
     friction_coefficient: float = Field(default=0.0, ge=0, le=1)
 
 
-class SchmidtLoad(Strict):
+class _Load(Strict):
+    """What the loads share: nothing is mended, unless a load says otherwise."""
+
+    def repairs(self, mechanism: rod.Mechanism, piston: rod.Piston) -> tuple[Repair, ...]:
+        """What was done to the user's points to make them sound for the machine."""
+        return ()
+
+
+class SchmidtLoad(_Load):
     """p = p_min (1 + delta)/(1 - delta cos(phi - theta)): the isothermal Stirling cycle."""
 
     kind: Literal["schmidt"]
@@ -57,11 +69,11 @@ class SchmidtLoad(Strict):
     theta_rad: Finite = Field(description="angle of greatest pressure")
     back_pressure_mpa: Finite | None = Field(default=None, description="null: the mean of the cycle")
 
-    def to_solver(self) -> rod.SchmidtLoad:
+    def to_solver(self, mechanism: rod.Mechanism, piston: rod.Piston) -> rod.SchmidtLoad:
         return rod.SchmidtLoad(self.p_min_mpa * MEGA, self.delta, self.theta_rad, _pascal(self.back_pressure_mpa))
 
 
-class TableLoad(Strict):
+class TableLoad(_Load):
     """Pressures at crank angles, joined by a monotone periodic cubic."""
 
     kind: Literal["table"]
@@ -69,7 +81,7 @@ class TableLoad(Strict):
     pressure_mpa: list[Finite] = Field(min_length=3, max_length=MOST_POINTS, description="one for each angle")
     back_pressure_mpa: Finite | None = Field(default=None, description="null: the mean of the cycle")
 
-    def to_solver(self) -> rod.TableLoad:
+    def to_solver(self, mechanism: rod.Mechanism, piston: rod.Piston) -> rod.TableLoad:
         return rod.TableLoad(
             tuple(math.radians(a) for a in self.angle_deg),
             tuple(p * MEGA for p in self.pressure_mpa),
@@ -77,18 +89,18 @@ class TableLoad(Strict):
         )
 
 
-class ConstantLoad(Strict):
+class ConstantLoad(_Load):
     """One pressure at all angles, as a press or a test bench applies it."""
 
     kind: Literal["constant"]
     constant_pressure_mpa: Finite
     back_pressure_mpa: Finite | None = Field(default=None, description="null: none")
 
-    def to_solver(self) -> rod.ConstantLoad:
+    def to_solver(self, mechanism: rod.Mechanism, piston: rod.Piston) -> rod.ConstantLoad:
         return rod.ConstantLoad(self.constant_pressure_mpa * MEGA, _pascal(self.back_pressure_mpa))
 
 
-class RunLoad(RunReference):
+class RunLoad(RunReference, _Load):
     """A stored crank-dynamics run: its pressures (two strokes), or the one of a worst instant at all angles.
 
     The service fills in what it takes from the run.
@@ -118,7 +130,7 @@ class RunLoad(RunReference):
             }
         )
 
-    def to_solver(self) -> rod.TableLoad | rod.ConstantLoad:
+    def to_solver(self, mechanism: rod.Mechanism, piston: rod.Piston) -> rod.TableLoad | rod.ConstantLoad:
         if not self.angle_deg or not self.pressure_mpa:
             raise InvalidInput("load.run_id", "nothing was taken from the run", "a run of the same store")
         if self.instant is not None:
@@ -128,6 +140,45 @@ class RunLoad(RunReference):
             tuple(p * MEGA for p in self.pressure_mpa),
             _pascal(self.back_pressure_mpa),
         )
+
+
+class IndicatorLoad(Diagram, _Load):
+    """An indicator diagram of a two-stroke cycle on the piston's own bore, unrolled by the machine's motion."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "kind": "indicator",
+                    "clearance_volume_cm3": 2.0,
+                    "strokes": [
+                        {"volume_cm3": [2.0, 2.25, 2.55, 2.942], "pressure_mpa": [2.4, 2.1, 1.8, 1.55]},
+                        {"volume_cm3": [2.942, 2.55, 2.25, 2.0], "pressure_mpa": [1.5, 1.7, 2.0, 2.3]},
+                    ],
+                }
+            ]
+        }
+    )
+    clearance_volume_cm3: Volume = Field(default=0.0, description="volume at the upper dead centre")
+    back_pressure_mpa: Finite | None = Field(default=None, description="null: the mean of the cycle")
+
+    def _sound(
+        self, mechanism: rod.Mechanism, piston: rod.Piston
+    ) -> tuple[IndicatorPressure, float, tuple[Repair, ...]]:
+        with fields_of_load():
+            diagram = self.diagram()
+        clearance = self.clearance_volume_cm3 * CUBIC_CENTI
+        if not self.repair:
+            return diagram, clearance, ()
+        sound, repairs = rod.mended(diagram, clearance, mechanism, piston)
+        return sound, clearance, repairs
+
+    def repairs(self, mechanism: rod.Mechanism, piston: rod.Piston) -> tuple[Repair, ...]:
+        return self._sound(mechanism, piston)[2]
+
+    def to_solver(self, mechanism: rod.Mechanism, piston: rod.Piston) -> rod.IndicatorLoad:
+        diagram, clearance, _ = self._sound(mechanism, piston)
+        return rod.IndicatorLoad(diagram, clearance, mechanism, piston, _pascal(self.back_pressure_mpa))
 
 
 class CustomMaterial(Strict):
@@ -166,8 +217,14 @@ def _form_of_material(value: Any) -> str | None:
     return {CustomMaterial: "custom", CatalogueMaterial: "catalogue"}.get(type(value))
 
 
-_LOADS = {"schmidt": SchmidtLoad, "table": TableLoad, "constant": ConstantLoad, "run": RunLoad}
-_Load = one_of(lambda value: named(value, "kind"), _LOADS, 'an object whose "kind" is one of ' + ", ".join(_LOADS))
+_LOADS = {
+    "schmidt": SchmidtLoad,
+    "table": TableLoad,
+    "constant": ConstantLoad,
+    "indicator": IndicatorLoad,
+    "run": RunLoad,
+}
+_AnyLoad = one_of(lambda value: named(value, "kind"), _LOADS, 'an object whose "kind" is one of ' + ", ".join(_LOADS))
 _Material = one_of(
     _form_of_material,
     {"custom": CustomMaterial, "catalogue": CatalogueMaterial},
@@ -186,7 +243,7 @@ class RodRequest(SolverRequest):
 
     mechanism: Mechanism
     piston: Piston
-    load: _Load
+    load: _AnyLoad
     material: _Material
     fatigue_criterion: Literal[tuple(CRITERIA)] = Field(  # type: ignore[valid-type]
         default="serensen", description="the convention of the fatigue safety"
@@ -203,21 +260,26 @@ class RodRequest(SolverRequest):
             )
         ]
 
+    def _machine(self) -> tuple[rod.Mechanism, rod.Piston]:
+        m, p = self.mechanism, self.piston
+        mechanism = rod.Mechanism(m.crank_radius_mm * MILLI, m.rod_length_mm * MILLI, m.speed_hz)
+        piston = rod.Piston(
+            p.diameter_mm * MILLI,
+            p.skirt_length_mm * MILLI,
+            p.reciprocating_mass_kg,
+            p.clamp_offset_mm * MILLI,
+            p.friction_coefficient,
+        )
+        return mechanism, piston
+
     def scene(self) -> rod.Scene:
         """The machine in SI units. Raises InvalidInput for what only the solver can see."""
-        m, p = self.mechanism, self.piston
-        return rod.Scene(
-            rod.Mechanism(m.crank_radius_mm * MILLI, m.rod_length_mm * MILLI, m.speed_hz),
-            rod.Piston(
-                p.diameter_mm * MILLI,
-                p.skirt_length_mm * MILLI,
-                p.reciprocating_mass_kg,
-                p.clamp_offset_mm * MILLI,
-                p.friction_coefficient,
-            ),
-            self.load.to_solver(),
-            self.material.to_solver(),
-        )
+        mechanism, piston = self._machine()
+        return rod.Scene(mechanism, piston, self.load.to_solver(mechanism, piston), self.material.to_solver())
+
+    def repairs(self) -> tuple[Repair, ...]:
+        """What was done to the load's points, where that was asked for."""
+        return self.load.repairs(*self._machine())
 
 
 class CheckRequest(RodRequest):

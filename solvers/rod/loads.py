@@ -63,6 +63,16 @@ def require_back_pressure(value: float | None) -> None:
     _require(value is None or math.isfinite(value), "back_pressure", "must be finite", "(-inf, inf) or none")
 
 
+def sharpest(angle: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The angles of rising points, of very many the highest and the lowest point in each of many equal steps."""
+    if angle.size <= _MOST_SHARP:
+        return angle
+    step = np.floor((angle - angle[0]) * (_MOST_SHARP // 2 / TURN)).astype(int)
+    first = np.flatnonzero(np.diff(step, prepend=-1))
+    chosen = [np.lexsort((sign * values, step))[first] for sign in (1.0, -1.0)]
+    return angle[np.unique(np.concatenate(chosen))]
+
+
 @dataclass(frozen=True)
 class SchmidtLoad:
     """Schmidt's isothermal Stirling cycle: p = p_min (1 + delta)/(1 - delta cos(phi - theta)), 0 <= delta < 1.
@@ -172,13 +182,7 @@ class TableLoad:
 
     def sharp_angles(self) -> NDArray[np.float64]:
         """The points of the table; of a very long one the highest and the lowest point in each of many equal steps."""
-        angle, values = np.asarray(self.angle), np.asarray(self.values)
-        if angle.size <= _MOST_SHARP:
-            return angle
-        step = np.floor((angle - angle[0]) * (_MOST_SHARP // 2 / TURN)).astype(int)
-        first = np.flatnonzero(np.diff(step, prepend=-1))
-        chosen = [np.lexsort((sign * values, step))[first] for sign in (1.0, -1.0)]
-        return angle[np.unique(np.concatenate(chosen))]
+        return sharpest(np.asarray(self.angle), np.asarray(self.values))
 
     def curve(self) -> PressureCurve:
         # The middle one of the three turns that the curve is made of.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from solvers.outcome import Accuracy, Outcome, Status
 
 SERIES_ANGLES = 360
 _ROUNDING = 1e-14
+_TIER_TOLERANCE = 1e-6
 _TEXTBOOK_RATIO = 0.5
 
 
@@ -109,7 +111,8 @@ def analyse(
     composition = compose(choice, scene, accuracy)
     in_line = ExactMotion(scene.mechanism.crank_radius, scene.mechanism.rod_length)
     framed = composition.motion if isinstance(composition.motion, ExactMotion) else in_line
-    curve = scene.pressure.unroll(framed, scene.cylinder, composition.motion)
+    kept = composition.motion == scene.mechanism.motion()
+    curve = given if kept else scene.pressure.unroll(framed, scene.cylinder, composition.motion)
     cycle = Cycle(scene, composition, curve)
 
     tolerance = 0.1 * accuracy
@@ -117,7 +120,7 @@ def analyse(
     found = maxima(
         lambda a: (f := cycle.forces(a), np.stack([read(f) for _, read in _WORST]))[1], cycle.breaks, tolerance
     )
-    swing = speed_swing(cycle, composition.engine, tolerance)
+    swing = speed_swing(cycle, composition.engine, tolerance, (float(mean.value[0]), float(mean.error[0])))
     several = choice.has("engine")
     angle = np.arange(series_angles) * (scene.cylinder.period / series_angles)
     brix = _brix_curve(scene, curve)
@@ -147,7 +150,7 @@ def analyse(
         swing=swing,
         balance=balance(cycle, composition.engine) if several else None,
         shared_pin=shared_pin(cycle, composition.engine, tolerance) if several else None,
-        tiers=_tier_errors(scene, curve, brix),
+        tiers=_tier_errors(scene, curve, brix, max(tolerance, _TIER_TOLERANCE)),
         curve=curve,
         warnings=_warnings(scene, swing, max(errors), accuracy),
     )
@@ -184,12 +187,21 @@ def _brix_curve(scene: Scene, curve: Curve) -> Curve | None:
     m = scene.mechanism
     if not isinstance(curve, IndicatorCurve) or curve.motion.offset != 0.0:
         return None
-    return scene.pressure.unroll(curve.motion, scene.cylinder, TwoHarmonicMotion(m.crank_radius, m.rod_length))
+    return replace(curve, mapping=TwoHarmonicMotion(m.crank_radius, m.rod_length))
 
 
-def _tier_errors(scene: Scene, curve: Curve, brix: Curve | None) -> TierErrors:
-    m = scene.mechanism
-    r, length = m.crank_radius, m.rod_length
+def _tier_errors(scene: Scene, curve: Curve, brix: Curve | None, tolerance: float) -> TierErrors:
+    displacement, acceleration = _kinematic_errors(scene.mechanism.crank_radius, scene.mechanism.rod_length)
+    pressure = None
+    if brix is not None:
+        gap = maxima(lambda a: np.abs(brix.pressure(a) - curve.pressure(a))[None], curve.breaks, tolerance)
+        pressure = float(gap.value[0])
+    return TierErrors(displacement, acceleration, pressure)
+
+
+@lru_cache(maxsize=256)
+def _kinematic_errors(r: float, length: float) -> tuple[float, float]:
+    """The errors of Brix's displacement, of r, and of the two-harmonic acceleration, of its greatest."""
 
     def wrong(angle: Array) -> Array:
         moved = kinematics.brix_displacement(angle, r, length) - kinematics.displacement(angle, r, length)
@@ -197,12 +209,8 @@ def _tier_errors(scene: Scene, curve: Curve, brix: Curve | None) -> TierErrors:
         hastened = kinematics.two_harmonic_acceleration(angle, r, length, 1.0) - exact
         return np.stack([np.abs(moved) / r, np.abs(hastened) / (r * (1.0 + r / length))])
 
-    kinematic = maxima(wrong, np.array([0.0, np.pi]), 1e-8).value
-    pressure = None
-    if brix is not None:
-        gap = maxima(lambda a: np.abs(brix.pressure(a) - curve.pressure(a))[None], curve.breaks, 1e-6)
-        pressure = float(gap.value[0])
-    return TierErrors(float(kinematic[0]), float(kinematic[1]), pressure)
+    found = maxima(wrong, np.array([0.0, np.pi]), 1e-8).value
+    return float(found[0]), float(found[1])
 
 
 def _warnings(scene: Scene, swing: SpeedSwing, error: float, accuracy: float) -> tuple[str, ...]:

@@ -120,6 +120,17 @@ class Cycle:
         force = (self.curve.pressure(angle) - cylinder.crankcase_pressure) * cylinder.area
         return force * derivative(self.motion, angle) * self.angular_speed
 
+    def torque(self, angle: Array) -> Array:
+        """The torque alone [N m]."""
+        scene, motion = self.scene, self.motion
+        axial = (self.curve.pressure(angle) - scene.cylinder.crankcase_pressure) * scene.cylinder.area
+        for term in self.composition.axial:
+            axial = axial + term.axial_force(self, angle)
+        side = axial * motion.rod_tangent(angle)
+        for lateral in self.composition.lateral:
+            side = side + lateral.side_force(self, angle)
+        return (axial * np.sin(angle) + side * np.cos(angle)) * motion.crank_radius
+
     def forces(self, angle: Array) -> Forces:
         """Everything at the angles [rad]."""
         scene, motion, composition = self.scene, self.motion, self.composition

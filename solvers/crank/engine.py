@@ -18,7 +18,7 @@ import numpy as np
 from solvers.crank.cycle import Array, Cycle
 from solvers.crank.scene import Engine
 from solvers.errors import InvalidInput
-from solvers.numerics.pieces import gauss, gauss_between, maxima, means, subdivide
+from solvers.numerics.pieces import gauss, gauss_between, maxima, subdivide
 
 ORDERS = (1, 2, 4)
 MOST_BREAKS, LEAST_MOST = 20_000, 500
@@ -106,7 +106,7 @@ def _shifted_breaks(cycle: Cycle, engine: Engine) -> Array:
 def _summed(cycle: Cycle, engine: Engine, angle: Array) -> Array:
     total = np.zeros_like(angle)
     for phase in engine.phases:
-        total += cycle.forces(angle - phase).torque
+        total += cycle.torque(angle - phase)
     return total
 
 
@@ -119,24 +119,24 @@ def shaft_inertia(cycle: Cycle) -> float:
     return engine.flywheel_inertia + rotating
 
 
-def speed_swing(cycle: Cycle, engine: Engine, tolerance: float) -> SpeedSwing:
+def speed_swing(cycle: Cycle, engine: Engine, tolerance: float, one: tuple[float, float]) -> SpeedSwing:
     """Summed torque and the swing of the speed, the speed taken as nearly constant (irregularity far below 1).
 
     The work since the start of the cycle is summed piece by piece; its extremes lie where the torque crosses its mean,
-    found in the piece that holds them.
+    found in the piece that holds them. ``one`` is the mean torque of one cylinder [N m] and its error.
     """
     breaks = _shifted_breaks(cycle, engine)
 
     def torque(angle: Array) -> Array:
         return _summed(cycle, engine, angle)
 
-    mean = means(lambda a: torque(a)[None], breaks, tolerance)
-    average = float(mean.value[0])
+    average, average_error = (len(engine.phases) * part for part in one)
     extremes = maxima(lambda a: (t := torque(a), np.stack([t, -t]))[1], breaks, tolerance)
     bounds = subdivide(breaks, LONGEST_PIECE)
     work, work_error = _work(bounds, lambda angle: torque(angle) - average, tolerance)
-    highest, high_error = _inside(bounds, work, torque, average, tolerance, 1.0)
-    lowest, low_error = _inside(bounds, work, torque, average, tolerance, -1.0)
+    limits = torque(np.concatenate([np.nextafter(bounds[:-1], np.inf), np.nextafter(bounds[1:], -np.inf)])) - average
+    highest, high_error = _inside(bounds, work, torque, average, tolerance, limits)
+    lowest, low_error = _inside(bounds, -work, lambda angle: -torque(angle), -average, tolerance, -limits)
     high, low = max(float(work.max()), highest), min(float(work.min()), -lowest)
     fluctuation = high - low
     inertia, wanted = shaft_inertia(cycle), engine.wanted_irregularity
@@ -149,11 +149,11 @@ def speed_swing(cycle: Cycle, engine: Engine, tolerance: float) -> SpeedSwing:
         torque_max=greatest,
         torque_min=least,
         torque_mean=average,
-        torque_irregularity=(greatest - least) / abs(average) if abs(average) > float(mean.error[0]) else None,
+        torque_irregularity=(greatest - least) / abs(average) if abs(average) > average_error else None,
         flywheel_inertia_wanted=None
         if wanted is None
         else max(fluctuation / (wanted * speed**2) - (inertia - engine.flywheel_inertia), 0.0),
-        error=float(mean.error[0]) * float(np.ptp(breaks)) + work_error + high_error + low_error,
+        error=average_error * float(np.ptp(breaks)) + work_error + high_error + low_error,
     )
 
 
@@ -176,22 +176,23 @@ def _work(bounds: Array, surplus: Callable[[Array], Array], tolerance: float) ->
 
 
 def _inside(
-    bounds: Array, work: Array, torque: Callable[[Array], Array], average: float, tolerance: float, sign: float
+    bounds: Array, work: Array, torque: Callable[[Array], Array], average: float, tolerance: float, limits: Array
 ) -> tuple[float, float]:
-    """The greatest of sign * work inside the pieces where the surplus falls through zero, and its error [J].
+    """The greatest work inside the pieces where the surplus falls through zero, and its error [J].
 
-    Pieces are seen by their one-sided limits. All crossings are closed in on together, ``_LOOKS`` places a time, until
-    the work between the two sides of each is small.
+    Pieces are seen by the one-sided limits of the surplus, first those at their beginnings, then those at their ends.
+    All crossings are closed in on together, ``_LOOKS`` places a time, until the work between the two sides of each is
+    small.
     """
     low, high = np.nextafter(bounds[:-1], np.inf), np.nextafter(bounds[1:], -np.inf)
-    before, after = (sign * (part - average) for part in np.split(torque(np.concatenate([low, high])), 2))
+    before, after = np.split(limits, 2)
     at = np.flatnonzero((before > 0) & (after < 0))
     if not at.size:
         return -math.inf, 0.0
     left, right, share = low[at], high[at], np.linspace(0.0, 1.0, _LOOKS)
     for _ in range(_MOST_ROUNDS):
         grid = left[:, None] + (right - left)[:, None] * share
-        surplus = sign * (torque(grid.ravel()).reshape(grid.shape) - average)
+        surplus = torque(grid.ravel()).reshape(grid.shape) - average
         fallen = np.argmax(surplus <= 0, axis=1).clip(1)[:, None]
         left, right = (np.take_along_axis(grid, fallen - k, axis=1)[:, 0] for k in (1, 0))
         missed = float(np.max(np.take_along_axis(surplus, fallen - 1, axis=1)[:, 0] * (right - left)))
@@ -199,7 +200,7 @@ def _inside(
             break
     place, weight = gauss_between(bounds[at], left, _MOST_NODES)
     total = np.sum((torque(place.ravel()).reshape(place.shape) - average) * weight, axis=1)
-    return float(np.max(sign * (work[at] + total))), missed
+    return float(np.max(work[at] + total)), missed
 
 
 def _harmonic_samples(cycle: Cycle) -> int:

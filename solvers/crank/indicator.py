@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -76,6 +76,21 @@ class IndicatorPressure:
         return IndicatorCurve(self.strokes, motion, mapping or motion, cylinder.area, cylinder.clearance_volume)
 
 
+class _Table(NamedTuple):
+    """A stroke's cubics as arrays: scipy checks its own again at every look."""
+
+    x: Array
+    c: Array
+
+    def __call__(self, volume: Array) -> Array:
+        """The curve; beyond its points the value of the nearest."""
+        x, c = self.x, self.c
+        inside = np.minimum(np.maximum(volume, x[0]), x[-1])
+        piece = np.searchsorted(x[1:-1], inside, side="right")
+        t = inside - x[piece]
+        return ((c[0, piece] * t + c[1, piece]) * t + c[2, piece]) * t + c[3, piece]
+
+
 @dataclass(frozen=True)
 class IndicatorCurve:
     """A diagram unrolled; ``mapping`` tells the volume at an angle, ``motion`` where the strokes begin and end."""
@@ -89,6 +104,10 @@ class IndicatorCurve:
     @property
     def _curves(self) -> tuple[PchipInterpolator, ...]:
         return tuple(stroke.curve for stroke in self.strokes)
+
+    @cached_property
+    def _tables(self) -> tuple[_Table, ...]:
+        return tuple(_Table(np.asarray(curve.x), np.asarray(curve.c)) for curve in self._curves)
 
     @property
     def period(self) -> float:
@@ -106,9 +125,9 @@ class IndicatorCurve:
         along = np.clip(np.searchsorted(self._boundaries, inside, side="right") - 1, 0, len(self.strokes) - 1)
         volume = self.clearance_volume + self.area * self.mapping.displacement(inside)
         out = np.empty_like(volume)
-        for index, curve in enumerate(self._curves):
+        for index, table in enumerate(self._tables):
             here = along == index
-            out[here] = curve(np.clip(volume[here], curve.x[0], curve.x[-1]))
+            out[here] = table(volume[here])
         return out
 
     @cached_property

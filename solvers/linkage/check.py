@@ -13,9 +13,10 @@ from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import require
 from solvers.linkage import tolerances
 from solvers.linkage.effects import Situation, choose_for
+from solvers.linkage.elasticity import worst_elastic_peak
 from solvers.linkage.envelope import Box, enclosing_radius, least_box, sweep
 from solvers.linkage.four_bar import FourBar, of_family
-from solvers.linkage.impact import elastic_peak, steady_running
+from solvers.linkage.impact import steady_running
 from solvers.linkage.kinds import ChangePoint, Ratios
 from solvers.linkage.loads import Peaks, peaks
 from solvers.linkage.result import Lengths, LinkageCheck, Mechanism, Strike
@@ -117,9 +118,8 @@ def check(
         box, radius = _box(outline, limits, _ORIENTATION), enclosing_radius(outline, limits.joint_radius)
         error = max(error, _ORIENTATION)
     if strike is not None:
-        worst = strike.mismatch
         if choice.has("coupler_elasticity"):
-            coupler_peak = elastic_peak(scene.coupler_stiffness, scene.impact_energy, worst)
+            coupler_peak = worst_elastic_peak(bar, scene.coupler_stiffness, scene.impact_energy, scene.restitution)
         if choice.has("tolerances"):
             restitution_error = tolerances.restitution_error(bar, mechanism.crank, scene.length_tolerance)
             surplus = tolerances.closure_error(bar, mechanism.crank, scene.length_tolerance)

@@ -203,6 +203,9 @@ def least_area(
                 best, at = wl * hl, left
             if wr <= width and hr <= height and wr * hr < best:
                 best, at = wr * hr, right
+            if best <= 0.0:
+                # A bound that tells nothing: only what moves a long way comes so low.
+                return 0.0, at
             step = (right - left) ** 2
             if not free and (min(wl, wr) - step / 8.0 * w1 > width or min(hl, hr) - step / 8.0 * h1 > height):
                 continue
@@ -248,6 +251,8 @@ def least_fit(
                 best, at = max(wl, hl), left
             if max(wr, hr) < best:
                 best, at = max(wr, hr), right
+            if best <= 0.0:
+                return 0.0, at
             step = (right - left) ** 2
             least = max(min(wl, wr) - step * w1 / 8.0, min(hl, hr) - step * h1 / 8.0)
             if least >= best * (1.0 - tolerance) or step < 1e-28 or depth + 2 > _STACK:

@@ -12,13 +12,13 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from bench.work_precision import crank_dynamics, flexible_rod
+from bench.work_precision import crank_dynamics, flexible_rod, impact_linkage
 from bench.work_precision.curves import measure
 from bench.work_precision.page import diagram, table
 
 DOCS = Path(__file__).parents[2] / "docs"
 CASES = 200
-KINDS = {"flexible-rod": flexible_rod, "crank-dynamics": crank_dynamics}
+KINDS = {"flexible-rod": flexible_rod, "impact-linkage": impact_linkage, "crank-dynamics": crank_dynamics}
 
 
 def main(count: int = CASES) -> None:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.errors import InvalidInput
+from solvers.linkage.elasticity import worst_elastic_peak
 from solvers.linkage.four_bar import FourBar
-from solvers.linkage.impact import elastic_peak
 from solvers.linkage.loads import Peaks
 from solvers.linkage.scene import Scene
 from solvers.linkage.tolerances import restitution_error
@@ -55,12 +55,8 @@ def _elastic_share(situation: Situation) -> float:
     scene = situation.scene
     if situation.peaks is None or situation.peaks.force == 0:
         return 1.0
-    return elastic_peak(scene.coupler_stiffness, scene.impact_energy, _worst(situation)) / situation.peaks.force
-
-
-def _worst(situation: Situation) -> float:
-    asked, made = situation.scene.restitution, situation.bar.restitution
-    return max(abs(asked.low - made), abs(asked.high - made))
+    peak = worst_elastic_peak(situation.bar, scene.coupler_stiffness, scene.impact_energy, scene.restitution)
+    return peak / situation.peaks.force
 
 
 def _tolerance_share(situation: Situation) -> float:
@@ -84,7 +80,7 @@ EFFECTS: tuple[LinkageEffect, ...] = (
     LinkageEffect(
         "coupler_elasticity",
         "the pin-force peak after a blow whose restitution is not the one designed for",
-        "1.82 sqrt(2 k_c E) |R - R_k| over the peak pin force",
+        "C sqrt(2 k_c E) |R - R_k| over the peak pin force, C = 1.82 for a small mismatch",
         _elastic_share,
         "coupler_stiffness",
     ),

@@ -58,7 +58,7 @@ def least_box(
     outline: Array, pad: float, width: float = math.inf, height: float = math.inf, tolerance: float = 1e-12
 ) -> Box | None:
     """The box of least area within width and height, to a relative tolerance; None where none fits."""
-    area, angle = least_area(outline, 2.0 * pad, width, height, tolerance, math.inf)
+    area, angle = least_area(outline, 2.0 * pad, 0.0, 0.0, width, height, tolerance, math.inf)
     if not math.isfinite(area):
         return None
     across, along = extent(outline, angle + 0.5 * math.pi), extent(outline, angle)
@@ -110,7 +110,7 @@ def extent(outline: Array, alpha: float) -> float:
 def _corners(outline: Array, turn: float) -> Array:
     """All directions in [0, turn] at which a piece of W or H may change, with both ends, sorted."""
     r, base, rocker, first, last = outline
-    found = np.empty(72)
+    found = np.empty(73)
     count = 0
     xs = np.array([base, base + rocker * math.cos(first), base + rocker * math.cos(last)])
     ys = np.array([0.0, rocker * math.sin(first), rocker * math.sin(last)])
@@ -138,8 +138,8 @@ def _corners(outline: Array, turn: float) -> Array:
             found[count] = place
             count += 1
             place += quarter
-    found[count], found[count + 1] = 0.0, turn
-    return np.sort(found[: count + 2])
+    found[count], found[count + 1], found[count + 2] = 0.0, turn, min(quarter, turn)
+    return np.sort(found[: count + 3])
 
 
 @kernel
@@ -156,13 +156,27 @@ def _pieces(
 
 
 @kernel
+def _less(
+    wx: float, wy: float, hx: float, hy: float, along: float, across: float, middle: float
+) -> tuple[float, float, float, float]:
+    """The factors of cos(alpha), sin(alpha) in W and H less 2 (along |n_x| + across |n_y|), n their directions.
+
+    No corner lies between ``middle`` and the ends of its piece, and every quarter turn from the base line is one.
+    """
+    c, s = math.copysign(2.0, math.cos(middle)), math.copysign(2.0, math.sin(middle))
+    return wx - c * along, wy - s * across, hx - c * across, hy - s * along
+
+
+@kernel
 def least_area(
-    outline: Array, pads: float, width: float, height: float, tolerance: float, enough: float
-) -> tuple[float, float]:
+    outline: Array, pads: float, along: float, across: float, width: float, height: float, tolerance: float,
+    enough: float,
+) -> tuple[float, float]:  # fmt: skip
     """(least area, its direction) over all orientations whose box keeps within width and height; inf where none does.
 
-    ``pads`` is added to W and H. An answer below ``enough`` is within ``tolerance`` of the least area; any other says
-    only that the least area is not below ``enough``.
+    ``pads`` is added to W and H; of outlines that may differ from this one by ``along`` in the base's direction and by
+    ``across`` across it, W and H are told from below. An answer below ``enough`` is within ``tolerance`` of the least
+    area; any other says only that the least area is not below ``enough``.
     """
     free = width == math.inf and height == math.inf
     turn = 0.5 * math.pi if free else math.pi
@@ -173,6 +187,7 @@ def least_area(
         if edges[k + 1] - edges[k] < 1e-15:
             continue
         wc, wx, wy, hc, hx, hy = _pieces(outline, tips, 0.5 * (edges[k] + edges[k + 1]))
+        wx, wy, hx, hy = _less(wx, wy, hx, hy, along, across, 0.5 * (edges[k] + edges[k + 1]))
         wc, hc = wc + pads, hc + pads
         w1, h1 = math.hypot(wx, wy), math.hypot(hx, hy)
         bend = (abs(wc) * h1 + abs(hc) * w1 + 2.0 * w1 * h1) / 8.0
@@ -188,6 +203,9 @@ def least_area(
                 best, at = wl * hl, left
             if wr <= width and hr <= height and wr * hr < best:
                 best, at = wr * hr, right
+            if best <= 0.0:
+                # A bound that tells nothing: only what moves a long way comes so low.
+                return 0.0, at
             step = (right - left) ** 2
             if not free and (min(wl, wr) - step / 8.0 * w1 > width or min(hl, hr) - step / 8.0 * h1 > height):
                 continue
@@ -204,8 +222,13 @@ def least_area(
 
 
 @kernel
-def least_fit(outline: Array, width: float, height: float, tolerance: float) -> tuple[float, float]:
-    """(m, alpha): the least over all orientations of max(W/width, H/height); at most 1 where the outline fits."""
+def least_fit(
+    outline: Array, along: float, across: float, width: float, height: float, tolerance: float
+) -> tuple[float, float]:
+    """(m, alpha): the least over all orientations of max(W/width, H/height); at most 1 where the outline fits.
+
+    ``along`` and ``across`` as in ``least_area``.
+    """
     edges, tips = _corners(outline, math.pi), _tips(outline)
     best, at = math.inf, 0.0
     lefts, rights = np.empty(_STACK), np.empty(_STACK)
@@ -213,6 +236,7 @@ def least_fit(outline: Array, width: float, height: float, tolerance: float) -> 
         if edges[k + 1] - edges[k] < 1e-15:
             continue
         wc, wx, wy, hc, hx, hy = _pieces(outline, tips, 0.5 * (edges[k] + edges[k + 1]))
+        wx, wy, hx, hy = _less(wx, wy, hx, hy, along, across, 0.5 * (edges[k] + edges[k + 1]))
         wc, wx, wy, hc, hx, hy = wc / width, wx / width, wy / width, hc / height, hx / height, hy / height
         w1, h1 = math.hypot(wx, wy), math.hypot(hx, hy)
         lefts[0], rights[0] = edges[k], edges[k + 1]
@@ -227,6 +251,8 @@ def least_fit(outline: Array, width: float, height: float, tolerance: float) -> 
                 best, at = max(wl, hl), left
             if max(wr, hr) < best:
                 best, at = max(wr, hr), right
+            if best <= 0.0:
+                return 0.0, at
             step = (right - left) ** 2
             least = max(min(wl, wr) - step * w1 / 8.0, min(hl, hr) - step * h1 / 8.0)
             if least >= best * (1.0 - tolerance) or step < 1e-28 or depth + 2 > _STACK:

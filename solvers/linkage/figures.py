@@ -5,7 +5,12 @@ Over a range of the free ratio every length per V, |u31(2 pi)| and the swing lie
 
     d = max(change of l1, change of l0 + change of l3 + l3 (change of the swing))
 
-of the outline in the middle of the range, and width, height and enclosing radius change by at most 2 d, 2 d and d.
+of the outline in the middle of the range, and the enclosing radius changes by at most d. Along the base and across it
+
+    d_x = max(change of l1, change of l0 + change of l3 + l3 sin (change of the swing)),
+    d_y = max(change of l1, sin (change of l3) + l3 (change of the swing)),   sin: the greatest over the arc,
+
+so width and height in a direction n change by at most 2 (d_x |n_x| + d_y |n_y|): a long base moves the height little.
 Peak loads are nowhere below their value at one crank angle, which interval arithmetic bounds over the range.
 """
 
@@ -105,7 +110,8 @@ class MemberFigures:
 
     @cached_property
     def fit(self) -> Array:
-        return least_fits(self.outlines, *self.question.room, self.tolerance)
+        none = np.zeros_like(self.q)
+        return least_fits(self.outlines, none, none, *self.question.room, self.tolerance)
 
     @property
     def torque(self) -> Array:
@@ -130,8 +136,8 @@ class MemberFigures:
         limits = self.question.limits
         width = math.inf if limits.width is None else limits.width * (1 + 1e-12)
         height = math.inf if limits.height is None else limits.height * (1 + 1e-12)
-        pads = np.full_like(scale, 2.0 * limits.joint_radius)
-        return least_areas(self.outlines, scale, pads, width, height, self.tolerance, math.inf)
+        none, pads = np.zeros_like(scale), 2.0 * limits.joint_radius
+        return least_areas(self.outlines, scale, none, none, pads, width, height, self.tolerance, math.inf)
 
 
 @dataclass(frozen=True)
@@ -163,13 +169,16 @@ class RangeFigures:
         return self.family.outlines(self._middle)
 
     @cached_property
-    def distance(self) -> Array:
-        """d per V."""
+    def _moves(self) -> tuple[Array, Array, Array]:
+        """d, d_x and d_y per V."""
         changes = [np.abs(end.lengths - self._middle.lengths) for end in self._ends]
         crank, base, _, rocker = np.maximum(*changes).T
         swing = np.maximum(*(np.abs(end.swing - self._middle.swing) for end in self._ends))
-        longest_rocker = np.maximum(*(end.lengths[:, 3] for end in self._ends))
-        return np.maximum(crank, base + rocker + longest_rocker * swing)
+        widest = np.maximum(*(end.swing for end in self._ends))
+        sine = np.where(widest < 0.5 * math.pi, np.sin(widest), 1.0) * (1.0 + 1e-12)
+        turned = np.maximum(*(end.lengths[:, 3] for end in self._ends)) * swing
+        along, across = base + rocker + sine * turned, sine * rocker + turned
+        return np.maximum(crank, base + rocker + turned), np.maximum(crank, along), np.maximum(crank, across)
 
     @cached_property
     def crank(self) -> Array:
@@ -181,13 +190,13 @@ class RangeFigures:
 
     @cached_property
     def radius(self) -> Array:
-        return np.maximum(enclosing_radii(self._outlines) * (1 - 1e-12) - self.distance, 0.0)
+        return np.maximum(enclosing_radii(self._outlines) * (1 - 1e-12) - self._moves[0], 0.0)
 
     @cached_property
     def fit(self) -> Array:
         width, height = self.question.room
-        found = least_fits(self._outlines, width, height, FIT_TOLERANCE) * (1 - FIT_TOLERANCE)
-        return np.maximum(found - 2.0 * self.distance / min(width, height), 0.0)
+        found = least_fits(self._outlines, *self._moves[1:], width, height, FIT_TOLERANCE)
+        return np.maximum(found * (1 - FIT_TOLERANCE), 0.0)
 
     @cached_property
     def _loads(self) -> tuple[Array, Array]:
@@ -227,9 +236,9 @@ class RangeFigures:
         limits = self.question.limits
         width = math.inf if limits.width is None else limits.width
         height = math.inf if limits.height is None else limits.height
-        less = 2.0 * self.distance * np.where(np.isfinite(scale), scale, 0.0)
-        pads = 2.0 * limits.joint_radius - less
-        found = least_areas(self._outlines, scale, pads, width, height, AREA_TOLERANCE, self.enough)
+        pads = 2.0 * limits.joint_radius
+        _, along, across = self._moves
+        found = least_areas(self._outlines, scale, along, across, pads, width, height, AREA_TOLERANCE, self.enough)
         found = np.where(found < self.enough, found * (1.0 - AREA_TOLERANCE), found)
         # Far from exact, but not spoilt by a wide range: no side is below twice the crank, nor the longer one below
         # the base over sqrt(2).
@@ -244,7 +253,9 @@ class RangeFigures:
 def least_areas(
     outlines: Array,
     scale: Array,
-    pads: Array,
+    along: Array,
+    across: Array,
+    pads: float,
     width: float,
     height: float,
     tolerance: float,
@@ -252,7 +263,8 @@ def least_areas(
 ) -> Array:
     """Least box area of every outline at its scale, within width and height; inf where none fits.
 
-    An area is told to ``tolerance``, or is above ``enough``; where W or H could vanish within the pads it is 0.
+    ``along`` and ``across`` [per scale] as in ``envelope.least_area``. An area is told to ``tolerance``, or is above
+    ``enough``; where W and H could both vanish within what moves it is 0.
     """
     out = np.full(scale.size, np.inf)
     for i in range(scale.size):
@@ -260,22 +272,24 @@ def least_areas(
             continue
         outline = outlines[i].copy()
         outline[:3] *= scale[i]
-        # Neither side of a box is below twice the crank.
-        if 2.0 * outline[0] + pads[i] <= 0.0:
+        moved = along[i] * scale[i], across[i] * scale[i]
+        # Neither side of a box is below twice the crank: W + H keeps above 0, so the lower bounds of W and H are not
+        # both negative, and their product is a lower bound of the area.
+        if 2.0 * outline[0] + pads <= math.sqrt(2.0) * (moved[0] + moved[1]):
             out[i] = 0.0
             continue
         # W, H already carry the pads less what is uncertain, so the limits are compared as they are.
-        area, _ = envelope.least_area(outline, pads[i], width, height, tolerance, enough)
+        area, _ = envelope.least_area(outline, pads, moved[0], moved[1], width, height, tolerance, enough)
         out[i] = area
     return out
 
 
 @kernel
-def least_fits(outlines: Array, width: float, height: float, tolerance: float) -> Array:
+def least_fits(outlines: Array, along: Array, across: Array, width: float, height: float, tolerance: float) -> Array:
     """Least max(W/width, H/height) of every outline."""
     out = np.empty(outlines.shape[0])
     for i in range(out.size):
-        out[i], _ = envelope.least_fit(outlines[i], width, height, tolerance)
+        out[i], _ = envelope.least_fit(outlines[i], along[i], across[i], width, height, tolerance)
     return out
 
 

@@ -10,6 +10,8 @@ import pytest
 
 from solvers import linkage
 from solvers.errors import EffectConflict, InvalidInput
+from solvers.linkage.family import Family
+from solvers.linkage.figures import MemberFigures, RangeFigures
 from solvers.linkage.scene import Limits
 from tests.solvers.linkage import brute_force
 from tests.solvers.linkage.machines import BREAKER, BREAKER_LIMITS, CLEANER, CLEANER_LIMITS, problem
@@ -231,3 +233,34 @@ def test_without_the_envelope_nothing_of_it_is_told():
     assert found.check.box is None
     assert found.check.enclosing_radius is None
     assert found.value == designed(BREAKER, BREAKER_LIMITS, "longest_link").value.value
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("restitution", [0.003, 0.2, 0.8])
+def test_bounds_of_ranges_lie_below_every_member_within(kind, restitution):
+    scene = linkage.Scene(linkage.Restitution(restitution, restitution), 20.0, 8.0, 10.0)
+    limits = Limits(min_link=1e-6, joint_radius=2e-3, width=0.3, height=0.05)
+    question = problem(scene, replace(limits, width=None, height=None), "box_area", kind).question
+    fitted = problem(scene, limits, "impact_speed", kind).question
+    family = Family(linkage.KINDS[kind], scene.restitution.gain)
+    rng = np.random.default_rng(5)
+    low = rng.uniform(-9.0, 5.0, 60)
+    high = low + 10 ** rng.uniform(-4.0, -0.3, 60)
+    scale = np.full(60, question.fixed_scale)
+    area = RangeFigures(question, family, low, high, math.inf).area(scale)
+    ranges = RangeFigures(fitted, family, low, high, math.inf)
+    for share in (0.0, 0.27, 0.5, 0.81, 1.0):
+        q = low + share * (high - low)
+        member = MemberFigures(question, family, q, 1e-13)
+        assert np.all(area <= member.area(scale) * (1 + 1e-9))
+        assert np.all(ranges.fit <= MemberFigures(fitted, family, q, 1e-13).fit * (1 + 1e-9))
+        assert np.all(ranges.radius <= member.radius * (1 + 1e-9))
+
+
+def test_a_low_box_about_a_long_base_is_proven_too():
+    # All members that the least link allows are nearly as high as the box.
+    scene = linkage.Scene(linkage.Restitution(0.002656, 0.002656), 20.0, 8.0, 10.0, tool_radius=0.0471)
+    limits = Limits(min_link=0.0132, height=0.03829, transmission_angle=None)
+    outcome = designed(scene, limits, "blow_frequency")
+    assert outcome.value is not None
+    assert outcome.certificate.gap <= 1.1e-6

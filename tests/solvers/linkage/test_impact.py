@@ -91,3 +91,36 @@ def test_extreme_drives_are_answered_or_marked(stall, free, inertia):
     else:
         assert 0 < found.running.blow_frequency <= free * 1.01
         assert math.isfinite(found.running.irregularity)
+
+
+def test_a_rocker_that_comes_within_a_thousandth_of_a_turn_is_not_stepped_over():
+    # u31 rises to 1/e within e of the blow; steps of a hundredth of a turn would not see it.
+    scene = linkage.Scene(linkage.Restitution(1e-3, 1e-3), 10.0, 5.0, 10.0)
+    bar = of_family(linkage.LARGEST_COUPLER, 1e-3, 3.0)
+    drive = linkage.Drive(linkage.Motor(8.0, 2 * math.pi * 11), crank_inertia=0.02)
+    found = steady_running(bar, scene, drive, 0.05, 1e-3, 1e-10)
+    crude, sharp = (steady_running(bar, scene, drive, 0.05, 1e-3, wanted) for wanted in (1e-2, 1e-12))
+    for name in ("blow_frequency", "impact_speed", "irregularity", "power"):
+        assert abs(getattr(crude, name) / getattr(sharp, name) - 1) <= crude.error
+    # What the motor gives in a turn is what the blow takes: E- - E+, both from the blow's speeds.
+    inertia = rocker_inertia(bar, scene)
+    before = found.impact_speed / (bar.end * 0.05)
+    after = before * after_blow(bar, drive.crank_inertia, inertia, 1e-3)
+    taken = 0.5 * (drive.crank_inertia + inertia * bar.end**2) * before**2
+    taken -= 0.5 * (drive.crank_inertia + inertia * bar.start**2) * after**2
+    assert found.power == pytest.approx(taken * found.blow_frequency, rel=1e-9)
+
+
+def test_a_heavy_flywheel_costs_no_digits():
+    light, heavy = (
+        steady_running(BAR, CLEANER, replace(DRIVE, crank_inertia=inertia), 0.05, 0.35, 1e-10)
+        for inertia in (2e-3, 2e5)
+    )
+    assert heavy.irregularity < 1e-7 * light.irregularity
+    assert heavy.error < 1e-10
+    # All but constant speed: the motor's line and the blow's toll alone set it.
+    inertia, speed = rocker_inertia(BAR, CLEANER), 2 * math.pi * heavy.blow_frequency
+    toll = 0.5 * inertia * (BAR.end**2 + BAR.start**2 - 2 * 0.35 * BAR.start * BAR.end) * speed**2
+    assert heavy.power == pytest.approx(toll * heavy.blow_frequency, rel=1e-6)
+    torque = DRIVE.motor.stall_torque - DRIVE.motor.slope * speed
+    assert heavy.power == pytest.approx(torque * speed, rel=1e-6)

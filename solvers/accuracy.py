@@ -102,9 +102,9 @@ class Reference:
 
 @dataclass(frozen=True)
 class Plan:
-    """The rungs, how often each is run, and the time [s] after which no further round begins.
+    """The rungs, how often each is run, and the time [s] after which no further solution begins.
 
-    The first round, which gives the errors, always ends.
+    The reference and the loosest rung are always solved; rungs that the time does not reach are left out.
     """
 
     ladder: Sequence[float] = LADDER
@@ -169,12 +169,10 @@ def study(
     solved: dict[float, Solved | None] = {}
     times: dict[float, list[float]] = {accuracy: [] for accuracy in rungs}
     for turn in range(plan.runs):
-        if turn and clock() - started > plan.time:
-            break
         for accuracy in rungs:
-            if turn and solved[accuracy] is None:
-                continue
             begun = clock()
+            if solved and (begun - started > plan.time or (turn and solved.get(accuracy) is None)):
+                continue
             try:
                 answer = solve(accuracy)
             except ArithmeticError:
@@ -182,7 +180,7 @@ def study(
             times[accuracy].append(clock() - begun)
             solved.setdefault(accuracy, answer)
 
-    levels = tuple(_level(accuracy, solved[accuracy], times[accuracy], exact) for accuracy in rungs)
+    levels = tuple(_level(accuracy, solved[accuracy], times[accuracy], exact) for accuracy in rungs if times[accuracy])
     return Study(levels, made, goal.pick(levels))
 
 

@@ -40,7 +40,7 @@ class StudyRequest(Strict):
         default=5.0,
         ge=0.1,
         le=GREATEST_BUDGET_S,
-        description="no further round of timing begins after it; the first round always ends",
+        description="no further solution begins after it; rungs that it does not reach are left out",
     )
 
     def goal(self) -> Goal:

@@ -67,9 +67,10 @@ def test_without_one_no_rung_is_judged_by_its_equal():
     assert [level.accuracy for level in run(Bench(), Meeting(1e-2), (1e-2, 1e-10, 1e-12)).levels] == [1e-2, 1e-10]
 
 
-def test_the_budget_ends_the_repetitions_but_not_the_first_round():
+def test_no_solution_begins_after_the_budget_but_the_loosest():
     table = run(Bench(), Meeting(1e-2), (1e-2, 1e-4), runs=50, time=1e-3)
-    assert [level.runs for level in table.levels] == [1, 1]
+    assert [(level.accuracy, level.runs) for level in table.levels] == [(1e-2, 1)]
+    assert table.recommended is not None
 
 
 def test_a_level_that_fails_has_no_error_and_is_not_recommended():

@@ -75,7 +75,11 @@ def test_infeasible_and_refused_answers_are_as_the_document_says(client, design_
 
 
 def test_a_study_shows_what_accuracy_costs(client, check_request):
-    request = {"spec": {**check_request, "accuracy": 1e-4}, "study_budget_s": 1.0}
+    effects = {
+        "include": ["beam_column"],
+        "exclude": ["friction_feedback", "large_displacement", "rod_inertia", "shear"],
+    }
+    request = {"spec": {**check_request, "accuracy": 1e-4, "effects": effects}, "study_budget_s": 2.0}
     result = client.post("/api/v1/accuracy/flexible-rod", json=request).json()["result"]
     asked = [level["accuracy"] for level in result["levels"]]
     assert asked == sorted(asked, reverse=True)
@@ -86,7 +90,8 @@ def test_a_study_shows_what_accuracy_costs(client, check_request):
 
 
 def test_a_study_shows_what_effects_change_and_cost(client, check_request):
-    run = client.post("/api/v1/accuracy/flexible-rod", json={"spec": check_request, "study_budget_s": 5.0}).json()
+    request = {"spec": {**check_request, "accuracy": 1e-3}, "study_budget_s": 8.0}
+    run = client.post("/api/v1/accuracy/flexible-rod", json=request).json()
     costs = run["result"]["effect_costs"]
     assert [cost["name"] for cost in costs] == [effect["name"] for effect in run["effects"]]
     measured = {cost["name"]: cost["change"] for cost in costs if cost["change"] is not None}

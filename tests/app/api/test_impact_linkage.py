@@ -204,7 +204,7 @@ def test_the_forms_example_has_a_page_with_the_moving_mechanism(client, mode):
 
 
 def test_a_study_shows_what_accuracy_costs(client, check):
-    request = {"spec": {**check, "effects": "all"}, "study_budget_s": 0.5}
+    request = {"spec": {**check, "effects": "all"}, "study_budget_s": 3.0}
     result = solved(client, "/api/v1/accuracy/impact-linkage", request)["result"]
     errors = [level["error"] for level in result["levels"]]
     assert errors[0] >= errors[-1]

@@ -224,7 +224,7 @@ def test_an_excluded_effects_results_do_not_exist(client, check):
 def test_studies_of_checks_designs_and_bushings(client, check, design, bushing):
     for spec, mode in ((check, "bore_mm"), (design, "form"), (bushing, "variable")):
         answer = client.post(
-            "/api/v1/accuracy/pin-profile", json={"spec": {**spec, "accuracy": 1e-6}, "study_budget_s": 0.5}
+            "/api/v1/accuracy/pin-profile", json={"spec": {**spec, "accuracy": 1e-6}, "study_budget_s": 3.0}
         )
         assert answer.status_code == 201, answer.text
         run = answer.json()

@@ -12,13 +12,13 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from bench.work_precision import flexible_rod
+from bench.work_precision import flexible_rod, pin_profile
 from bench.work_precision.curves import measure
 from bench.work_precision.page import diagram, table
 
 DOCS = Path(__file__).parents[2] / "docs"
 CASES = 200
-KINDS = {"flexible-rod": flexible_rod}
+KINDS = {"flexible-rod": flexible_rod, "pin-profile": pin_profile}
 
 
 def main(count: int = CASES) -> None:

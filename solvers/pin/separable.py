@@ -74,8 +74,10 @@ def place(
         else:
             left = u
         new = u - rise / (lam * curve) if curve > 0.0 else high + 1.0
+        if not 0.5 * u < new < 1.4 * u:
+            # Far away Newton creeps from the left and shoots past from the right; the slope is nearly -K/u^2.
+            new = max(u * math.sqrt(max(-lam * slope / weight, 0.0)), low)
         if new <= low and rise > 0.0:
-            # Newton from the right may shoot past the root: look at the bound itself next.
             new = low
         elif not left < new < right:
             if rise <= 0.0 and u >= high:

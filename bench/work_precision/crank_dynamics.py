@@ -23,6 +23,7 @@ from bench.campaign.scenes import Scene, scenes
 from bench.work_precision.curves import Method, Results
 
 TITLE = "Crank dynamics"
+CASES = 200
 JUDGED = ("mean_torque_nm", "work_fluctuation_j", "side_force_max_n", "crank_pin_load_max_n")
 _ALL = {"include": ["reciprocating_inertia", "rod_inertia_couple", "pin_offset"], "exclude": ["engine"]}
 _LADDER = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)

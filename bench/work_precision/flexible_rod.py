@@ -20,6 +20,7 @@ from tests.solvers.rod.brute_force import CoreModel, greatest
 from tests.solvers.rod.finite_elements import matrices
 
 TITLE = "The flexible rod's check"
+CASES = 200
 JUDGED = ("fatigue_safety", "side_force_max_n")
 _CORE = {
     "include": ["beam_column", "friction"],

@@ -24,6 +24,7 @@ from solvers.linkage.four_bar import FourBar
 from tests.solvers.linkage import oracle
 
 TITLE = "The impact linkage's check"
+CASES = 200
 JUDGED = ("u31_max", "peak_torque_nm", "box_area_mm2")
 _CORE = {"include": ["envelope"], "exclude": ["impact_dynamics", "coupler_elasticity", "tolerances"]}
 _LADDER = (1e-2, 1e-6, 1e-12)

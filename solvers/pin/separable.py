@@ -37,7 +37,7 @@ def _slopes(u: float, bend: float, shear: float, a: float, b: float, knee: float
 
 
 @kernel
-def _place(
+def place(
     lam: float, weight: float, bend: float, shear: float, low: float, start: float, a: float, b: float, knee: float
 ) -> float:  # fmt: skip
     """argmin over [low, 1] of weight u + lam (bend/v + shear phi): the global one, though phi is concave near 1."""
@@ -74,8 +74,10 @@ def _place(
         else:
             left = u
         new = u - rise / (lam * curve) if curve > 0.0 else high + 1.0
+        if not 0.5 * u < new < 1.4 * u:
+            # Far away Newton creeps from the left and shoots past from the right; the slope is nearly -K/u^2.
+            new = max(u * math.sqrt(max(-lam * slope / weight, 0.0)), low)
         if new <= low and rise > 0.0:
-            # Newton from the right may shoot past the root: look at the bound itself next.
             new = low
         elif not left < new < right:
             if rise <= 0.0 and u >= high:
@@ -101,7 +103,7 @@ def _free(
         if bend[i] == 0.0 and shear[i] == 0.0:
             u[i] = low[i]
             continue
-        x = _place(lam, 1.0, bend[i], shear[i], low[i], u[i], a, b, knee)
+        x = place(lam, 1.0, bend[i], shear[i], low[i], u[i], a, b, knee)
         u[i] = x
         total += share[i] * (bend[i] * bending(x)[0] + shear[i] * phi(x, a, b, knee))
         if low[i] < x < 1.0:
@@ -123,7 +125,7 @@ def _monotone(
     for i in range(n):
         top += 1
         w[top], wb[top], ws[top], lo[top], count[top] = share[i], share[i] * bend[i], share[i] * shear[i], low[i], 1
-        at[top] = _place(lam, w[top], wb[top], ws[top], lo[top], u[i], a, b, knee)
+        at[top] = place(lam, w[top], wb[top], ws[top], lo[top], u[i], a, b, knee)
         while top > 0 and at[top - 1] > at[top]:
             w[top - 1] += w[top]
             wb[top - 1] += wb[top]
@@ -131,7 +133,7 @@ def _monotone(
             lo[top - 1] = lo[top]
             count[top - 1] += count[top]
             top -= 1
-            at[top] = _place(lam, w[top], wb[top], ws[top], lo[top], at[top], a, b, knee)
+            at[top] = place(lam, w[top], wb[top], ws[top], lo[top], at[top], a, b, knee)
     total, change, i = 0.0, 0.0, 0
     for k in range(top + 1):
         x = at[k]

@@ -189,15 +189,15 @@ class Stepped:
         volume, bound = breaks.total / middle, breaks.bound / middle
         method, evidence = "branch and bound over the break points", {"cells": breaks.cells, "steps": self.steps}
         if program.limit is not None:
-            stiff = stiff_steps(program, places)
+            stiff = stiff_steps(program, places, max(0.1 * gap, 1e-8))
             if stiff is None:
                 return None
             if stiff.multiplier > 0.0:
                 places, walls, volume = stiff.places, stiff.walls, stiff.volume
                 relaxed = Free(drillable=True).find(program, gap)
-                bound = max(bound, relaxed.bound) if relaxed is not None else bound
-                method = "least drillable bore below; steps by local search"
-                evidence["not_proven"] = "with a deflection limit the bound is that of the smooth drillable bore"
+                bound = max(bound, stiff.bound, relaxed.bound if relaxed is not None else 0.0)
+                method = "branch and bound over the break points, Lagrangian dual in every box"
+                evidence["boxes"] = stiff.boxes
         return self._found(program, half, places, walls, volume, bound, method, evidence)
 
     def _found(

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from app.designs.references import RunForce
 from app.designs.schema import (
     GIGA,
     MEGA,
@@ -16,6 +17,8 @@ from app.designs.schema import (
     SolverRequest,
     Strict,
     entry,
+    named,
+    one_of,
 )
 from solvers import pin
 from solvers.pin import bushing
@@ -55,6 +58,18 @@ class Geometry(Strict):
 
 class Load(Strict):
     force_n: float = Field(ge=0, le=1e12, description="greatest force on the piston")
+
+    @property
+    def force(self) -> float:
+        """The force [N]."""
+        return self.force_n
+
+
+_Load = one_of(
+    lambda value: "run" if named(value, "kind") == "run" else "force",
+    {"force": Load, "run": RunForce},
+    'an object with force_n, or one whose "kind" is run',
+)
 
 
 class Material(Strict):
@@ -111,7 +126,7 @@ class PinRequest(SolverRequest):
     """The pin, its load, its material, and what it must keep."""
 
     geometry: Geometry
-    load: Load
+    load: _Load
     material: Material
     criterion: Literal[tuple(pin.CRITERIA)] = Field(  # type: ignore[valid-type]
         default="tresca_paper", description="how bending and shear join in one equivalent stress"
@@ -157,7 +172,7 @@ class PinRequest(SolverRequest):
                 g.small_end_length_mm * MILLI,
                 g.gap_mm * MILLI,
             ),
-            self.load.force_n,
+            self.load.force,
             self.material.to_solver(),
         )
 
@@ -168,7 +183,7 @@ class PinRequest(SolverRequest):
             bushing.BushingGeometry(
                 self.bore_mm * MILLI, g.boss_length_mm * MILLI, g.small_end_length_mm * MILLI, g.gap_mm * MILLI
             ),
-            self.load.force_n,
+            self.load.force,
             self.material.to_solver(),
         )
 

@@ -203,3 +203,17 @@ def test_the_estimate_of_a_design_covers_its_error(criterion):
                     outcome = pin.design(problem, accuracy=accuracy)
                     error = abs(outcome.value.check.mass * 1e3 / exact - 1)
                     assert error <= outcome.accuracy.estimated + outcome.certificate.gap <= accuracy
+
+
+@pytest.mark.parametrize("load", [1e-2, 1e-3, 1e-5])
+def test_a_limit_that_asks_for_walls_far_above_the_least(load):
+    """A lightly loaded pin: where the limit sets the wall, it may be thousands of times the least wall there."""
+    p = program(vaz(15e3 * load), max_deflection=1.0)
+    solid = p.deflection(np.ones_like(p.lower))
+    for factor in (1.05, 2.0, 10.0, 20.0):
+        soft = replace(p, limit=factor * solid)
+        for monotone in (False, True):
+            low = rising(p.lower, p.anchor) if monotone else p.lower
+            found = weigh(soft, low, monotone)
+            bound = (monotone_bound if monotone else pointwise_bound)(soft, low, found.multiplier, found.solidity)
+            assert 0 <= soft.volume(found.solidity) / bound - 1 <= 1e-9

@@ -1,0 +1,210 @@
+"""The free bore's mass, with and without a deflection limit in bending: the same least walls, the same beam.
+
+Beside the service's ladder stand what a user would write on midpoints of equal panels: scipy's brentq at every station
+with bisection on the multiplier, the program in cvxpy with Clarabel, and scipy's SLSQP on a few stations. The reference
+is the textbook's equations on 20,000 and 40,000 midpoints, every root and every station's minimum by bisection, the two
+masses extrapolated. The limit itself is measured on 2,000 midpoints: it is the same number for all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
+from itertools import pairwise
+
+import cvxpy as cp
+import numpy as np
+from scipy.optimize import brentq, minimize
+
+from bench.work_precision.curves import Method, Results
+from solvers import pin
+
+TITLE = "The free bore of a piston pin"
+CASES = 30
+_LADDER = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
+_BENDING = pin.EffectSelection(exclude=frozenset({"shear_deflection"}))
+_REFERENCE = 20_000
+_HALVINGS = 52
+
+
+@dataclass(frozen=True)
+class PinCase:
+    """A random pin; ``stiffness`` is where the deflection limit lies between the solid (0) and the free bore (1)."""
+
+    scene: pin.Scene
+    stiffness: float
+
+    def model(self, count: int) -> Model:
+        return Model(self.scene, *_panels(self.scene.geometry, count))
+
+    @cached_property
+    def limit(self) -> float:
+        model = self.model(2_000)
+        solid, free = model.deflection(np.ones_like(model.x)), model.deflection(model.least_u)
+        return solid + self.stiffness * (free - solid)
+
+
+def _panels(g: pin.Geometry, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Midpoints and widths of about so many panels of the half, equal between the places where loads begin."""
+    half = 0.5 * g.length
+    edges = sorted({0.0, g.boss_length, g.boss_length + g.gap, half})
+    x, h = [], []
+    for lo, hi in pairwise(edges):
+        n = max(round(count * (hi - lo) / half), 2)
+        x.append(lo + (np.arange(n) + 0.5) * (hi - lo) / n)
+        h.append(np.full(n, (hi - lo) / n))
+    return np.concatenate(x), np.concatenate(h)
+
+
+class Model:
+    """The textbook's pin on midpoints of panels of one half: forces, least walls, deflection in bending, mass."""
+
+    def __init__(self, scene: pin.Scene, x: np.ndarray, h: np.ndarray) -> None:
+        g, m, p = scene.geometry, scene.material, scene.force
+        a, t = g.boss_length, x - g.boss_length - g.gap
+        self.x, self.share = x, h / h.sum()
+        shear = np.where(x < a, p * x**2 / (2 * a * a), np.where(t < 0, p / 2, p / 2 - p * t / g.small_end_length))
+        spread = np.where(t > 0, p * t**2 / (2 * g.small_end_length), 0.0)
+        moment = np.where(x < a, p * x**3 / (6 * a * a), p * a / 6 + p / 2 * (x - a) - spread)
+        d, sigma = g.outer_diameter, m.allowable_stress
+        self.m, self.q = 32 * moment / (math.pi * sigma * d**3), 32 * np.abs(shear) / (3 * math.pi * sigma * d**2)
+        arm = np.where(x > a, 0.5 * (x - a), 0.0)
+        self.bend = 2 * h * moment * arm / (m.elastic_modulus * math.pi * d**4 / 64)
+        self.solid_mass = m.density * math.pi * d * d / 4 * g.length
+
+    @cached_property
+    def least_u(self) -> np.ndarray:
+        """Bisection at all stations at once, in w = 1 - beta."""
+        low, high = np.zeros_like(self.x), np.ones_like(self.x)
+        for _ in range(_HALVINGS):
+            w = 0.5 * (low + high)
+            b = 1 - w
+            holds = w * (2 - w) * (1 + b * b) >= np.hypot(self.m, self.q * (1 + b + b * b))
+            low, high = np.where(holds, low, w), np.where(holds, w, high)
+        return high * (2 - high)
+
+    def deflection(self, u: np.ndarray) -> float:
+        pulls = self.bend > 0
+        return float(np.sum(self.bend[pulls] / (u[pulls] * (2 - u[pulls]))))
+
+    def mass(self, u: np.ndarray) -> float:
+        return self.solid_mass * float(self.share @ u)
+
+    def stiff(self, least: np.ndarray, limit: float) -> np.ndarray:
+        """The lightest u under the limit: bisection on the multiplier, and on every station's slope."""
+        pulls = self.bend > 0
+        floor, weight, bend = least[pulls], self.share[pulls], self.bend[pulls] / limit
+
+        def best(price: float) -> np.ndarray:
+            low, high = floor.copy(), np.ones_like(floor)
+            for _ in range(_HALVINGS):
+                u = 0.5 * (low + high)
+                falls = weight + price * bend * 0.5 * ((2 - u) ** -2 - u**-2) < 0
+                low, high = np.where(falls, u, low), np.where(falls, high, u)
+            return high
+
+        low, high = 0.0, 1.0
+        out = least.copy()
+
+        def soft(price: float) -> bool:
+            out[pulls] = best(price)
+            return self.deflection(out) > limit
+
+        while soft(high):
+            low, high = high, 4 * high
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if soft(middle) else (low, middle)
+        out[pulls] = best(high)
+        return out
+
+
+def cases(count: int) -> list[PinCase]:
+    """Random pins from a watch to a ship; a quarter hard: close to what the solid pin carries, thin, or no gap."""
+    found = []
+    for seed in range(count):
+        rng = np.random.default_rng(70_000 + seed)
+        hard = seed % 4 == 0
+        outer = 10 ** rng.uniform(-3.0, -0.7)
+        boss, small = outer * 10 ** rng.uniform(-0.3, 0.4, 2)
+        g = pin.Geometry(outer, boss, small, 0.0 if hard else outer * rng.uniform(0.01, 0.2))
+        m = pin.PinMaterial(10 ** rng.uniform(7.7, 9.0), 10 ** rng.uniform(10.5, 11.4), 0.3, 7850.0)
+        probe = Model(pin.Scene(g, 1.0, m), *_panels(g, 2_000))
+        most = 1.0 / float(np.hypot(probe.m, probe.q).max())
+        share = rng.choice([0.999, 1e-3]) if hard else rng.uniform(0.05, 0.9)
+        found.append(PinCase(pin.Scene(g, most * share, m), rng.uniform(0.05, 0.8)))
+    return found
+
+
+def _results(model: Model, free: np.ndarray, stiff: np.ndarray) -> Results:
+    return {"free": model.mass(free), "stiff": model.mass(stiff)}
+
+
+def reference(case: PinCase) -> Results:
+    """Both masses from two dense rules, extrapolated: midpoints err by the square of their width."""
+    found = []
+    for count in (_REFERENCE, 2 * _REFERENCE):
+        model = case.model(count)
+        found.append(_results(model, model.least_u, model.stiff(model.least_u, case.limit)))
+    return {name: (4 * found[1][name] - found[0][name]) / 3 for name in found[0]}
+
+
+def _ours(accuracy: float, case: PinCase) -> Results:
+    masses = {}
+    for name, limits in (("free", pin.Limits()), ("stiff", pin.Limits(max_deflection=case.limit))):
+        value = pin.design(pin.PinProblem(case.scene, limits), _BENDING, accuracy=accuracy).value
+        if value is None:
+            raise ArithmeticError(name)
+        masses[name] = value.check.mass
+    return masses
+
+
+def _by_brentq(count: int, case: PinCase) -> Results:
+    """brentq for every wall and, under the limit, for the multiplier around brentq at every station."""
+    model = case.model(count)
+
+    def least(m: float, q: float) -> float:
+        beta = brentq(lambda b: 1 - b**4 - math.sqrt(m * m + (q * (1 + b + b * b)) ** 2), 0.0, 1.0, xtol=1e-14)
+        return 1 - beta * beta
+
+    free = np.array([least(m, q) for m, q in zip(model.m, model.q, strict=True)])
+    return _results(model, free, model.stiff(free, case.limit))
+
+
+def _by_cvxpy(count: int, case: PinCase) -> Results:
+    model = case.model(count)
+    least, pulls = model.least_u, np.flatnonzero(model.bend > 0)
+    u = cp.Variable(least.size)
+    bent = cp.multiply(0.5 * model.bend[pulls] / case.limit, cp.inv_pos(u[pulls]) + cp.inv_pos(2 - u[pulls]))
+    problem = cp.Problem(cp.Minimize(model.share @ u), [u >= least, u <= 1, cp.sum(bent) <= 1])
+    try:
+        problem.solve(solver=cp.CLARABEL)
+    except cp.SolverError as failure:
+        raise ArithmeticError(str(failure)) from failure
+    if u.value is None:
+        raise ArithmeticError(problem.status)
+    return _results(model, least, u.value)
+
+
+def _by_slsqp(count: int, case: PinCase) -> Results:
+    model = case.model(count)
+    least = model.least_u
+    room = {"type": "ineq", "fun": lambda u: 1.0 - model.deflection(u) / case.limit}
+    bounds = [(max(lo, 1e-9), 1.0) for lo in least]
+    found = minimize(
+        lambda u: float(model.share @ u), np.ones_like(least), jac=lambda u: model.share, bounds=bounds,
+        constraints=[room], method="SLSQP", options={"maxiter": 300, "ftol": 1e-12},
+    )  # fmt: skip
+    if not found.success:
+        raise ArithmeticError(found.message)
+    return _results(model, least, found.x)
+
+
+def methods() -> Iterator[Method[PinCase]]:
+    """The service's ladder first, then the peers."""
+    yield Method("Crankwright", {f"accuracy {a:g}": partial(_ours, a) for a in _LADDER})
+    yield Method("brentq at every station", {f"{n} stations": partial(_by_brentq, n) for n in (50, 200, 1000)}, 50)
+    yield Method("cvxpy + Clarabel", {f"{n} stations": partial(_by_cvxpy, n) for n in (50, 200, 1000)}, 20)
+    yield Method("scipy SLSQP", {f"{n} stations": partial(_by_slsqp, n) for n in (10, 30)}, 20)

@@ -2,28 +2,26 @@
 
     EI V'''' - P(phi) V'' + rho A omega^2 V_phiphi = 0,  V(l) + e V'(l) = r sin(phi),  M(L) = 0
 
-The stroke is one harmonic, but the periodic force couples all of them. V is split into the quasi-static shape, known in
-closed form, and a remainder d in the constrained basis of ``vibration``:
+V is split into the quasi-static shape, known in closed form, and a remainder d in the constrained basis of
+``vibration``. In the modes of the mean force, which have unit stiffness and masses mu_n, let g be that force's shape
+per unit stroke s, and mu_n c_n = int rho A omega^2 psi_n (V_static - s g) dz. Then a = c + d obeys
 
-    rho A omega^2 Mass d'' + (EI Bending + P(phi) Geometric) d = -rho A omega^2 int psi V_static,phiphi dz
+    mu_n a_n'' + a_n + swing sum_m G_nm (a_m - c_m) = c_n + s int rho A omega^2 psi_n g dz
 
-In the modes of the mean force the left side is diag(1 - mu_n k^2) for every mode n and harmonic k, and what the rest of
-the force couples; GMRES with the diagonal as its preconditioner solves it, with products in the angle and derivatives
-in the harmonics; where slow modes meet low harmonics the preconditioner is the exact inverse. Harmonics and polynomials
-are added until both series' tails are below the cycle's tolerance, or as many as ``MOST_ANGLES`` and ``LADDER`` allow;
-what is left is the refinement's ``error``. Near k omega = omega_1 the remainder grows as it must. There is no damping,
-so exactly at a resonance the answer is not finite, and it is refused.
+without any derivative of the force: a is smooth enough where the force has corners, d has corners with it. It is
+collocated in time (``steady_motion``) on elements between the corners, those that the load names and those of friction,
+which bisection closes in on. Polynomials and elements are added until both leave less than the cycle's tolerance, or as
+many as ``LADDER`` and ``MOST_WORK`` allow; what is left is the refinement's ``error``. A corner makes every mode of
+the strip ring, the more weakly the higher it is; what elements cannot follow they damp. Near k omega = omega_1 the
+remainder grows as it must. There is no damping, so exactly at a resonance the answer is not finite, and it is refused.
 Validity: no parametric instability (k omega < omega_1 in every practical machine); the head's mass is not modelled.
 
-Source: the outlook of T. A. Obolenskaya, A. S. Klochko (2014); G. W. Hill's method of harmonic balance; Y. Saad,
-M. H. Schultz (1986) for GMRES.
+Source: the outlook of T. A. Obolenskaya, A. S. Klochko (2014); J.-P. Berrut, L. N. Trefethen (2004) on interpolation.
 """
 
 from __future__ import annotations
 
 import math
-import warnings
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,23 +29,30 @@ from numpy.typing import ArrayLike
 
 from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
-from solvers.numerics.periodic import grid
+from solvers.numerics.periodic import TURN, grid
 from solvers.numerics.threads import one_thread
 from solvers.rod.cycle import Array, Cycle, Shape, bending_stiffness
+from solvers.rod.steady_motion import STAGES, nodes, steady_motion
 from solvers.rod.vibration import StripBasis, strip_basis
 
-LEAST_TAIL = 3e-11
-"""Below it lies the rounding of V''' from forty polynomials."""
+LEAST_ERROR = 3e-11
+"""Below it lies the rounding of V''' from many polynomials."""
 
-FEWEST_ANGLES, MOST_ANGLES = 64, 1024
-LADDER = (14, 20, 28, 40)
-_MOST_ITERATIONS = 100
-_EXACT_MODES, _EXACT_HARMONICS = 4, 31
-_RESIDUAL = 0.03
-_DROPPED = 1e-3
-_RESONANT = 1e-2
-_MOST_REPEATS = 3
-_NEAR = 0.05
+LADDER = (8, 11, 14, 20, 28, 40)
+FEWEST_ELEMENTS, MOST_ELEMENTS = 16, 256
+MOST_WORK = 4_000_000
+"""Of one resolution, as ``_work`` counts it: some tenths of a second."""
+
+_NARROWEST = 1e-7 * TURN
+_MOST_PIECES = 2000
+_MEAN_SAMPLES = 256
+_FOLLOWED, _DAMPED = 4.0, 20.0
+_AHEAD, _SMOOTH = 4.0, 0.1
+"""A step follows a mode over so many radians. Halving the steps resolves a mode or two more of those that corners make
+ring; the rest, each weaker than the last, have less than so many times what these change."""
+_ROUNDING = 1e-15
+_RESONANT = 1e5
+_UNKNOWN = 0.1
 
 
 @dataclass(frozen=True)
@@ -87,123 +92,109 @@ class RodInertia:
 
     def prepare(self, cycle: Cycle) -> SteadyVibration:
         with one_thread():
-            return self._prepare(cycle)
+            return _vibration(cycle)
 
-    def _prepare(self, cycle: Cycle) -> SteadyVibration:
-        angles, step, wanted = FEWEST_ANGLES, 0, max(0.25 * cycle.tolerance, LEAST_TAIL)
-        found, enough, again = None, wanted, 0
-        while True:
-            basis = strip_basis(cycle.dimensions.l, cycle.scene.mechanism.rod_length, LADDER[step])
-            found = _balance(_Vibration.of(cycle, basis, angles), wanted, enough, found)
-            coarse_angle = found.angle_tail > wanted and angles < MOST_ANGLES
-            coarse_strip = found.strip_tail > wanted and step < len(LADDER) - 1
-            if found.residual > enough and again < _MOST_REPEATS:
-                # What the last polynomials and harmonics hold says nothing before they are solved for.
-                again += 1
-            elif not found.residual <= _RESONANT:
-                raise InvalidInput(
-                    "mechanism.speed", "a harmonic of the speed meets a natural frequency of the strip", "another speed"
-                )
-            elif coarse_angle or coarse_strip:
-                angles, step, again = angles * (2 if coarse_angle else 1), step + (1 if coarse_strip else 0), 0
-                # What the next resolution will hardly reach need not be solved for.
-                enough = max(wanted, min(max(found.angle_tail, found.strip_tail) / 64.0, 1e-3))
-            elif found.residual > wanted and enough > wanted:
-                enough, again = wanted, 0
-            else:
-                break
-        lasting = found.strip_tail + found.residual
-        harmonics = basis.combination.T @ found.series
-        count = 8 << max(harmonics.shape[1] - 1, 7).bit_length()
-        samples = np.ascontiguousarray(np.fft.irfft(harmonics, count, axis=1).T) * count
-        return SteadyVibration(
-            basis, bending_stiffness(cycle.scene, cycle.dimensions), samples, lasting + found.angle_tail, lasting
-        )
+
+_POINTS = np.concatenate([[0.0], nodes()])
+_WEIGHTS = 1.0 / np.prod(_POINTS[:, None] - _POINTS + np.eye(_POINTS.size), axis=1)
+_BETWEEN = np.array([0.02, 0.3, 0.95])
 
 
 @dataclass(frozen=True)
 class SteadyVibration:
-    """The remainder d of one cycle at evenly spaced angles, shape (angles, basis), eight or more to its last harmonic.
+    """The remainder d of one cycle: a polynomial in every element, by its values at the first end and Radau's points.
 
-    ``error`` estimates what truncation leaves out, relative to the greatest bending; ``lasting_error`` the part of it
-    that is no matter of high harmonics.
+    ``samples`` has shape (elements, 1 + stages, basis). ``error`` estimates what truncation leaves out, relative to the
+    greatest bending; none of it is trusted to average out.
     """
 
     basis: StripBasis
     stiffness: float
+    edges: Array
     samples: Array
     error: float
     lasting_error: float
 
     def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
-        return VibratingShape(shape, self.basis, self.stiffness, _interpolate(self.samples, _WEIGHTS, angle))
+        return VibratingShape(shape, self.basis, self.stiffness, interpolate(self.edges, self.samples, angle))
 
 
-_WEIGHTS = np.array([(-1.0) ** j * math.comb(11, j) for j in range(12)])
-"""Barycentric weights of twelve evenly spaced points (J.-P. Berrut, L. N. Trefethen, 2004)."""
+def interpolate(edges: Array, samples: Array, angle: Array) -> Array:
+    """Every angle's element's polynomial there, shape (basis, angles)."""
+    return _interpolate(edges, samples, _POINTS, _WEIGHTS, np.ascontiguousarray(angle))
 
 
 @kernel
-def _interpolate(samples: Array, weights: Array, angle: Array) -> Array:
-    """The polynomial through the twelve samples around every angle, shape (basis, angles).
-
-    At eight samples to a wave it misses 3e-6 of that wave, and of one four times as long 2e-13.
-    """
-    count, basis = samples.shape
+def _interpolate(edges: Array, samples: Array, points: Array, weights: Array, angle: Array) -> Array:
+    basis = samples.shape[2]
     out, row = np.zeros((basis, angle.size)), np.empty(basis)
     for i in range(angle.size):
         turns = angle[i] / (2.0 * math.pi)
-        place = (turns - math.floor(turns)) * count
-        first = int(place)
-        share = place - first
-        if share == 0.0:
-            out[:, i] = samples[first % count]
-            continue
+        place = (turns - math.floor(turns)) * (2.0 * math.pi)
+        k = min(np.searchsorted(edges, place, side="right"), edges.size - 1) - 1
+        share = (place - edges[k]) / (edges[k + 1] - edges[k])
         total = 0.0
         row[:] = 0.0
-        for m in range(weights.size):
-            weight = weights[m] / (share + 5.0 - m)
+        for m in range(points.size):
+            away = share - points[m]
+            if away == 0.0:
+                total = 1.0
+                row[:] = samples[k, m]
+                break
+            weight = weights[m] / away
             total += weight
-            at = (first + m - 5) % count
             for j in range(basis):
-                row[j] += weight * samples[at, j]
+                row[j] += weight * samples[k, m, j]
         for j in range(basis):
             out[j, i] = row[j] / total
     return out
 
 
-@dataclass(frozen=True)
-class _Vibration:
-    """The strip's equation at evenly spaced angles, in its modes under the mean force (which have unit stiffness).
+def _points(edges: Array) -> Array:
+    return (edges[:-1, None] + np.diff(edges)[:, None] * _POINTS).ravel()
 
-    ``diagonal`` is 1 - mu_n k^2, shape (modes, harmonics); ``swing`` the force less its mean; ``right`` the inertia of
-    the still shape, shape (modes, angles); ``curvature`` and ``shear`` that shape's V'' and V''' at the clamp.
+
+@dataclass(frozen=True)
+class _Motion:
+    """d at the points of the elements: in the basis, and its V'' and V''' at the clamp, shape (elements, points, 2).
+
+    ``whole`` holds the greatest V'' and V''' there with the quasi-static ones, ``amplification`` is that of closing the
+    turn.
     """
 
+    edges: Array
+    samples: Array
+    clamp: Array
+    whole: Array
+    amplification: float
+
+
+@dataclass(frozen=True)
+class _Strip:
+    """The strip's equation in its modes under the mean force.
+
+    ``modes`` takes amplitudes of the modes to those of the basis, ``projection`` V at the stations to int rho A omega^2
+    psi_n V dz; ``unit`` is g at the stations.
+    """
+
+    cycle: Cycle
     basis: StripBasis
+    stations: Array
+    mean: float
+    slowness: Array
     modes: Array
-    back: Array
-    geometric: Array
-    diagonal: Array
-    swing: Array
-    right: Array
-    curvature: Array
-    shear: Array
+    coupling: Array
+    projection: Array
+    unit: Array
 
     @staticmethod
-    def of(cycle: Cycle, basis: StripBasis, angles: int) -> _Vibration:
+    def of(cycle: Cycle, polynomials: int, mean: float) -> _Strip:
         from scipy.linalg import LinAlgError, eigh
 
-        scene, dimensions = cycle.scene, cycle.dimensions
+        scene, dimensions, beam = cycle.scene, cycle.dimensions, cycle.composition.beam
+        basis = strip_basis(dimensions.l, scene.mechanism.rod_length, polynomials)
         inertia = scene.material.density * dimensions.b * dimensions.h * scene.mechanism.angular_speed**2
-        at = grid(angles)
-        axial = cycle.axial_force(at)
-        force = axial * cycle.composition.beam.couples
-        bent = cycle.composition.beam.bend(scene, dimensions, axial, scene.mechanism.crank_radius * np.sin(at))
-        mean = float(np.mean(force))
-        stations, weights = basis.quadrature()
-        stiffness = bending_stiffness(scene, dimensions)
-        system = stiffness * basis.bending + mean * basis.geometric
+        system = bending_stiffness(scene, dimensions) * basis.bending + mean * beam.couples * basis.geometric
         try:
             slowness, modes = eigh(inertia * basis.mass, system)
         except LinAlgError:
@@ -211,117 +202,158 @@ class _Vibration:
                 "dimensions.h", "the strip buckles under the mean force of the cycle", "thicker"
             ) from None
         slowness, modes = slowness[::-1], modes[:, ::-1]
-        order = np.arange(angles // 2 + 1)
-        square = np.where(order == angles // 2, 0.0, order.astype(float) ** 2)
-        projected = modes.T @ basis.values(stations, 0).T @ (weights[:, None] * bent.deflection(stations))
-        return _Vibration(
+        stations, weights = basis.quadrature()
+        return _Strip(
+            cycle=cycle,
             basis=basis,
+            stations=stations,
+            mean=mean,
+            slowness=slowness,
             modes=modes,
-            back=modes.T @ system,
-            geometric=modes.T @ basis.geometric @ modes,
-            diagonal=1.0 - slowness[:, None] * square,
-            swing=force - mean,
-            right=np.fft.irfft(inertia * square * np.fft.rfft(projected, axis=1), angles, axis=1),
-            curvature=bent.clamp_moment() / stiffness,
-            shear=-bent.side_force() / stiffness,
+            coupling=modes.T @ basis.geometric @ modes * beam.couples,
+            projection=inertia * (modes.T @ basis.values(stations, 0).T) * weights,
+            unit=beam.bend(scene, dimensions, np.array([mean]), np.array([1.0])).deflection(stations)[:, 0],
         )
 
-    def apply(self, motion: Array) -> Array:
-        """The left side for the modes' amplitudes at the angles."""
-        held = np.fft.irfft(self.diagonal * np.fft.rfft(motion, axis=1), self.swing.size, axis=1)
-        return held + (self.geometric @ motion) * self.swing
+    @property
+    def pace(self) -> Array:
+        """The modes' natural frequencies [1/rad], the slowest first."""
+        return 1.0 / np.sqrt(self.slowness)
 
-    def conditioner(self) -> Callable[[Array], Array]:
-        """An approximate inverse: exact where slow modes meet low harmonics, the diagonal elsewhere.
+    def solve(self, edges: Array, modes: int) -> _Motion:
+        """d where as many of the slowest modes have mass; the others follow them without delay."""
+        cycle, widths, part = self.cycle, np.diff(edges), slice(0, modes)
+        angle = _points(edges)
+        force, stroke = cycle.axial_force(angle), cycle.scene.mechanism.crank_radius * np.sin(angle)
+        bent = cycle.composition.beam.bend(cycle.scene, cycle.dimensions, force, stroke)
+        moved = self.projection[part] @ (bent.deflection(self.stations) - self.unit[:, None] * stroke)
+        still, swing = (moved / self.slowness[part, None]).T, force - self.mean
+        followed, held = self._condensed(swing, modes)
+        right = np.einsum("pnm,pm->pn", held, still) + stroke[:, None] * (self.projection[part] @ self.unit)
+        shape = (widths.size, 1 + STAGES, modes)
+        stages = held.reshape(*shape, modes)[:, 1:], right.reshape(shape)[:, 1:]
+        amplitude, amplification = steady_motion(widths, self.slowness[part], *stages)
+        moving = amplitude - still.reshape(shape)
+        found = moving @ self.modes[:, part].T
+        if followed.size:
+            others = np.einsum("pnm,pm->pn", followed, moving.reshape(-1, modes)) @ self.modes[:, modes:].T
+            found += others.reshape(found.shape)
+        clamp, stiffness = self.at_clamp(found), bending_stiffness(cycle.scene, cycle.dimensions)
+        still_clamp = np.stack([bent.clamp_moment(), -bent.side_force()], axis=-1) / stiffness
+        return _Motion(edges, found, clamp, np.abs(clamp.reshape(-1, 2) + still_clamp).max(axis=0), amplification)
 
-        A preconditioner need not be exact, and next to a resonance above the exact part it must not be.
-        """
-        from scipy.linalg import LinAlgWarning, lu_factor, lu_solve
+    def _condensed(self, swing: Array, modes: int) -> tuple[Array, Array]:
+        """What the other modes make of the slowest ones' amplitudes, and the stiffness that leaves to these."""
+        rate, turned = np.linalg.eigh(self.coupling[modes:, modes:])
+        across = turned.T @ self.coupling[modes:, :modes]
+        yielding = swing[:, None] / (1.0 + swing[:, None] * rate)
+        followed = -np.einsum("hk,pk,km->phm", turned, yielding, across, optimize=True)
+        held = np.eye(modes) + swing[:, None, None] * self.coupling[:modes, :modes]
+        held -= swing[:, None, None] * np.einsum("kn,pk,km->pnm", across, yielding, across, optimize=True)
+        return followed, held
 
-        angles, slow = self.swing.size, min(_EXACT_MODES, self.modes.shape[1])
-        order = np.arange(1, min(_EXACT_HARMONICS, angles // 2 - 1) + 1)
-        turned = np.outer(order, grid(angles))
-        waves = np.concatenate([np.full((1, angles), math.sqrt(0.5)), np.cos(turned), np.sin(turned)])
-        waves *= math.sqrt(2.0 / angles)
-        each = self.diagonal[:slow, np.concatenate([[0], order, order])]
-        block = np.kron(self.geometric[:slow, :slow], (waves * self.swing) @ waves.T) + np.diag(each.ravel())
-        with warnings.catch_warnings():
-            # Exactly at a resonance the residual says so.
-            warnings.simplefilter("ignore", LinAlgWarning)
-            factors = lu_factor(block, check_finite=False)
-        inverse = 1.0 / np.where(np.abs(self.diagonal) < _NEAR, _NEAR, self.diagonal)
+    def improve(self, found: _Motion, edges: Array, modes: int) -> tuple[_Motion, float]:
+        """d with what finer elements change in as many of the slowest modes, and the greatest share of that change in
+        V'' or V''' at the clamp, whichever suffers more."""
+        fine, at = self.solve(edges, modes), _points(edges)
+        if modes == self.pace.size:
+            better, known = fine.samples, interpolate(found.edges, found.samples, at).T.reshape(fine.samples.shape)
+        else:
+            others = found.samples - self.solve(found.edges, modes).samples
+            known = interpolate(found.edges, np.concatenate([others, found.samples], axis=2), at).T
+            others, known = np.split(known.reshape(*fine.samples.shape[:2], -1), 2, axis=2)
+            better = others + fine.samples
+        change = float(np.max(np.abs(self.at_clamp(better - known)).max(axis=(0, 1)) / found.whole))
+        return _Motion(edges, better, self.at_clamp(better), found.whole, fine.amplification), change
 
-        def condition(motion: Array) -> Array:
-            low = motion[:slow] @ waves.T
-            rest = motion.copy()
-            rest[:slow] -= low @ waves
-            out = np.fft.irfft(inverse * np.fft.rfft(rest, axis=1), angles, axis=1)
-            out[:slow] += lu_solve(factors, low.ravel(), check_finite=False).reshape(low.shape) @ waves
-            return out
+    def at_clamp(self, amplitude: Array) -> Array:
+        """V'' and V''' there, along the last axis."""
+        return np.stack([amplitude @ self.basis.values(np.zeros(1), order)[0] for order in (2, 3)], axis=-1)
 
-        return condition
+    def tail(self, motion: _Motion) -> float:
+        """What the last polynomials hold of V'' or V''' at the clamp, whichever suffers more; they also move others."""
+        series = np.abs(motion.samples.reshape(-1, self.slowness.size) @ self.basis.combination.T).max(axis=0)
+        last = slice(-(series.size // 8 + 2), None)
+        shares = [np.sum(np.abs(self.basis.polynomials(0.0, order) * series)[last]) for order in (2, 3)]
+        return 4.0 * float(np.max(shares / motion.whole))
 
-    def solve(self, start: Array, tolerance: float) -> tuple[Array, Array, float]:
-        """The modes' amplitudes at the angles, about what they miss, and the residual's share of the right side."""
-        from scipy.sparse.linalg import LinearOperator, gmres
 
-        size, shape = float(np.linalg.norm(self.right)), self.right.shape
-        if size == 0.0:
-            return np.zeros(shape), np.zeros(shape), 0.0
-        condition = self.conditioner()
-        missing = self.right - self.apply(start)
-        operator = LinearOperator(
-            (missing.size, missing.size),
-            matvec=lambda flat: self.apply(condition(flat.reshape(shape))).ravel(),
-            dtype=float,
+def _vibration(cycle: Cycle) -> SteadyVibration:
+    wanted = max(0.25 * cycle.tolerance, LEAST_ERROR)
+    pieces, mean = _smooth_pieces(cycle, wanted), float(np.mean(cycle.axial_force(grid(_MEAN_SAMPLES))))
+    strip, step = _Strip.of(cycle, LADDER[0], mean), 0
+    rings = cycle.composition.feedback is not None or cycle.scene.load.sharp_angles().size > 0
+    wide, follows = TURN / FEWEST_ELEMENTS, _FOLLOWED / strip.pace[0]
+    if rings:
+        wide = max(min(wide, follows), TURN / MOST_ELEMENTS)
+    edges = _split(pieces, wide)
+    found = strip.solve(edges, strip.pace.size)
+    while strip.tail(found) > wanted and step + 1 < len(LADDER):
+        if _work(edges.size, LADDER[step + 1]) > MOST_WORK:
+            break
+        step += 1
+        strip = _Strip.of(cycle, LADDER[step], mean)
+        found = strip.solve(edges, strip.pace.size)
+    ahead, modes = math.inf, strip.pace.size
+    while ahead > wanted:
+        edges, wide = _finer(pieces, edges, wide), 0.5 * wide
+        if ahead < math.inf and rings:
+            # What the other modes do is known; none of them rings, as such steps damp them.
+            modes = max(int(np.count_nonzero(wide * strip.pace < _DAMPED)), 2)
+        if ahead < math.inf and _work(edges.size, modes) > MOST_WORK:
+            break
+        found, change = strip.improve(found, edges, modes)
+        ahead = max((_AHEAD if rings else _SMOOTH) * change, _ROUNDING * found.amplification)
+    if rings and wide > follows:
+        ahead = max(ahead, float(np.max(np.abs(found.clamp).max(axis=(0, 1)) / found.whole)))
+    error = ahead + strip.tail(found)
+    if found.amplification > _RESONANT and not error < _UNKNOWN:
+        raise InvalidInput(
+            "mechanism.speed", "a harmonic of the speed meets a natural frequency of the strip", "another speed"
         )
-        flat, _ = gmres(operator, missing.ravel(), rtol=0.0, atol=tolerance * size, restart=_MOST_ITERATIONS, maxiter=1)
-        motion = start + condition(flat.reshape(shape))
-        residual = self.right - self.apply(motion)
-        return motion, condition(residual), float(np.linalg.norm(residual)) / size
-
-
-@dataclass(frozen=True)
-class _Balance:
-    """One resolution's answer: harmonics of the polynomials' amplitudes, and what is missing from it, relative to the
-    clamp's greatest V'' or V''', whichever suffers more: the tails of the two series, and the equation's residual.
-    ``weight`` is what a residual of 1, as a share of the equation's right side, makes of that."""
-
-    series: Array
-    angle_tail: float
-    strip_tail: float
-    residual: float
-    weight: float
-
-
-def _balance(vibration: _Vibration, wanted: float, enough: float, coarser: _Balance | None) -> _Balance:
-    basis, angles = vibration.basis, vibration.swing.size
-    start, weight = np.zeros(vibration.right.shape), 1.0
-    if coarser is not None:
-        weight = coarser.weight
-        known = np.zeros((basis.combination.shape[0], angles // 2 + 1), dtype=complex)
-        known[: coarser.series.shape[0], : coarser.series.shape[1]] = coarser.series
-        start = vibration.back @ basis.combination.T @ np.fft.irfft(known * angles, angles, axis=1)
-    motion, missing, residual = vibration.solve(start, _RESIDUAL * enough / weight)
-    amplitude = vibration.modes @ motion
-    series = basis.combination @ np.fft.rfft(amplitude, axis=1) / angles
-    unsolved = basis.combination @ np.fft.rfft(vibration.modes @ missing, axis=1) / angles
-    share, unsolved_share = np.zeros(series.shape), np.zeros(series.shape)
-    for order, still in ((2, vibration.curvature), (3, vibration.shear)):
-        at_clamp = basis.polynomials(0.0, order)
-        whole = float(np.max(np.abs(still + at_clamp @ basis.combination @ amplitude)))
-        share = np.maximum(share, 2.0 * np.abs(at_clamp[:, None] * series) / whole)
-        unsolved_share = np.maximum(unsolved_share, 2.0 * np.abs(at_clamp[:, None] * unsolved) / whole)
-    left = 4.0 * float(np.sum(unsolved_share))
-    # A series that falls like k^-3, as it does behind a table's points, has less beyond its end than thrice its last
-    # quarter; one that falls geometrically has far less. The last polynomials also move those before them.
-    rows, columns = share.shape[0] // 8 + 2, share.shape[1] // 4 + 1
-    beyond = np.cumsum(np.sum(share, axis=0)[::-1])[::-1]
-    kept = int(np.count_nonzero(beyond > _DROPPED * wanted))
-    return _Balance(
-        series=series[:, : max(kept, 1)],
-        angle_tail=3.0 * float(np.sum(share[:, -columns:])),
-        strip_tail=8.0 * float(np.sum(share[-rows:])),
-        residual=left,
-        weight=max(left / residual, 1e-6) if residual > 0.0 else 1.0,
+    return SteadyVibration(
+        strip.basis, bending_stiffness(cycle.scene, cycle.dimensions), found.edges, found.samples, error, error
     )
+
+
+def _work(elements: int, modes: int) -> int:
+    """Proportional to the time that so many elements take."""
+    return elements * (modes + 6) ** 3
+
+
+def _finer(pieces: Array, edges: Array, wide: float) -> Array:
+    """The next elements: half as wide, those that corners made narrow only if there are no others."""
+    finer = _split(pieces, 0.5 * wide)
+    return finer if finer.size > edges.size else _split(edges, 0.75 * np.diff(edges))
+
+
+def _split(edges: Array, wide: float | Array) -> Array:
+    """The same edges, and more between them so that no element is wider."""
+    widths = np.diff(edges)
+    parts = np.maximum(np.ceil(widths / wide * (1.0 - 1e-9)), 1.0).astype(int)
+    first = np.repeat(np.cumsum(parts) - parts, parts)
+    inner = (np.arange(first.size) - first) / np.repeat(parts, parts)
+    return np.append(np.repeat(edges[:-1], parts) + inner * np.repeat(widths, parts), edges[-1])
+
+
+def _smooth_pieces(cycle: Cycle, wanted: float) -> Array:
+    """Ends of pieces of the turn on which polynomials follow the axial force, or which no bisection improves."""
+    corners = np.mod(cycle.corners(), TURN)
+    corners = np.unique(np.concatenate([corners, [0.0, TURN]]))
+    edges = _split(corners[np.diff(corners, prepend=-1.0) > _NARROWEST], TURN / FEWEST_ELEMENTS)
+    edges[-1] = TURN
+    at, basis = np.concatenate([_POINTS, _BETWEEN]), _WEIGHTS / (_BETWEEN[:, None] - _POINTS)
+    basis /= basis.sum(axis=1, keepdims=True)
+    left, right = edges[:-1], edges[1:]
+    ends, largest = [edges], 0.0
+    while left.size and sum(part.size for part in ends) < _MOST_PIECES:
+        place = left[:, None] + (right - left)[:, None] * at
+        force = cycle.axial_force(place.ravel()).reshape(place.shape)
+        largest = max(largest, float(np.abs(force).max()))
+        missed = np.abs(force[:, _POINTS.size :] - force[:, : _POINTS.size] @ basis.T).max(axis=1)
+        rough = (missed > wanted * largest) & (right - left > 2.0 * _NARROWEST)
+        left, right = left[rough], right[rough]
+        middle = 0.5 * (left + right)
+        ends.append(middle)
+        left, right = np.concatenate([left, middle]), np.concatenate([middle, right])
+    return np.unique(np.concatenate(ends))

@@ -24,9 +24,10 @@ _IMPORT = re.compile(r"^from (solvers[\w.]*) import (\([^)]*\)|.*)$", re.MULTILI
 def kernel(function: F) -> F:
     """Compile ``function`` for the machine at hand, keep the machine code on disk, leave IEEE rules intact.
 
-    ``error_model="numpy"`` lets divisions by zero give inf, as in numpy, so that loops vectorise.
+    ``error_model="numpy"`` lets divisions by zero give inf, as in numpy, so that loops vectorise. ``fastmath`` is
+    denied in so many words: left unsaid, it would be taken over from whichever kernel calls this one first.
     """
-    return _kept(numba.njit(cache=True, error_model="numpy", nogil=True)(function))
+    return _kept(numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=False)(function))
 
 
 def reducing_kernel(function: F) -> F:
@@ -36,6 +37,15 @@ def reducing_kernel(function: F) -> F:
     products keep their order and rounding.
     """
     options = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"nnan", "nsz"}}
+    return _kept(numba.njit(**options)(function))
+
+
+def fusing_kernel(function: F) -> F:
+    """As ``reducing_kernel``; a product added to a sum may moreover be rounded once instead of twice.
+
+    The last place then depends on whether the processor has such an instruction.
+    """
+    options = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"nnan", "nsz", "contract"}}
     return _kept(numba.njit(**options)(function))
 
 

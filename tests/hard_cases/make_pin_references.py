@@ -225,7 +225,7 @@ def evaluate(case, layout, change=None):
 
     out = {}
     if layout["feasible"]:
-        for share in PLACES:
+        for share in (*PLACES, *layout["places"]):
             out[f"wall_{share}"] = pin.wall(moved(mp.mpf(share) * plain.L / 2))
         edges = [moved(x) for x in layout["edges"]]
         shares = [pair for low, high in pairwise(edges) for pair in gauss(low, high)]
@@ -252,10 +252,10 @@ def thickest(pin, edges):
     return max([grid[top], left, right], key=pin.wall)
 
 
-def case_values(case):
+def case_values(case, places=()):
     plain = Pin(case)
     place, use = plain.weakest()
-    layout = {"plain": plain, "place": place, "use": use, "feasible": use <= 1}
+    layout = {"plain": plain, "place": place, "use": use, "feasible": use <= 1, "places": places}
     if layout["feasible"]:
         layout["edges"] = plain.pieces()
         layout["thickest"] = thickest(plain, layout["edges"])
@@ -281,7 +281,7 @@ def main(names):
         if names and case["name"] not in names:
             continue
         with mp.workdps(DIGITS + 10):
-            found = case_values(case["pin"])
+            found = case_values(case["pin"], case.get("places", ()))
             known[case["name"]] = {
                 key: {"value": mp.nstr(value, SHOWN), "condition": float(mp.nstr(kappa, 6))}
                 for key, (value, kappa) in found.items()

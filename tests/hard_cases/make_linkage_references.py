@@ -1,4 +1,4 @@
-"""Reference values for the hard cases of the linkage: ``python -m tests.hard_cases.make_linkage_references [NAME ...]``.
+"""Reference values for the linkage's hard cases: ``python -m tests.hard_cases.make_linkage_references [NAME ...]``.
 
 Reads linkage_cases.json and writes linkage_references.json. Nothing is shared with the solver: ratios come from the
 closure and R_k = R as linear equations, joints from intersecting circles, u31 from the joints' velocities, slopes from

@@ -21,7 +21,7 @@ from solvers.pin.section import wall_of
 from tests.hard_cases.make_pin_references import PLACES, load_cases
 
 EPS = 2.0**-52
-CASES = load_cases()
+CASES, WALLS = load_cases(), load_cases("walls")
 REFERENCES = json.loads((Path(__file__).parent / "pin_references.json").read_text())
 FEASIBLE = [case for case in CASES if "free_mass" in REFERENCES[case["name"]]]
 INFEASIBLE = [case for case in CASES if "free_mass" not in REFERENCES[case["name"]]]
@@ -54,15 +54,10 @@ def designed(case, accuracy=1e-12, form=pin.Free(), **limits):  # noqa: B008
     return pin.design(problem, accuracy=accuracy)
 
 
-def places(case):
-    """Shares of half the pin, as the references name them."""
-    return (*PLACES, *case.get("places", ()))
-
-
-def walls(case):
-    """Relative walls at the places."""
+def walls(case, shares=PLACES):
+    """Relative walls at shares of half the pin."""
     scene, x = scene_of(case), case["pin"]
-    at = np.array([float(share) for share in places(case)]) * 0.5 * scene.geometry.length
+    at = np.array([float(share) for share in shares]) * 0.5 * scene.geometry.length
     floor = 2.0 * x["min_wall"] / x["outer_diameter"]
     return wall_of(least_solidity(scene, pin.CRITERIA[x["criterion"]], floor, at))
 
@@ -72,20 +67,26 @@ def solid_deflection(case):
     return pin.check(scene_of(case), pin.Profile((0.0,), (0.0,)), effects=ALL, accuracy=1e-12).value.deflection
 
 
+def place_errors(case, reference):
+    """The wall at a case's one place, and the solid pin's deflection."""
+    yield "wall", units(walls(case, (case["place"],))[0], reference["wall"])
+    yield "solid_deflection", units(solid_deflection(case), reference["solid_deflection"])
+
+
 def named(cases):
     return pytest.mark.parametrize("case", cases, ids=lambda case: case["name"])
 
 
 def test_there_are_enough_cases():
     assert len(CASES) >= 40
-    assert set(REFERENCES) == {case["name"] for case in CASES}
+    assert set(REFERENCES) == {case["name"] for case in CASES + WALLS}
     assert len(INFEASIBLE) == 3
 
 
 @named(FEASIBLE)
 def test_the_walls(case):
     """d/D to 1e-6 of a wall of 1e-12 of the diameter: the unknown is the wall."""
-    for share, wall in zip(places(case), walls(case), strict=True):
+    for share, wall in zip(PLACES, walls(case), strict=True):
         assert units(wall, REFERENCES[case["name"]][f"wall_{share}"]) <= WALL_LIMIT, share
 
 
@@ -104,6 +105,12 @@ def test_the_masses(case, accuracy):
         assert abs(mass - exact) <= (accuracy + rounding) * exact, name
     assert 0.0 <= outcome.certificate.gap <= 1e-7
     assert outcome.certificate.bound <= float(reference["free_mass"]["value"]) * (1 + outcome.accuracy.estimated)
+
+
+@named(WALLS)
+def test_one_place(case):
+    for name, error in place_errors(case, REFERENCES[case["name"]]):
+        assert error <= case.get("within", WALL_LIMIT), name
 
 
 @named(CASES)

@@ -49,8 +49,10 @@ def search(quarry: Quarry, seed: int, seconds: float, beginnings: int | None = N
         if case is None or time.monotonic() > until:
             return 0.0
         try:
-            worst = max((_finite(units), name) for name, units in quarry.judge(case))
+            worst = max(((_finite(units), name) for name, units in quarry.judge(case)), default=None)
         except InvalidInput:
+            return 0.0
+        if worst is None:
             return 0.0
         finds.append(Find(worst[0], worst[1], case))
         return -worst[0]

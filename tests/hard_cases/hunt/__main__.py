@@ -24,17 +24,15 @@ MAKERS = {
     "linkage": make_linkage_references.main,
 }
 THRESHOLD = 30.0
-"""Finds of more are kept, up to MOST; of less only the worst, where it is worse than those kept before."""
+"""Finds of more are kept, up to MOST; of less only the worst; and all only where worse than those kept before."""
 MOST = 3
 SHOWN = 5
 
 
 def worth_keeping(quarry: Quarry, bag: Bag, data: dict) -> list[Find]:
-    beyond = [find for find in bag.finds if find.units > THRESHOLD][:MOST]
-    if beyond:
-        return beyond
     before = max((case.get("units", 0.0) for case in found_before(quarry, data)), default=0.0)
-    return [find for find in bag.finds[:1] if find.units > before]
+    beyond = [find for find in bag.finds if find.units > max(THRESHOLD, before)][:MOST]
+    return beyond or [find for find in bag.finds[:1] if find.units > before]
 
 
 def found_before(quarry: Quarry, data: dict) -> list[dict]:

@@ -39,7 +39,9 @@ class Bag:
         return len(self.finds)
 
 
-def search(quarry: Quarry, seed: int, seconds: float, beginnings: int | None = None) -> Bag:
+def search(
+    quarry: Quarry, seed: int, seconds: float, beginnings: float = math.inf, generations: int = GENERATIONS
+) -> Bag:
     """Scenes judged within a time or, to be the same on every machine, within a number of beginnings."""
     finds: list[Find] = []
     until = time.monotonic() + seconds
@@ -58,9 +60,9 @@ def search(quarry: Quarry, seed: int, seconds: float, beginnings: int | None = N
         return -worst[0]
 
     begun = 0
-    while time.monotonic() < until and (beginnings is None or begun < beginnings):
+    while time.monotonic() < until and begun < beginnings:
         differential_evolution(
-            cost, [(0.0, 1.0)] * quarry.dimensions, maxiter=GENERATIONS, popsize=CROWD, tol=0.0, polish=False,
+            cost, [(0.0, 1.0)] * quarry.dimensions, maxiter=generations, popsize=CROWD, tol=0.0, polish=False,
             rng=np.random.default_rng([seed, begun]), callback=lambda *_, **__: time.monotonic() > until,
         )  # fmt: skip
         begun += 1

@@ -38,6 +38,8 @@ def beyond() -> Iterator[str]:
         for case in section.cases:
             if "within" in case:
                 yield f"- {case['name']}, below {case['within']:g} ε max(1, κ): {case['beyond']}."
+            if "gap" in case:
+                yield f"- {case['name']}: under a limit on the deflection its least mass is answered without a proof."
     yield ""
 
 

@@ -39,8 +39,10 @@ lint: $(STAMP)   ## style only
 bench: $(STAMP)  ## measure against the peers, write docs/benchmarks.md
 	$(BIN)/python -m bench
 
-campaign: $(STAMP)  ## hold every promise against thousands of random scenes (hours), write docs/campaign.md
+campaign: $(STAMP)  ## hold every promise against thousands of random scenes (hours), write docs/campaign.md; hunt for hard cases, write docs/hard-cases.md
 	$(BIN)/python -m bench.campaign
+	$(BIN)/python -m tests.hard_cases.hunt all 3600
+	$(BIN)/python -m tests.hard_cases.page
 
 LOCKING := uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet --no-header
 

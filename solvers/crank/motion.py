@@ -72,8 +72,15 @@ class ExactMotion:
         return (self.crank_radius * np.sin(angle) - self.offset) / self.rod_length
 
     def _cosine(self, angle: ArrayLike) -> Array:
-        sine = self._sine(angle)
-        return np.sqrt((1.0 - sine) * (1.0 + sine))
+        """sqrt((L - s)(L + s))/L, s = r sin phi - e; what is left of L beside r and e is formed before anything else.
+
+        With 1 - |sin phi| = cos^2 phi/(1 + |sin phi|) it keeps its digits where the crank stands across and the rod all
+        but with it.
+        """
+        r, length, sine = self.crank_radius, self.rod_length, np.sin(angle)
+        rise, offset = np.abs(sine), np.where(sine < 0.0, -self.offset, self.offset)
+        near = (length - r + offset) + r * np.cos(angle) ** 2 / (1.0 + rise)
+        return np.sqrt(near * (length + r * rise - offset)) / length
 
     @property
     def dead_centres(self) -> tuple[float, float]:

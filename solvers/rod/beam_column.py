@@ -66,7 +66,8 @@ def solve(coupling: ArrayLike, length: float, rod_length: float) -> BeamConstant
     l, e = length, rod_length - length
     c = stumpff_scaled(-q * l * l)
     det = l**3 * (c.c2 - c.c3) + e * rod_length * l * c.c1
-    decay = np.exp(-np.sqrt(np.maximum(q, 0.0)) * l)
+    # Half the decay at a time: all of it may be too small a number to keep its digits.
+    half = np.exp(-0.5 * np.sqrt(np.maximum(q, 0.0)) * l)
     with np.errstate(divide="ignore", invalid="ignore"):
         return BeamConstants(
             coupling=q,
@@ -74,7 +75,7 @@ def solve(coupling: ArrayLike, length: float, rod_length: float) -> BeamConstant
             rod_length=rod_length,
             clamp_curvature=(l * c.c1 + e * c.c0) / det,
             clamp_shear=-(c.c0 + e * q * l * c.c1) / det,
-            head_curvature=e * decay / det,
+            head_curvature=e * half / det * half,
             determinant=det,
         )
 

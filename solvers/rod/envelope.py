@@ -111,7 +111,7 @@ def beam_constants(q: float, l: float, rod_length: float) -> tuple[float, float,
     """C, D, V''(l) per unit stroke and the scaled determinant, as ``beam_column.solve`` defines them, for one q."""
     e = rod_length - l
     t = -q * l * l
-    decay = 1.0
+    half = 1.0
     if abs(t) <= _SERIES_LIMIT:
         c2, c3 = _remainders(t)
         c1, c0, difference = 1.0 - t * c3, 1.0 - t * c2, c2 - c3
@@ -121,11 +121,13 @@ def beam_constants(q: float, l: float, rod_length: float) -> tuple[float, float,
         c1, difference = sine / x, (sine - x * c0) / (x * t)
     else:
         y = math.sqrt(-t)
-        decay = math.exp(-y)
+        # Half the decay at a time: all of it may be too small a number to keep its digits.
+        half = math.exp(-0.5 * y)
+        decay = half * half
         c0, sine = 0.5 * (1.0 + decay * decay), -0.5 * math.expm1(-2.0 * y)
         c1, difference = sine / y, (y * c0 - sine) / (-y * t)
     det = l * l * l * difference + e * rod_length * l * c1
-    return (l * c1 + e * c0) / det, -(c0 + e * q * l * c1) / det, e * decay / det, det
+    return (l * c1 + e * c0) / det, -(c0 + e * q * l * c1) / det, e * half / det * half, det
 
 
 @fusing_kernel

@@ -1,4 +1,4 @@
-"""Reference values for the hard cases of the linkage: ``python -m tests.hard_cases.make_linkage_references``.
+"""Reference values for the linkage's hard cases: ``python -m tests.hard_cases.make_linkage_references [NAME ...]``.
 
 Reads linkage_cases.json and writes linkage_references.json. Nothing is shared with the solver: ratios come from the
 closure and R_k = R as linear equations, joints from intersecting circles, u31 from the joints' velocities, slopes from
@@ -10,6 +10,7 @@ Each value comes with its relative condition number: the sum of |d ln value/d ln
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import mpmath as mp
@@ -137,13 +138,18 @@ def least_area(mechanism):
     return best
 
 
-def ratio_case(case, angles):
+def mechanisms(case):
+    """A mechanism, and the two with a changed restitution or free ratio."""
     restitution, parameter = inputs(case)
-    plain = Mechanism(case["kind"], restitution, parameter)
-    moved = [
+    return Mechanism(case["kind"], restitution, parameter), [
         Mechanism(case["kind"], restitution * (1 + MOVED), parameter),
         Mechanism(case["kind"], restitution, parameter * (1 + MOVED)),
     ]
+
+
+def closed_case(case, angles):
+    """All that needs no search."""
+    plain, moved = mechanisms(case)
 
     def entry(read):
         value = read(plain)
@@ -151,7 +157,7 @@ def ratio_case(case, angles):
         return {"value": mp.nstr(value, SHOWN), "condition": float(mp.nstr(kappa, 6))}
 
     out = {
-        "parameter": {"value": mp.nstr(parameter, SHOWN), "condition": 1.0},
+        "parameter": {"value": mp.nstr(plain.parameter, SHOWN), "condition": 1.0},
         "lambda0": entry(lambda m: m.links[0]),
         "lambda2": entry(lambda m: m.links[1]),
         "lambda3": entry(lambda m: m.links[2]),
@@ -165,21 +171,45 @@ def ratio_case(case, angles):
         at = mp.mpf(phi) if phi > 0 else 2 * mp.pi + mp.mpf(phi)
         u = plain.u(at)
         curve.append({"value": mp.nstr(u, SHOWN), "scale": mp.nstr(max(abs(u), abs(plain.slope(at))), 12)})
+    return {**out, "curve": curve}
+
+
+def ratio_case(case, angles):
+    plain, moved = mechanisms(case)
+    out = closed_case(case, angles)
     places = places_over_the_cycle()
     for name in ("torque", "force"):
-        at, value = greatest(getattr(plain, name), places, 40)
+        at, value = greatest(getattr(plain, name), places, 50)
         kappa = mp.fsum(abs(getattr(m, name)(at) / value - 1) / MOVED for m in moved)
-        out[name] = {"value": mp.nstr(value, 15), "condition": float(mp.nstr(kappa, 6))}
+        out[name] = {"value": mp.nstr(value, 18), "condition": float(mp.nstr(kappa, 6))}
     with mp.workdps(40):
         _, value = least_area(plain)
         kappa = mp.fsum(abs(least_area(m)[1] / value - 1) / MOVED for m in moved)
     out["area"] = {"value": mp.nstr(value, 18), "condition": float(mp.nstr(kappa, 6))}
-    return {**out, "curve": curve}
+    return out
 
 
 def length_case(case):
+    """What lengths tell, with the relative condition number of what is not yes or no."""
+    plain = [mp.mpf(text) for text in case["lengths"]]
+    out = told_by_lengths(plain)
+    if out["closes"]:
+        base, crank, coupler, rocker = plain
+        g = mp.sqrt(base * coupler / (rocker * crank))
+        return out | {"condition": float(mp.nstr(4 * g / abs(g * g - 1), 6)) if g != 1 else 1.0}
+    name = "blocked" if "blocked" in out else "short_stop"
+    # As floats, whose triangles are what is judged where they do not close.
+    floats = [mp.mpf(float(text)) for text in case["lengths"]]
+    value, kappa = mp.mpf(told_by_lengths(floats, DIGITS)[name]), mp.mpf(0)
+    for i, length in enumerate(floats):
+        moved = [*floats[:i], length * (1 + MOVED**3), *floats[i + 1 :]]
+        kappa += abs(mp.mpf(told_by_lengths(moved, DIGITS)[name]) / value - 1) / MOVED**3
+    return out | {name: mp.nstr(value, SHOWN), "condition": float(mp.nstr(kappa, 6))}
+
+
+def told_by_lengths(lengths, shown=SHOWN):
     """Whether lengths close (in decimals, to 1e-12 of the longest), R_k then; and where crank and rocker stop."""
-    base, crank, coupler, rocker = (mp.mpf(text) for text in case["lengths"])
+    base, crank, coupler, rocker = lengths
     missed = {
         "largest_coupler": base + rocker - crank - coupler,
         "largest_rocker": base + coupler - crank - rocker,
@@ -188,9 +218,6 @@ def length_case(case):
     kind = min(missed, key=lambda name: abs(missed[name]))
     longest = max(base, crank, coupler, rocker)
     closes = abs(missed[kind]) <= longest * mp.mpf(10) ** -12
-    # As floats, whose triangles are what is judged where they do not close.
-    if not closes:
-        base, crank, coupler, rocker = (mp.mpf(float(text)) for text in case["lengths"])
     slack = longest * mp.mpf(10) ** -12 if closes else 0
     near, far = abs(base - crank), base + crank
     turns = near >= abs(coupler - rocker) - slack and far <= coupler + rocker + slack
@@ -205,15 +232,28 @@ def length_case(case):
         if kind == "largest_base":
             cosine = -(base**2 + crank**2 - (coupler + rocker) ** 2) / (2 * base * crank)
         if missed[kind] < 0:
-            out["blocked"] = mp.nstr(mp.acos(cosine), SHOWN)
+            out["blocked"] = mp.nstr(mp.acos(cosine), shown)
         else:
             apart = coupler + crank if kind == "largest_coupler" else coupler - crank
             cosine = (base**2 + rocker**2 - apart**2) / (2 * base * rocker)
-            out["short_stop"] = mp.nstr(mp.acos(-cosine if kind == "largest_coupler" else cosine), SHOWN)
+            out["short_stop"] = mp.nstr(mp.acos(-cosine if kind == "largest_coupler" else cosine), shown)
     return out
 
 
 def design_case(case):
+    """What no type meets, with its relative condition number in restitution, frequency and speed."""
+    kind, value = attained(case)
+    low, high = (mp.mpf(r) for r in case["restitution"])
+    _, moved = attained({**case, "restitution": [low * (1 + MOVED), high * (1 + MOVED)]})
+    return {
+        "requirement": "longest_link" if "longest_link" in case else "min_link",
+        "kind": kind,
+        "value": mp.nstr(value, SHOWN),
+        "condition": float(mp.nstr(2 + abs(moved / value - 1) / MOVED, 6)),
+    }
+
+
+def attained(case):
     """Over the types, the least longest link or the greatest shortest link with a mid-cycle angle of 40 to 140 degrees.
 
     Lengths over V = v/omega and nu = 2 asin(g/lambda2) are monotone in the free ratio, so the ends of the range that
@@ -258,29 +298,31 @@ def design_case(case):
         if best is not None:
             found[kind] = -best if longest else best
     kind = (min if longest else max)(found, key=found.get)
-    return {"requirement": "longest_link" if longest else "min_link", "kind": kind, "value": mp.nstr(found[kind], 15)}
+    return kind, found[kind]
 
 
 def load_cases():
     return json.loads((HERE / "linkage_cases.json").read_text())
 
 
-def main():
-    cases = load_cases()
-    out = {}
+def main(names):
+    cases, path = load_cases(), HERE / "linkage_references.json"
+    out = json.loads(path.read_text()) if names and path.exists() else {}
     with mp.workdps(DIGITS):
         for case in cases["ratios"]:
-            out[case["name"]] = ratio_case(case, cases["angles"])
-            print(case["name"], flush=True)
+            if not names or case["name"] in names:
+                out[case["name"]] = ratio_case(case, [*cases["angles"], *case.get("angles", ())])
+                print(case["name"], flush=True)
         for case in cases["lengths"]:
-            if "refused" not in case:
+            if "refused" not in case and (not names or case["name"] in names):
                 out[case["name"]] = length_case(case)
-    with mp.workdps(30):
+    with mp.workdps(40):
         for case in cases["designs"]:
-            out[case["name"]] = design_case(case)
-            print(case["name"], flush=True)
-    (HERE / "linkage_references.json").write_text(json.dumps(out, indent=1) + "\n")
+            if not names or case["name"] in names:
+                out[case["name"]] = design_case(case)
+                print(case["name"], flush=True)
+    path.write_text(json.dumps(out, indent=1) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

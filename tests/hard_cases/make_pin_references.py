@@ -267,21 +267,44 @@ def case_values(case):
     }
 
 
-def load_cases():
+def place_values(case, share):
+    """The wall at one place and the solid pin's deflection; no wall where even the solid section is too weak."""
+
+    def values(change=None):
+        plain, pin = Pin(case), Pin(case, change)
+        x = mp.mpf(share) * plain.L / 2
+        if x <= plain.a:
+            at = x * pin.a / plain.a
+        elif x <= plain.a + plain.gap:
+            at = pin.a + (x - plain.a) * (pin.gap / plain.gap if plain.gap else 1)
+        else:
+            at = pin.a + pin.gap + (x - plain.a - plain.gap) * pin.b / plain.b
+        return {"wall": pin.wall(at), "solid_deflection": pin.solid_deflection()}
+
+    plain = values()
+    if plain["wall"] is None:
+        return {}
+    moved = [values(name) for name in INPUTS]
+    return {name: (v, mp.fsum(abs(m[name] / v - 1) for m in moved) / STEP) for name, v in plain.items()}
+
+
+def load_cases(group="cases"):
     text = json.loads((HERE / "pin_cases.json").read_text())
-    for case in text["cases"]:
+    for case in text[group]:
         case["pin"] = {**text["base"], **case["changes"]}
-    return text["cases"]
+    return text[group]
 
 
 def main(names):
     path = HERE / "pin_references.json"
     known = json.loads(path.read_text()) if path.exists() else {}
-    for case in load_cases():
+    jobs = [(case, lambda c: case_values(c["pin"])) for case in load_cases()]
+    jobs += [(case, lambda c: place_values(c["pin"], c["place"])) for case in load_cases("walls")]
+    for case, make in jobs:
         if names and case["name"] not in names:
             continue
         with mp.workdps(DIGITS + 10):
-            found = case_values(case["pin"])
+            found = make(case)
             known[case["name"]] = {
                 key: {"value": mp.nstr(value, SHOWN), "condition": float(mp.nstr(kappa, 6))}
                 for key, (value, kappa) in found.items()

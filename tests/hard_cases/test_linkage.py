@@ -23,8 +23,8 @@ from tests.hard_cases.make_linkage_references import load_cases
 EPS = 2.0**-52
 CASES = load_cases()
 REFERENCES = json.loads((Path(__file__).parent / "linkage_references.json").read_text())
-CLOSED_FORM, SEARCHED = 8.0, 64.0
-"""Limits in eps kappa: of closed forms, and of what is searched for over angles or directions."""
+CLOSED_FORM, TRANSFER, SEARCHED = 8.0, 15.0, 30.0
+"""Limits in eps kappa: of closed forms, of u31, and of what is searched for over angles or directions."""
 
 SCENE = linkage.Scene(linkage.Restitution(0.3, 0.3), blow_frequency=25.0, impact_speed=5.0, impact_energy=2.0)
 
@@ -35,9 +35,66 @@ def units(found: float, reference: dict) -> float:
         return float(abs(mp.mpf(found) - exact) / abs(exact)) / (EPS * max(1.0, reference["condition"]))
 
 
-def bar_of(case: dict):
-    parameter = float(REFERENCES[case["name"]]["parameter"]["value"])
+def bar_of(case: dict, reference: dict):
+    parameter = float(reference["parameter"]["value"])
     return of_family(linkage.KINDS[case["kind"]], case["restitution"], parameter)
+
+
+def curve_units(bar, phi: float, entry: dict) -> float:
+    """The error of u31 in eps of the greater of |u31| and its slope."""
+    with mp.workdps(40):
+        off = abs(mp.mpf(float(bar.transfer(phi))) - mp.mpf(entry["value"]))
+        return float(off / mp.mpf(entry["scale"])) / EPS
+
+
+def angles(case):
+    return (*CASES["angles"], *case.get("angles", ()))
+
+
+def closed_forms(bar):
+    yield "lambda0", float(bar.ratios.base)
+    yield "lambda2", float(bar.ratios.coupler)
+    yield "lambda3", float(bar.ratios.rocker)
+    yield "start", bar.start
+    yield "end", bar.end
+    yield "swing", bar.swing
+    yield "transmission_angle", float(bar.transmission_angle(math.pi))
+
+
+def searched(bar):
+    found = peaks(bar, 1.0, 1.0)
+    yield "torque", found.torque
+    yield "force", found.force
+    yield "area", least_box(sweep(bar, 1.0), 0.0, tolerance=1e-13).area
+
+
+def checked(case):
+    return linkage.check(SCENE, linkage.of_lengths(linkage.Lengths(*map(float, case["lengths"])))).value
+
+
+def told_by_lengths(found, reference):
+    """(name, value) of what lengths tell beyond yes and no."""
+    if reference.get("restitution") is not None:
+        return "restitution", found.strike.restitution
+    if "blocked" in reference:
+        return "blocked", found.window.angle
+    if "short_stop" in reference:
+        return "short_stop", found.window.short_stop
+    return None
+
+
+def limited(case):
+    """What no type meets, as the design answers it."""
+    scene = linkage.Scene(
+        linkage.Restitution(*case["restitution"]), float(case["frequency"]), float(case["speed"]), impact_energy=1.0
+    )
+    limits = linkage.Limits(**{name: case[name] for name in ("longest_link", "min_link") if name in case})
+    return linkage.design(linkage.LinkageProblem(scene, limits, linkage.OBJECTIVES["longest_link"]))
+
+
+def attainable(case):
+    (entry,) = limited(case).diagnosis
+    return entry.attainable
 
 
 def test_there_are_enough_cases():
@@ -50,38 +107,28 @@ def test_there_are_enough_cases():
 
 @pytest.mark.parametrize("case", CASES["ratios"], ids=lambda case: case["name"])
 def test_closed_forms(case):
-    bar, reference = bar_of(case), REFERENCES[case["name"]]
-    found = {
-        "lambda0": bar.ratios.base,
-        "lambda2": bar.ratios.coupler,
-        "lambda3": bar.ratios.rocker,
-        "start": bar.start,
-        "end": bar.end,
-        "swing": bar.swing,
-        "transmission_angle": float(bar.transmission_angle(math.pi)),
-    }
-    for name, value in found.items():
-        assert units(float(value), reference[name]) <= CLOSED_FORM, name
+    reference = REFERENCES[case["name"]]
+    bar = bar_of(case, reference)
+    for name, value in closed_forms(bar):
+        assert units(value, reference[name]) <= CLOSED_FORM, name
     assert abs(bar.restitution / case["restitution"] - 1) <= 8 * EPS
 
 
 @pytest.mark.parametrize("case", CASES["ratios"], ids=lambda case: case["name"])
 def test_transfer_function(case):
-    bar = bar_of(case)
+    reference = REFERENCES[case["name"]]
+    bar = bar_of(case, reference)
     assert bar.rotatable
-    for phi, exact in zip(CASES["angles"], REFERENCES[case["name"]]["curve"], strict=True):
-        with mp.workdps(40):
-            error = abs(mp.mpf(float(bar.transfer(phi))) - mp.mpf(exact["value"])) / mp.mpf(exact["scale"])
-        assert error <= 1e-14, phi
+    for phi, exact in zip(angles(case), reference["curve"], strict=True):
+        assert curve_units(bar, phi, exact) <= TRANSFER, phi
 
 
 @pytest.mark.parametrize("case", CASES["ratios"], ids=lambda case: case["name"])
 def test_peak_loads_and_box(case):
-    bar, reference = bar_of(case), REFERENCES[case["name"]]
-    found = peaks(bar, 1.0, 1.0)
-    assert units(found.torque, reference["torque"]) <= SEARCHED
-    assert units(found.force, reference["force"]) <= SEARCHED
-    assert units(least_box(sweep(bar, 1.0), 0.0, tolerance=1e-13).area, reference["area"]) <= SEARCHED + 1e-13 / EPS
+    reference = REFERENCES[case["name"]]
+    bar = bar_of(case, reference)
+    for name, value in searched(bar):
+        assert units(value, reference[name]) <= case.get("within", SEARCHED), name
 
 
 @pytest.mark.parametrize("case", CASES["lengths"], ids=lambda case: case["name"])
@@ -93,7 +140,7 @@ def test_lengths(case):
         assert refused.value.field == f"lengths.{case['refused']}"
         return
     reference = REFERENCES[case["name"]]
-    found = linkage.check(SCENE, linkage.of_lengths(linkage.Lengths(*lengths))).value
+    found = checked(case)
     assert found.mechanism.closure.closes == reference["closes"]
     assert found.rotatable == reference["rotatable"]
     if "restitution" in reference:
@@ -115,13 +162,7 @@ def test_lengths(case):
 
 @pytest.mark.parametrize("case", CASES["designs"], ids=lambda case: case["name"])
 def test_limits_that_no_type_meets(case):
-    scene = linkage.Scene(
-        linkage.Restitution(*case["restitution"]), float(case["frequency"]), float(case["speed"]), impact_energy=1.0
-    )
-    reference = REFERENCES[case["name"]]
-    limits = linkage.Limits(**{name: case[name] for name in ("longest_link", "min_link") if name in case})
-    problem = linkage.LinkageProblem(scene, limits, linkage.OBJECTIVES["longest_link"])
-    outcome = linkage.design(problem)
+    reference, outcome = REFERENCES[case["name"]], limited(case)
     assert outcome.value is None
     (entry,) = outcome.diagnosis
     assert entry.requirement == reference["requirement"]

@@ -1,28 +1,52 @@
-"""The page shows every case there is, and figures that keep the goal."""
+"""The page shows every case of every wing, with figures that keep the goal or the limit that a case says itself."""
 
 from __future__ import annotations
 
-from tests.hard_cases.page import GOAL, PAGE, check_row, kernel_row
-from tests.hard_cases.test_rod import CASES
+import pytest
 
-ROWS = [
-    [cell.strip() for cell in line.strip("|").split("|")]
-    for line in PAGE.read_text("utf-8").splitlines()
-    if line.startswith("| ") and not line.startswith("| case")
-]
+from tests.hard_cases.cases import WINGS, read
+from tests.hard_cases.page import PAGE, SECTIONS
+from tests.hard_cases.rows.section import GOAL
 
-
-def test_the_page_has_the_cases_of_the_list():
-    assert [row[:2] for row in ROWS] == [[case["name"], case["why"]] for case in CASES["checks"] + CASES["kernels"]]
+TEXT = PAGE.read_text("utf-8")
 
 
-def test_every_figure_keeps_the_goal():
-    assert all(float(row[4]) < GOAL for row in ROWS)
+def shown(title: str) -> list[list[str]]:
+    """The rows below a section's title."""
+    (part,) = [part for part in TEXT.split("\n## ")[1:] if part.startswith(f"{title} (")]
+    lines = [line for line in part.splitlines() if line.startswith("| ") and not line.startswith("| case")]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
 
 
-def test_rows_are_made_as_the_page_has_them():
+def each(sections):
+    return pytest.mark.parametrize("section", sections, ids=lambda section: section.title)
+
+
+@each(SECTIONS)
+def test_the_page_has_the_cases_of_the_list(section):
+    assert [row[:2] for row in shown(section.title)] == [[case["name"], case["why"]] for case in section.cases]
+
+
+def test_every_case_of_the_data_is_on_the_page():
+    on_page = [case["name"] for section in SECTIONS for case in section.cases]
+    for wing in WINGS:
+        data = read(wing)
+        names = [case["name"] for group in data.values() if isinstance(group, list) for case in group
+                 if isinstance(case, dict)]  # fmt: skip
+        assert len(names) >= 40, wing
+        assert set(names) <= set(on_page)
+    assert TEXT.count("\n## ") == len(SECTIONS) + 2
+
+
+@each(SECTIONS)
+def test_every_figure_keeps_the_goal(section):
+    for row, case in zip(shown(section.title), section.cases, strict=True):
+        assert float(row[4]) < case.get("within", GOAL), row[0]
+        assert ("within" in case) == ("beyond" in case)
+
+
+@each(SECTIONS)
+def test_rows_are_made_as_the_page_has_them(section):
     """Case, reason and condition number, which no machine's rounding changes."""
-    for case, make in ((CASES["checks"][0], check_row), (CASES["kernels"][3], kernel_row)):
-        cells = [cell.strip() for cell in make(case).strip("|").split("|")]
-        (shown,) = [row for row in ROWS if row[0] == case["name"]]
-        assert cells[:2] == shown[:2]
+    rows = shown(section.title)
+    assert list(section.row(section.cases[0]).cells()[:3]) == rows[0][:3]

@@ -295,7 +295,8 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
         strip = _Strip.of(cycle, LADDER[step], mean)
         found = strip.solve(edges, strip.pace.size)
     ahead, modes = math.inf, strip.pace.size
-    while ahead > wanted:
+    # The first change must not be taken for all there is while a second mode, closer to a resonance, may ring unseen.
+    while ahead > wanted or (rings and wide > 0.3 * follows):
         edges, wide = _finer(pieces, edges, wide), 0.5 * wide
         if ahead < math.inf and rings:
             # What the other modes do is known; none of them rings, as such steps damp them.

@@ -1,4 +1,4 @@
-"""Harmonic balance of the vibrating strip against finite elements in space and collocation in time."""
+"""The vibrating strip against finite elements in space and global collocation in time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.solvers.rod.finite_elements import vibration
 from tests.solvers.rod.machines import PAPER, STRIP
 
 ANGLES = 2 * np.pi * np.arange(40) / 40
-"""Enough for the harmonics that the balance keeps; both models leave out what a far higher one may resonate with."""
+"""Enough for the harmonics of a smooth force; the reference leaves out what a far higher one may resonate with."""
 STATIONS = np.linspace(0.0, STRIP.l, 41)
 STILL, MOVING = Composition(beam=BeamColumn()), Composition(beam=BeamColumn(), corrections=(RodInertia(),))
 
@@ -104,7 +104,7 @@ def test_the_truncation_is_smaller_than_its_estimate(speed, delta, harmonics, no
 
 
 def test_a_check_says_what_truncation_leaves_out():
-    """A table's curve has jumps of its second derivative, which no number of harmonics follows to the last digit."""
+    """A table's curve has jumps of its second derivative, behind which every mode rings."""
     table = rod.TableLoad((0.0, 1.0, 3.0, 5.0), (1.0e6, 1.3e6, 1.1e6, 1.2e6))
     active = frozenset({"beam_column", "rod_inertia"})
     effects = rod.EffectSelection(active, frozenset(effect.name for effect in EFFECTS) - active)

@@ -5,14 +5,17 @@ The registry is the only list of kinds; routes, storage, forms, jobs and exports
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import json
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from importlib.resources import files
 from typing import Any
 
 from pydantic import BaseModel
 
 from solvers.accuracy import Reference
+from solvers.effects import Effect
 
 Plot = Callable[[dict[str, Any]], str]
 """From a succeeded run, as its JSON tells it, to SVG."""
@@ -72,7 +75,8 @@ class Job:
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """A kind of design: its slug in URLs, its title for people, its jobs by mode, effects and plots by name.
+    """A kind of design: its slug in URLs, its title for people, its jobs by mode, the effects that its scenes can
+    call for, its plots by name.
 
     ``main_results`` are the numbers of a result that an accuracy study judges; none where the answer has a closed form.
     ``drawn_if`` names the plots that only some runs have, and how to tell from the run.
@@ -82,8 +86,15 @@ class Kind:
     title: str
     summary: str
     jobs: Mapping[Mode, Job]
-    effects: Callable[[], list[dict[str, Any]]]
-    example: Callable[[Mode], dict[str, Any]]
+    known_effects: Sequence[Effect]
     plots: Mapping[str, Plot]
     main_results: tuple[str, ...]
     drawn_if: Mapping[str, Callable[[dict[str, Any]], bool]] = field(default_factory=dict)
+
+    def effects(self) -> list[dict[str, Any]]:
+        """The effects as the service shows them."""
+        return [{"name": e.name, "summary": e.summary, "measure": e.measure} for e in self.known_effects]
+
+    def example(self, mode: Mode) -> dict[str, Any]:
+        """A worked example of a request of that mode."""
+        return json.loads((files("app.designs") / "examples" / f"{self.slug}-{mode}.json").read_text("utf-8"))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -233,23 +231,12 @@ def run_dynamics(request: DynamicsRequest) -> Answer:
     return envelope(outcome, result)
 
 
-def effects() -> list[dict[str, Any]]:
-    """The effects a crank mechanism's scene can call for."""
-    return [{"name": e.name, "summary": e.summary, "measure": e.measure} for e in crank.EFFECTS]
-
-
-def example(mode: Mode) -> dict[str, Any]:
-    """A car's cylinder on a made-up indicator diagram."""
-    return json.loads((files("app.designs") / "examples" / f"crank-dynamics-{mode}.json").read_text("utf-8"))
-
-
 CRANK_DYNAMICS = Kind(
     slug="crank-dynamics",
     title="Crank dynamics",
     summary="forces, torque and power of a crank mechanism over its cycle, and the instants that load its parts",
     jobs={Mode.ANALYSIS: Job(DynamicsRequest, DynamicsResult, run_dynamics)},
-    effects=effects,
-    example=example,
+    known_effects=crank.EFFECTS,
     plots=PLOTS,
     main_results=(
         "mean_torque_nm",

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections.abc import Mapping
-from importlib.resources import files
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, RootModel
@@ -239,23 +237,12 @@ def run_masses(request: MassesRequest) -> Answer:
     return Answer("succeeded", result, [], accuracy, {"solve_s": time.perf_counter() - started})
 
 
-def effects() -> list[dict[str, Any]]:
-    """None: the formulas are closed and leave nothing out by choice."""
-    return []
-
-
-def example(mode: Mode) -> dict[str, Any]:
-    """A made-up rod on two knife edges."""
-    return json.loads((files("app.designs") / "examples" / f"crank-masses-{mode}.json").read_text("utf-8"))
-
-
 CRANK_MASSES = Kind(
     slug="crank-masses",
     title="Crank masses",
     summary="a rod's reduced masses by swinging it, by weighing its ends, or by estimate",
     jobs={Mode.ANALYSIS: Job(MassesRequest, MassesResult, run_masses)},
-    effects=effects,
-    example=example,
+    known_effects=(),
     plots={},
     main_results=(),
 )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from importlib.resources import files
 from typing import Any
 
 from pydantic import Field
@@ -148,16 +146,6 @@ def run_design(request: DesignRequest) -> Answer:
     return envelope(outcome, result)
 
 
-def effects() -> list[dict[str, Any]]:
-    """The effects a rod's scene can call for."""
-    return [{"name": e.name, "summary": e.summary, "measure": e.measure} for e in rod.EFFECTS]
-
-
-def example(mode: Mode) -> dict[str, Any]:
-    """The paper's machine as a request of the given mode."""
-    return json.loads((files("app.designs") / "examples" / f"flexible-rod-{mode}.json").read_text("utf-8"))
-
-
 MAIN_RESULTS = (
     "fatigue_safety",
     "stability_safety",
@@ -184,8 +172,7 @@ FLEXIBLE_ROD = Kind(
         Mode.DESIGN: Job(DesignRequest, DesignResult, run_design),
         Mode.CHECK: Job(CheckRequest, RodResult, run_check),
     },
-    effects=effects,
-    example=example,
+    known_effects=rod.EFFECTS,
     plots={"stability-map": stability_map},
     main_results=MAIN_RESULTS,
 )

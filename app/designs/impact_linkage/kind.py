@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -357,16 +355,6 @@ def _front(request: DesignRequest, points: tuple[linkage.FrontPoint, ...]) -> di
     }
 
 
-def effects() -> list[dict[str, Any]]:
-    """The effects a linkage's scene can call for."""
-    return [{"name": e.name, "summary": e.summary, "measure": e.measure} for e in linkage.EFFECTS]
-
-
-def example(mode: Mode) -> dict[str, Any]:
-    """A hand-held breaker as a request of the given mode."""
-    return json.loads((files("app.designs") / "examples" / f"impact-linkage-{mode}.json").read_text("utf-8"))
-
-
 MAIN_RESULTS = (
     "u31_start",
     "u31_end",
@@ -395,8 +383,7 @@ IMPACT_LINKAGE = Kind(
         Mode.DESIGN: Job(DesignRequest, DesignResult, run_design),
         Mode.CHECK: Job(CheckRequest, LinkageResult, run_check),
     },
-    effects=effects,
-    example=example,
+    known_effects=linkage.EFFECTS,
     plots={
         "mechanism": mechanism_picture,
         "transfer": transfer_picture,

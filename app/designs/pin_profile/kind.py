@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from importlib.resources import files
-from typing import Any
-
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.pin_profile.pictures import bore_picture, forces_picture, load_family, stress_picture
 from app.designs.pin_profile.request import CheckRequest, DesignRequest
@@ -74,16 +70,6 @@ def _design_bushing(request: DesignRequest) -> Answer:
     return envelope(outcome, design_json(outcome, bushing_json(found.check), corners))
 
 
-def effects() -> list[dict[str, Any]]:
-    """The effects a pin's scene can call for."""
-    return [{"name": e.name, "summary": e.summary, "measure": e.measure} for e in pin.EFFECTS]
-
-
-def example(mode: Mode) -> dict[str, Any]:
-    """The paper's pin as a request of the given mode."""
-    return json.loads((files("app.designs") / "examples" / f"pin-profile-{mode}.json").read_text("utf-8"))
-
-
 MAIN_RESULTS = (
     "mass_g", "solid_mass_g", "constant_bore_mass_g", "max_moment_nmm", "force_limit_n", "deflection_um",
 )  # fmt: skip
@@ -98,8 +84,7 @@ PIN_PROFILE = Kind(
         Mode.DESIGN: Job(DesignRequest, DesignResult, run_design, infeasible=InfeasibleResult),
         Mode.CHECK: Job(CheckRequest, PinResult, run_check),
     },
-    effects=effects,
-    example=example,
+    known_effects=pin.EFFECTS,
     plots={
         "bore": bore_picture,
         "forces": forces_picture,

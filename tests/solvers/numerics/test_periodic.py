@@ -74,3 +74,15 @@ def test_samples_grow_dense_where_a_named_jump_is(width):
     near = np.linspace(2.0 - 3 * width, 2.0 + 3 * width, 101)
     interpolated = np.interp(near, angles, function(angles)[0])
     assert np.abs(interpolated - function(near)[0]).max() <= 0.05
+
+
+def test_no_kink_deceives_the_mean():
+    rng = np.random.default_rng(0)
+    for _ in range(400):
+        kink, cosine, sine = rng.uniform(0.0, 6.28), rng.uniform(-1.0, 1.0), rng.uniform(-0.3, 0.3)
+
+        def kinked(x, k=kink, a=cosine, b=sine):
+            return np.abs(np.sin(0.5 * (x - k))) + 1.0 + a * np.cos(x) + b * np.sin(3.0 * x)
+
+        found = periodic.mean_by_pieces(kinked, 10 ** rng.uniform(-7.0, -2.0), np.array([0.0]))
+        assert abs(found.value - (1.0 + 2.0 / np.pi)) <= found.error + 1e-14

@@ -36,8 +36,9 @@ lint: $(STAMP)   ## style only
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 
-bench: $(STAMP)  ## measure against the peers, write docs/benchmarks.md
+bench: $(STAMP)  ## measure against the peers, write docs/benchmarks.md and docs/accuracy.md
 	$(BIN)/python -m bench
+	$(BIN)/python -m bench.work_precision
 
 campaign: $(STAMP)  ## hold every promise against thousands of random scenes (hours), write docs/campaign.md; hunt for hard cases, write docs/hard-cases.md
 	$(BIN)/python -m bench.campaign

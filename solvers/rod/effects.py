@@ -109,7 +109,8 @@ class RodInertiaEffect:
     name: str = "rod_inertia"
     summary: str = "transverse inertia of the strip, with all harmonics of the axial force"
     measure: str = (
-        "2 (k omega/omega_1)^2, k = 3 or what the force's changes make of it, omega_1 under the greatest compression"
+        "2 (k omega/omega_1)^2, k = 3 or what the force's changes make of it, omega_1 under the greatest compression; "
+        "and 4 times what jumps of the force leave ringing"
     )
 
     def influence(self, situation: Situation) -> float:
@@ -119,7 +120,8 @@ class RodInertiaEffect:
         speed = situation.scene.mechanism.speed
         flexure = max(1.0, _FLEXURE * situation.scene.mechanism.rod_length / situation.dimensions.l)
         share = _relative((3.0 * speed) ** 2 * situation.unsteadiness, slowest**2)
-        return 2.0 * share * flexure * situation.weakness if share else 0.0
+        steady = 2.0 * share * flexure * situation.weakness if share else 0.0
+        return steady + 4.0 * situation.jolt(slowest)
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, corrections=(*composition.corrections, RodInertia()))

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics import periodic
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import grid
 from solvers.rod import beam_column, strip_kernels
@@ -45,14 +46,15 @@ class Driven:
     @cached_property
     def coarse(self) -> tuple[Array, Array]:
         """Axial force [N] with all inertia, and sin(phi), at angles that show the load's extremes."""
-        return self._at(self._angles)
+        return self.at(self._angles)
 
     @cached_property
     def fine(self) -> tuple[Array, Array]:
         """The same at evenly spaced angles, close enough for second differences."""
-        return self._at(_FINE)
+        return self.at(_FINE)
 
-    def _at(self, angles: Array) -> tuple[Array, Array]:
+    def at(self, angles: Array) -> tuple[Array, Array]:
+        """Axial force [N] with all inertia, and sin(phi), at these angles."""
         return axial_forces(self._gas._replace(mass=self.scene.piston.reciprocating_mass), angles), np.sin(angles)
 
 
@@ -140,6 +142,27 @@ class Situation:
         """Greatest acceleration of the strip's middle, beside that of one that follows the stroke's sine: 1 or more."""
         length, rod_length = self.dimensions.l, self.scene.mechanism.rod_length
         return max(1.0, _middle_acceleration(*self.driven.fine, self.stiffness, length, rod_length))
+
+    def jolt(self, frequency: float) -> float:
+        """How far a jump of the force sets a mode of this frequency [Hz] ringing, as a share of the greatest reactions.
+
+        A change that takes the time t leaves at most min(1, 1/(pi f t)) of itself as ringing. Only steps between the
+        load's own angles count that even samples do not see; what they see is ``unsteadiness``.
+        """
+        angles = np.unique(np.mod(self.scene.load.sharp_angles(), periodic.TURN))
+        gaps = np.diff(angles)
+        close = np.flatnonzero(gaps < periodic.TURN / _FINE.size)
+        if not close.size:
+            return 0.0
+        force, sine = self.driven.at(angles)
+        length, rod_length = self.dimensions.l, self.scene.mechanism.rod_length
+        clamp, shear, _, _ = strip_kernels.solve(force / self.stiffness, length, rod_length)
+        left = 1.0 / np.maximum(1.0, 0.5 * frequency * gaps[close] / self.scene.mechanism.speed)
+        shares = [0.0]
+        for reaction, greatest in zip((shear * sine, clamp * sine), self._reactions[:2], strict=True):
+            change = np.abs(np.diff(reaction)[close]) * self.stiffness * self.scene.mechanism.crank_radius
+            shares.append(float(np.max(change * left)) / greatest if greatest else math.inf)
+        return max(shares)
 
     @cached_property
     def weakness(self) -> float:

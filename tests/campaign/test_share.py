@@ -35,3 +35,8 @@ def test_every_combination_of_effects_runs(slug):
     tried = combinations(scenes(slug, 1, first_seed=900))
     assert tried.run == 2 ** len(KINDS[slug].effects())
     assert tried.broken == ()
+
+
+def test_a_table_that_jumps_makes_the_strip_ring():
+    """A scene that the campaign found: pressures a tenth of a degree apart, the strip stiff otherwise."""
+    assert choices(scenes("flexible-rod", 1, first_seed=28), tolerances=(1e-1,)).false_skips == ()

@@ -119,11 +119,11 @@ def unfolded(program: Program, half: Array) -> Array:
 
 def least_solidity(scene: Scene, criterion: Criterion, floor: float, x: Array) -> Array:
     """The least u at any places x of the first half, for a pin whose halves are alike."""
-    found = np.full(x.shape, floor)
-    for at in (x,) if scene.symmetric else (x, scene.geometry.length - x):
-        for demand in demands_at(scene, criterion, at, at):
-            found = np.maximum(found, least_wall(demand))
-    return solidity_of(found)
+    ahead = least_wall(demands_at(scene, criterion, x, x), floor, x.size)
+    if scene.symmetric:
+        return solidity_of(ahead)
+    behind = scene.geometry.length - x
+    return solidity_of(np.maximum(ahead, least_wall(demands_at(scene, criterion, behind, behind), floor, x.size)))
 
 
 def demands_at(scene: Scene, criterion: Criterion, x: Array, side: Array) -> tuple[Demand, ...]:
@@ -172,9 +172,7 @@ def assemble(
     g, m = scene.geometry, scene.material
     demands = demands_at(scene, criterion, stations.x, stations.side)
     floor = wall_floor(scene, limits)
-    wall = np.full(stations.x.size, floor)
-    for demand in demands:
-        wall = np.maximum(wall, least_wall(demand))
+    wall = least_wall(demands, floor, stations.x.size)
     forces = forces_at(scene.cases[0], stations.x, stations.side)
     unit_moment, unit_shear = scene.reference.unit_load(stations.x)
     # A station on an end of the span lies inside only if its panel does.

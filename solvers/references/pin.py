@@ -21,7 +21,7 @@ Case = Mapping[str, Any]
 INPUTS = ("outer_diameter", "boss_length", "small_end_length", "gap", "force", "allowable_stress")
 ORDER = 40
 DIGITS = 34
-_QUICK, _CHECKED = 16, 24
+_QUICK, _CHECKED = 12, 18
 
 
 def _patient() -> None:

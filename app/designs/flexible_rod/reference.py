@@ -45,7 +45,7 @@ def design_reference(request: DesignRequest, answer: Answer) -> Reference | None
     """A design's main results, at the dimensions of its own tightest answer."""
     found = answer.result["dimensions"]
     sizes = tuple(found[f"{name}_mm"] * MILLI for name in "bhl")
-    return _reference(request, sizes, answer, ", at the dimensions of the case solved to 1e-12")
+    return _reference(request, sizes, answer, ", at the dimensions of the tightest solution")
 
 
 def _reference(

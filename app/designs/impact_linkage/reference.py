@@ -40,7 +40,7 @@ def design_reference(request: DesignRequest, answer: Answer) -> Reference | None
     """A design's main results, with the type and the free ratio of its own tightest answer."""
     kind = answer.result["type"]
     ratio = answer.result["ratios"][linkage.KINDS[kind].parameter]
-    return _reference(request, kind, ratio, answer, ", with the free ratio of the case solved to 1e-12")
+    return _reference(request, kind, ratio, answer, ", with the free ratio of the tightest solution")
 
 
 def _reference(request: LinkageRequest, kind: str, ratio: float, answer: Answer, where: str) -> Reference | None:

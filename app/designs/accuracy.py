@@ -89,6 +89,7 @@ class EffectCostResult(Strict):
     name: str
     active: bool
     change: float | None = Field(description="greatest relative change of the main results between with and without")
+    brings: list[str] = Field(description="main results that exist only with it")
     time_with_s: float | None
     time_without_s: float | None
     runs: int
@@ -132,7 +133,7 @@ def study_job(kind: Kind) -> Job:
 
     def in_steps(asked: Any, report: Report) -> Answer:
         mode = next(Mode(name) for name, model in specs.items() if isinstance(asked.spec, model))
-        return _run(kind, kind.jobs[mode], asked, report)
+        return _run(kind, mode, asked, report)
 
     def run(asked: Any) -> Answer:
         return in_steps(asked, to_nobody)
@@ -183,9 +184,9 @@ class _Count:
         self._report(Progress(self._done, max(self._of, self._done), self._doing))
 
 
-def _run(kind: Kind, job: Job, asked: Any, report: Report) -> Answer:
+def _run(kind: Kind, mode: Mode, asked: Any, report: Report) -> Answer:
     """Solve the case at every accuracy of the ladder, then with every effect turned about."""
-    budget, last = asked.study_budget_s, {}
+    job, budget, last = kind.jobs[mode], asked.study_budget_s, dict[str, Answer]()
     plan = Plan(time=_OF_LEVELS * budget, reference_time=_OF_REFERENCE * budget)
     turned = EFFECT_RUNS * (1 + len(kind.known_effects))
     count = _Count(1 + plan.runs * len(plan.ladder) + turned, report)
@@ -193,7 +194,7 @@ def _run(kind: Kind, job: Job, asked: Any, report: Report) -> Answer:
     def solve(accuracy: float) -> Solved:
         answer = job.run(asked.spec.model_copy(update={"accuracy": accuracy}))
         count.one()
-        solved = _solved(kind, answer, asked.spec)
+        solved = _solved(kind, mode, answer, asked.spec)
         if solved is None:
             raise _NoAnswer(answer)
         last["answer"] = answer
@@ -239,11 +240,11 @@ def _run(kind: Kind, job: Job, asked: Any, report: Report) -> Answer:
     )
 
 
-def _solved(kind: Kind, answer: Answer, given: Any) -> Solved | None:
-    """The main results of an answer, and its dimensions where they are not given; None where it has none."""
+def _solved(kind: Kind, mode: Mode, answer: Answer, given: Any) -> Solved | None:
+    """What an answer in that mode is judged by, its dimensions too where they are not given; None where it has none."""
     if answer.status != "succeeded" or answer.result is None:
         return None
-    results = {name: answer.result[name] for name in kind.main_results if name in answer.result}
+    results = kind.judged_values(answer.result, mode)
     if not hasattr(given, "dimensions"):
         for name, value in answer.result.get("dimensions", {}).items():
             results[f"dimensions.{name}"] = value
@@ -262,7 +263,8 @@ def _effect_costs(
         settled = EffectChoice(include=sorted(chosen), exclude=sorted(set(names) - chosen))
         answer = job.run(asked.spec.model_copy(update={"effects": settled}))
         count.one()
-        return _solved(kind, answer, asked.spec)
+        # Of a design too, every result that an effect may bring: both designs are as exact as was asked for.
+        return _solved(kind, Mode.CHECK, answer, asked.spec)
 
     active = frozenset(effect["name"] for effect in manifest if effect["state"] == "active")
     return effect_costs(solve, names, active, _OF_EFFECTS * asked.study_budget_s)
@@ -297,6 +299,7 @@ def _cost(cost: EffectCost) -> dict[str, Any]:
         "name": cost.name,
         "active": cost.active,
         "change": cost.change,
+        "brings": list(cost.brings),
         "time_with_s": cost.time_with,
         "time_without_s": cost.time_without,
         "runs": cost.runs,

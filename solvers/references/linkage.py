@@ -13,7 +13,6 @@ from solvers.references.searching import Number
 DIGITS = 120
 _ROUNDS = 45
 _BOX_DIGITS = 30
-NEAR = mp.mpf(10) ** -20
 
 SIGNS = {"largest_coupler": (1, 1), "largest_rocker": (1, -1), "largest_base": (-1, -1)}
 """Where crank pin and rocker joint lie at the blow, along the base."""
@@ -152,7 +151,8 @@ def greatest(f, places, rounds):
 
 def places_over_the_cycle():
     """Evenly, and crowded about mid-cycle and both ends."""
-    out = {NEAR, 2 * mp.pi - NEAR} | {2 * mp.pi * i / 64 for i in range(1, 64)}
+    near = mp.mpf(10) ** -(mp.mp.dps // 6)
+    out = {near, 2 * mp.pi - near} | {2 * mp.pi * i / 64 for i in range(1, 64)}
     for k in range(1, 40):
         d = mp.mpf(10) ** (-mp.mpf(k) / 4)
         out |= {mp.pi - d, mp.pi + d, d, 2 * mp.pi - d}
@@ -169,7 +169,7 @@ def least_area(mechanism, pad=0):
         beside = values[max(i - 1, 0)], values[min(i + 1, len(values) - 1)]
         if value <= floor * mp.mpf("1.01") and value <= min(beside):
             low, high = places[max(i - 1, 0)], places[min(i + 1, len(values) - 1)]
-            at, found = narrowed(lambda x: -mechanism.area(x, pad), low, high, 110)
+            at, found = narrowed(lambda x: -mechanism.area(x, pad), low, high, 3 * mp.mp.dps)
             best = min([best, (at, -found)] if best else [(at, -found)], key=lambda pair: pair[1])
     return best
 

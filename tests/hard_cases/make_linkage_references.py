@@ -1,6 +1,6 @@
 """Reference values for the linkage's hard cases: ``python -m tests.hard_cases.make_linkage_references [NAME ...]``.
 
-Reads linkage_cases.json and writes linkage_references.json, at 180 digits, from ``solvers.references.linkage``, which
+Reads linkage_cases.json and writes linkage_references.json, at 240 digits, from ``solvers.references.linkage``, which
 shares nothing with the solver.
 
 Each value comes with its relative condition number: the sum of |d ln value/d ln input| over restitution and free ratio.
@@ -17,8 +17,8 @@ import mpmath as mp
 from solvers.references.linkage import SIGNS, Mechanism, greatest, least_area, narrowed, places_over_the_cycle
 
 HERE = Path(__file__).parent
-DIGITS, SHOWN = 180, 25
-MOVED = mp.mpf(10) ** -12
+DIGITS, SHOWN = 240, 30
+MOVED = mp.mpf(10) ** -25
 
 
 def inputs(case) -> tuple[mp.mpf, mp.mpf]:
@@ -75,13 +75,13 @@ def ratio_case(case, angles):
     out = closed_case(case, angles)
     places = places_over_the_cycle()
     for name in ("torque", "force"):
-        at, value = greatest(getattr(plain, name), places, 50)
+        at, value = greatest(getattr(plain, name), places, 90)
         kappa = mp.fsum(abs(getattr(m, name)(at) / value - 1) / MOVED for m in moved)
-        out[name] = {"value": mp.nstr(value, 18), "condition": float(mp.nstr(kappa, 6))}
-    with mp.workdps(40):
+        out[name] = {"value": mp.nstr(value, SHOWN), "condition": float(mp.nstr(kappa, 6))}
+    with mp.workdps(60):
         _, value = least_area(plain)
         kappa = mp.fsum(abs(least_area(m)[1] / value - 1) / MOVED for m in moved)
-    out["area"] = {"value": mp.nstr(value, 18), "condition": float(mp.nstr(kappa, 6))}
+    out["area"] = {"value": mp.nstr(value, SHOWN), "condition": float(mp.nstr(kappa, 6))}
     return out
 
 
@@ -98,8 +98,8 @@ def length_case(case):
     floats = [mp.mpf(float(text)) for text in case["lengths"]]
     value, kappa = mp.mpf(told_by_lengths(floats, DIGITS)[name]), mp.mpf(0)
     for i, length in enumerate(floats):
-        moved = [*floats[:i], length * (1 + MOVED**3), *floats[i + 1 :]]
-        kappa += abs(mp.mpf(told_by_lengths(moved, DIGITS)[name]) / value - 1) / MOVED**3
+        moved = [*floats[:i], length * (1 + MOVED), *floats[i + 1 :]]
+        kappa += abs(mp.mpf(told_by_lengths(moved, DIGITS)[name]) / value - 1) / MOVED
     return out | {name: mp.nstr(value, SHOWN), "condition": float(mp.nstr(kappa, 6))}
 
 
@@ -188,7 +188,7 @@ def attained(case):
                 told = measure(p)
                 return -mp.inf if told is None else (-told if longest else told)
 
-            _, reached = narrowed(cost, before, after, 120)
+            _, reached = narrowed(cost, before, after, 180)
             reached = max(reached, cost(places[i]))
             best = reached if best is None else max(best, reached)
         if best is not None:
@@ -212,7 +212,7 @@ def main(names):
         for case in cases["lengths"]:
             if "refused" not in case and (not names or case["name"] in names):
                 out[case["name"]] = length_case(case)
-    with mp.workdps(40):
+    with mp.workdps(60):
         for case in cases["designs"]:
             if not names or case["name"] in names:
                 out[case["name"]] = design_case(case)

@@ -9,7 +9,7 @@ from app.designs.independent import Found, active, exact, reference
 from app.designs.kind import Answer
 from app.designs.pin_profile.request import CheckRequest, DesignRequest, PinRequest
 from app.designs.pin_profile.result import MICRO
-from app.designs.schema import MILLI
+from app.designs.schema import MEGA, MILLI
 from solvers.accuracy import Exact, Reference
 
 _NAMES = {
@@ -19,6 +19,8 @@ _NAMES = {
     "max_moment": ("max_moment_nmm", MILLI),
     "force_limit": ("force_limit_n", 1.0),
     "deflection": ("deflection_um", MICRO),
+    "small_end_pressure": ("contact_pressures_mpa.small_end", MEGA),
+    "boss_peak_pressure": ("contact_pressures_mpa.boss_peak", MEGA),
 }
 _MADE = "the textbook's forces, stresses in bore ratios, Cowper's coefficient"
 
@@ -41,7 +43,7 @@ def check_reference(request: CheckRequest, answer: Answer) -> Reference | None:
         found = given_bore(case, points, "shear_deflection" in active(answer), watch)
         return found if alike else {"mass": found["mass"]}
 
-    return _reference(request, bore)
+    return _reference(request, answer, bore)
 
 
 def design_reference(request: DesignRequest, answer: Answer) -> Reference | None:
@@ -57,7 +59,7 @@ def design_reference(request: DesignRequest, answer: Answer) -> Reference | None
             return {}
         return free_bore(case, "shear_deflection" in active(answer), watch)
 
-    return _reference(request, bore)
+    return _reference(request, answer, bore)
 
 
 def _plain(request: PinRequest) -> bool:
@@ -66,7 +68,7 @@ def _plain(request: PinRequest) -> bool:
     return limits.max_deflection_um is None and limits.max_ovalization_um is None and limits.max_slope is None
 
 
-def _reference(request: PinRequest, bore: Callable[[dict[str, Any], Watch], Found]) -> Reference:
+def _reference(request: PinRequest, answer: Answer, bore: Callable[[dict[str, Any], Watch], Found]) -> Reference:
     scene = request.scene()
     case = {
         **{name: getattr(scene.geometry, name) for name in _GEOMETRY},
@@ -81,7 +83,9 @@ def _reference(request: PinRequest, bore: Callable[[dict[str, Any], Watch], Foun
 
         found = {**common(case, watch), **bore(case, watch)}
         if not _plain(request):
-            found.pop("constant_bore_mass")
+            del found["constant_bore_mass"]
+        if "contact_pressure" not in active(answer):
+            del found["small_end_pressure"], found["boss_peak_pressure"]
         return exact(found, _NAMES)
 
     return reference(_MADE, results)

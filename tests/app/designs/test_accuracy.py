@@ -27,7 +27,7 @@ def studied(slug: str, mode: Mode, **changes: object) -> Answer:
     return job.solve(job.request.model_validate({"spec": spec, "study_budget_s": BUDGET}))
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def few_runs(monkeypatch):
     """A round of the ladder is enough for what is looked at here."""
     from app.designs import accuracy
@@ -37,12 +37,13 @@ def few_runs(monkeypatch):
     monkeypatch.setattr(accuracy, "_OF_EFFECTS", 1e-6)
 
 
+@pytest.mark.usefixtures("few_runs")
 @pytest.mark.parametrize(
     ("slug", "mode", "changes", "own"),
     [
         ("flexible-rod", Mode.CHECK, {"effects": CORE}, set()),
         ("flexible-rod", Mode.CHECK, {"effects": CORE, "fatigue_criterion": "fkm"}, set()),
-        ("pin-profile", Mode.CHECK, {}, set()),
+        ("pin-profile", Mode.CHECK, {}, set(KINDS["pin-profile"].given_results)),
         ("pin-profile", Mode.DESIGN, {}, set()),
         ("impact-linkage", Mode.CHECK, {"effects": BLOW}, {"enclosing_radius_mm"}),
         ("crank-dynamics", Mode.ANALYSIS, {}, set()),
@@ -65,6 +66,7 @@ def test_main_results_are_judged_by_other_means_to_the_last_digits(slug, mode, c
         assert result["reference_accuracy"] <= 1e-14
 
 
+@pytest.mark.usefixtures("few_runs")
 @pytest.mark.parametrize(
     ("slug", "mode", "name", "changes"),
     [
@@ -90,6 +92,7 @@ def test_a_solver_that_is_always_wrong_shows(slug, mode, name, changes):
     assert found["levels"][-1]["error"] > 1e-7
 
 
+@pytest.mark.usefixtures("few_runs")
 def test_effects_beyond_the_reference_are_judged_by_the_solver_itself_and_it_says_so():
     effects = {"include": ["large_displacement", "shear"], "exclude": ["friction_feedback", "rod_inertia"]}
     found = studied("flexible-rod", Mode.CHECK, effects=effects).result
@@ -106,6 +109,7 @@ def test_effects_beyond_the_reference_are_judged_by_the_solver_itself_and_it_say
     }
 
 
+@pytest.mark.usefixtures("few_runs")
 def test_a_design_tells_how_far_it_is_proven_and_the_cheapest_proof():
     found = studied("impact-linkage", Mode.DESIGN).result
     gaps = [level["proven_gap"] for level in found["levels"]]
@@ -130,6 +134,7 @@ def test_progress_is_told_from_the_first_solution_to_the_last():
     ]
 
 
+@pytest.mark.usefixtures("few_runs")
 def test_a_failed_level_is_a_hole_in_the_picture():
     answer = studied("pin-profile", Mode.DESIGN)
     run = {"result": answer.result, "accuracy": answer.accuracy}
@@ -140,6 +145,23 @@ def test_a_failed_level_is_a_hole_in_the_picture():
     assert whole.count("<circle") == 3 and holed.count("<circle") == 2
     assert "proven to 2e-12" in whole
     assert "≤" in whole
+
+
+def test_effects_that_bring_results_are_told_from_those_that_change_some():
+    kind = KINDS["pin-profile"]
+    job = job_of(kind, Mode.ACCURACY)
+    asked = job.request.model_validate({**example_of(kind, Mode.ACCURACY), "study_budget_s": 2.0})
+    costs = {cost["name"]: cost for cost in job.run(asked).result["effect_costs"]}
+    assert costs["shear_deflection"]["change"] > 0.1 and costs["shear_deflection"]["brings"] == []
+    assert costs["contact_pressure"]["brings"] == ["contact_pressures_mpa.small_end", "contact_pressures_mpa.boss_peak"]
+    assert set(costs["ovalization"]["brings"]) == set(kind.given_results)
+    assert costs["ovalization"]["change"] == costs["contact_pressure"]["change"] == 0.0
+
+
+def test_a_design_is_not_judged_by_what_its_objective_is_flat_in():
+    kind = KINDS["pin-profile"]
+    assert "ovalization_um" in kind.judged(Mode.CHECK)
+    assert "ovalization_um" not in kind.judged(Mode.DESIGN)
 
 
 def test_a_closed_form_has_nothing_to_study():

@@ -16,7 +16,7 @@ from solvers.pin.bushing.dual import Weighed, weigh
 from solvers.pin.bushing.program import BushingProgram, assemble
 from solvers.pin.pointwise import Lumped
 from solvers.pin.program import Physics
-from solvers.pin.stations import NODES, Stations
+from solvers.pin.stations import NODES
 
 Array = NDArray[np.float64]
 _PANELS = 48
@@ -74,7 +74,7 @@ def _half(program: BushingProgram) -> BushingProgram:
         return 0.5 * (values[:middle] + values[middle:][::-1])
 
     return replace(
-        fine, stations=Stations(stations.left[:panels], stations.right[:panels]), anchor=middle,
+        fine, stations=stations.first(panels), anchor=middle,
         lower=np.maximum(fine.lower[:middle], fine.lower[middle:][::-1]),
         bending=mean(fine.bending), shear=mean(fine.shear),
     )  # fmt: skip

@@ -15,7 +15,7 @@ from solvers.pin.program import Program, folded, least_solidity, unfolded
 from solvers.pin.section import wall_of
 from solvers.pin.separable import weigh
 from solvers.pin.steps.bar import Law, Sums, Walls, kinks
-from solvers.pin.steps.search import GAP, lightest_steps
+from solvers.pin.steps.search import lightest_steps
 
 Array = NDArray[np.float64]
 
@@ -91,13 +91,12 @@ class Stepped:
         if program.limits.max_slope is not None and self.steps > 1:
             raise InvalidInput("limits.max_slope", "a step has no slope", "no slope limit with a stepped bore")
         half = _Half(program)
-        found = lightest_steps(half, self.steps)
+        # No steps are lighter than the bore that may narrow all the way.
+        smooth = Free(drillable=True).find(program, gap) if program.limit is not None else None
+        found = lightest_steps(half, self.steps, 0.0 if smooth is None else smooth.bound)
         if found is None:
             return None
         walls, bound = found.walls, found.bound
-        if walls.volume - bound > GAP * walls.volume:
-            relaxed = Free(drillable=True).find(program, gap)
-            bound = max(bound, relaxed.bound if relaxed is not None else 0.0)
         middle = 0.5 * program.scene.geometry.length
         return self._found(
             program, half.half, found.places * middle, walls.levels, walls.volume, bound, found.method, found.evidence

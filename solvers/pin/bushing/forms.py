@@ -16,7 +16,7 @@ from solvers.pin.pointwise import missed_by_order
 from solvers.pin.separable import rising
 from solvers.pin.slope import missed_by_slope
 from solvers.pin.stepped import MOST_STEPS
-from solvers.pin.steps.search import GAP, lightest_steps
+from solvers.pin.steps.search import lightest_steps
 
 Array = NDArray[np.float64]
 
@@ -126,11 +126,11 @@ class Stepped:
             return Constant().find(program, gap)
         if program.limits.max_slope is not None:
             raise InvalidInput("limits.max_slope", "a step has no slope", "no slope limit with steps")
-        found = lightest_steps(Half(program), self.steps)
+        # No steps are lighter than the outside that may widen all the way.
+        smooth = 0.0 if program.limit is None else Turned(one_way=True).find(program, gap).bound
+        found = lightest_steps(Half(program), self.steps, smooth)
         levels, volume, below = found.walls.levels, found.walls.volume, found.bound
         places = found.places * 0.5 * _length(program)
-        if volume - below > GAP * volume:
-            below = max(below, Turned(one_way=True).find(program, gap).bound)
         outer = program.scene.geometry.bore + program.gap_of(levels)
         corners, begin = [], 0.0
         for place, diameter in zip(places, outer, strict=True):

@@ -13,19 +13,22 @@ from solvers.pin.steps.cells import Cells
 from solvers.pin.steps.paths import backward, costs, forward
 
 Array = NDArray[np.float64]
+_OVERHEAD = 3000
 
 
 @dataclass(frozen=True)
 class Chain:
     """What steps cost from layer to layer, and the cheapest way to every end of every cell, with where it comes from.
 
-    The first and the last layer are one place each.
+    The first and the last layer are one place each. ``work`` counts costs; a wall that had to be sought counts as ten,
+    and whatever else a chain asks for as some thousand.
     """
 
     layers: list[Cells]
     costs: list[Array]
     ahead: list[Array]
     via: list[NDArray[np.int64]]
+    work: int
 
     @property
     def total(self) -> float:
@@ -55,16 +58,17 @@ class Chain:
 def chained(layers: list[Cells], multiplier: float, law: Law) -> Chain:
     """The chain through the layers for one multiplier of the deflection; layers that are one object share work."""
     known: dict[tuple[int, int], Array] = {}
-    found, ahead, via = [], [np.array([[0.0, np.inf]])], []
+    found, ahead, via, work = [], [np.array([[0.0, np.inf]])], [], _OVERHEAD
     for before, after in pairwise(layers):
         key = id(before), id(after)
         if key not in known:
             known[key] = np.empty((before.t.size, after.t.size, 2, 2))
-            costs(multiplier, before.table, after.table, law.kappa, law.a, law.b, law.knee, known[key])
+            sought = costs(multiplier, before.table, after.table, law.kappa, law.a, law.b, law.knee, known[key])
+            work += 10 * sought + known[key].size
         cost = known[key]
         best, source = np.empty((cost.shape[1], 2)), np.empty((cost.shape[1], 2), dtype=np.int64)
         forward(cost, ahead[-1], best, source)
         found.append(cost)
         ahead.append(best)
         via.append(source)
-    return Chain(layers, found, ahead, via)
+    return Chain(layers, found, ahead, via, work)

@@ -17,19 +17,20 @@ from solvers.pin.steps.paths import flexibilities, lightest, slopes
 Array = NDArray[np.float64]
 
 _TRIALS = 60
-_CLOSE = 1e-5
+_CLOSE = 1e-4
 
 
 @dataclass(frozen=True)
 class Around:
     """The cheapest paths for multipliers just below and just above the one at which their deflection passes the limit,
-    the multiplier, the Lagrangian's least value there, and all paths seen on the way."""
+    the multiplier, the Lagrangian's greatest least value seen, all paths seen on the way, and the chains' work."""
 
     multiplier: float
     value: float
     soft: Array
     stiff: Array
     seen: list[Array]
+    work: int
 
 
 @dataclass(frozen=True)
@@ -59,30 +60,34 @@ class Ground:
         levels = self.bar.least(places)
         return Walls(levels, float(levels @ np.diff(places, prepend=0.0)), 0.0)
 
+    def at(self, layers: list[Cells], price: Array, multiplier: float) -> Around:
+        """The cheapest path for one multiplier."""
+        chain = self.chain(layers, price, multiplier)
+        path = chain.path
+        return Around(multiplier, chain.total - multiplier, path, path, [path], chain.work)
+
     def around(self, layers: list[Cells], price: Array, start: float, spread: float) -> Around:
         """Bisection on the multiplier, from ``start`` on in steps that grow from ``spread`` on."""
-        if self.sums is None:
-            path = (chain := self.chain(layers, price, 0.0)).path
-            return Around(0.0, chain.total, path, path, [path])
-        low, high, multiplier, value, seen = 0.0, math.inf, start, -math.inf, []
+        low, high, multiplier, value, seen, work = 0.0, math.inf, start, -math.inf, [], 0
         soft = stiff = np.zeros(0)
         for _ in range(_TRIALS):
             chain = self.chain(layers, price, multiplier)
             path = chain.path
             seen.append(path)
+            work += chain.work
             value = max(value, chain.total - multiplier)
             if self._deflection(path, multiplier) > 1.0:
                 low, soft = multiplier, path
             else:
                 high, stiff = multiplier, path
-            if high - low <= _CLOSE * high:
+            if high < math.inf and high - low <= _CLOSE * high:
                 break
             if low > 0.0 and high < math.inf:
                 multiplier = math.sqrt(low * high)
             else:
                 multiplier *= spread if high == math.inf else 1.0 / spread
                 spread *= spread
-        return Around(multiplier, value, soft if soft.size else stiff, stiff if stiff.size else soft, seen)
+        return Around(multiplier, value, soft if soft.size else stiff, stiff if stiff.size else soft, seen, work)
 
     def _deflection(self, path: Array, multiplier: float) -> float:
         """Deflection over the limit of the walls that cost least with these break points, whatever their order."""

@@ -97,11 +97,12 @@ def _loss(
 @kernel
 def costs(
     lam: float, before: Array, after: Array, kappa: float, a: float, b: float, knee: float, out: Array
-) -> None:  # fmt: skip
+) -> int:  # fmt: skip
     """out[i, j, e, f]: cost of a step from end e of cell i to end f of cell j, less what it may lie below elsewhere.
 
-    Cells without width have one end only.
+    Cells without width have one end only. Returns how many walls had to be sought.
     """
+    sought = 0
     n, m = before.shape[1], after.shape[1]
     for i in range(n):
         ends = 2 if before[AT + 1, i] > before[AT, i] else 1
@@ -121,6 +122,7 @@ def costs(
                     bend = max(after[BENT + f, j] - before[BENT + e, i], 0.0)
                     shear = max(after[SHEARED + f, j] - before[SHEARED + e, i], 0.0)
                     floor = after[FLOOR + f, j]
+                    sought += 1 if lam > 0.0 and (bend > 0.0 or shear > 0.0) else 0
                     u = lightest(lam, width, bend, shear, floor, u, kappa, a, b, knee)
                     fixed = fixed or u <= floor
                     thinnest = min(thinnest, u)
@@ -148,6 +150,7 @@ def costs(
                             # Nothing but the least wall, and that at the thin end, is sure.
                             width = after[PRICE + f, j] - before[PRICE + e, i]
                             out[i, j, e, f] = after[FLOOR, j] * max(width, 0.0)
+    return sought
 
 
 @kernel

@@ -19,7 +19,6 @@ from __future__ import annotations
 import heapq
 import math
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,10 +35,8 @@ _FIRST = {False: 192, True: 96}
 """Cells of the first round, without and with a deflection limit, which makes every pair of cells dearer."""
 _MOST_CELLS = {False: 3000, True: 400}
 """Of one break point."""
-_MOST_COSTS = 8_000_000
-"""Of steps from cell to cell, looked at altogether: a second or two."""
-_CHAIN = 3000
-"""As many costs take as long as whatever else a chain asks for."""
+_MOST_WORK = 40_000_000
+"""Costs of steps from cell to cell, a wall that must be sought counted as ten: a second or two."""
 _FIRST_LOOKS, _MOST_LOOKS = 32, 4096
 _CLOSER = 8.0
 """How much closer than in the last round f is looked at, at most."""
@@ -54,13 +51,13 @@ _ROUNDING = 1e-12
 @dataclass(frozen=True)
 class Steps:
     """The steps found: their inner ends as shares of the half, their walls, a lower bound over all such steps, and how
-    many parts of the break points and costs of steps were looked at."""
+    many parts of the break points were looked at, and the work that took."""
 
     places: Array
     walls: Walls
     bound: float
     parts: int
-    costs: int
+    work: int
 
     @property
     def method(self) -> str:
@@ -73,35 +70,36 @@ class Steps:
         """What the search looked at."""
         at = self.walls.multiplier
         multiplier = at if math.isfinite(at) else "unbounded: only the solid span"
-        return {"steps": self.places.size, "parts": self.parts, "costs": self.costs, "multiplier": multiplier}
+        return {"steps": self.places.size, "parts": self.parts, "work": self.work, "multiplier": multiplier}
 
 
-def lightest_steps(bar: Bar, steps: int, gap: float = GAP) -> Steps | None:
+def lightest_steps(bar: Bar, steps: int, known: float = 0.0, gap: float = GAP) -> Steps | None:
     """The lightest steps, their bound within ``gap`` unless that takes too long; None where the deflection limit
-    cannot be kept."""
+    cannot be kept. ``known`` is a bound known before."""
     limited = bar.sums()
     if limited is not None:
-        first = bar.weigh(_Search(bar, steps, None).close(1.0).places)
+        first = bar.weigh(_Search(bar, steps, None).close(1.0, 0.0).places)
         if first is None:
             return None
         if first.multiplier > 0.0:
-            return _Search(bar, steps, limited).close(gap)
-    found = _Search(bar, steps, None).close(gap)
+            return _Search(bar, steps, limited).close(gap, known)
+    found = _Search(bar, steps, None).close(gap, known)
     if limited is not None and bar.weigh(found.places).multiplier > 0.0:
-        return _Search(bar, steps, limited).close(gap)
+        return _Search(bar, steps, limited).close(gap, known)
     return found
 
 
 @dataclass(frozen=True)
 class _Part:
     """Cells of every break point; how closely f was looked at; where the multiplier is sought, and in what steps at
-    first; the price of order."""
+    first; the price of order; whether the best steps lie here and their multiplier will do."""
 
     layers: list[Cells]
     looks: int
     multiplier: float
     spread: float
     price: Array
+    settled: bool = False
 
     @property
     def width(self) -> float:
@@ -115,31 +113,31 @@ class _Search:
         self.bar, self.steps, self.limited = bar, steps, sums is not None
         self.ground: Ground = ground(bar, sums, _FIRST[self.limited])
         self.places, self.walls = np.zeros(0), None
-        self.costs = 0
+        self.work = 0
 
-    def close(self, gap: float) -> Steps | None:
+    def close(self, gap: float, known: float) -> Steps | None:
         """Bounding, cutting and parting, the part that promises most first."""
         edges = self.ground.edges
         first = cells(self.bar, edges[:-1], np.diff(edges), _FIRST_LOOKS, self.ground.sums)
-        whole = _Part([first] * (self.steps - 1), _FIRST_LOOKS, 0.5, 4.0, np.zeros_like(edges))
-        queue, done, count, width = [(0.0, 0, whole)], math.inf, 0, whole.width
+        whole = _Part([first] * (self.steps - 1), _FIRST_LOOKS, 0.5 if self.limited else 0.0, 4.0, np.zeros_like(edges))
+        queue, done, count, width = [(known, 0, whole)], math.inf, 0, whole.width
         while queue:
             bound, _, part = heapq.heappop(queue)
-            if self.walls is not None and (bound >= self.walls.volume * (1.0 - gap) or self.costs > _MOST_COSTS):
+            if self.walls is not None and (bound >= self.walls.volume * (1.0 - gap) or self.work > _MOST_WORK):
                 done = min(done, bound)
                 break
-            around, part = self._improve(part, tries=_TRIES if part is whole else 1)
+            around, part = self._improve(part)
             if self.walls is None:
                 return None
             if self.steps == 1 or not math.isfinite(self.walls.multiplier):
-                done = self.walls.volume * (1.0 - _ROUNDING) if math.isfinite(self.walls.multiplier) else 0.0
+                done = self.walls.volume * (1.0 - _ROUNDING) if math.isfinite(self.walls.multiplier) else bound
                 break
-            chain = self.ground.chain(part.layers, part.price, part.multiplier)
-            self.costs += _CHAIN + sum(cost.size for cost in chain.costs)
+            bound, keep = self._bounded(part, bound)
+            if self._gap_is_most(around, bound, gap) and part.settled:
+                # The best steps' own multiplier is not what bounds this part best.
+                around, part = self._improve(replace(part, settled=False))
+                bound, keep = self._bounded(part, bound)
             volume = self.walls.volume
-            bound = max(bound, (chain.total - part.multiplier) * (1.0 - _ROUNDING))
-            most = part.multiplier + volume * (1.0 + _ROUNDING)
-            keep = [cost <= most for cost in chain.through()[1:-1]]
             if bound >= volume * (1.0 - gap) or not all(k.any() for k in keep):
                 done = min(done, bound)
                 continue
@@ -149,16 +147,33 @@ class _Search:
                 heapq.heappush(queue, (bound, count, smaller))
         self._settle(width)
         bound = min([done, self.walls.volume, *(entry[0] for entry in queue)])
-        return Steps(self.places, self.walls, bound, count + 1, self.costs)
+        return Steps(self.places, self.walls, bound, count + 1, self.work)
 
-    def _improve(self, part: _Part, tries: int) -> tuple[Around, _Part]:
-        """The paths around the limit among the cells' ends, the best of them kept; again where that changes the price
-        of order. With them the part, its multiplier the best steps' own where these lie in it."""
+    def _bounded(self, part: _Part, bound: float) -> tuple[float, list[NDArray[np.bool_]]]:
+        """The part's bound, and which of its cells may hold anything better than the best."""
+        chain = self.ground.chain(part.layers, part.price, part.multiplier)
+        self.work += chain.work
+        most = part.multiplier + self.walls.volume * (1.0 + _ROUNDING)
+        keep = [cost <= most for cost in chain.through()[1:-1]]
+        return max(bound, (chain.total - part.multiplier) * (1.0 - _ROUNDING)), keep
+
+    def _gap_is_most(self, around: Around, bound: float, gap: float) -> bool:
+        """Whether what the bound lacks is mostly a duality gap, which no smaller cells close."""
+        volume = self.walls.volume
+        missing = volume - around.value
+        return self.limited and missing > gap * volume and missing > 0.5 * (volume - bound)
+
+    def _improve(self, part: _Part) -> tuple[Around, _Part]:
+        """Paths among the cells' ends, the best of them kept, and the part with what they tell of its multiplier and
+        its price of order: at first again for as long as that price changes."""
         own = {id(layer): points(self.bar, np.unique(layer.table[:2]), self.ground.sums) for layer in part.layers}
         ends = [own[id(layer)] for layer in part.layers]
-        for _ in range(tries):
-            around = self.ground.around(ends, part.price, part.multiplier, part.spread)
-            self.costs += len(around.seen) * (_CHAIN + sum(a.t.size * b.t.size for a, b in pairwise(ends)))
+        for _ in range(_TRIES if self.walls is None else 1):
+            if part.settled or not self.limited:
+                around = self.ground.at(ends, part.price, part.multiplier)
+            else:
+                around = self.ground.around(ends, part.price, part.multiplier, part.spread)
+            self.work += around.work
             here = None
             for places in {tuple(path): path for path in around.seen[-6:]}.values():
                 walls = self.ground.walls(places)
@@ -171,8 +186,8 @@ class _Search:
                 self.places, self.walls = here
             price = self.ground.price_of_order(*here)
             changed = not np.array_equal(price, part.price)
-            multiplier = here[1].multiplier if best else around.multiplier
-            part = replace(part, multiplier=multiplier, spread=1.02, price=price)
+            multiplier = self.walls.multiplier if best or part.settled else around.multiplier
+            part = replace(part, multiplier=multiplier, spread=1.02, price=price, settled=best or part.settled)
             if not changed or not 0.0 < multiplier < math.inf:
                 break
         return around, part
@@ -183,8 +198,7 @@ class _Search:
         """The part without the cells that are gone: its cells cut, or itself parted where a duality gap is the most of
         what is left."""
         volume = self.walls.volume
-        missing = volume - around.value
-        if self.limited and missing > gap * volume and missing > 0.5 * (volume - bound):
+        if self._gap_is_most(around, bound, gap):
             parted = self._parted(part, keep, around)
             if parted:
                 return parted
@@ -211,7 +225,7 @@ class _Search:
         if first.all() or not first.any():
             return []
         halves = [[*layers[:at], layers[at].taken(side), *layers[at + 1 :]] for side in (first, ~first)]
-        return [replace(part, layers=half, spread=1.5) for half in halves]
+        return [replace(part, layers=half, spread=1.5, settled=False) for half in halves]
 
     def _settle(self, reach: float) -> None:
         """Moves the break points, all together, to where they cost least: on grids around them that narrow."""

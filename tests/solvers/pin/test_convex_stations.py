@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solvers.pin.convex_stations import all_lightest
+from solvers.pin.convex_stations import all_lightest, lightest
 from solvers.pin.flexibility import convex_cowper
 
 COUNT = 700
@@ -53,7 +53,7 @@ def stations(seed):
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
 @pytest.mark.parametrize("price", [1e-9, 1e-3, 0.1, 1.0, 30.0, 1e6])
 def test_every_station_costs_least(price, poisson):
-    """From nothing and from the answer of a price far away; blocks, a part of one, and one station alone."""
+    """From nothing and from the answer of a price far away; blocks, a part of one, and each station alone."""
     law = convex_cowper(poisson)
     bend, shear, low, share = stations(int(price * 1e9) % 1000)
     exact = by_bisection(price, low, bend, shear, law)
@@ -72,10 +72,12 @@ def test_every_station_costs_least(price, poisson):
         assert total == pytest.approx(share @ (bend * one + shear * other), rel=1e-9)
         firm = bend > 1e-3 * shear
         assert u[firm] == pytest.approx(exact[firm], rel=1e-12, abs=0)
-    alone = low[:1].copy()
-    few = [values[:1].copy() for values in (share, low, bend, shear)]
-    all_lightest(price, *few, law.a, law.b, law.knee, alone, True, TIGHT)
-    assert alone[0] == pytest.approx(u[0], rel=1e-7)
+    for start in (0.0, 0.5, 1.0):
+        alone = [
+            lightest(1.0 / price, *numbers, start, law.a, law.b, law.knee)
+            for numbers in zip(low, bend, shear, strict=True)
+        ]
+        assert np.array(alone)[firm] == pytest.approx(exact[firm], rel=1e-12, abs=0)
 
 
 def test_the_deflection_falls_with_the_price_as_its_derivative_says():

@@ -130,14 +130,19 @@ def _sample(scene, b, h, l, angles, sections):
     )
 
 
-def dense_search(problem, objective, requirements, margin=MISSED):
-    """(cost, b, h, l) of the best strip found that keeps ``margin`` from the requirements; cost inf if none does."""
+def dense_search(problem, objective, requirements, margin=MISSED, known=None):
+    """(cost, b, h, l) of the best strip found that keeps ``margin`` from the requirements; cost inf if none does.
+
+    A ``known`` strip is looked at first as well, where admissible ones may hide between the first look's strips.
+    """
     bounds = problem.bounds
     low = np.array([bounds.b[0], bounds.h[0], bounds.l[0]])
     high = np.array([bounds.b[1], bounds.h[1], min(bounds.l[1], problem.scene.mechanism.rod_length)])
     best, rng = (np.inf, np.nan, np.nan, np.nan), np.random.default_rng(0)
     axes = [np.geomspace(a, z, n) for a, z, n in zip(low, high, COUNTS, strict=True)]
     b, h, l = (a.ravel() for a in np.meshgrid(*axes))
+    if known is not None:
+        b, h, l = np.append(b, known.b), np.append(h, known.h), np.append(l, known.l)
     reach = 1.5 * np.log(high / low) / (np.array(COUNTS) - 1)
     for turn in range(14):
         fine = {"angles": 96, "sections": 33} if turn else {"angles": 48, "sections": 17}

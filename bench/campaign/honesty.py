@@ -1,7 +1,7 @@
 """Honest estimates: is the true error of the main results ever above the estimate, and how far below?
 
-Every scene is solved at one random accuracy and judged by a solution to 1e-12, every eighth one by the kind's independent
-reference, as far as there is such a one. Scenes without an answer are counted, not hidden.
+Every scene is solved at one random accuracy and judged by a solution to 1e-12, every eighth one by the kind's
+independent reference, as far as there is such a one. Scenes without an answer are counted, not hidden.
 """
 
 from __future__ import annotations

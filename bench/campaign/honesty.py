@@ -6,8 +6,6 @@ independent reference, as far as there is such a one. Scenes without an answer a
 
 from __future__ import annotations
 
-import statistics
-from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -18,7 +16,7 @@ from solvers.watch import OutOfTime, Watch
 
 _ACCURACIES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 _TIGHTEST = 1e-12
-_ROUNDING = 1e-13
+ROUNDING = 1e-13
 _JUDGED_INDEPENDENTLY = 8
 _PATIENCE = 20.0
 
@@ -27,7 +25,6 @@ _PATIENCE = 20.0
 class Judged:
     """One scene at one accuracy: what was estimated, and what was true."""
 
-    seed: int
     requested: float
     estimated: float
     error: float
@@ -36,51 +33,27 @@ class Judged:
     @property
     def honest(self) -> bool:
         """Not above the estimate by more than rounding and the reference's own doubt."""
-        return self.error <= self.estimated + self.doubt + _ROUNDING
+        return self.error <= self.estimated + self.doubt + ROUNDING
 
     @property
     def met(self) -> bool:
         return self.error <= self.requested
 
-
-@dataclass(frozen=True)
-class Honesty:
-    """All scenes of a kind."""
-
-    judged: tuple[Judged, ...]
-    without_answer: int
-
     @property
-    def dishonest(self) -> tuple[int, ...]:
-        return tuple(j.seed for j in self.judged if not j.honest)
-
-    @property
-    def missed(self) -> tuple[int, ...]:
-        return tuple(j.seed for j in self.judged if not j.met)
-
-    @property
-    def median_ratio(self) -> float:
-        """Median of estimate/error; errors below rounding count as rounding."""
-        return statistics.median(j.estimated / max(j.error, _ROUNDING) for j in self.judged)
+    def ratio(self) -> float:
+        """Of the estimate to the error; errors below rounding count as rounding."""
+        return self.estimated / max(self.error, ROUNDING)
 
 
-def honesty(scenes: Iterable[Scene]) -> Honesty:
-    """Judge every scene's estimate."""
-    judged, without = [], 0
-    for scene in scenes:
-        accuracy = float(np.random.default_rng(scene.seed).choice(_ACCURACIES))
-        answer = scene.solve(accuracy=accuracy)
-        if answer.status != "succeeded":
-            without += 1
-            continue
-        reference = _reference(scene)
-        if reference is None:
-            without += 1
-            continue
-        exact, doubt = reference
-        error = greatest_change(scene.results(answer), exact)
-        judged.append(Judged(scene.seed, accuracy, answer.accuracy["estimated"], error, doubt))
-    return Honesty(tuple(judged), without)
+def judge_estimate(scene: Scene) -> Judged | None:
+    """Judge a scene's estimate; None where the scene or its reference has no answer."""
+    accuracy = float(np.random.default_rng(scene.seed).choice(_ACCURACIES))
+    answer = scene.solve(accuracy=accuracy)
+    reference = _reference(scene) if answer.status == "succeeded" else None
+    if reference is None:
+        return None
+    exact, doubt = reference
+    return Judged(accuracy, answer.accuracy["estimated"], greatest_change(scene.results(answer), exact), doubt)
 
 
 def _reference(scene: Scene) -> tuple[Results, float] | None:

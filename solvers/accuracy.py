@@ -212,7 +212,8 @@ def study(
     reference  asked for an independent reference once the solver's own tightest solution is there; results that it
                does not tell, in time, the solver judges itself, and then not on rungs that are too tight for that
 
-    Raises whatever ``solve`` raises besides, and whatever the reference raises.
+    Raises whatever ``solve`` raises besides, and whatever the reference raises besides an ArithmeticError, which gives
+    it up.
     """
     plan = plan or Plan()
     rungs = sorted(set(plan.ladder), reverse=True)
@@ -306,6 +307,8 @@ def _judge(
             told = known.made
         except OutOfTime:
             told = f"one {known.made} was given up after {plan.reference_time:.3g} s"
+        except ArithmeticError as failure:
+            told = f"one {known.made} broke off ({type(failure).__name__})"
     doubt = max(tightest, solution.estimated)
     own = {name: Exact(value, doubt) for name, value in solution.results.items() if name not in found}
     itself = f"the same case solved to {tightest:g}"

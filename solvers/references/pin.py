@@ -105,7 +105,8 @@ class Pin:
             x0, x1, f0 = x1, x1 - f1 * (x1 - x0) / (f1 - f0), f1
             f1 = short(x1)
         near = x1 * mp.mpf(10) ** -(mp.mp.dps - 22)
-        assert short(x1 - near) <= 0 <= short(x1 + near), "no root was closed in on"
+        if not short(x1 - near) <= 0 <= short(x1 + near):
+            raise ArithmeticError("no root was closed in on")
         return x1
 
     def _wall(self, x):

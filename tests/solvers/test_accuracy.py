@@ -121,6 +121,15 @@ def test_a_reference_that_takes_too_long_is_given_up():
     assert [level.accuracy for level in table.levels] == [1e-2, 1e-4]
 
 
+def test_a_reference_that_breaks_off_leaves_the_study_to_the_solver():
+    def results(watch):
+        raise ZeroDivisionError
+
+    table = run(Bench(), Meeting(1e-2), (1e-2,), reference=lambda: Reference("by hand", results))
+    assert table.reference == "one by hand broke off (ZeroDivisionError); the same case solved to 0.0001"
+    assert table.levels[0].error == pytest.approx(5e-3, rel=2e-2)
+
+
 def test_a_result_that_exists_on_one_side_only_is_a_failure():
     table = run(Bench(), Meeting(1e-2), (1e-2,), reference=told({"one": Exact(None)}))
     assert table.levels[0].error is None

@@ -5,10 +5,13 @@ from __future__ import annotations
 from itertools import groupby
 from typing import Any
 
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, decades_around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Scale, decades_around
 
 LEAST_ERROR = 1e-17
 """Where an error of zero is drawn: below the rounding of any result."""
+
+_NAME_WIDE, _NAME_HIGH = 0.35, 0.05
+"""How much of the chart a name takes."""
 
 
 def work_precision(run: dict[str, Any]) -> str:
@@ -20,10 +23,11 @@ def work_precision(run: dict[str, Any]) -> str:
     wanted = run["accuracy"]["requested"]
     chosen, proven = (result[name] and result[name]["accuracy"] for name in ("recommended", "certified"))
     across = decades_around([_time(level) for level in there] or [1.0])
+    down = decades_around([*map(_error, there), wanted])
     chart = Chart(
         "What accuracy costs: error against time",
         across,
-        decades_around([*map(_error, there), wanted]),
+        down,
         "time, median of the runs, ms",
         "greatest relative error",
     )
@@ -33,15 +37,36 @@ def work_precision(run: dict[str, Any]) -> str:
         if not failed:
             stretch = list(run_of_levels)
             chart.line([_time(level) for level in stretch], [_error(level) for level in stretch])
+    names = {group[-1]["accuracy"]: _name(group, proven) for group in _groups(there, across, down)}
     for level in there:
-        name = f"{level['accuracy']:.0e}"
-        if level["accuracy"] == proven:
-            name += f", proven to {level['proven_gap']:.0e}"
-        if level["at_most"]:
-            name = f"≤ {name}"
         color = GREEN if level["accuracy"] == chosen else RED if level["accuracy"] == proven else BLUE
-        chart.mark(_time(level), _error(level), name, color)
+        chart.mark(_time(level), _error(level), names.get(level["accuracy"], ""), color)
     return chart.svg()
+
+
+def _groups(levels: list[dict[str, Any]], across: Scale, down: Scale) -> list[list[dict[str, Any]]]:
+    """Levels whose names would lie over one another, the slowest of each group last."""
+    groups: list[list[dict[str, Any]]] = []
+    for level in sorted(levels, key=_time):
+        for group in groups:
+            first = group[0]
+            beside = abs(across.place(_time(level)) - across.place(_time(first))) < _NAME_WIDE
+            if beside and abs(down.place(_error(level)) - down.place(_error(first))) < _NAME_HIGH:
+                group.append(level)
+                break
+        else:
+            groups.append([level])
+    return groups
+
+
+def _name(levels: list[dict[str, Any]], proven: float | None) -> str:
+    """The accuracies of a group, and what its proof comes to."""
+    asked = [level["accuracy"] for level in levels]
+    name = f"{max(asked):.0e}" if len(asked) == 1 else f"{max(asked):.0e} … {min(asked):.0e}"
+    if all(level["at_most"] for level in levels):
+        name = f"≤ {name}"
+    gaps = [level["proven_gap"] for level in levels if level["accuracy"] == proven]
+    return f"{name}, {proven:.0e} proven to {gaps[0]:.0e}" if gaps else name
 
 
 def _time(level: dict[str, Any]) -> float:

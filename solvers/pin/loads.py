@@ -86,12 +86,20 @@ def _pieces(terms: list[MacaulayTerm]) -> Pieces:
         for term in terms:
             if (term.start, term.rest) == place:
                 parts[term.order].append(term.coefficient)
-        sums = [math.fsum(part) for part in parts]
-        sizes = [math.fsum(map(abs, part)) for part in parts]
-        now = np.array([s if abs(s) > _NOTHING * size else 0.0 for s, size in zip(sums, sizes, strict=True)])
+        now = np.array([_settled(part) for part in parts])
         shear[:, k], moment[k], before = now, bent, place
     places = np.array(starts).reshape(-1, 2)
     return Pieces(places[:, 0], places[:, 1], shear, moment)
+
+
+def _settled(parts: list[float]) -> float:
+    """Their sum, the greatest first: what those leave of each other by rounding is no part of what follows."""
+    total = size = 0.0
+    for part in sorted(parts, key=abs, reverse=True):
+        total, size = total + part, size + abs(part)
+        if abs(total) <= _NOTHING * size:
+            total = size = 0.0
+    return total
 
 
 @dataclass(frozen=True)

@@ -51,8 +51,12 @@ class Pin:
 
     def demands(self, x, number=mp.mpf, root=mp.sqrt, pi=None):
         """Functions of the bore ratio, above 1 where the section is too weak, each times 1 - ratio^4."""
+        return self.demands_of(*self.forces(x), number, root, pi)
+
+    def demands_of(self, Q, M, number=mp.mpf, root=mp.sqrt, pi=None):
+        """The same for a shear force and a moment."""
         pi = pi or mp.pi
-        Q, M = (number(v) for v in self.forces(x))
+        Q, M = number(Q), number(M)
         Q, D, sigma, nu = abs(Q), number(self.D), number(self.sigma), number(self.nu)
         bending = 32 * M / (pi * D**3)
         inner, outer = 1 + 2 * nu, 3 + 2 * nu
@@ -216,12 +220,7 @@ def evaluate(case, layout, change=None):
     plain = layout["plain"]
 
     def moved(x):
-        """The same share of the same part: boss, gap or rod."""
-        if x <= plain.a:
-            return x * pin.a / plain.a
-        if x <= plain.a + plain.gap:
-            return pin.a + (x - plain.a) * (pin.gap / plain.gap if plain.gap else 1)
-        return pin.a + pin.gap + (x - plain.a - plain.gap) * pin.b / plain.b
+        return moved_with(plain, pin, x)
 
     out = {}
     if layout["feasible"]:
@@ -267,25 +266,109 @@ def case_values(case):
     }
 
 
+def tube_values(case, ratio):
+    """A pin of one bore d = ratio D: mass, deflection with shear (Cowper's k of a tube) and the greatest equivalent
+    stress."""
+
+    def stress_at(pin, x, r):
+        demands = pin.demands(x)[: 1 if pin.criterion in ("tresca_paper", "von_mises") else 2]
+        return max(demand(r) for demand in demands) * pin.sigma / (1 - r**4)
+
+    def worst(pin, r):
+        """(part of the half, share of it)."""
+        edges = [mp.mpf(0), pin.a, pin.a + pin.gap, pin.L / 2]
+        golden, best = (mp.sqrt(5) - 1) / 2, (mp.mpf(-1), 0, mp.mpf(0))
+        for part, (low, high) in enumerate(pairwise(edges)):
+            grid = [low + (high - low) * i / 40 for i in range(41)]
+            top = max(range(41), key=lambda i: stress_at(pin, grid[i], r))
+            left, right = grid[max(top - 1, 0)], grid[min(top + 1, 40)]
+            for _ in range(130):
+                p, q = right - golden * (right - left), left + golden * (right - left)
+                left, right = (left, q) if stress_at(pin, p, r) >= stress_at(pin, q, r) else (p, right)
+            for x in (left, low, high):
+                if high > low:
+                    best = max(best, (stress_at(pin, x, r), part, (x - low) / (high - low)))
+        return best[1:]
+
+    part, share = worst(Pin(case), mp.mpf(ratio))
+
+    def values(change=None):
+        pin, bore = Pin(case, change), mp.mpf(ratio) * mp.mpf(case["outer_diameter"])
+        r = bore * (1 + STEP if change == "bore" else 1) / pin.D
+        edges = [mp.mpf(0), pin.a, pin.a + pin.gap, pin.L / 2]
+        x = edges[part] + share * (edges[part + 1] - edges[part])
+        area, inertia = mp.pi * pin.D**2 / 4 * (1 - r**2), mp.pi * pin.D**4 / 64 * (1 - r**4)
+        both, more = (1 + r**2) ** 2, (20 + 12 * pin.nu) * r**2
+        k = 6 * (1 + pin.nu) * both / ((7 + 6 * pin.nu) * both + more)
+        modulus, total = pin.E / (2 * (1 + pin.nu)), mp.mpf(0)
+        for low, high in ((pin.a, pin.a + pin.gap), (pin.a + pin.gap, pin.L / 2)):
+            for place, weight in gauss(low, high):
+                Q, M = pin.forces(place)
+                total += weight * (M * (place - pin.a) / 2 / (pin.E * inertia) + Q / 2 / (k * modulus * area))
+        return {
+            "mass": pin.rho * area * pin.L,
+            "deflection": 2 * total,
+            "equivalent_stress_max": stress_at(pin, x, r),
+        }
+
+    return conditioned(values, (*INPUTS[:-1], "bore"))
+
+
+def bushing_values(case, bore, share):
+    """The least D - d at one place around a bore d, by secants on the textbook's stresses."""
+
+    def values(change=None):
+        plain, pin = Pin(case), Pin(case, change)
+        Q, M = pin.forces(moved_with(plain, pin, mp.mpf(share) * plain.L / 2))
+        d = mp.mpf(bore) * (1 + STEP if change == "bore" else 1)
+
+        def excess(gap):
+            pin.D = d + gap
+            r = d / pin.D
+            thin = gap * (2 * d + gap) * (pin.D**2 + d**2) / pin.D**4
+            return mp.log(max(demand(r) for demand in pin.demands_of(Q, M)) / thin)
+
+        low = high = pin.b
+        while excess(low) < 0:
+            low /= 16
+        while excess(high) > 0:
+            high *= 16
+        for _ in range(12):
+            middle = mp.sqrt(low * high)
+            low, high = (middle, high) if excess(middle) > 0 else (low, middle)
+        root = mp.findroot(lambda t: excess(mp.exp(t)), (mp.log(low), mp.log(high)), solver="anderson",
+                           tol=mp.mpf(10) ** (-2 * DIGITS + 10), verify=False)  # fmt: skip
+        return {"gap": mp.exp(root)}
+
+    return conditioned(values, (*INPUTS[1:], "bore"))
+
+
+def conditioned(values, inputs):
+    """name -> (value, condition) in the named inputs."""
+    plain, moved = values(), [values(name) for name in inputs]
+    return {
+        name: (v, mp.fsum(abs(m[name] / v - 1) for m in moved) / STEP if v else mp.mpf(1)) for name, v in plain.items()
+    }
+
+
+def moved_with(plain, pin, x):
+    """The same share of the same part: boss, gap or rod."""
+    if x <= plain.a:
+        return x * pin.a / plain.a
+    if x <= plain.a + plain.gap:
+        return pin.a + (x - plain.a) * (pin.gap / plain.gap if plain.gap else 1)
+    return pin.a + pin.gap + (x - plain.a - plain.gap) * pin.b / plain.b
+
+
 def place_values(case, share):
     """The wall at one place and the solid pin's deflection; no wall where even the solid section is too weak."""
 
     def values(change=None):
         plain, pin = Pin(case), Pin(case, change)
-        x = mp.mpf(share) * plain.L / 2
-        if x <= plain.a:
-            at = x * pin.a / plain.a
-        elif x <= plain.a + plain.gap:
-            at = pin.a + (x - plain.a) * (pin.gap / plain.gap if plain.gap else 1)
-        else:
-            at = pin.a + pin.gap + (x - plain.a - plain.gap) * pin.b / plain.b
+        at = moved_with(plain, pin, mp.mpf(share) * (1 + STEP if change == "place" else 1) * plain.L / 2)
         return {"wall": pin.wall(at), "solid_deflection": pin.solid_deflection()}
 
-    plain = values()
-    if plain["wall"] is None:
-        return {}
-    moved = [values(name) for name in INPUTS]
-    return {name: (v, mp.fsum(abs(m[name] / v - 1) for m in moved) / STEP) for name, v in plain.items()}
+    return conditioned(values, (*INPUTS, "place")) if values()["wall"] is not None else {}
 
 
 def load_cases(group="cases"):
@@ -300,6 +383,8 @@ def main(names):
     known = json.loads(path.read_text()) if path.exists() else {}
     jobs = [(case, lambda c: case_values(c["pin"])) for case in load_cases()]
     jobs += [(case, lambda c: place_values(c["pin"], c["place"])) for case in load_cases("walls")]
+    jobs += [(case, lambda c: tube_values(c["pin"], c["ratio"])) for case in load_cases("tubes")]
+    jobs += [(case, lambda c: bushing_values(c["pin"], c["bore"], c["place"])) for case in load_cases("bushings")]
     for case, make in jobs:
         if names and case["name"] not in names:
             continue

@@ -211,12 +211,15 @@ def _along(program: Program, wall: Array, equivalent: Array, places: tuple[float
     table = np.stack([x, bore, forces.moment_total, forces.shear[0], equivalent])
     starts = {0.0, g.boss_length, g.boss_length + g.gap, 0.5 * g.length, *places}
     fixed = np.isin(x, list(starts)) | (x == x[-1]) | (x == x[0])
-    keep, last = [], -math.inf
-    for i in range(x.size):
-        same = i > 0 and x[i] == x[i - 1] and np.isclose(table[1, i], table[1, i - 1], rtol=1e-12, atol=0.0)
-        if (fixed[i] and not (same and keep and keep[-1] == i - 1)) or (x[i] - last >= g.length / 400.0 and not same):
+    same = np.zeros(x.size, dtype=bool)
+    same[1:] = (x[1:] == x[:-1]) & (np.abs(np.diff(bore)) <= 1e-12 * bore[:-1])
+    keep: list[int] = []
+    step, last = g.length / 400.0, -math.inf
+    for i, (place, must, again) in enumerate(zip(x.tolist(), fixed.tolist(), same.tolist(), strict=True)):
+        repeated = again and keep and keep[-1] == i - 1
+        if (must and not repeated) or (place - last >= step and not again):
             keep.append(i)
-            last = x[i]
+            last = place
     table = table[:, keep]
     if scene.symmetric:
         mirrored = table[:, ::-1].copy()

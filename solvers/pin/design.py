@@ -88,7 +88,8 @@ def design(
         )
     program, best, doubt = found
     relaxed = replace(program, limits=replace(limits, max_slope=None))
-    constant, free = Constant().find(relaxed, accuracy), FREE.find(relaxed, accuracy)
+    constant = Constant().find(relaxed, accuracy)
+    free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
     shown, wall, places = _as_made(problem, physics, program, best, accuracy)
     value = PinDesign(
         check=assess(

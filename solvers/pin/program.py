@@ -121,17 +121,11 @@ def unfolded(program: Program, half: Array) -> Array:
 
 def least_walls_at(scene: Scene, criterion: Criterion, floor: float, x: Array) -> Array:
     """The least relative wall at any places x of the first half, for a pin whose halves are alike."""
-    found = np.full(x.shape, floor)
-    for at in (x,) if scene.symmetric else (x, scene.geometry.length - x):
-        found = least_walls(demands_at(scene, criterion, at, at), found)
-    return found
-
-
-def least_walls(demands: tuple[Demand, ...], floor: Array) -> Array:
-    """The least relative wall that is not below ``floor`` (n,) and meets every demand."""
-    for demand in demands:
-        floor = np.maximum(floor, least_wall(demand))
-    return floor
+    ahead = least_wall(demands_at(scene, criterion, x, x), floor, x.size)
+    if scene.symmetric:
+        return ahead
+    behind = scene.geometry.length - x
+    return np.maximum(ahead, least_wall(demands_at(scene, criterion, behind, behind), floor, x.size))
 
 
 def demands_at(
@@ -182,7 +176,7 @@ def assemble(
     g, m = scene.geometry, scene.material
     demands = demands_at(scene, criterion, stations.x, stations.side, stations.rest)
     floor = wall_floor(scene, limits)
-    wall = least_walls(demands, np.full(stations.x.size, floor))
+    wall = least_wall(demands, floor, stations.x.size)
     forces = forces_at(scene.cases[0], stations.x, stations.side, stations.rest)
     unit_moment, unit_shear = scene.reference.unit_load(stations.x, stations.rest)
     # A station on an end of the span lies inside only if its panel does.
@@ -217,10 +211,8 @@ def walls_of(program: Program, solidity: Array) -> Array:
     found, near = wall_of(solidity), np.flatnonzero(solidity > _NEARLY_SOLID)
     if not near.size:
         return found
-    least = least_walls(
-        tuple(replace(demand, p=demand.p[:, near], r=demand.r[:, near]) for demand in program.demands),
-        np.full(near.size, program.floor),
-    )
+    demands = [replace(demand, bending=demand.bending[near], shear=demand.shear[near]) for demand in program.demands]
+    least = least_wall(demands, program.floor, near.size)
     rising = np.sort(least)
     lower, own, wanted = solidity_of(rising), solidity_of(least), solidity[near]
     like = np.searchsorted(lower, wanted, side="right") - 1

@@ -93,18 +93,22 @@ def _pieces(terms: list[MacaulayTerm]) -> Pieces:
             ]  # fmt: skip
         for term in starting[place]:
             parts[term.order].append(term.coefficient)
-        now = tuple(map(_sum, parts))
+        now = tuple(map(_settled, parts))
         shear.append(now)
         moment.append(bent)
         before = place
     places = np.array(starts).reshape(-1, 2)
-    return Pieces(places[:, 0], places[:, 1], np.array(shear).reshape(-1, 4).T.copy(), np.array(moment))
+    return Pieces(places[:, 0].copy(), places[:, 1].copy(), np.array(shear).reshape(-1, 4).T.copy(), np.array(moment))
 
 
-def _sum(parts: list[float]) -> float:
-    """The sum, rounded once; 0 where it is no more than its parts' rounding."""
-    total = math.fsum(parts)
-    return total if total and abs(total) > _NOTHING * sum(map(abs, parts)) else 0.0
+def _settled(parts: list[float]) -> float:
+    """Their sum, the greatest first: what those leave of each other by rounding is no part of what follows."""
+    total = size = 0.0
+    for part in sorted(parts, key=abs, reverse=True):
+        total, size = total + part, size + abs(part)
+        if abs(total) <= _NOTHING * size:
+            total = size = 0.0
+    return total
 
 
 @dataclass(frozen=True)

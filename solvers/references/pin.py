@@ -52,8 +52,12 @@ class Pin:
 
     def demands(self, x, number=mp.mpf, root=mp.sqrt, pi=None):
         """Functions of the bore ratio, above 1 where the section is too weak, each times 1 - ratio^4."""
+        return self.demands_of(*self.forces(x), number, root, pi)
+
+    def demands_of(self, Q, M, number=mp.mpf, root=mp.sqrt, pi=None):
+        """The same for a shear force and a moment."""
         pi = pi or mp.pi
-        Q, M = (number(v) for v in self.forces(x))
+        Q, M = number(Q), number(M)
         Q, D, sigma, nu = abs(Q), number(self.D), number(self.sigma), number(self.nu)
         bending = 32 * M / (pi * D**3)
         inner, outer = 1 + 2 * nu, 3 + 2 * nu

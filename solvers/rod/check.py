@@ -19,7 +19,7 @@ from solvers.rod.effects import choose_for, compose
 from solvers.rod.extremes import STATIONS, Contest, Extreme, greatest, worst
 from solvers.rod.gauges import CURVATURE, DEFLECTION, FORCE, MOMENT, SIDE, TANGENT, Gauges, weights
 from solvers.rod.haigh import GREATEST, diagram_of
-from solvers.rod.plain_turn import turn_of
+from solvers.rod.plain_turn import PlainTurn, turn_of
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.turn import Turn
 from solvers.rod.vibration import natural_frequency
@@ -143,24 +143,33 @@ def _critical_force(scene: Scene, dimensions: Dimensions, with_shear: bool) -> f
     return min(plain, -stiffness * shear.critical_coupling(dimensions.l, length, compliance))
 
 
-def _layers(cycle: Cycle) -> Array:
-    """What is read along the strip: sigma = N/(b h) +- (E h/2) V'' [Pa], first the fibre at +h/2, and V [m]."""
-    d = cycle.dimensions
-    direct, bending = 1.0 / (d.b * d.h), 0.5 * cycle.scene.material.elastic_modulus * d.h
-    return weights({TANGENT: direct, CURVATURE: bending}, {TANGENT: direct, CURVATURE: -bending}, {DEFLECTION: 1.0})
+def _layers(turn: Turn) -> tuple[Array, float]:
+    """What is read along the strip: sigma = N/(b h) +- (E h/2) V'' [Pa], first the fibre at +h/2, and V [m].
+
+    With it the mean that the stresses come without: a force that nothing changes would hide a small amplitude.
+    """
+    d = turn.cycle.dimensions
+    direct, bending = 1.0 / (d.b * d.h), 0.5 * turn.cycle.scene.material.elastic_modulus * d.h
+    force = turn.instants.force
+    if isinstance(turn, PlainTurn) and np.ptp(force) == 0.0:
+        return weights({CURVATURE: bending}, {CURVATURE: -bending}, {DEFLECTION: 1.0}), direct * float(force[0])
+    fibres = {TANGENT: direct, CURVATURE: bending}, {TANGENT: direct, CURVATURE: -bending}
+    return weights(*fibres, {DEFLECTION: 1.0}), 0.0
 
 
 def _stresses(turn: Turn, criterion: FatigueCriterion, contact: bool) -> tuple[Stresses, float]:
     scene, length = turn.cycle.scene, turn.cycle.dimensions.l
 
-    diagram = diagram_of(criterion)
-    contests = Contest(diagram, (0, 1), located=True), Contest(GREATEST, (0, 1)), Contest(GREATEST, (2,))
-    fatigue, strength, bent = worst(turn, _layers(turn.cycle), contests)
+    layers, mean = _layers(turn)
+    diagram, magnitude = diagram_of(criterion).with_mean(mean), GREATEST.with_mean(mean)
+    contests = Contest(diagram, (0, 1), located=True), Contest(magnitude, (0, 1)), Contest(GREATEST, (2,))
+    fatigue, strength, bent = worst(turn, layers, contests)
+    amplitude, mean = 0.5 * (fatigue.high - fatigue.low), mean + 0.5 * (fatigue.high + fatigue.low)
     side, moment, pressure = _guide(turn, contact)
     errors = [x.relative_error for x in (fatigue, strength, bent, side, moment, *([pressure] if pressure else []))]
     # The amplitude is never the smaller part of a stress cycle that changes sign; the mean may be as small as it likes,
     # so both are judged against the greater of the two.
-    scale = max(fatigue.high - fatigue.low, abs(fatigue.high + fatigue.low)) / 2.0
+    scale = max(amplitude, abs(mean))
     errors.append(fatigue.extremes_error / scale if scale else 0.0)
     power = None
     if contact:
@@ -174,8 +183,8 @@ def _stresses(turn: Turn, criterion: FatigueCriterion, contact: bool) -> tuple[S
     value = Stresses(
         fatigue_safety=1.0 / fatigue.value if fatigue.value > 0 else None,
         yield_safety=scene.material.yield_strength / strength.value if strength.value > 0 else None,
-        stress_amplitude=0.5 * (fatigue.high - fatigue.low),
-        stress_mean=0.5 * (fatigue.high + fatigue.low),
+        stress_amplitude=amplitude,
+        stress_mean=mean,
         worst_section=fatigue.station,
         worst_fibre=1 - 2 * fatigue.layer,
         side_force_max=side.value,

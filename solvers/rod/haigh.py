@@ -19,24 +19,34 @@ Array = NDArray[np.float64]
 
 
 class Diagram(NamedTuple):
-    """``lines`` (corners, lines, 2) as in ``HaighLines``, ``parabola`` (alpha, beta) as in ``Gerber`` or zeros."""
+    """``lines`` (corners, lines, 3) as in ``HaighLines``, ``parabola`` (alpha, beta, 0) as in ``Gerber`` or zeros.
+
+    What is last in either is of a mean that the cycles come without (see ``with_mean``).
+    """
 
     lines: Array
     parabola: Array
 
+    def with_mean(self, mean: float) -> Diagram:
+        """The same for cycles told without this mean: beside a great one a small amplitude keeps its digits."""
+        lines, parabola = self.lines.copy(), self.parabola.copy()
+        lines[..., 2] += mean * lines[..., 1]
+        parabola[2] += mean
+        return Diagram(lines, parabola)
 
-GREATEST = Diagram(np.array([[[1.0, 1.0]], [[1.0, -1.0]]]), np.zeros(2))
+
+GREATEST = Diagram(np.array([[[1.0, 1.0, 0.0]], [[1.0, -1.0, 0.0]]]), np.zeros(3))
 """The greatest magnitude of the cycle."""
 
 
 def diagram_of(criterion: FatigueCriterion) -> Diagram:
     """The criterion's diagram; of a corner with fewer lines than others the last one is repeated."""
     if isinstance(criterion, Gerber):
-        return Diagram(np.zeros((0, 1, 2)), np.array([criterion.alpha, criterion.beta]))
+        return Diagram(np.zeros((0, 1, 3)), np.array([criterion.alpha, criterion.beta, 0.0]))
     if isinstance(criterion, HaighLines):
         longest = max(len(lines) for lines in criterion.corners)
-        padded = [lines + (lines[-1],) * (longest - len(lines)) for lines in criterion.corners]
-        return Diagram(np.array(padded, dtype=float), np.zeros(2))
+        padded = np.array([lines + (lines[-1],) * (longest - len(lines)) for lines in criterion.corners], dtype=float)
+        return Diagram(np.concatenate([padded, np.zeros((*padded.shape[:2], 1))], axis=2), np.zeros(3))
     raise TypeError(f"there is no diagram of a criterion of type {type(criterion).__name__}")
 
 
@@ -48,10 +58,10 @@ def utilisation_of(high: float, low: float, lines: Array, parabola: Array) -> fl
     for c in range(lines.shape[0]):
         value = np.inf
         for k in range(lines.shape[1]):
-            value = min(value, lines[c, k, 0] * a + lines[c, k, 1] * m)
+            value = min(value, lines[c, k, 0] * a + lines[c, k, 1] * m + lines[c, k, 2])
         worst = max(worst, value)
     if parabola[0] > 0.0:
-        pa, pm = parabola[0] * a, 2.0 * parabola[1] * max(m, 0.0)
+        pa, pm = parabola[0] * a, 2.0 * parabola[1] * max(m + parabola[2], 0.0)
         worst = max(worst, 0.5 * (pa + math.sqrt(pa * pa + pm * pm)))
     return worst
 

@@ -34,7 +34,7 @@ class Relaxation(NamedTuple):
 
     force, stroke, speed   axial force [N], lateral stroke [m] and |piston speed|/angles [m/s] at each angle
     eta                    sections by distance from the head over l; the first is the clamp, eta = 1
-    lines, parabola        the fatigue criterion: (corners, lines, 2) as ``HaighLines``, and (alpha, beta) as ``Gerber``
+    lines, parabola        the fatigue criterion: (corners, lines, 3) and (3,) as in ``haigh.Diagram``
     limits                 greatest utilisation, stress [Pa], contact pressure [Pa], friction power [W]
     compression            greatest compression times the least stability safety [N], sideways too
     guide                  clamp offset, diameter, skirt length [m], friction coefficient

@@ -67,17 +67,9 @@ def greatest(function, breaks, parts):
     return place, before
 
 
-def cycle_values(case):
-    """{name: (value, size)} for a machine's cycle."""
-    machine = Machine(case)
+def works(machine, work):
+    """Mean torque and power of a cycle whose gas does this work, each with the sum of the magnitudes in it."""
     breaks, period = machine.gas.breaks, machine.gas.period
-    found = {}
-    for name in machine.forces(breaks[0]):
-        if name == "torque":
-            continue
-        place, before = greatest(lambda a, b, name=name: machine.forces(a, b)[name][0], breaks, GRID)
-        found[name] = machine.forces(place, before)[name]
-    work = machine.gas.work_to(breaks[0] + period)
     positions = [machine.motion.position(b) for b in breaks]
     size = sum(
         max(abs(machine.gas.at(a)[0]), abs(machine.gas.at(b, True)[0])) * abs(x1 - x0) * machine.area
@@ -89,8 +81,26 @@ def cycle_values(case):
     size += 2 * abs(machine.x["crankcase_pressure"]) * machine.area * (machine.motion.high - machine.motion.low)
     swings = max(machine.kinetic(breaks[0] + period * k / 64) for k in range(64))
     turns = 2 * mp.pi / period
-    found["indicated_power"] = (work * machine.x["speed"] * turns, size * machine.x["speed"] * turns)
-    found["torque_mean"] = (work / period, (size + 4 * abs(swings)) / period)
+    return {
+        "indicated_power": (work * machine.x["speed"] * turns, size * machine.x["speed"] * turns),
+        "torque_mean": (work / period, (size + 4 * abs(swings)) / period),
+    }
+
+
+def cycle_values(case):
+    """{name: (value, size)} for a machine's cycle."""
+    machine = Machine(case)
+    breaks, period = machine.gas.breaks, machine.gas.period
+    found = {}
+    for name in machine.forces(breaks[0]):
+        if name == "torque":
+            continue
+        place, before = greatest(lambda a, b, name=name: machine.forces(a, b)[name][0], breaks, GRID)
+        found[name] = machine.forces(place, before)[name]
+    work = machine.gas.work_to(breaks[0] + period)
+    told = works(machine, work)
+    found |= told
+    whole = told["torque_mean"][1] * period
     mean = len(machine.phases) * work / period
 
     def surplus(a, _):
@@ -100,7 +110,7 @@ def cycle_values(case):
     shifted = [*shifted, breaks[0] + period] if shifted[-1] < breaks[0] + period else shifted
     high = surplus(greatest(surplus, shifted, GRID)[0], False)
     low = -surplus(greatest(lambda a, b: -surplus(a, b), shifted, GRID)[0], False)
-    found["work_fluctuation"] = (high + low, len(machine.phases) * (size + 4 * abs(swings)))
+    found["work_fluctuation"] = (high + low, len(machine.phases) * whole)
     return found
 
 

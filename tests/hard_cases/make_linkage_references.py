@@ -18,6 +18,7 @@ from solvers.references.linkage import SIGNS, Mechanism, greatest, least_area, n
 
 HERE = Path(__file__).parent
 DIGITS, SHOWN = 240, 30
+NEAR, STEP = mp.mpf(10) ** -40, mp.mpf(10) ** -60
 MOVED = mp.mpf(10) ** -25
 
 
@@ -66,8 +67,38 @@ def closed_case(case, angles):
     for phi in angles:
         at = mp.mpf(phi) if phi > 0 else 2 * mp.pi + mp.mpf(phi)
         u = plain.u(at)
-        curve.append({"value": mp.nstr(u, SHOWN), "scale": mp.nstr(max(abs(u), abs(plain.slope(at))), 12)})
+        slope, bend = plain.slope(at), (plain.slope(at + STEP) - plain.slope(at - STEP)) / (2 * STEP)
+        curve.append({
+            "value": mp.nstr(u, SHOWN), "scale": mp.nstr(max(abs(u), abs(slope)), 12),
+            "slope": mp.nstr(slope, SHOWN), "slope_scale": mp.nstr(max(abs(u), abs(slope), abs(bend)), 12),
+        })  # fmt: skip
     return {**out, "curve": curve}
+
+
+def near_case(case, torque_angle, force_angle, direction):
+    """The greatest loads and the least box next to angles and a direction told as theirs."""
+    plain, moved = mechanisms(case)
+    ends = NEAR, 2 * mp.pi - NEAR
+    out = {}
+    for name, told in (("torque", torque_angle), ("force", force_angle)):
+        near = min(mp.mpf(10) ** -4, abs(mp.mpf(told) - mp.pi) / 100 + mp.mpf(10) ** -9)
+        low, high = (min(max(mp.mpf(told) + side * near, ends[0]), ends[1]) for side in (-1, 1))
+        at, value = greatest(getattr(plain, name), [low, min(max(mp.mpf(told), low), high), high], 50)
+        out[name] = value, [getattr(m, name)(at) for m in moved]
+    with mp.workdps(45):
+        near = mp.mpf(10) ** -6
+
+        def least(m):
+            return -narrowed(lambda x: -m.area(x), direction - near, direction + near, 110)[1]
+
+        out["area"] = least(plain), [least(m) for m in moved]
+        return {
+            name: {
+                "value": mp.nstr(value, SHOWN),
+                "condition": float(mp.nstr(mp.fsum(abs(other / value - 1) for other in others) / MOVED, 6)),
+            }
+            for name, (value, others) in out.items()
+        }
 
 
 def ratio_case(case, angles):

@@ -26,8 +26,8 @@ PLACES = ("0.001", "0.2", "0.5", "0.9", "1")
 
 
 def changed(case, name):
-    """The case with one input times 1 + STEP."""
-    return case if name is None else {**case, name: mp.mpf(case[name]) * (1 + STEP)}
+    """The case with one input times 1 + STEP; unchanged for what is no input of a case."""
+    return {**case, name: mp.mpf(case[name]) * (1 + STEP)} if name in case else case
 
 
 def evaluate(case, layout, change=None):
@@ -36,12 +36,7 @@ def evaluate(case, layout, change=None):
     plain = layout["plain"]
 
     def moved(x):
-        """The same share of the same part: boss, gap or rod."""
-        if x <= plain.a:
-            return x * pin.a / plain.a
-        if x <= plain.a + plain.gap:
-            return pin.a + (x - plain.a) * (pin.gap / plain.gap if plain.gap else 1)
-        return pin.a + pin.gap + (x - plain.a - plain.gap) * pin.b / plain.b
+        return moved_with(plain, pin, x)
 
     out = {}
     if layout["feasible"]:
@@ -72,25 +67,109 @@ def case_values(case):
     }
 
 
+def tube_values(case, ratio):
+    """A pin of one bore d = ratio D: mass, deflection with shear (Cowper's k of a tube) and the greatest equivalent
+    stress."""
+
+    def stress_at(pin, x, r):
+        demands = pin.demands(x)[: 1 if pin.criterion in ("tresca_paper", "von_mises") else 2]
+        return max(demand(r) for demand in demands) * pin.sigma / (1 - r**4)
+
+    def worst(pin, r):
+        """(part of the half, share of it)."""
+        edges = [mp.mpf(0), pin.a, pin.a + pin.gap, pin.L / 2]
+        golden, best = (mp.sqrt(5) - 1) / 2, (mp.mpf(-1), 0, mp.mpf(0))
+        for part, (low, high) in enumerate(pairwise(edges)):
+            grid = [low + (high - low) * i / 40 for i in range(41)]
+            top = max(range(41), key=lambda i: stress_at(pin, grid[i], r))
+            left, right = grid[max(top - 1, 0)], grid[min(top + 1, 40)]
+            for _ in range(130):
+                p, q = right - golden * (right - left), left + golden * (right - left)
+                left, right = (left, q) if stress_at(pin, p, r) >= stress_at(pin, q, r) else (p, right)
+            for x in (left, low, high):
+                if high > low:
+                    best = max(best, (stress_at(pin, x, r), part, (x - low) / (high - low)))
+        return best[1:]
+
+    part, share = worst(Pin(case), mp.mpf(ratio))
+
+    def values(change=None):
+        pin, bore = Pin(changed(case, change)), mp.mpf(ratio) * mp.mpf(case["outer_diameter"])
+        r = bore * (1 + STEP if change == "bore" else 1) / pin.D
+        edges = [mp.mpf(0), pin.a, pin.a + pin.gap, pin.L / 2]
+        x = edges[part] + share * (edges[part + 1] - edges[part])
+        area, inertia = mp.pi * pin.D**2 / 4 * (1 - r**2), mp.pi * pin.D**4 / 64 * (1 - r**4)
+        both, more = (1 + r**2) ** 2, (20 + 12 * pin.nu) * r**2
+        k = 6 * (1 + pin.nu) * both / ((7 + 6 * pin.nu) * both + more)
+        modulus, total = pin.E / (2 * (1 + pin.nu)), mp.mpf(0)
+        for low, high in ((pin.a, pin.a + pin.gap), (pin.a + pin.gap, pin.L / 2)):
+            for place, weight in gauss(low, high, ORDER):
+                Q, M = pin.forces(place)
+                total += weight * (M * (place - pin.a) / 2 / (pin.E * inertia) + Q / 2 / (k * modulus * area))
+        return {
+            "mass": pin.rho * area * pin.L,
+            "deflection": 2 * total,
+            "equivalent_stress_max": stress_at(pin, x, r),
+        }
+
+    return conditioned(values, (*INPUTS[:-1], "bore"))
+
+
+def bushing_values(case, bore, share):
+    """The least D - d at one place around a bore d, by secants on the textbook's stresses."""
+
+    def values(change=None):
+        plain, pin = Pin(case), Pin(changed(case, change))
+        Q, M = pin.forces(moved_with(plain, pin, mp.mpf(share) * plain.L / 2))
+        d = mp.mpf(bore) * (1 + STEP if change == "bore" else 1)
+
+        def excess(gap):
+            pin.D = d + gap
+            r = d / pin.D
+            thin = gap * (2 * d + gap) * (pin.D**2 + d**2) / pin.D**4
+            return mp.log(max(demand(r) for demand in pin.demands_of(Q, M)) / thin)
+
+        low = high = pin.b
+        while excess(low) < 0:
+            low /= 16
+        while excess(high) > 0:
+            high *= 16
+        for _ in range(12):
+            middle = mp.sqrt(low * high)
+            low, high = (middle, high) if excess(middle) > 0 else (low, middle)
+        root = mp.findroot(lambda t: excess(mp.exp(t)), (mp.log(low), mp.log(high)), solver="anderson",
+                           tol=mp.mpf(10) ** (-2 * DIGITS + 10), verify=False)  # fmt: skip
+        return {"gap": mp.exp(root)}
+
+    return conditioned(values, (*INPUTS[1:], "bore"))
+
+
+def conditioned(values, inputs):
+    """name -> (value, condition) in the named inputs."""
+    plain, moved = values(), [values(name) for name in inputs]
+    return {
+        name: (v, mp.fsum(abs(m[name] / v - 1) for m in moved) / STEP if v else mp.mpf(1)) for name, v in plain.items()
+    }
+
+
+def moved_with(plain, pin, x):
+    """The same share of the same part: boss, gap or rod."""
+    if x <= plain.a:
+        return x * pin.a / plain.a
+    if x <= plain.a + plain.gap:
+        return pin.a + (x - plain.a) * (pin.gap / plain.gap if plain.gap else 1)
+    return pin.a + pin.gap + (x - plain.a - plain.gap) * pin.b / plain.b
+
+
 def place_values(case, share):
     """The wall at one place and the solid pin's deflection; no wall where even the solid section is too weak."""
 
     def values(change=None):
         plain, pin = Pin(case), Pin(changed(case, change))
-        x = mp.mpf(share) * plain.L / 2
-        if x <= plain.a:
-            at = x * pin.a / plain.a
-        elif x <= plain.a + plain.gap:
-            at = pin.a + (x - plain.a) * (pin.gap / plain.gap if plain.gap else 1)
-        else:
-            at = pin.a + pin.gap + (x - plain.a - plain.gap) * pin.b / plain.b
+        at = moved_with(plain, pin, mp.mpf(share) * (1 + STEP if change == "place" else 1) * plain.L / 2)
         return {"wall": pin.wall(at), "solid_deflection": pin.solid_deflection()}
 
-    plain = values()
-    if plain["wall"] is None:
-        return {}
-    moved = [values(name) for name in INPUTS]
-    return {name: (v, mp.fsum(abs(m[name] / v - 1) for m in moved) / STEP) for name, v in plain.items()}
+    return conditioned(values, (*INPUTS, "place")) if values()["wall"] is not None else {}
 
 
 def load_cases(group="cases"):
@@ -105,6 +184,8 @@ def main(names):
     known = json.loads(path.read_text()) if path.exists() else {}
     jobs = [(case, lambda c: case_values(c["pin"])) for case in load_cases()]
     jobs += [(case, lambda c: place_values(c["pin"], c["place"])) for case in load_cases("walls")]
+    jobs += [(case, lambda c: tube_values(c["pin"], c["ratio"])) for case in load_cases("tubes")]
+    jobs += [(case, lambda c: bushing_values(c["pin"], c["bore"], c["place"])) for case in load_cases("bushings")]
     for case, make in jobs:
         if names and case["name"] not in names:
             continue

@@ -200,6 +200,47 @@ def check_case(case):
     return out
 
 
+def held_case(case):
+    """What can be told at once of a constant force, whose extremes are all a quarter turn from dead centre.
+
+    Critical force and safety, and below buckling side force, clamp moment, contact pressure, fatigue and yield safety.
+    """
+    machine = Machine(case)
+    force, critical, across = machine.force(mp.mpf(0)), machine.critical_force(), mp.pi / 2
+    readings = {"critical_force": lambda m: m.critical_force()}
+    if force < 0:
+        readings["stability_safety"] = lambda m: m.critical_force() / -m.force(across)
+    if force >= 0 or critical > -force:
+        readings |= {
+            "side_force_max": lambda m: abs(m.side_force(across)),
+            "clamp_moment_max": lambda m: abs(m.clamp_moment(across)),
+            "contact_pressure_max": lambda m: m.contact_pressure(across),
+        }
+        shares = sorted({mp.mpf(i) / 24 for i in range(25)} | {mp.mpf(10) ** (-mp.mpf(k) / 2) for k in range(2, 20)})
+        sizes = [abs(machine.stress(s, across, 1) - machine.stress(s, across, -1)) for s in shares]
+        top = sizes.index(max(sizes))
+        left, right = shares[max(top - 1, 0)], shares[min(top + 1, len(shares) - 1)]
+
+        def swing(share, m=machine):
+            return abs(m.stress(share, across, 1) - m.stress(share, across, -1)) / 2
+
+        place = climb(swing, left, (left + right) / 2 if top in (0, len(shares) - 1) else shares[top], right)[0]
+        place = max((place, left, right, shares[top]), key=swing)
+
+        def fatigue(m):
+            x, mean = m.x, m.force(across) / (m.x["b"] * m.x["h"])
+            use = x["fatigue_reduction"] * swing(place, m) + x["mean_stress_sensitivity"] * max(mean, 0)
+            return x["fatigue_limit"] / use
+
+        readings |= {
+            "fatigue_safety": fatigue,
+            "yield_safety": lambda m: (
+                m.x["yield_strength"] / (swing(place, m) + abs(m.force(across)) / (m.x["b"] * m.x["h"]))
+            ),
+        }
+    return {name: (reading(machine), condition(case, reading)) for name, reading in readings.items()}
+
+
 def kernel_case(case):
     """C, D, V''(l), and V'', V at shares of the length, per unit stroke, each with its condition in q, l and L."""
 

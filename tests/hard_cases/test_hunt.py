@@ -13,7 +13,7 @@ from tests.hard_cases.rows.section import GOAL
 
 
 def test_a_short_hunt_on_the_strip_finds_nothing_beyond_the_goal():
-    (strip,) = rod.QUARRIES
+    strip = rod.QUARRIES[0]
     bag = search(strip, 7, math.inf, beginnings=1, generations=3)
     assert bag.scenes >= 60
     assert 0.0 < bag.finds[0].units < GOAL

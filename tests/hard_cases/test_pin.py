@@ -15,12 +15,14 @@ import pytest
 
 from solvers import pin
 from solvers.effects import ALL
-from solvers.pin import ring
+from solvers.pin import bushing, ring
+from solvers.pin.bushing.section import least_gaps
 from solvers.pin.program import least_walls_at
 from tests.hard_cases.make_pin_references import DIGITS, PLACES, Pin, load_cases
 
 EPS = 2.0**-52
 CASES, WALLS = load_cases(), load_cases("walls")
+TUBES, BUSHINGS = load_cases("tubes"), load_cases("bushings")
 REFERENCES = json.loads((Path(__file__).parent / "pin_references.json").read_text())
 FEASIBLE = [case for case in CASES if "free_mass" in REFERENCES[case["name"]]]
 INFEASIBLE = [case for case in CASES if "free_mass" not in REFERENCES[case["name"]]]
@@ -72,13 +74,32 @@ def place_errors(case, reference):
     yield "solid_deflection", units(solid_deflection(case), reference["solid_deflection"])
 
 
+def tube_errors(case, reference):
+    """What a pin of one bore weighs, gives and bears."""
+    scene = scene_of(case)
+    bore = case["ratio"] * scene.geometry.outer_diameter
+    criterion = pin.CRITERIA[case["pin"]["criterion"]]
+    value = pin.check(scene, pin.Profile((0.0,), (bore,)), criterion, effects=ALL, accuracy=1e-12).value
+    for name, entry in reference.items():
+        yield name, units(getattr(value, name), entry)
+
+
+def bushing_errors(case, reference):
+    """The bushing's wall at a case's one place."""
+    x = case["pin"]
+    geometry = bushing.BushingGeometry(case["bore"], x["boss_length"], x["small_end_length"], x["gap"])
+    scene = bushing.BushingScene(geometry, x["force"], scene_of(case).material)
+    at = np.array([0.5 * float(case["place"]) * geometry.length])
+    yield "gap", units(least_gaps(scene, pin.CRITERIA[x["criterion"]], 0.0, at, at)[0], reference["gap"])
+
+
 def named(cases):
     return pytest.mark.parametrize("case", cases, ids=lambda case: case["name"])
 
 
 def test_there_are_enough_cases():
     assert len(CASES) >= 40
-    assert set(REFERENCES) == {case["name"] for case in CASES + WALLS}
+    assert set(REFERENCES) == {case["name"] for case in CASES + WALLS + TUBES + BUSHINGS}
     assert len(INFEASIBLE) == 3
 
 
@@ -109,6 +130,18 @@ def test_the_masses(case, accuracy):
 @named(WALLS)
 def test_one_place(case):
     for name, error in place_errors(case, REFERENCES[case["name"]]):
+        assert error <= case.get("within", WALL_LIMIT), name
+
+
+@named(TUBES)
+def test_one_bore(case):
+    for name, error in tube_errors(case, REFERENCES[case["name"]]):
+        assert error <= case.get("within", WALL_LIMIT), name
+
+
+@named(BUSHINGS)
+def test_one_place_of_a_bushing(case):
+    for name, error in bushing_errors(case, REFERENCES[case["name"]]):
         assert error <= case.get("within", WALL_LIMIT), name
 
 

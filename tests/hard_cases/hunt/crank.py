@@ -1,4 +1,5 @@
-"""The crank's motion and its inverse, to the edges of what turns, and masses from a pendulum's periods."""
+"""The crank's motion and its inverse, to the edges of what turns; its cycle on unrolled diagrams and on tables; masses
+from a pendulum's periods."""
 
 from __future__ import annotations
 
@@ -9,10 +10,14 @@ import mpmath as mp
 import numpy as np
 
 from solvers import crank
-from solvers.references.crank import Motion
+from solvers.references.crank import Machine, Motion
+from tests.hard_cases.cases import read
 from tests.hard_cases.hunt.quarry import Quarry, between, entries, pick, power
-from tests.hard_cases.make_crank_references import motion_values, pendulum_values
-from tests.hard_cases.test_crank import motions, units
+from tests.hard_cases.make_crank_references import DIGITS as DIGITS_OF_A_CYCLE
+from tests.hard_cases.make_crank_references import merged, motion_values, pendulum_values, works
+from tests.hard_cases.test_crank import EPS, answers, motions, off, units
+
+BASE = read("crank")["base"]
 
 DIGITS = 130
 """A position of 1e-30 is a difference of lengths, and is changed at the twentieth digit."""
@@ -77,7 +82,68 @@ def judge_pendulum(case: dict) -> Iterator[tuple[str, float]]:
         yield name, units(found[name], entry)
 
 
+def cycle(point: np.ndarray) -> dict:
+    """Mechanism, masses, speed, clearance, and a diagram or a table of any shape from a few numbers."""
+    radius = between(point[0], 0.02, 0.09)
+    length = radius * (1.0 + power(point[1], -3, 3))
+    offset = pick(point[2], 0.0, between(point[2] * 3 % 1, -0.99, 0.99)) * (length - radius)
+    bore = radius * power(point[3], -0.5, 0.5)
+    area, motion = math.pi * bore**2 / 4.0, crank.ExactMotion(radius, length, offset)
+    clearance = area * motion.stroke * power(point[4], -3, 3)
+    shape = np.random.default_rng(int(point[5] * 1e6))
+    count, low = int(shape.integers(3, 9)), power(point[6], 3, 7)
+    if point[7] < 0.1:  # Their work takes the reference a minute.
+        angles = np.sort(shape.uniform(0.0, 4.0 * math.pi, count + 2))
+        pressure = {
+            "kind": "table",
+            "angle": angles.tolist(),
+            "pressure": (low * shape.uniform(0.5, 5.0, count + 2)).tolist(),
+        }
+    else:
+        strokes = []
+        for _ in range(4):
+            share = np.sort(np.concatenate([[0.0, 1.0], shape.uniform(0.02, 0.98, count)]))
+            volume = (clearance + area * motion.stroke * share).tolist()
+            strokes.append({"volume": volume, "pressure": (low * shape.uniform(0.5, 5.0, count + 2)).tolist()})
+        pressure = {"kind": "indicator", "strokes": strokes}
+    cg = between(point[8], 0.1, 0.9) * length
+    mass = power(point[9], -3, 1)
+    return {
+        "changes": {
+            "mechanism": {
+                "crank_radius": radius, "rod_length": length, "offset": offset, "speed": power(point[10], -3, 2.5),
+            },
+            "cylinder": {"bore": bore, "clearance_volume": clearance},
+            "pressure": pressure,
+            "masses": {
+                "piston": mass, "rod": 2.0 * mass, "rod_cg": cg,
+                "rod_inertia": 2.0 * mass * cg * (length - cg) * between(point[8] * 7 % 1, 0.5, 1.5),
+            },
+        }
+    }  # fmt: skip
+
+
+def judge_cycle(found: dict) -> Iterator[tuple[str, float]]:
+    """The works, and the worst forces against what acts at the very angles that are told as theirs."""
+    whole = found | {"scene": merged(BASE, found["changes"])}
+    outcome, told = answers(whole, 1e-12)
+    with mp.workdps(DIGITS_OF_A_CYCLE):
+        machine = Machine(whole["scene"])
+        breaks, period = machine.gas.breaks, machine.gas.period
+        forces = {}
+        for worst in outcome.value.worst:
+            at = mp.mpf(worst.angle)
+            at = min((b for b in breaks if abs(b - at) < 1e-9), key=lambda b, at=at: abs(b - at), default=at)
+            sides = [machine.forces(at, before)[worst.name] for before in (False, True)]
+            forces[worst.name] = max(sides, key=lambda pair: pair[0])
+        forces |= works(machine, machine.gas.work_to(breaks[0] + period))
+        for name, (value, size) in forces.items():
+            entry = {"value": mp.nstr(value, 30)}
+            yield name, float(off(told[name], entry)) / max(float(size), abs(float(value)), 2.0**-1022) / EPS
+
+
 QUARRIES = (
     Quarry("crank", "motions", "motion", 9, motion, judge_motion),
+    Quarry("crank", "cycles", "cycle", 11, cycle, judge_cycle),
     Quarry("crank", "pendulums", "pendulum", 6, pendulum, judge_pendulum),
 )

@@ -1,4 +1,5 @@
-"""The linkage's closed forms and its transfer function, over all types to the edges of what turns."""
+"""The linkage's closed forms, its transfer function and slope, its peak loads and its least box, over all types to the
+edges of what turns."""
 
 from __future__ import annotations
 
@@ -7,25 +8,34 @@ from collections.abc import Iterator
 import mpmath as mp
 import numpy as np
 
+from solvers.linkage.envelope import least_box, sweep
+from solvers.linkage.loads import peaks
 from tests.hard_cases.hunt.quarry import Quarry, between, pick, power
-from tests.hard_cases.make_linkage_references import DIGITS, closed_case
-from tests.hard_cases.test_linkage import bar_of, closed_forms, curve_units, units
+from tests.hard_cases.make_linkage_references import DIGITS, closed_case, near_case
+from tests.hard_cases.test_linkage import bar_of, closed_forms, curve_units, slope_units, units
 
 KINDS = ("largest_coupler", "largest_base", "largest_rocker")
+_CLOSE = 1e-13
+"""To what the least box is asked for: the tightest that a check asks."""
 
 
-def case(point: np.ndarray) -> dict:
-    """Type, restitution, how far the free ratio is above its least, and an angle of the cycle."""
+def family(point: np.ndarray) -> dict:
+    """Type, restitution, how far the free ratio is above its least."""
     kind = pick(point[0], *KINDS)
     restitution = pick(point[1], power(point[2], -9, -0.3), between(point[2], 0.3, 0.99))
+    margin = power(point[3], -3 if kind == "largest_rocker" else -14, 4)
+    return {"kind": kind, "restitution": restitution, "margin": margin}
+
+
+def ratio(point: np.ndarray) -> dict:
+    """The same at an angle of the cycle."""
     side = pick(point[5], 1.0, -1.0)
     near = power(point[6], -18, 0.49)
     angle = side * pick(point[4], near, between(point[6], 0.01, np.pi), np.pi - power(point[6], -15, 0))
-    margin = power(point[3], -3 if kind == "largest_rocker" else -14, 4)
-    return {"kind": kind, "restitution": restitution, "margin": margin, "angles": [float(angle)]}
+    return {**family(point), "angles": [float(angle)]}
 
 
-def judge(found: dict) -> Iterator[tuple[str, float]]:
+def judge_ratio(found: dict) -> Iterator[tuple[str, float]]:
     with mp.workdps(DIGITS):
         reference = closed_case(found, found["angles"])
     bar = bar_of(found, reference)
@@ -33,6 +43,21 @@ def judge(found: dict) -> Iterator[tuple[str, float]]:
         yield name, units(value, reference[name])
     for phi, entry in zip(found["angles"], reference["curve"], strict=True):
         yield f"u31 at {phi!r}", curve_units(bar, phi, entry)
+        yield f"u31' at {phi!r}", slope_units(bar, phi, entry)
 
 
-QUARRIES = (Quarry("linkage", "ratios", "ratio", 7, case, judge),)
+def judge_searched(found: dict) -> Iterator[tuple[str, float]]:
+    """Greatest and least values against the extremes next to where the solvers see them."""
+    with mp.workdps(DIGITS):
+        bar = bar_of(found, closed_case(found, ()))
+    told, box = peaks(bar, 1.0, 1.0), least_box(sweep(bar, 1.0), 0.0, tolerance=_CLOSE)
+    with mp.workdps(DIGITS):
+        reference = near_case(found, told.torque_angle, told.force_angle, box.angle)
+    for name, value in (("torque", told.torque), ("force", told.force), ("area", box.area)):
+        yield name, units(value, reference[name])
+
+
+QUARRIES = (
+    Quarry("linkage", "ratios", "ratio", 7, ratio, judge_ratio),
+    Quarry("linkage", "ratios", "searched", 4, family, judge_searched),
+)

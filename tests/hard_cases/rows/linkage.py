@@ -17,6 +17,7 @@ from tests.hard_cases.test_linkage import (
     closed_forms,
     curve_units,
     searched,
+    slope_units,
     told_by_lengths,
     units,
 )
@@ -34,6 +35,8 @@ def ratio_row(case) -> Row:
         with mp.workdps(40):
             value, scale = mp.mpf(exact["value"]), mp.mpf(exact["scale"])
             measured.append(Measured(curve_units(bar, phi, exact), float(scale / abs(value))))
+            slope = abs(mp.mpf(exact["slope"]))
+            measured.append(Measured(slope_units(bar, phi, exact), float(mp.mpf(exact["slope_scale"]) / slope)))
             by_book = textbook.transfer(case["kind"], case["restitution"], float(reference["parameter"]["value"]), phi)
             errors.append(float(abs(by_book - value) / scale) if math.isfinite(by_book) else math.inf)
     lost = sum(error > 0.1 for error in errors)
@@ -63,10 +66,10 @@ def design_row(case) -> Row:
 SECTIONS = (
     Section(
         "The linkage's family",
-        "Ratios, ends, swing, transmission angle, peak loads, least box, and u31 at angles down to 1e-15 of the "
-        "change point, judged by the greater of |u31| and its slope. The textbook has l1 sin(phi - phi2)/(l3 "
-        "sin(phi3 - phi2)) with phi2 and phi3 from arccosines; its greatest error where it has a digit at all, and "
-        "where it has none.",
+        "Ratios, ends, swing, transmission angle, peak loads, least box, and u31 and its slope at angles down to "
+        "1e-15 of the change point, u31 judged by the greater of |u31| and its slope, the slope by the greatest of "
+        "both and its own. The textbook has l1 sin(phi - phi2)/(l3 sin(phi3 - phi2)) with phi2 and phi3 from "
+        "arccosines; its greatest error where it has a digit at all, and where it has none.",
         CASES["ratios"],
         ratio_row,
     ),

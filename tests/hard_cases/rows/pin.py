@@ -6,15 +6,19 @@ import numpy as np
 
 from solvers import pin
 from tests.hard_cases.make_pin_references import PLACES
-from tests.hard_cases.rows.section import Measured, Row, Section, figure, relative
+from tests.hard_cases.rows.section import NO_TEXTBOOK, Measured, Row, Section, figure, relative
 from tests.hard_cases.test_pin import (
+    BUSHINGS,
     CASES,
     REFERENCES,
+    TUBES,
     WALLS,
+    bushing_errors,
     designed,
     place_errors,
     scene_of,
     solid_deflection,
+    tube_errors,
     units,
     walls,
 )
@@ -58,6 +62,18 @@ def place_row(case) -> Row:
     )
 
 
+def tube_row(case) -> Row:
+    reference = REFERENCES[case["name"]]
+    measured = tuple(Measured(error, reference[name]["condition"]) for name, error in tube_errors(case, reference))
+    return Row(case, measured, NO_TEXTBOOK)
+
+
+def bushing_row(case) -> Row:
+    reference = REFERENCES[case["name"]]
+    measured = tuple(Measured(error, reference[name]["condition"]) for name, error in bushing_errors(case, reference))
+    return Row(case, measured, NO_TEXTBOOK)
+
+
 SECTIONS = (
     Section(
         "The pin",
@@ -72,5 +88,17 @@ SECTIONS = (
         "The wall at one place, and the solid pin's deflection; the textbook's wall as above.",
         WALLS,
         place_row,
+    ),
+    Section(
+        "The pin of one bore",
+        "Mass, deflection with shear, and the greatest equivalent stress of a pin with one bore all along.",
+        TUBES,
+        tube_row,
+    ),
+    Section(
+        "The bushing at one place",
+        "The least D - d around a given bore.",
+        BUSHINGS,
+        bushing_row,
     ),
 )

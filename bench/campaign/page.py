@@ -25,8 +25,8 @@ at six tolerances. A scene that takes too long is counted and named, not lost.
 """
 _TAIL = """## Crank masses
 
-Not part of the campaign: their formulas are closed, nothing in them is a choice of accuracy or of effects. They are held
-to arithmetic with 50 digits by the hard cases, and their uncertainties to sampling by the tests.
+Not part of the campaign: their formulas are closed, nothing in them is a choice of accuracy or of effects. The tests
+hold them to independent computations, their uncertainties included.
 """
 
 

@@ -67,7 +67,7 @@ def _of_designs(designs: list[tuple[int, Design]]) -> Iterator[str]:
     yield _row("a design keeps its limits, checked anew", len(found), (s for s, d in found if not d.admissible))
     honest = "a design is as near to one a thousand times tighter as it estimates"
     yield _row(honest, len(found), (s for s, d in found if not d.honest))
-    for proven, which in ((True, ""), (False, " that names effects beyond its proof")):
+    for proven, which in ((True, ""), (False, " that names what its proof leaves out")):
         own = [(s, d) for s, d in found if d.proven is proven]
         rivals = sum(d.rivals for _, d in own)
         if own:

@@ -209,7 +209,8 @@ def _closer(program: Program, r: float, c: float) -> Program:
     for _ in range(_ZOOMS):
         finer = assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law)
         t = np.minimum(stations.x, g.length - stations.x) / (0.5 * g.length)
-        room = bore_of(finer, finer.lower) / (1.0 - (1.0 - r) * np.minimum(t / c, 1.0))
+        with np.errstate(divide="ignore"):
+            room = bore_of(finer, finer.lower) / (1.0 - (1.0 - r) * np.minimum(t / c, 1.0))
         panels = room.reshape(-1, NODES).min(axis=1)
         touched = (panels <= panels.min() * (1.0 + _NEAR)) & (stations.right - stations.left > _NARROWEST * g.length)
         if not touched.any():

@@ -83,7 +83,7 @@ def judge_design(slug: str, seed: int) -> Design | None:
     if answer.status not in ("succeeded", "infeasible"):
         return None
     tried, best = _best_rival(slug, problem, answer, rng)
-    proven = "beyond_the_proof" not in ((answer.result.get("certificate") or {}).get("evidence") or {})
+    proven = _proven(answer)
     if answer.status == "infeasible":
         return Design(accuracy, True, proven, tried, math.isfinite(best))
     own = problem.objective(answer.result)
@@ -145,6 +145,15 @@ def _missed(slug: str, problem: Problem, answer: Answer) -> float:
         return math.inf
     apart = abs(problem.objective(result) / problem.objective(answer.result) - 1.0)
     return max(missed, problem.broken(result), apart)
+
+
+def _proven(answer: Answer) -> bool:
+    """Whether the certificate names nothing that its proof leaves out: effects, or the tangent that makes shear convex."""
+    evidence = (answer.result.get("certificate") or {}).get("evidence", {})
+    constrained = evidence.get("deflection_as_constrained_um")
+    if constrained is not None and abs(answer.result["deflection_um"] / constrained - 1.0) > _ROUNDING:
+        return False
+    return "beyond_the_proof" not in evidence
 
 
 def _doubt(answer: Answer) -> float:

@@ -25,8 +25,8 @@ at six tolerances. A scene that takes too long is counted and named, not lost.
 """
 _TAIL = """## Crank masses
 
-Not part of the campaign: their formulas are closed, nothing in them is a choice of accuracy or of effects. They are
-held to arithmetic with 50 digits by the hard cases, and their uncertainties to sampling by the tests.
+Not part of the campaign: their formulas are closed, nothing in them is a choice of accuracy or of effects. The tests
+hold them to independent computations, their uncertainties included.
 """
 
 
@@ -67,7 +67,7 @@ def _of_designs(designs: list[tuple[int, Design]]) -> Iterator[str]:
     yield _row("a design keeps its limits, checked anew", len(found), (s for s, d in found if not d.admissible))
     honest = "a design is as near to one a thousand times tighter as it estimates"
     yield _row(honest, len(found), (s for s, d in found if not d.honest))
-    for proven, which in ((True, ""), (False, " that names effects beyond its proof")):
+    for proven, which in ((True, ""), (False, " that names what its proof leaves out")):
         own = [(s, d) for s, d in found if d.proven is proven]
         rivals = sum(d.rivals for _, d in own)
         if own:

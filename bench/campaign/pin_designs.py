@@ -18,6 +18,7 @@ from bench.campaign import pin_profile
 from bench.campaign.rivalry import Body, Rivalry, excess
 
 _WAVES, _HALVINGS = 6, 12
+_FINE = 64
 _WIDEST = 0.3
 """How far walls are scaled, as a logarithm, in search of the lightest that holds."""
 _PIN_FORMS = ("free", "drillable", "constant", "stepped", "double_cone", "cone_cylinder")
@@ -55,6 +56,10 @@ class PinProblem:
         bare = {k: v for k, v in self.body.items() if k != "form"}
         if not self._seeks_outside:
             bare.pop("bore_mm", None)
+        if 1 < x.size < _FINE:
+            # A check looks at its stations, and a cone may touch the least wall between two of them.
+            parts = [np.linspace((a, d), (b, e), _FINE) for a, b, d, e in zip(x, x[1:], size, size[1:], strict=False)]
+            x, size = np.concatenate([part for part in parts if part[0, 0] < part[-1, 0]]).T
         points = [{"x_mm": a, self._name: d} for a, d in zip(x.tolist(), size.tolist(), strict=True)]
         return {**bare, "profile": points}
 

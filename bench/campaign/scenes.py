@@ -37,6 +37,10 @@ class Scene:
     seed: int
     body: Body
 
+    def __reduce__(self) -> tuple[Callable[..., Scene], tuple[str, int, Body]]:
+        """To other processes a kind goes by its name."""
+        return _of_kind, (self.kind.slug, self.seed, self.body)
+
     @property
     def mode(self) -> Mode:
         return Mode.CHECK if Mode.CHECK in self.kind.jobs else Mode.ANALYSIS
@@ -58,6 +62,10 @@ class Scene:
         found = self.kind.judged_values(answer.result or {}, self.mode)
         shares = _SHARES.get(self.kind.slug, lambda _: {})(answer.result or {})
         return {name: value for name, value in found.items() if value is not None} | shares
+
+
+def _of_kind(slug: str, seed: int, body: Body) -> Scene:
+    return Scene(KINDS[slug], seed, body)
 
 
 def scene_of(slug: str, seed: int) -> Scene:

@@ -2,9 +2,10 @@
 
 Beside the service's ladder, which places its own stations, stand its two tiers on midpoints of equal panels, one
 multiplier and the cone program with its bound, and what a user would write on the same midpoints: scipy's brentq at
-every station with bisection on the multiplier, the program in cvxpy with Clarabel, and scipy's SLSQP on a few stations.
-The reference is the textbook's equations on 20,000 and 40,000 midpoints, every root and every station's minimum by
-bisection, the two masses extrapolated. The limit itself is measured on 2,000 midpoints: it is the same number for all.
+every station and for the multiplier, the program in cvxpy with Clarabel, and scipy's SLSQP on a few stations. The
+reference is the textbook's equations at Gauss points of panels between the places where loads begin, halved toward
+wherever the limit begins to govern, every root and every station's minimum by bisection. The limit itself is measured
+on 2,000 midpoints: it is the same number for all.
 """
 
 from __future__ import annotations
@@ -27,11 +28,14 @@ from solvers.pin.program import Physics, Program, assemble
 from solvers.pin.separable import weigh
 
 TITLE = "The free bore of a piston pin"
-CASES = 30
+CASES = 200
 _LADDER = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
 _BENDING = pin.EffectSelection(exclude=frozenset({"shear_deflection"}))
-_REFERENCE = 20_000
-_HALVINGS = 52
+_PANELS, _POINTS, _CUTS = 16, 16, 16
+"""Of the reference: panels between two places where loads begin, points of each, halvings toward a corner."""
+_HALVINGS = 64
+_LEAST_PRICE = -60.0
+"""Logarithm of a multiplier below which the limit takes no part."""
 
 
 @dataclass(frozen=True)
@@ -110,20 +114,19 @@ class Model:
                 low, high = np.where(falls, u, low), np.where(falls, high, u)
             return high
 
-        low, high = 0.0, 1.0
-        out = least.copy()
+        def at(log_price: float) -> np.ndarray:
+            out = least.copy()
+            out[pulls] = best(math.exp(log_price))
+            return out
 
-        def soft(price: float) -> bool:
-            out[pulls] = best(price)
-            return self.deflection(out) > limit
-
-        while soft(high):
-            low, high = high, 4 * high
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if soft(middle) else (low, middle)
-        out[pulls] = best(high)
-        return out
+        low, high = -1.0, 1.0
+        while self.deflection(at(high)) > limit:
+            low, high = high, high + 2.0
+        while self.deflection(at(low)) < limit and low > _LEAST_PRICE:
+            low, high = low - 2.0, low
+        if low <= _LEAST_PRICE:
+            return least
+        return at(float(brentq(lambda p: math.log(self.deflection(at(p)) / limit), low, high, xtol=1e-14)))
 
 
 def cases(count: int) -> list[PinCase]:
@@ -148,12 +151,23 @@ def _results(model: Model, free: np.ndarray, stiff: np.ndarray) -> Results:
 
 
 def reference(case: PinCase) -> Results:
-    """Both masses from two dense rules, extrapolated: midpoints err by the square of their width."""
-    found = []
-    for count in (_REFERENCE, 2 * _REFERENCE):
-        model = case.model(count)
-        found.append(_results(model, model.least_u, model.stiff(model.least_u, case.limit)))
-    return {name: (4 * found[1][name] - found[0][name]) / 3 for name in found[0]}
+    """Both masses by Gauss's rule; panels in which the limit begins to govern are halved until they are nothing."""
+    g = case.scene.geometry
+    places = sorted({0.0, g.boss_length, g.boss_length + g.gap, 0.5 * g.length})
+    edges = np.unique(np.concatenate([np.linspace(a, b, _PANELS + 1) for a, b in pairwise(places)]))
+    at, weight = np.polynomial.legendre.leggauss(_POINTS)
+    for _ in range(_CUTS):
+        half = 0.5 * np.diff(edges)[:, None]
+        model = Model(case.scene, (edges[:-1, None] + half * (1 + at)).ravel(), (half * weight).ravel())
+        stiff = model.stiff(model.least_u, case.limit)
+        governs = (stiff > model.least_u * (1.0 + 1e-12)).reshape(-1, _POINTS)
+        # A corner may lie between the last point of a panel and the first of the next one.
+        turns = governs.any(axis=1) & ~governs.all(axis=1)
+        turns[1:] |= governs[1:, 0] != governs[:-1, -1]
+        if not turns.any():
+            break
+        edges = np.sort(np.concatenate([edges, 0.5 * (edges[:-1] + edges[1:])[turns]]))
+    return _results(model, model.least_u, stiff)
 
 
 def _ours(accuracy: float, case: PinCase) -> Results:

@@ -10,20 +10,25 @@ from __future__ import annotations
 
 import heapq
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.flexibility import bending, phi
+from solvers.pin.flexibility import bending, cowper, phi
 from solvers.pin.form import Found
-from solvers.pin.program import Program, assemble, bore_of, folded, opening_stations, unfolded
+from solvers.pin.program import Program, assemble, bore_of, folded, refined, unfolded
 from solvers.pin.section import solidity_of
+from solvers.pin.stations import NODES
 
 Array = NDArray[np.float64]
 _BOXES = {False: 20_000, True: 1_500}
 """How many boxes are looked at without and with a deflection limit, which costs a root for each."""
+_LOOKS = 4
+"""How often the best shape is sought anew on stations that lie closer where the last one touched the walls."""
+_ZOOMS, _NEAR, _NARROWEST = 16, 1e-4, 1e-4
+"""Halvings of the panels that come this near, relative, to touching; shorter shares of the length are not halved."""
 
 
 @kernel
@@ -164,32 +169,51 @@ class Cone:
         return "cone_cylinder" if self.cylinder else "double_cone"
 
     def find(self, program: Program, gap: float) -> Found | None:
-        half, g = folded(program), program.scene.geometry
-        solid = np.ones_like(half.lower)
-        if half.limit is not None and half.deflection(solid) > half.limit * (1.0 + 1e-12):
+        g, solid = program.scene.geometry, np.ones_like(program.lower)
+        if program.limit is not None and program.deflection(solid) > program.limit * (1.0 + 1e-12):
             return None
-        cones = _Cones(half)
-        c_range = (1e-3, 1.0) if self.cylinder else (1.0, 1.0)
-        r, c, gain, most, boxes = _best(cones, c_range, min(max(gap, 1e-8), 1e-7), _BOXES[half.limit is not None])
-        size = cones.size(r, c, r, c)
-        if half.limit is not None and c < 1.0:
-            # The cone's inner end becomes a station: quadrature across it had the deflection a little wrong.
-            size = min(size, _Cones(_with_place(program, c * 0.5 * g.length)).size(r, c, r, c))
-            gain = size * size * hollow(r, c)
+        # Nothing here asks for convexity, so shear obeys the exact law.
+        looked_at = replace(program, law=cowper(program.scene.material.poisson))
+        c_range, wanted = (1e-3, 1.0) if self.cylinder else (1.0, 1.0), min(max(gap, 1e-8), 1e-7)
+        boxes = 0
+        for _ in range(_LOOKS):
+            half = folded(looked_at)
+            r, c, _, most, looked = _best(_Cones(half), c_range, wanted, _BOXES[half.limit is not None])
+            boxes += looked
+            # Stations say nothing of what lies between them, nor rules of the corner that a cone ends in.
+            looked_at, size = _closer(looked_at, r, c), _Cones(half).size(r, c, r, c)
+            held = min(size, _Cones(folded(looked_at)).size(r, c, r, c))
+            if size - held <= 0.1 * max(gap, wanted) * size:
+                break
+        size = held
+        gain = size * size * hollow(r, c)
+        half = folded(replace(program, law=looked_at.law))
         t = half.stations.x / (0.5 * g.length)
-        bore = size * (1.0 - (1.0 - r) * np.minimum(t / c, 1.0))
+        solidity = solidity_of(1.0 - size * (1.0 - (1.0 - r) * np.minimum(t / c, 1.0)))
+        evidence = {"boxes": boxes, "narrowing": r, "cone_share": c}
+        if half.limit is not None:
+            evidence["deflection_as_constrained_um"] = 1e6 * half.deflection(solidity)
         end, middle, cone = size * g.outer_diameter, size * r * g.outer_diameter, c * 0.5 * g.length
         corners = [(0.0, end), (cone, middle)] + ([(g.length - cone, middle)] if c < 1.0 else []) + [(g.length, end)]
         return Found(
-            unfolded(program, solidity_of(1.0 - bore)), float(1.0 - gain), float(min(1.0 - most, 1.0 - gain)),
-            "branch and bound over the cone's shape", {"boxes": boxes, "narrowing": r, "cone_share": c},
-            corners=tuple(corners),
+            unfolded(program, solidity), float(1.0 - gain), float(min(1.0 - most, 1.0 - gain)),
+            "branch and bound over the cone's shape", evidence, corners=tuple(corners),
         )  # fmt: skip
 
 
-def _with_place(program: Program, place: float) -> Program:
-    """The folded program on stations of which one panel ends at ``place``."""
-    stations = opening_stations(program.scene, (place, program.scene.geometry.length - place))
-    for _ in range(2):
-        stations = stations.halved(np.ones(stations.left.size, dtype=bool))
-    return folded(assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law))
+def _closer(program: Program, r: float, c: float) -> Program:
+    """The program with a panel's end where the cone ends, and ever shorter panels where it touches the walls."""
+    g = program.scene.geometry
+    place = c * 0.5 * g.length
+    stations = program.stations.cut((place,) if program.scene.symmetric else (place, g.length - place))
+    for _ in range(_ZOOMS):
+        finer = assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law)
+        t = np.minimum(stations.x, g.length - stations.x) / (0.5 * g.length)
+        with np.errstate(divide="ignore"):
+            room = bore_of(finer, finer.lower) / (1.0 - (1.0 - r) * np.minimum(t / c, 1.0))
+        panels = room.reshape(-1, NODES).min(axis=1)
+        touched = (panels <= panels.min() * (1.0 + _NEAR)) & (stations.right - stations.left > _NARROWEST * g.length)
+        if not touched.any():
+            break
+        stations = refined(finer, touched)
+    return finer

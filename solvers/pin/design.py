@@ -102,7 +102,7 @@ def design(
     )  # fmt: skip
     evidence = dict(best.evidence)
     if limits.max_deflection is not None:
-        evidence["deflection_as_constrained_um"] = 1e6 * program.deflection(best.solidity)
+        evidence.setdefault("deflection_as_constrained_um", 1e6 * program.deflection(best.solidity))
     gap = (best.volume - best.bound) / best.bound if best.bound > 0 else (0.0 if best.volume == 0 else 1.0)
     return Outcome(
         Status.SUCCEEDED,

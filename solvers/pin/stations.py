@@ -106,6 +106,13 @@ class Stations:
     def share(self) -> Array:
         return (0.5 * self.width[:, None] * _W).ravel() / self.span
 
+    def cut(self, places: tuple[float, ...]) -> Stations:
+        """The panels of contiguous stations, with ends at these places as well."""
+        edges = np.unique(
+            np.concatenate([self.left, self.right, [p for p in places if self.left[0] < p < self.right[-1]]])
+        )
+        return Stations(edges[:-1], edges[1:])
+
     def doubt(self, values: Array) -> Array:
         """For every panel, how far rules on fewer nodes are from Lobatto's, relative to the whole length."""
         table = values.reshape(-1, NODES)

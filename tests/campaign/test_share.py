@@ -60,6 +60,13 @@ def test_certificates_do_not_lie(slug):
     assert [seed for seed, d in judged.items() if d and d.infeasible and d.found] == []
 
 
+@pytest.mark.parametrize("seed", [83, 88])
+def test_cones_hold_between_stations_and_are_not_held_back_by_a_tangent(seed):
+    """Problems that the campaign found: a cone too thin between two stations, and one lighter than the bound."""
+    found = judge_design("pin-profile", seed)
+    assert found.proven and found.admissible and found.bounded and found.honest
+
+
 def test_a_table_that_jumps_makes_the_strip_ring():
     """A scene that the campaign found: pressures a tenth of a degree apart, the strip stiff otherwise."""
     assert all(v.kept_promise for v in judge_choice(scene_of("flexible-rod", 28), (1e-1,), needless=False))

@@ -23,8 +23,8 @@ from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
 from solvers.pin.form import Found
 from solvers.pin.pointwise import Free
-from solvers.pin.program import Program, folded, least_solidity, unfolded
-from solvers.pin.section import wall_of
+from solvers.pin.program import Program, folded, least_walls_at, unfolded
+from solvers.pin.section import solidity_of, wall_of
 from solvers.pin.stiff_steps import stiff_steps
 
 Array = NDArray[np.float64]
@@ -181,7 +181,7 @@ class Stepped:
         def least(x: Array) -> Array:
             """The greatest least u up to x: the stations before, and the place itself."""
             before = np.searchsorted(nodes, x, side="right") - 1
-            own = least_solidity(program.scene, program.criterion, program.floor, x)
+            own = solidity_of(least_walls_at(program.scene, program.criterion, program.floor, x))
             return np.maximum.accumulate(np.maximum(peaks[before], own)) if x.size else own
 
         breaks = best_breaks(least, middle, self.steps, max(0.1 * gap, 1e-9))

@@ -25,6 +25,7 @@ from solvers.rod.turn import Turn
 from solvers.rod.vibration import natural_frequency
 
 _ROUNDING = 1e-14
+_COARSEST = 1e-2
 _LAST_DIGITS = 4.0 * float(np.finfo(float).eps)
 SMALL_DISPLACEMENT_LIMIT = 0.15
 """V/l and r/L up to which the paper found the small-displacement theory good to 5 %."""
@@ -101,7 +102,9 @@ def check(
     stresses, error = None, max(pushed.relative_error, pulled.relative_error)
     if safety is None or safety > 1:
         if composition.corrections:
-            turn = turn_of(Cycle(scene, dimensions, composition, turn.tolerance), turn.tolerance)
+            cycle = Cycle(scene, dimensions, composition, turn.tolerance)
+            # What the corrections themselves do not know is not worth being looked for.
+            turn = turn_of(cycle, max(turn.tolerance, min(0.1 * cycle.refinement_error, _COARSEST)))
         stresses, further = _stresses(turn, criterion, choice.has("friction"))
         error = max(error, further)
         if safety is not None:

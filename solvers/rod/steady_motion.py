@@ -41,6 +41,23 @@ def _integral() -> Array:
     return np.stack(columns, axis=1) @ np.linalg.inv(powers)
 
 
+@cache
+def _phase_errors() -> tuple[Array, Array]:
+    """Logarithms of steps and of the errors that Radau's method makes in exp(i x) over them."""
+    steps = np.geomspace(1.5, 20.0, 60)
+    matrix = np.eye(STAGES) - 1j * steps[:, None, None] * _integral()
+    last = np.linalg.solve(matrix, np.ones((steps.size, STAGES, 1)))[:, -1, 0]
+    return np.log(steps), np.log(np.abs(last - np.exp(1j * steps)))
+
+
+def phase_error(step: Array) -> Array:
+    """The error of a free oscillation of amplitude 1 over elements of so many radians."""
+    steps, errors = _phase_errors()
+    place = np.log(np.maximum(step, 1e-300))
+    # On shorter ones rounding would hide it: it falls with the order plus one.
+    return np.exp(np.interp(place, steps, errors) + 2.0 * STAGES * np.minimum(place - steps[0], 0.0))
+
+
 def steady_motion(widths: Array, slowness: Array, stiffness: Array, right: Array) -> tuple[Array, float]:
     """The periodic motion from the stiffness (elements, stages, modes, modes) and right side (elements, stages,
     modes) at the points of elements of these widths; without swing the stiffness is about the unit matrix.

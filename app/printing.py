@@ -70,7 +70,8 @@ def _effect_costs(value: list[dict[str, Any]]) -> Iterator[Row]:
             yield f"turning {cost['name']} about", "no answer, or out of time"
         else:
             extra = (cost["time_with_s"] - cost["time_without_s"]) * 1e3
-            yield f"with {cost['name']}", f"results change by {cost['change']:.2g}, time by {extra:+.1f} ms"
+            brings = f", {len(cost['brings'])} results exist only with it" if cost["brings"] else ""
+            yield f"with {cost['name']}", f"results change by {cost['change']:.2g}{brings}, time by {extra:+.1f} ms"
 
 
 def _recommended(value: dict[str, Any] | None) -> Iterator[Row]:

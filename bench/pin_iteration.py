@@ -12,7 +12,7 @@ from solvers import pin
 from solvers.pin.fixed_point import factor
 from solvers.pin.loads import forces_at
 from solvers.pin.program import opening_stations
-from solvers.pin.section import Demand, least_wall
+from solvers.pin.section import Demand, ShearLaw, least_wall
 
 PICTURE = Path(__file__).parents[1] / "docs" / "pin-iteration.svg"
 FORCES = (15e3, 17.12e3, 18.98e3)
@@ -20,8 +20,7 @@ FORCES = (15e3, 17.12e3, 18.98e3)
 
 def ratios(m: np.ndarray, q: np.ndarray) -> np.ndarray:
     """d/D of the section equation."""
-    zero = np.zeros_like(m)
-    return 1.0 - least_wall(Demand("paper", np.stack([m, zero, zero]), np.stack([3.0 * q, -3.0 * q, q]), 1.0))
+    return 1.0 - least_wall([Demand("paper", m, q, 0.0, 0.0, ShearLaw(3.0, -3.0, 1.0), 1.0)], 0.0, m.size)
 
 
 def boundary(points: int = 181) -> tuple[list[float], list[float]]:

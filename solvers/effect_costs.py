@@ -27,6 +27,7 @@ class EffectCost:
     """One effect in one case; None where the case has no answer without it, or where the time was over.
 
     change        greatest relative change of the main results between the two, relative to those with the effect
+    brings        the main results that exist only with the effect
     time_with     median time [s] of a solution that has it, all other effects as chosen
     time_without  median time [s] of one that has not
     """
@@ -34,6 +35,7 @@ class EffectCost:
     name: str
     active: bool
     change: float | None
+    brings: tuple[str, ...]
     time_with: float | None
     time_without: float | None
     runs: int
@@ -75,11 +77,12 @@ def _cost(
     with_it, without = (chosen, chosen ^ {name}) if active else (chosen ^ {name}, chosen)
     fuller, plainer = answers.get(with_it), answers.get(without)
     if fuller is None or plainer is None:
-        return EffectCost(name, active, None, None, None, 0)
+        return EffectCost(name, active, None, (), None, None, 0)
     return EffectCost(
         name,
         active,
         _change(plainer, fuller),
+        tuple(n for n, v in fuller.results.items() if v is not None and plainer.results.get(n) is None),
         statistics.median(times[with_it]),
         statistics.median(times[without]),
         min(len(times[with_it]), len(times[without])),

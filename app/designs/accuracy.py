@@ -73,6 +73,7 @@ class EffectCostResult(Strict):
     name: str
     active: bool
     change: float | None = Field(description="greatest relative change of the main results between with and without")
+    brings: list[str] = Field(description="main results that exist only with it")
     time_with_s: float | None
     time_without_s: float | None
     runs: int
@@ -111,7 +112,7 @@ def study_job(kind: Kind) -> Job:
 
     def run(asked: Any) -> Answer:
         mode = next(Mode(name) for name, model in specs.items() if isinstance(asked.spec, model))
-        return _run(kind, kind.jobs[mode], asked)
+        return _run(kind, mode, asked)
 
     infeasible = next((job.infeasible for job in kind.jobs.values() if job.infeasible), None)
     return Job(
@@ -135,13 +136,13 @@ def _spec(specs: dict[str, type[BaseModel]]) -> Any:
     return one_of(choose, specs, "a request of this kind")
 
 
-def _run(kind: Kind, job: Job, asked: Any) -> Answer:
+def _run(kind: Kind, mode: Mode, asked: Any) -> Answer:
     """Solve the case at every accuracy of the ladder, then with every effect turned about."""
-    last: dict[str, Answer] = {}
+    job, last = kind.jobs[mode], dict[str, Answer]()
 
     def solve(accuracy: float) -> Solved:
         answer = job.run(asked.spec.model_copy(update={"accuracy": accuracy}))
-        solved = _solved(kind, answer)
+        solved = _solved(kind, mode, answer)
         if solved is None:
             raise _NoAnswer(answer)
         last["answer"] = answer
@@ -168,11 +169,11 @@ def _run(kind: Kind, job: Job, asked: Any) -> Answer:
     )
 
 
-def _solved(kind: Kind, answer: Answer) -> Solved | None:
-    """The main results of an answer; None where it has none."""
+def _solved(kind: Kind, mode: Mode, answer: Answer) -> Solved | None:
+    """What an answer in that mode is judged by; None where it has none."""
     if answer.status != "succeeded" or answer.result is None:
         return None
-    results = {name: answer.result[name] for name in kind.main_results if name in answer.result}
+    results = kind.judged_values(answer.result, mode)
     for name, value in answer.result.get("dimensions", {}).items():
         results[f"dimensions.{name}"] = value
     return Solved(results, answer.accuracy["settings"] if answer.accuracy else {})
@@ -183,7 +184,8 @@ def _effect_costs(kind: Kind, job: Job, asked: Any, manifest: list[dict[str, Any
 
     def solve(chosen: Chosen) -> Solved | None:
         settled = EffectChoice(include=sorted(chosen), exclude=sorted(set(names) - chosen))
-        return _solved(kind, job.run(asked.spec.model_copy(update={"effects": settled})))
+        # Of a design too, every result that an effect may bring: both designs are as exact as was asked for.
+        return _solved(kind, Mode.CHECK, job.run(asked.spec.model_copy(update={"effects": settled})))
 
     active = frozenset(effect["name"] for effect in manifest if effect["state"] == "active")
     return effect_costs(solve, names, active, (1.0 - _SHARE_OF_LEVELS) * asked.study_budget_s)
@@ -215,6 +217,7 @@ def _cost(cost: EffectCost) -> dict[str, Any]:
         "name": cost.name,
         "active": cost.active,
         "change": cost.change,
+        "brings": list(cost.brings),
         "time_with_s": cost.time_with,
         "time_without_s": cost.time_without,
         "runs": cost.runs,

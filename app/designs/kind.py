@@ -78,7 +78,9 @@ class Kind:
     """A kind of design: its slug in URLs, its title for people, its jobs by mode, the effects that its scenes can
     call for, its plots by name.
 
-    ``main_results`` are the numbers of a result that an accuracy study judges; none where the answer has a closed form.
+    ``main_results`` are the numbers of a result that an accuracy study judges, a dotted name for one within a group;
+    none where the answer has a closed form. ``given_results`` join them where the dimensions are given: a design whose
+    objective is flat in them leaves them uncertain by the square root of its own error.
     ``drawn_if`` names the plots that only some runs have, and how to tell from the run.
     """
 
@@ -89,7 +91,22 @@ class Kind:
     known_effects: Sequence[Effect]
     plots: Mapping[str, Plot]
     main_results: tuple[str, ...]
+    given_results: tuple[str, ...] = ()
     drawn_if: Mapping[str, Callable[[dict[str, Any]], bool]] = field(default_factory=dict)
+
+    def judged(self, mode: Mode) -> tuple[str, ...]:
+        """The names of the results by which an answer in that mode is judged."""
+        return self.main_results if mode is Mode.DESIGN else (*self.main_results, *self.given_results)
+
+    def judged_values(self, result: Mapping[str, Any], mode: Mode) -> dict[str, float | None]:
+        """Those results, None where one does not exist; without those that the result has no place for."""
+        found = {}
+        for name in self.judged(mode):
+            group, _, inner = name.rpartition(".")
+            holder = result.get(group, {}) if group else result
+            if holder is None or inner in holder:
+                found[name] = None if holder is None else holder[inner]
+        return found
 
     def effects(self) -> list[dict[str, Any]]:
         """The effects as the service shows them."""

@@ -182,7 +182,7 @@ def _inside(
 
     Pieces are seen by the one-sided limits of the surplus, first those at their beginnings, then those at their ends.
     All crossings are closed in on together, ``_LOOKS`` places a time, until the work between the two sides of each is
-    small.
+    small; what is left of it up to the chord's zero is a triangle.
     """
     low, high = np.nextafter(bounds[:-1], np.inf), np.nextafter(bounds[1:], -np.inf)
     before, after = np.split(limits, 2)
@@ -195,12 +195,16 @@ def _inside(
         surplus = torque(grid.ravel()).reshape(grid.shape) - average
         fallen = np.argmax(surplus <= 0, axis=1).clip(1)[:, None]
         left, right = (np.take_along_axis(grid, fallen - k, axis=1)[:, 0] for k in (1, 0))
-        missed = float(np.max(np.take_along_axis(surplus, fallen - 1, axis=1)[:, 0] * (right - left)))
+        above, below = (np.take_along_axis(surplus, fallen - k, axis=1)[:, 0] for k in (1, 0))
+        missed = float(np.max(above * (right - left)))
         if missed <= tolerance * np.ptp(work):
             break
+    # Summed over another number of angles, a surplus next to zero may have the other sign.
+    above = np.maximum(above, np.finfo(float).tiny)
+    triangle = 0.5 * above * (right - left) * (above / (above - np.minimum(below, 0.0)))
     place, weight = gauss_between(bounds[at], left, _MOST_NODES)
     total = np.sum((torque(place.ravel()).reshape(place.shape) - average) * weight, axis=1)
-    return float(np.max(work[at] + total)), missed
+    return float(np.max(work[at] + total + triangle)), missed
 
 
 def _harmonic_samples(cycle: Cycle) -> int:

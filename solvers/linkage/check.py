@@ -27,7 +27,7 @@ from solvers.outcome import Accuracy, Outcome, Status
 
 Array = NDArray[np.float64]
 TRANSFER_POINTS = 181
-_ROUNDING, _ORIENTATION, _ULPS = 1e-14, 1e-13, 4e-16
+_ROUNDING, _ORIENTATION = 1e-14, 1e-13
 """Relative errors of what is in closed form, and of the least box: so sharp an orientation costs microseconds."""
 NO_STEADY_RUNNING = "no steady running was found: the motor stalls, or its line is far too steep for the inertias"
 PLAIN = Limits()
@@ -116,8 +116,7 @@ def check(
     if full and choice.has("envelope"):
         outline = sweep(bar, mechanism.crank)
         box, radius = _box(outline, limits, _ORIENTATION), enclosing_radius(outline, limits.joint_radius)
-        # Where base and rocker are far longer than the sweep is wide, their rounding shows in it.
-        error = max(error, _ORIENTATION + _ULPS * (outline[1] + outline[2]) / min(box.width, box.height))
+        error = max(error, _ORIENTATION + _ROUNDING)
     if strike is not None:
         if choice.has("coupler_elasticity"):
             coupler_peak = worst_elastic_peak(bar, scene.coupler_stiffness, scene.impact_energy, scene.restitution)

@@ -1,7 +1,9 @@
 """The effects an impact linkage's scene can call for, each an object with an a-priori measure.
 
 Three of the four need something of the scene that it may not give: a drive, a stiffness, a tolerance. Without it they
-cannot run, and the manifest says so.
+cannot run, and the manifest says so. Whoever gives a drive asks how the machine runs with it: its speed is not the one
+asked for by as much as the motor likes, so no share of energies bounds what would be lost. An elastic peak or an error
+of the restitution that is left out is one that would be below the tolerance, of the pin force and of one.
 """
 
 from __future__ import annotations
@@ -46,11 +48,6 @@ class LinkageEffect:
         return self.needs is None or getattr(scene, self.needs) is not None
 
 
-def _speed_share(situation: Situation) -> float:
-    scene = situation.scene
-    return 2.0 * scene.impact_energy / (scene.drive.crank_inertia * scene.crank_speed**2)
-
-
 def _elastic_share(situation: Situation) -> float:
     scene = situation.scene
     if situation.peaks is None or situation.peaks.force == 0:
@@ -73,8 +70,8 @@ EFFECTS: tuple[LinkageEffect, ...] = (
     LinkageEffect(
         "impact_dynamics",
         "steady running with a motor, a flywheel and the blow",
-        "2 E/(J1 omega^2): the impact energy against the crank's",
-        _speed_share,
+        "1: its results exist only when it runs",
+        lambda _: 1.0,
         "drive",
     ),
     LinkageEffect(

@@ -21,11 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.linkage.four_bar import FourBar
-from solvers.linkage.kinds import ChangePoint
+from solvers.linkage.kinds import ChangePoint, Ratios
 from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
 _STACK = 4096
+_EIGHTH = 0.25 * math.pi
 
 
 @dataclass(frozen=True)
@@ -42,13 +43,27 @@ class Box:
 
 
 def sweep(bar: FourBar, crank: float) -> Array:
-    """The swept outline: crank radius, base, rocker, first and last direction of the rocker; shape (5,)."""
-    first, last = arc(bar.kind, bar.swing)
-    return np.array([crank, crank * bar.ratios.base, crank * bar.ratios.rocker, first, last])
+    """The swept outline of one mechanism: see ``outlines``; shape (8,)."""
+    return outlines(bar.kind, bar.ratios, crank, bar.swing)
 
 
-def arc(kind: ChangePoint, swing: Array | float) -> tuple[Array | float, Array | float]:
-    """First and last direction of the rocker: it leaves the blow upward, except for the largest base."""
+def outlines(kind: ChangePoint, ratios: Ratios, crank: Array | float, swing: Array | float) -> Array:
+    """Crank radius, base, rocker; x of the rocker's joint at the blow; how far it swings along the base and, signed,
+    across it; first and last direction of the rocker. Shape (..., 8); six lengths, two angles.
+
+    All links lie on one line at the blow, so that its joint is at sigma N from the crank's pivot, and it swings by
+    2 lambda2/lambda0 and 2 sqrt(lambda2 (lambda0 lambda3 - lambda2))/lambda0: of long links and a small swing nothing
+    cancels.
+    """
+    away = 2.0 * ratios.coupler / ratios.base
+    side = kind.crank_sign * kind.rocker_sign * np.sqrt(np.maximum(kind.lock(ratios), 0.0) / ratios.coupler)
+    lengths = (1.0 + 0.0 * away, ratios.base, ratios.rocker, kind.rocker_sign * kind.turn(ratios), away, away * side)
+    parts = [*(crank * length for length in lengths), *_arc(kind, swing)]
+    return np.stack(np.broadcast_arrays(*(np.asarray(part, float) for part in parts)), axis=-1)
+
+
+def _arc(kind: ChangePoint, swing: Array | float) -> tuple[Array | float, Array | float]:
+    """First and last direction of the rocker: it leaves the blow upward, except for the largest rocker."""
     if kind.rocker_sign > 0:
         return 0.0 * swing, swing
     return (math.pi + 0.0 * swing, math.pi + swing) if kind.crank_sign > 0 else (math.pi - swing, math.pi + 0.0 * swing)
@@ -58,11 +73,14 @@ def least_box(
     outline: Array, pad: float, width: float = math.inf, height: float = math.inf, tolerance: float = 1e-12
 ) -> Box | None:
     """The box of least area within width and height, to a relative tolerance; None where none fits."""
-    area, angle = least_area(outline, 2.0 * pad, 0.0, 0.0, width, height, tolerance, math.inf)
+    area, angle, turned = least_area(outline, 2.0 * pad, 0.0, 0.0, width, height, tolerance, math.inf)
     if not math.isfinite(area):
         return None
-    across, along = extent(outline, angle + 0.5 * math.pi), extent(outline, angle)
-    return Box(along + 2.0 * pad, across + 2.0 * pad, angle)
+    along, across = (side + 2.0 * pad for side in extents(outline, angle))
+    free = math.isinf(width) and math.isinf(height)
+    if turned or (free and angle < 0.0):
+        return Box(across, along, angle + 0.5 * math.pi)
+    return Box(along, across, angle if angle >= 0.0 else angle + math.pi)
 
 
 def enclosing_radius(outline: Array, pad: float) -> float:
@@ -72,10 +90,9 @@ def enclosing_radius(outline: Array, pad: float) -> float:
 
 @kernel
 def _tips(outline: Array) -> tuple[float, float, float, float]:
-    """Both ends of the rocker joint's arc: x, y of the first and of the last."""
-    _, base, rocker, first, last = outline
-    x1, y1 = base + rocker * math.cos(first), rocker * math.sin(first)
-    return x1, y1, base + rocker * math.cos(last), rocker * math.sin(last)
+    """Both ends of the rocker joint's arc: x, y at the blow and at the other end."""
+    _, base, _, blow, away, rise, _, _ = outline
+    return blow, 0.0, (blow - away if blow > base else blow + away), rise
 
 
 @kernel
@@ -83,7 +100,7 @@ def _support(
     outline: Array, tips: tuple[float, float, float, float], beta: float, cos: float, sin: float
 ) -> tuple[float, float, float]:
     """The piece of h active at beta: (constant, x, y) with h = constant + x cos(beta) + y sin(beta)."""
-    r, base, rocker, first, last = outline
+    r, base, rocker, _, _, _, first, last = outline
     best, constant, x, y = r, r, 0.0, 0.0
     if base * cos > best:
         best, constant, x, y = base * cos, 0.0, base, 0.0
@@ -98,48 +115,42 @@ def _support(
 
 
 @kernel
-def extent(outline: Array, alpha: float) -> float:
-    """W(alpha), pads not included."""
-    tips, cos, sin = _tips(outline), math.cos(alpha), math.sin(alpha)
-    c1, x1, y1 = _support(outline, tips, alpha, cos, sin)
-    c2, x2, y2 = _support(outline, tips, alpha + math.pi, -cos, -sin)
-    return c1 + c2 + (x1 - x2) * cos + (y1 - y2) * sin
+def _folded(x: float, y: float) -> float:
+    """The direction of a vector less the nearest quarter turn, in [-pi/4, pi/4], sharp next to 0."""
+    return math.atan(y / x) if abs(y) <= abs(x) else -math.atan(x / y)
 
 
 @kernel
-def _corners(outline: Array, turn: float) -> Array:
-    """All directions in [0, turn] at which a piece of W or H may change, with both ends, sorted."""
-    r, base, rocker, first, last = outline
-    found = np.empty(73)
+def _corners(outline: Array) -> Array:
+    """All directions in [-pi/4, pi/4] at which a piece of W or H may change, with 0 and both ends, sorted.
+
+    Pieces change across common tangents, which are built as vectors: directions close to the base line decide over
+    boxes of long links.
+    """
+    r, base, rocker, blow, away, rise, _, _ = outline
+    tips = _tips(outline)
+    found = np.zeros(13)
     count = 0
-    xs = np.array([base, base + rocker * math.cos(first), base + rocker * math.cos(last)])
-    ys = np.array([0.0, rocker * math.sin(first), rocker * math.sin(last)])
-    raw = np.empty(16)
-    n = 0
-    for i in range(3):
-        distance = math.hypot(xs[i], ys[i])
+    for x, y in ((base, 0.0), (tips[0], tips[1]), (tips[2], tips[3])):
+        distance = math.hypot(x, y)
         if distance > r:
-            middle, half = math.atan2(ys[i], xs[i]), math.acos(r / distance)
-            raw[n], raw[n + 1] = middle + half, middle - half
-            n += 2
-        j = (i + 1) % 3
-        raw[n] = math.atan2(ys[j] - ys[i], xs[j] - xs[i])
-        n += 1
-    raw[n], raw[n + 1] = first, last
-    n += 2
-    if abs(r - rocker) <= base:
-        half = math.acos((r - rocker) / base)
-        raw[n], raw[n + 1] = half, -half
-        n += 2
-    quarter = 0.5 * math.pi
-    for i in range(n):
-        place = raw[i] % quarter
-        while place <= turn:
-            found[count] = place
-            count += 1
-            place += quarter
-    found[count], found[count + 1], found[count + 2] = 0.0, turn, min(quarter, turn)
-    return np.sort(found[: count + 3])
+            along = math.sqrt((distance - r) * (distance + r))
+            found[count] = _folded(r * x - along * y, r * y + along * x)
+            found[count + 1] = _folded(r * x + along * y, r * y - along * x)
+            count += 2
+    found[count], found[count + 1] = _folded(away, rise if blow < base else -rise), 0.0
+    swung = rocker - away if blow > base else away - rocker
+    found[count + 2] = _folded(swung, rise) if swung != 0.0 or rise != 0.0 else 0.0
+    count += 3
+    # The crank's circle beside the rocker's: n.D + l3 = r.
+    beside = (blow if blow < base else base - rocker) + r
+    above = base - r + rocker
+    if beside >= 0.0 and above > 0.0:
+        across = math.sqrt(beside * above)
+        found[count], found[count + 1] = _folded(r - rocker, across), _folded(r - rocker, -across)
+        count += 2
+    found[count], found[count + 1] = -_EIGHTH, _EIGHTH
+    return np.sort(found[: count + 2])
 
 
 @kernel
@@ -153,6 +164,14 @@ def _pieces(
     c3, x3, y3 = _support(outline, tips, middle + 0.5 * math.pi, -sin, cos)
     c4, x4, y4 = _support(outline, tips, middle + 1.5 * math.pi, sin, -cos)
     return c1 + c2, x1 - x2, y1 - y2, c3 + c4, y3 - y4, x4 - x3
+
+
+@kernel
+def extents(outline: Array, angle: float) -> tuple[float, float]:
+    """W and H at a direction, pads not included."""
+    wc, wx, wy, hc, hx, hy = _pieces(outline, _tips(outline), angle)
+    cos, sin = math.cos(angle), math.sin(angle)
+    return wc + wx * cos + wy * sin, hc + hx * cos + hy * sin
 
 
 @kernel
@@ -171,23 +190,39 @@ def _less(
 def least_area(
     outline: Array, pads: float, along: float, across: float, width: float, height: float, tolerance: float,
     enough: float,
-) -> tuple[float, float]:  # fmt: skip
-    """(least area, its direction) over all orientations whose box keeps within width and height; inf where none does.
+) -> tuple[float, float, bool]:  # fmt: skip
+    """(least area, its direction, whether a quarter turn is to be added to it) over all orientations whose box keeps
+    within width and height; inf where none does.
 
     ``pads`` is added to W and H; of outlines that may differ from this one by ``along`` in the base's direction and by
     ``across`` across it, W and H are told from below. An answer below ``enough`` is within ``tolerance`` of the least
     area; any other says only that the least area is not below ``enough``.
     """
-    free = width == math.inf and height == math.inf
-    turn = 0.5 * math.pi if free else math.pi
-    edges, tips = _corners(outline, turn), _tips(outline)
-    best, at = math.inf, 0.0
+    edges = _corners(outline)
+    best, at = _least_upright(
+        outline, edges, pads, along, across, width, height, tolerance, enough, math.inf
+    )  # fmt: skip
+    if width == height:
+        return best, at, False
+    other, there = _least_upright(outline, edges, pads, along, across, height, width, tolerance, enough, best)
+    return (other, there, True) if other < best else (best, at, False)
+
+
+@kernel
+def _least_upright(
+    outline: Array, edges: Array, pads: float, along: float, across: float, width: float, height: float,
+    tolerance: float, enough: float, best: float,
+) -> tuple[float, float]:  # fmt: skip
+    """``least_area`` within an eighth of a turn about the base line; ``best`` is what is known already."""
+    tips = _tips(outline)
+    free, at = width == math.inf and height == math.inf, 0.0
     lefts, rights = np.empty(_STACK), np.empty(_STACK)
     for k in range(edges.size - 1):
-        if edges[k + 1] - edges[k] < 1e-15:
+        if not edges[k + 1] > edges[k]:
             continue
-        wc, wx, wy, hc, hx, hy = _pieces(outline, tips, 0.5 * (edges[k] + edges[k + 1]))
-        wx, wy, hx, hy = _less(wx, wy, hx, hy, along, across, 0.5 * (edges[k] + edges[k + 1]))
+        middle = 0.5 * (edges[k] + edges[k + 1])
+        wc, wx, wy, hc, hx, hy = _pieces(outline, tips, middle)
+        wx, wy, hx, hy = _less(wx, wy, hx, hy, along, across, middle)
         wc, hc = wc + pads, hc + pads
         w1, h1 = math.hypot(wx, wy), math.hypot(hx, hy)
         bend = (abs(wc) * h1 + abs(hc) * w1 + 2.0 * w1 * h1) / 8.0
@@ -222,21 +257,32 @@ def least_area(
 
 
 @kernel
-def least_fit(
-    outline: Array, along: float, across: float, width: float, height: float, tolerance: float
-) -> tuple[float, float]:
-    """(m, alpha): the least over all orientations of max(W/width, H/height); at most 1 where the outline fits.
+def least_fit(outline: Array, along: float, across: float, width: float, height: float, tolerance: float) -> float:
+    """The least over all orientations of max(W/width, H/height); at most 1 where the outline fits.
 
     ``along`` and ``across`` as in ``least_area``.
     """
-    edges, tips = _corners(outline, math.pi), _tips(outline)
-    best, at = math.inf, 0.0
+    edges = _corners(outline)
+    best = _least_upright_fit(outline, edges, along, across, width, height, tolerance, math.inf)
+    if width == height:
+        return best
+    return _least_upright_fit(outline, edges, along, across, height, width, tolerance, best)
+
+
+@kernel
+def _least_upright_fit(
+    outline: Array, edges: Array, along: float, across: float, width: float, height: float, tolerance: float,
+    best: float,
+) -> float:  # fmt: skip
+    """``least_fit`` within an eighth of a turn about the base line; ``best`` is what is known already."""
+    tips = _tips(outline)
     lefts, rights = np.empty(_STACK), np.empty(_STACK)
     for k in range(edges.size - 1):
-        if edges[k + 1] - edges[k] < 1e-15:
+        if not edges[k + 1] > edges[k]:
             continue
-        wc, wx, wy, hc, hx, hy = _pieces(outline, tips, 0.5 * (edges[k] + edges[k + 1]))
-        wx, wy, hx, hy = _less(wx, wy, hx, hy, along, across, 0.5 * (edges[k] + edges[k + 1]))
+        middle = 0.5 * (edges[k] + edges[k + 1])
+        wc, wx, wy, hc, hx, hy = _pieces(outline, tips, middle)
+        wx, wy, hx, hy = _less(wx, wy, hx, hy, along, across, middle)
         wc, wx, wy, hc, hx, hy = wc / width, wx / width, wy / width, hc / height, hx / height, hy / height
         w1, h1 = math.hypot(wx, wy), math.hypot(hx, hy)
         lefts[0], rights[0] = edges[k], edges[k + 1]
@@ -247,12 +293,9 @@ def least_fit(
             cl, sl, cr, sr = math.cos(left), math.sin(left), math.cos(right), math.sin(right)
             wl, hl = wc + wx * cl + wy * sl, hc + hx * cl + hy * sl
             wr, hr = wc + wx * cr + wy * sr, hc + hx * cr + hy * sr
-            if max(wl, hl) < best:
-                best, at = max(wl, hl), left
-            if max(wr, hr) < best:
-                best, at = max(wr, hr), right
+            best = min(best, max(wl, hl), max(wr, hr))
             if best <= 0.0:
-                return 0.0, at
+                return 0.0
             step = (right - left) ** 2
             least = max(min(wl, wr) - step * w1 / 8.0, min(hl, hr) - step * h1 / 8.0)
             if least >= best * (1.0 - tolerance) or step < 1e-28 or depth + 2 > _STACK:
@@ -261,7 +304,7 @@ def least_fit(
             lefts[depth], rights[depth] = left, middle
             lefts[depth + 1], rights[depth + 1] = middle, right
             depth += 2
-    return best, at
+    return best
 
 
 @kernel
@@ -319,10 +362,11 @@ def enclosing(outline: Array) -> float:
     A circle held by two or three touching parts is the least around them; the part that sticks out farthest joins
     them, and the least circle around these four is found by trial, until nothing sticks out. The radius only grows.
     """
-    r, base, rocker, first, last = outline
+    r, base, rocker, _, _, _, first, last = outline
+    tips = _tips(outline)
     parts = np.zeros((4, 3))
     parts[0, 2] = r
-    parts[1, 0], parts[1, 1] = base + rocker * math.cos(last), rocker * math.sin(last)
+    parts[1, 0], parts[1, 1] = tips[2], tips[3]
     count = 2
     x, y, radius = _through(parts, 0, 1, -1)
     for _ in range(200):
@@ -330,8 +374,7 @@ def enclosing(outline: Array) -> float:
         far, fx, fy, fr = math.hypot(x, y) + r, 0.0, 0.0, r
         if math.hypot(x - base, y) > far:
             far, fx, fy, fr = math.hypot(x - base, y), base, 0.0, 0.0
-        for angle in (first, last):
-            px, py = base + rocker * math.cos(angle), rocker * math.sin(angle)
+        for px, py in ((tips[0], tips[1]), (tips[2], tips[3])):
             if math.hypot(px - x, py - y) > far:
                 far, fx, fy, fr = math.hypot(px - x, py - y), px, py, 0.0
         away = math.atan2(-y, base - x)

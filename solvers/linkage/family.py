@@ -54,10 +54,13 @@ class Members:
         return self.lengths.max(axis=1)
 
     def figures(self, rows: slice) -> Members:
-        """Some of the rows, ratios left out."""
-        return Members(
-            self.kind, self.ratios, self.lengths[rows], self.end[rows], self.swing[rows], self.transmission[rows]
-        )
+        """Some of the rows."""
+        r = self.ratios
+        ratios = Ratios(
+            r.base[rows], r.coupler[rows], r.rocker[rows],
+            r.base_less_one[rows], r.coupler_less_one[rows], r.rocker_less_one[rows],
+        )  # fmt: skip
+        return Members(self.kind, ratios, self.lengths[rows], self.end[rows], self.swing[rows], self.transmission[rows])
 
 
 @dataclass(frozen=True)
@@ -126,9 +129,5 @@ class Family:
         return float(brentq(distance, low, high, xtol=1e-15, rtol=1e-15))
 
     def outlines(self, members: Members) -> Array:
-        """Swept outlines per V (see ``envelope.sweep``): shape (n, 5)."""
-        first, last = envelope.arc(self.kind, members.swing)
-        out = np.empty((members.swing.size, 5))
-        out[:, 0], out[:, 1], out[:, 2] = members.lengths[:, 0], members.lengths[:, 1], members.lengths[:, 3]
-        out[:, 3], out[:, 4] = first, last
-        return out
+        """Swept outlines per V (see ``envelope.outlines``): shape (n, 8)."""
+        return envelope.outlines(self.kind, members.ratios, members.lengths[:, 0], members.swing)

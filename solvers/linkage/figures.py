@@ -271,7 +271,7 @@ def least_areas(
         if not math.isfinite(scale[i]):
             continue
         outline = outlines[i].copy()
-        outline[:3] *= scale[i]
+        outline[:6] *= scale[i]
         moved = along[i] * scale[i], across[i] * scale[i]
         # Neither side of a box is below twice the crank: W + H keeps above 0, so the lower bounds of W and H are not
         # both negative, and their product is a lower bound of the area.
@@ -279,8 +279,7 @@ def least_areas(
             out[i] = 0.0
             continue
         # W, H already carry the pads less what is uncertain, so the limits are compared as they are.
-        area, _ = envelope.least_area(outline, pads, moved[0], moved[1], width, height, tolerance, enough)
-        out[i] = area
+        out[i] = envelope.least_area(outline, pads, moved[0], moved[1], width, height, tolerance, enough)[0]
     return out
 
 
@@ -289,7 +288,7 @@ def least_fits(outlines: Array, along: Array, across: Array, width: float, heigh
     """Least max(W/width, H/height) of every outline."""
     out = np.empty(outlines.shape[0])
     for i in range(out.size):
-        out[i], _ = envelope.least_fit(outlines[i], along[i], across[i], width, height, tolerance)
+        out[i] = envelope.least_fit(outlines[i], along[i], across[i], width, height, tolerance)
     return out
 
 

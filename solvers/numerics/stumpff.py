@@ -15,10 +15,13 @@ Mechanics (1971), section 11.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from solvers.numerics.jit import kernel
 
 SERIES_LIMIT = 4.0
 """|t| below which the remainders c2, c3 come from their series.
@@ -49,44 +52,64 @@ def stumpff(t: ArrayLike) -> Stumpff:
     Relative error at most 8 eps max(1, kappa), with kappa = |t c_k'(t)/c_k(t)| the condition number in t,
     on [-1e4, 30]. The functions overflow to inf below about t = -5e5; use ``stumpff_scaled`` there.
     """
-    t = np.asarray(t, dtype=float)
-    x = np.sqrt(np.abs(t))
-    series = np.abs(t) <= SERIES_LIMIT
-    small = np.where(series, t, 0.0)
-    c2 = np.full_like(t, _C2[-1])
-    c3 = np.full_like(t, _C3[-1])
-    for a2, a3 in zip(_C2[-2::-1], _C3[-2::-1], strict=True):
-        c2 = a2 + small * c2
-        c3 = a3 + small * c3
-    safe = np.where(series, 1.0, x)
-    positive = t > 0
-    with np.errstate(over="ignore"):
-        sine = np.where(positive, np.sin(safe), np.sinh(safe))
-        half = np.where(positive, np.sin(0.5 * safe), np.sinh(0.5 * safe))
-        cosine = np.where(positive, np.cos(safe), np.cosh(safe))
-    return Stumpff(
-        c0=np.where(series, 1.0 - small * c2, cosine),
-        c1=np.where(series, 1.0 - small * c3, sine / safe),
-        c2=np.where(series, c2, 2.0 * (half / safe) ** 2),
-        c3=np.where(series, c3, np.where(positive, safe - sine, sine - safe) / safe**3),
-    )
+    return _at(t, _plain)
 
 
 def stumpff_scaled(t: ArrayLike) -> Stumpff:
     """exp(-sqrt(-t)) c_k(t) for t < 0, c_k(t) itself for t >= 0: finite for every argument."""
+    return _at(t, _scaled)
+
+
+def _at(t: ArrayLike, function: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> Stumpff:
     t = np.asarray(t, dtype=float)
-    strong = t < -SERIES_LIMIT
-    near = stumpff(np.where(strong, 0.0, t))
-    y = np.sqrt(np.where(strong, -t, 1.0))
-    decay = np.exp(-y)
-    # exp(-y) cosh y = (1 + e^-2y)/2 and so on, with expm1 where a difference would lose digits.
-    cosine = 0.5 * (1.0 + decay**2)
-    sine = -0.5 * np.expm1(-2.0 * y)
-    half = -0.5 * np.expm1(-y)  # exp(-y/2) sinh(y/2)
-    weak_scale = np.where(t < 0, np.exp(-np.sqrt(np.where(strong, 0.0, np.abs(t)))), 1.0)
-    return Stumpff(
-        c0=np.where(strong, cosine, weak_scale * near.c0),
-        c1=np.where(strong, sine / y, weak_scale * near.c1),
-        c2=np.where(strong, 2.0 * (half / y) ** 2, weak_scale * near.c2),
-        c3=np.where(strong, (sine - y * decay) / y / y / y, weak_scale * near.c3),
-    )
+    return Stumpff(*function(t.ravel()).reshape(4, *t.shape))
+
+
+@kernel
+def _series(t: float) -> tuple[float, float, float, float]:
+    c2, c3 = _C2[_TERMS - 1], _C3[_TERMS - 1]
+    for j in range(_TERMS - 2, -1, -1):
+        c2 = _C2[j] + t * c2
+        c3 = _C3[j] + t * c3
+    return 1.0 - t * c2, 1.0 - t * c3, c2, c3
+
+
+@kernel
+def _oscillating(t: float) -> tuple[float, float, float, float]:
+    x = math.sqrt(t)
+    sine, half = math.sin(x), math.sin(0.5 * x) / x
+    return math.cos(x), sine / x, 2.0 * half * half, (x - sine) / (x * x * x)
+
+
+@kernel
+def _plain(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    out = np.empty((4, t.size))
+    for i in range(t.size):
+        if abs(t[i]) <= SERIES_LIMIT:
+            c = _series(t[i])
+        elif t[i] > 0.0:
+            c = _oscillating(t[i])
+        else:
+            y = math.sqrt(-t[i])
+            sine, half = math.sinh(y), math.sinh(0.5 * y) / y
+            c = math.cosh(y), sine / y, 2.0 * half * half, (sine - y) / y / y / y
+        out[0, i], out[1, i], out[2, i], out[3, i] = c
+    return out
+
+
+@kernel
+def _scaled(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    out = np.empty((4, t.size))
+    for i in range(t.size):
+        if t[i] >= -SERIES_LIMIT:
+            scale = math.exp(-math.sqrt(-t[i])) if t[i] < 0.0 else 1.0
+            c = _oscillating(t[i]) if t[i] > SERIES_LIMIT else _series(t[i])
+            c = scale * c[0], scale * c[1], scale * c[2], scale * c[3]
+        else:
+            # exp(-y) cosh y = (1 + e^-2y)/2 and so on, with expm1 where a difference would lose digits.
+            y = math.sqrt(-t[i])
+            decay, sine = math.exp(-y), -0.5 * math.expm1(-2.0 * y)
+            half = -0.5 * math.expm1(-y) / y  # exp(-y/2) sinh(y/2)/y
+            c = 0.5 * (1.0 + decay * decay), sine / y, 2.0 * half * half, (sine - y * decay) / y / y / y
+        out[0, i], out[1, i], out[2, i], out[3, i] = c
+    return out

@@ -12,8 +12,8 @@ from solvers.pin.scene import Scene
 from solvers.pin.section import Criterion
 
 Array = NDArray[np.float64]
-_ZOOMS = 9
-_GRID = 17
+_ZOOMS = 4
+_GRID = 129
 _EDGE_STEPS = 60
 
 

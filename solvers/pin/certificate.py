@@ -19,39 +19,49 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.flexibility import ShearFlexibility, flexibility_values, line_from
+from solvers.numerics.jit import kernel
+from solvers.pin.flexibility import bending, line_from, phi, phi_slope
 from solvers.pin.program import Program
 from solvers.pin.section import v_of, wall_of
 
 Array = NDArray[np.float64]
 
 
-def convex_flexibility(u: Array, bend: Array, shear: Array, law: ShearFlexibility) -> tuple[Array, Array]:
-    """The convex envelope of g = bend/v + shear phi on (0, 1] and its slope, shape (n,)."""
-    line = np.array([line_from(b, s, law.a, law.b, law.knee) for b, s in zip(bend, shear, strict=True)])
-    at = np.minimum(u, line)
-    c = 2.0 - at
-    bend_value, shear_value = flexibility_values(at, law)
-    g = bend * bend_value + shear * shear_value
-    k = np.minimum(at, law.knee)
-    e = 2.0 - k
-    shear_slope = -(law.a + 0.25 * law.b) / (k * k) + 0.25 * law.b / (e * e) - law.b / e**3
-    slope = bend * 0.5 * (1.0 / (c * c) - 1.0 / (at * at)) + shear * shear_slope
-    end = bend + shear * law.a
-    beyond = (u > line) & (line < 1.0)
-    chord = np.divide(end - g, 1.0 - line, out=slope.copy(), where=beyond)
-    return np.where(beyond, end + chord * (u - 1.0), g), np.where(beyond, chord, slope)
+@kernel
+def _envelope(u: float, bend: float, shear: float, a: float, b: float, knee: float) -> tuple[float, float]:
+    """The convex envelope of g = bend/v + shear phi on (0, 1] and its slope."""
+    line = line_from(bend, shear, a, b, knee)
+    at = min(u, line)
+    value, slope, _ = bending(at)
+    g = bend * value + shear * phi(at, a, b, knee)
+    if u > line:
+        end = bend + shear * a
+        chord = (end - g) / (1.0 - line)
+        return end + chord * (u - 1.0), chord
+    return g, bend * slope + shear * phi_slope(at, a, b, knee)
+
+
+@kernel
+def _tangents(
+    scale: float, share: Array, bend: Array, shear: Array, a: float, b: float, knee: float, u: Array,
+    value: Array, slope: Array,
+) -> None:  # fmt: skip
+    for i in range(u.size):
+        value[i], slope[i] = share[i] * u[i], share[i]
+        if scale > 0.0 and (bend[i] > 0.0 or shear[i] > 0.0):
+            g, fall = _envelope(u[i], bend[i], shear[i], a, b, knee)
+            value[i] += share[i] * scale * g
+            slope[i] += share[i] * scale * fall
 
 
 def lagrangian(program: Program, multiplier: float, u: Array) -> tuple[Array, Array]:
     """Terms s_i (u_i + lambda g_i(u_i)) and their slopes at u; stations without deflection need no wall for it."""
-    share = program.share
-    if multiplier == 0.0:
-        return share * u, share.copy()
-    scale = multiplier / program.limit
-    pulls = (program.bending > 0.0) | (program.shear > 0.0)
-    g, slope = convex_flexibility(np.where(pulls, u, 1.0), program.bending, program.shear, program.law)
-    return share * (u + scale * g), share * (1.0 + scale * slope)
+    value, slope, law = np.empty_like(u), np.empty_like(u), program.law
+    scale = multiplier / program.limit if multiplier > 0.0 else 0.0
+    _tangents(
+        scale, program.share, program.bending, program.shear, law.a, law.b, law.knee, u, value, slope
+    )  # fmt: skip
+    return value, slope
 
 
 def least_walls_bound(program: Program, low: Array) -> float:

@@ -28,7 +28,6 @@ from solvers.pin.section import (
     section_demands,
     shear_demand,
     solidity_of,
-    wall_of,
 )
 
 Array = NDArray[np.float64]
@@ -115,19 +114,19 @@ def check(
     whole = profile.along(scene.geometry.length)
     if not whole.is_symmetric(scene.geometry.length, scene.geometry.outer_diameter):
         scene = replace(scene, mirrored=False)
-    program, solidity, doubt = on_profile(scene, whole, criterion, physics, cowper(scene.material.poisson), accuracy)
+    program, wall, doubt = on_profile(scene, whole, criterion, physics, cowper(scene.material.poisson), accuracy)
     own = assemble(scene, limits, criterion, physics, program.stations)
     # What a constant bore under the same limits would weigh, where there is one.
     constant = None if np.isnan(own.lower).any() else Constant().find(own, accuracy)
     value = assess(
-        program, solidity, criterion, physics, limits, whole.volume_share(scene.geometry),
+        program, wall, criterion, physics, limits, whole.volume_share(scene.geometry),
         None if constant is None else constant.volume, whole.places,
     )  # fmt: skip
     return Outcome(
         Status.SUCCEEDED,
         value,
         choice.manifest,
-        Accuracy(accuracy, doubt + rounding(scene.geometry.length, scene.reference), {"stations": int(solidity.size)}),
+        Accuracy(accuracy, doubt + rounding(scene.geometry.length, scene.reference), {"stations": int(wall.size)}),
         timing={"solve_s": time.perf_counter() - started},
     )
 
@@ -135,16 +134,16 @@ def check(
 def on_profile(
     scene: Scene, whole: WholeProfile, criterion: Criterion, physics: Physics, law: ShearFlexibility, accuracy: float
 ) -> tuple[Program, Array, float]:
-    """A program on stations that suit this bore, u there, and quadrature's doubt of the deflection, relative."""
+    """A program on stations that suit this bore, walls there, and quadrature's doubt of the deflection, relative."""
     stations = opening_stations(scene, whole.places)
     for _ in range(_PASSES):
         program = assemble(scene, Limits(), criterion, physics, stations, law)
-        solidity = solidity_of(whole.wall(stations.x, stations.side, scene.geometry.outer_diameter))
-        doubt = deflection_doubt(program, solidity)
+        wall = whole.wall(stations.x, stations.side, scene.geometry.outer_diameter)
+        doubt = deflection_doubt(program, solidity_of(wall))
         if doubt.sum() <= 0.1 * accuracy or stations.x.size > _MOST_STATIONS:
             break
         stations = refined(program, doubt > 0.05 * accuracy / stations.left.size)
-    return program, solidity, float(doubt.sum())
+    return program, wall, float(doubt.sum())
 
 
 def deflection_doubt(program: Program, solidity: Array) -> Array:
@@ -157,12 +156,11 @@ def deflection_doubt(program: Program, solidity: Array) -> Array:
 
 
 def assess(
-    program: Program, solidity: Array, criterion: Criterion, physics: Physics, limits: Limits,
+    program: Program, wall: Array, criterion: Criterion, physics: Physics, limits: Limits,
     volume: float, constant_volume: float | None, places: tuple[float, ...] = (),
 ) -> PinCheck:  # fmt: skip
-    """Everything that can be said of u at a program's stations; ``volume`` is its mass over the solid pin's."""
+    """Everything that can be said of walls at a program's stations; ``volume`` is their mass over the solid pin's."""
     scene, g = program.scene, program.scene.geometry
-    wall = wall_of(solidity)
     equivalent, tangential, use = np.zeros_like(wall), np.zeros_like(wall), np.zeros_like(wall)
     for case in scene.cases:
         forces = forces_at(case, program.stations.x, program.stations.side)
@@ -173,11 +171,11 @@ def assess(
             use = np.maximum(use, equivalent_stress((demand,), wall) / demand.stress)
         for demand in shear_demand(forces, g.outer_diameter, scene.material, criterion.law(scene.material)):
             tangential = np.maximum(tangential, equivalent_stress((demand,), wall))
-    along = _along(program, solidity, equivalent, places)
+    along = _along(program, wall, equivalent, places)
     forces = forces_at(scene.cases[0], program.stations.x, program.stations.side)
     worst = int(np.argmax(equivalent))
     bore = g.outer_diameter * (1.0 - wall)
-    deflection = program.deflection(solidity)
+    deflection = program.deflection(solidity_of(wall))
     found_ring = _ring(scene, bore) if physics.ovalization else None
     warnings = _warnings(scene, program, limits, wall, use, deflection, found_ring)
     return PinCheck(
@@ -205,20 +203,23 @@ def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _along(program: Program, solidity: Array, equivalent: Array, places: tuple[float, ...]) -> Stress:
+def _along(program: Program, wall: Array, equivalent: Array, places: tuple[float, ...]) -> Stress:
     """Stations of the whole pin, thinned to some four hundred; places where a load or a shape begins stay."""
     scene, g, x = program.scene, program.scene.geometry, program.stations.x
     forces = forces_at(scene.cases[0], x, program.stations.side)
-    bore = g.outer_diameter * (1.0 - wall_of(solidity))
+    bore = g.outer_diameter * (1.0 - wall)
     table = np.stack([x, bore, forces.moment_total, forces.shear[0], equivalent])
     starts = {0.0, g.boss_length, g.boss_length + g.gap, 0.5 * g.length, *places}
     fixed = np.isin(x, list(starts)) | (x == x[-1]) | (x == x[0])
-    keep, last = [], -math.inf
-    for i in range(x.size):
-        same = i > 0 and x[i] == x[i - 1] and np.isclose(table[1, i], table[1, i - 1], rtol=1e-12, atol=0.0)
-        if (fixed[i] and not (same and keep and keep[-1] == i - 1)) or (x[i] - last >= g.length / 400.0 and not same):
+    same = np.zeros(x.size, dtype=bool)
+    same[1:] = (x[1:] == x[:-1]) & (np.abs(np.diff(bore)) <= 1e-12 * bore[:-1])
+    keep: list[int] = []
+    step, last = g.length / 400.0, -math.inf
+    for i, (place, must, again) in enumerate(zip(x.tolist(), fixed.tolist(), same.tolist(), strict=True)):
+        repeated = again and keep and keep[-1] == i - 1
+        if (must and not repeated) or (place - last >= step and not again):
             keep.append(i)
-            last = x[i]
+            last = place
     table = table[:, keep]
     if scene.symmetric:
         mirrored = table[:, ::-1].copy()

@@ -19,7 +19,7 @@ from solvers.pin.form import Form, Found
 from solvers.pin.loads import rounding
 from solvers.pin.pointwise import FREE, Constant
 from solvers.pin.profile import Profile
-from solvers.pin.program import Physics, Program, assemble, opening_stations, refined, wall_floor
+from solvers.pin.program import Physics, Program, assemble, opening_stations, refined, wall_floor, walls_of
 from solvers.pin.scene import NO_LIMITS, Limits, Scene
 from solvers.pin.section import CRITERIA, Criterion
 from solvers.pin.stations import Stations
@@ -88,11 +88,12 @@ def design(
         )
     program, best, doubt = found
     relaxed = replace(program, limits=replace(limits, max_slope=None))
-    constant, free = Constant().find(relaxed, accuracy), FREE.find(relaxed, accuracy)
-    shown, solidity, places = _as_made(problem, physics, program, best, accuracy)
+    constant = Constant().find(relaxed, accuracy)
+    free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
+    shown, wall, places = _as_made(problem, physics, program, best, accuracy)
     value = PinDesign(
         check=assess(
-            shown, solidity, problem.criterion, physics, limits, best.volume,
+            shown, wall, problem.criterion, physics, limits, best.volume,
             None if constant is None else constant.volume, places,
         ),
         form=problem.form.name,
@@ -121,11 +122,11 @@ def _as_made(
     """The bore found on stations of its own (its corners among them), under the exact law of shear."""
     law = cowper(problem.scene.material.poisson)
     if best.corners is None:
-        return replace(program, law=law), best.solidity, ()
+        return replace(program, law=law), walls_of(program, best.solidity), ()
     bore = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
     whole = bore.along(problem.scene.geometry.length)
-    exact, solidity, _ = on_profile(problem.scene, whole, problem.criterion, physics, law, accuracy)
-    return exact, solidity, whole.places
+    exact, wall, _ = on_profile(problem.scene, whole, problem.criterion, physics, law, accuracy)
+    return exact, wall, whole.places
 
 
 def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_tolerance: float = 1e-2) -> Diagnosis:

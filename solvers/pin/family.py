@@ -31,9 +31,8 @@ def free_bores(scene: Scene, criterion: Criterion, force: float, x: Array) -> Ar
 
     One pass over the stations: this is the free profile in bulk.
     """
-    wall = np.zeros_like(x)
-    for demand in demands_at(replace(scene, force=force), criterion, x, x):
-        wall = np.maximum(wall, least_wall(demand))
+    loaded = scene if force == scene.force else replace(scene, force=force)
+    wall = least_wall(demands_at(loaded, criterion, x, x), 0.0, x.size)
     return scene.geometry.outer_diameter * (1.0 - wall)
 
 

@@ -68,21 +68,34 @@ class Pieces:
 
 
 def _pieces(terms: list[MacaulayTerm]) -> Pieces:
-    starts = sorted({term.start for term in terms})
-    shear, moment = np.zeros((4, len(starts))), np.zeros(len(starts))
-    now, bent, before = np.zeros(4), 0.0, 0.0
+    starting: dict[float, list[MacaulayTerm]] = {}
+    for term in terms:
+        starting.setdefault(term.start, []).append(term)
+    starts = sorted(starting)
+    shear, moment = [], []
+    now, bent, before = (0.0, 0.0, 0.0, 0.0), 0.0, 0.0
     for k, place in enumerate(starts):
-        h = place - before
-        bent += sum(now[i] * h ** (i + 1) / (i + 1) for i in range(4)) if k else 0.0
-        parts = [[now[i] * math.comb(i, j) * h ** (i - j) for i in range(j, 4)] if k else [0.0] for j in range(4)]
-        for term in terms:
-            if term.start == place:
-                parts[term.order].append(term.coefficient)
-        sums = [math.fsum(part) for part in parts]
-        sizes = [math.fsum(map(abs, part)) for part in parts]
-        now = np.array([s if abs(s) > _NOTHING * size else 0.0 for s, size in zip(sums, sizes, strict=True)])
-        shear[:, k], moment[k], before = now, bent, place
-    return Pieces(np.array(starts), shear, moment)
+        c0, c1, c2, c3 = now
+        parts: list[list[float]] = [[], [], [], []]
+        if k:
+            h = place - before
+            bent += h * (c0 + h * (c1 / 2.0 + h * (c2 / 3.0 + h * c3 / 4.0)))
+            parts = [
+                [c0, c1 * h, c2 * h * h, c3 * h * h * h], [c1, 2.0 * c2 * h, 3.0 * c3 * h * h], [c2, 3.0 * c3 * h], [c3]
+            ]  # fmt: skip
+        for term in starting[place]:
+            parts[term.order].append(term.coefficient)
+        now = tuple(map(_sum, parts))
+        shear.append(now)
+        moment.append(bent)
+        before = place
+    return Pieces(np.array(starts), np.array(shear).reshape(-1, 4).T.copy(), np.array(moment))
+
+
+def _sum(parts: list[float]) -> float:
+    """The sum, rounded once; 0 where it is no more than its parts' rounding."""
+    total = math.fsum(parts)
+    return total if total and abs(total) > _NOTHING * sum(map(abs, parts)) else 0.0
 
 
 @dataclass(frozen=True)
@@ -116,11 +129,16 @@ class InternalForces:
 
     @property
     def moment_total(self) -> Array:
-        return np.hypot(self.moment[0], self.moment[1])
+        return _both(self.moment)
 
     @property
     def shear_total(self) -> Array:
-        return np.hypot(self.shear[0], self.shear[1])
+        return _both(self.shear)
+
+
+def _both(planes: Array) -> Array:
+    """The size of vectors (2, n), of which mostly only the first component is not zero."""
+    return np.hypot(planes[0], planes[1]) if planes[1].any() else np.abs(planes[0])
 
 
 def piston_pin_case(force: float, boss_length: float, small_end_length: float, gap: float) -> LoadCase:

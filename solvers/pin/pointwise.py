@@ -12,7 +12,8 @@ from solvers.pin.certificate import least_walls_bound, monotone_bound, pointwise
 from solvers.pin.flexibility import flexibility_values, product
 from solvers.pin.form import Found
 from solvers.pin.interior_point import sloped
-from solvers.pin.program import Program, bore_of, folded
+from solvers.pin.program import Program, bore_of, folded, walls_of
+from solvers.pin.section import wall_of
 from solvers.pin.separable import Weighed, rising, weigh
 from solvers.pin.slope import gentle, missed_by_slope
 from solvers.pin.stations import Stations
@@ -110,7 +111,8 @@ class Constant:
         if weighed.multiplier != 0.0:
             # One unknown: a bore wider by 1e-12 breaks the deflection limit.
             bound = u * (1.0 - 1e-12)
-        length, bore = program.scene.geometry.length, float(bore_of(program, np.array([u]))[0])
+        wall = wall_of(u) if weighed.multiplier != 0.0 else walls_of(program, program.lower).max()
+        length, bore = program.scene.geometry.length, program.scene.geometry.outer_diameter * float(1.0 - wall)
         return Found(
             np.full_like(program.lower, u), u, min(bound, u), "one unknown", {"rounds": weighed.rounds},
             corners=((0.0, bore), (length, bore)),

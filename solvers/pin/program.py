@@ -22,6 +22,8 @@ from solvers.pin.section import Criterion, Demand, least_wall, section_demands, 
 from solvers.pin.stations import NODES, Stations, first_stations, panel_edges
 
 Array = NDArray[np.float64]
+_NEARLY_SOLID = 0.99
+"""Of u above this the root of 1 - u has lost a digit."""
 
 
 @dataclass(frozen=True)
@@ -117,13 +119,13 @@ def unfolded(program: Program, half: Array) -> Array:
     return half if program.anchor == program.lower.size else np.concatenate([half, half[::-1]])
 
 
-def least_solidity(scene: Scene, criterion: Criterion, floor: float, x: Array) -> Array:
-    """The least u at any places x of the first half, for a pin whose halves are alike."""
-    found = np.full(x.shape, floor)
-    for at in (x,) if scene.symmetric else (x, scene.geometry.length - x):
-        for demand in demands_at(scene, criterion, at, at):
-            found = np.maximum(found, least_wall(demand))
-    return solidity_of(found)
+def least_walls_at(scene: Scene, criterion: Criterion, floor: float, x: Array) -> Array:
+    """The least relative wall at any places x of the first half, for a pin whose halves are alike."""
+    ahead = least_wall(demands_at(scene, criterion, x, x), floor, x.size)
+    if scene.symmetric:
+        return ahead
+    behind = scene.geometry.length - x
+    return np.maximum(ahead, least_wall(demands_at(scene, criterion, behind, behind), floor, x.size))
 
 
 def demands_at(scene: Scene, criterion: Criterion, x: Array, side: Array) -> tuple[Demand, ...]:
@@ -172,9 +174,7 @@ def assemble(
     g, m = scene.geometry, scene.material
     demands = demands_at(scene, criterion, stations.x, stations.side)
     floor = wall_floor(scene, limits)
-    wall = np.full(stations.x.size, floor)
-    for demand in demands:
-        wall = np.maximum(wall, least_wall(demand))
+    wall = least_wall(demands, floor, stations.x.size)
     forces = forces_at(scene.cases[0], stations.x, stations.side)
     unit_moment, unit_shear = scene.reference.unit_load(stations.x)
     # A station on an end of the span lies inside only if its panel does.
@@ -198,3 +198,22 @@ def assemble(
 def bore_of(program: Program, solidity: Array) -> Array:
     """The bore d = D (1 - w) [m] of u."""
     return program.scene.geometry.outer_diameter * (1.0 - wall_of(solidity))
+
+
+def walls_of(program: Program, solidity: Array) -> Array:
+    """The relative wall w of u at every station of a whole program.
+
+    u = 1 - (d/D)^2 does not know a bore below 1e-8 of the diameter. Where it is the least that some station may have,
+    w is that station's, first of all its own, as it was found there.
+    """
+    found, near = wall_of(solidity), np.flatnonzero(solidity > _NEARLY_SOLID)
+    if not near.size:
+        return found
+    demands = [replace(demand, bending=demand.bending[near], shear=demand.shear[near]) for demand in program.demands]
+    least = least_wall(demands, program.floor, near.size)
+    rising = np.sort(least)
+    lower, own, wanted = solidity_of(rising), solidity_of(least), solidity[near]
+    like = np.searchsorted(lower, wanted, side="right") - 1
+    like = np.where((like >= 0) & (lower[like] == wanted), rising[like], found[near])
+    found[near] = np.where(own == wanted, least, like)
+    return found

@@ -4,27 +4,25 @@ Everything is written in the relative wall w = 1 - d/D (0: no wall, 1: solid), s
 v = 1 - (1 - w)^4, u = 1 - (1 - w)^2 = w(2 - w), v = u(2 - u). With the moment, axial force, shear and torque made
 dimensionless, each strength criterion is one or more demands
 
-    v >= F(w) = sqrt(p(w)^2 + r(w)^2),    p, r quadratic in w, not negative, convex and falling on [0, 1].
+    v >= F(w) = sqrt(p(w)^2 + r(w)^2),    p = m + n (1 + (1-w)^2),    r = q (c0 + c1 w + c2 w^2) + t,
 
-v - F is concave and negative at w = 0, so Newton's method from the left converges monotonically from every load, and
-a wall exists exactly if F(1) <= 1.
+p and r not negative, convex and falling on [0, 1]. A wall exists exactly if F(1) <= 1; ``solvers.pin.walls`` finds it.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.numerics.jit import kernel
 from solvers.pin.loads import InternalForces
 from solvers.pin.scene import PinMaterial
+from solvers.pin.walls import demanded, least_walls
 
 Array = NDArray[np.float64]
-_EPS = float(np.finfo(float).eps)
-_MOST_STEPS = 100
 
 
 @dataclass(frozen=True)
@@ -54,32 +52,38 @@ def saint_venant(poisson: float) -> ShearLaw:
 
 @dataclass(frozen=True)
 class Demand:
-    """F(w) = sqrt(p(w)^2 + r(w)^2) at every station: coefficients of shape (3, n), normalised by ``stress``."""
+    """F(w) at every station, over ``stress``: ``bending`` m and ``shear`` q of shape (n,), and what is the same
+    all along, ``axial`` n and ``torsion`` t."""
 
     name: str
-    p: Array
-    r: Array
+    bending: Array
+    shear: Array
+    axial: float
+    torsion: float
+    law: ShearLaw
     stress: float
 
     def value(self, wall: Array) -> Array:
         """F(w) at relative walls of shape (n,)."""
-        p = self.p[0] + wall * (self.p[1] + wall * self.p[2])
-        r = self.r[0] + wall * (self.r[1] + wall * self.r[2])
-        return np.hypot(p, r)
+        out = np.empty(wall.shape)
+        law = self.law
+        demanded(self.bending, self.shear, self.axial, self.torsion, law.c0, law.c1, law.c2, wall, out)
+        return out
 
 
-def _normal(forces: InternalForces, diameter: float, stress: float) -> Array:
-    """v times the greatest normal stress over ``stress``: 32 M/(pi D^3) + 4 |N| (1 + (1-w)^2)/(pi D^2)."""
-    m = 32.0 * forces.moment_total / (math.pi * diameter**3 * stress)
-    n = 4.0 * abs(forces.axial_force) / (math.pi * diameter**2 * stress)
-    return np.stack([m + 2.0 * n, np.full_like(m, -2.0 * n), np.full_like(m, n)])
-
-
-def _tangential(forces: InternalForces, diameter: float, law: ShearLaw, stress: float, factor: float) -> Array:
-    """v times ``factor`` times the greatest shear stress over ``stress``: from the shear force and the torque."""
-    q = factor * forces.shear_total / (diameter**2 * stress)
-    t = factor * 16.0 * abs(forces.torque) / (math.pi * diameter**3 * stress)
-    return np.stack([law.c0 * q + t, law.c1 * q, law.c2 * q])
+def _demand(name: str, forces: InternalForces, diameter: float, stress: float, law: ShearLaw, factor: float) -> Demand:
+    """v times the greatest stresses over ``stress``: normal 32 M/(pi D^3) + 4 |N| (1 + (1-w)^2)/(pi D^2), and
+    ``factor`` times the shear stress of the shear force, Q s(w)/D^2, and of the torque, 16 |T|/(pi D^3)."""
+    area, cube = diameter**2 * stress, math.pi * diameter**3 * stress
+    return Demand(
+        name,
+        (32.0 / cube) * forces.moment_total,
+        (factor / area) * forces.shear_total,
+        4.0 * abs(forces.axial_force) / (math.pi * area),
+        factor * 16.0 * abs(forces.torque) / cube,
+        law,
+        stress,
+    )
 
 
 @dataclass(frozen=True)
@@ -147,13 +151,7 @@ def section_demands(
     """A criterion's demands on a section of this outer diameter."""
     stress, law = material.allowable_stress, criterion.law(material)
     return tuple(
-        Demand(
-            share.name,
-            _normal(share.forces, diameter, stress),
-            _tangential(share.forces, diameter, law, stress, share.factor),
-            stress,
-        )
-        for share in criterion.shares(forces)
+        _demand(share.name, share.forces, diameter, stress, law, share.factor) for share in criterion.shares(forces)
     )
 
 
@@ -161,8 +159,8 @@ def shear_demand(forces: InternalForces, diameter: float, material: PinMaterial,
     """The separate limit on the shear stress, where the material has one."""
     if material.allowable_shear is None:
         return ()
-    r = _tangential(forces, diameter, law, material.allowable_shear, 1.0)
-    return (Demand("allowable_shear", np.zeros_like(r), r, material.allowable_shear),)
+    only = InternalForces(np.zeros_like(forces.moment), forces.shear, 0.0, forces.torque)
+    return (_demand("allowable_shear", only, diameter, material.allowable_shear, law, 1.0),)
 
 
 def v_of(wall: Array) -> Array:
@@ -180,49 +178,18 @@ def solidity_of(wall: Array) -> Array:
     return wall * (2.0 - wall)
 
 
-@kernel
-def _least_wall(p: Array, r: Array, out: Array) -> None:
-    for i in range(out.size):
-        full = math.hypot(p[0, i] + p[1, i] + p[2, i], r[0, i] + r[1, i] + r[2, i])
-        if full == 0.0 and p[0, i] == 0.0 and r[0, i] == 0.0:
-            out[i] = 0.0
-            continue
-        if not full <= 1.0:
-            out[i] = np.nan
-            continue
-        # F falls with w, so the wall for the constant F(1) lies left of the root; Newton stays left of it.
-        b = math.sqrt(math.sqrt(1.0 - full))
-        w = full / ((1.0 + b) * (1.0 + b * b))
-        for _ in range(_MOST_STEPS):
-            pv = p[0, i] + w * (p[1, i] + w * p[2, i])
-            rv = r[0, i] + w * (r[1, i] + w * r[2, i])
-            f = math.sqrt(pv * pv + rv * rv)
-            if f < 1e-150:
-                f = math.hypot(pv, rv)
-            b = 1.0 - w
-            gain = w * (2.0 - w) * (1.0 + b * b) - f
-            slope = 4.0 * b * b * b
-            if f > 0.0:
-                slope -= (pv * (p[1, i] + 2.0 * w * p[2, i]) + rv * (r[1, i] + 2.0 * w * r[2, i])) / f
-            if gain >= 0.0 or slope <= 0.0:
-                break
-            step = -gain / slope
-            w = min(w + step, 1.0)
-            # The curvature is below 20, so where the slope is not small the step after a small one is below rounding.
-            if step <= 2.0 * _EPS * w or (step <= 1e-9 * w and slope > 0.1):
-                break
-        out[i] = w
-
-
-def least_wall(demand: Demand) -> Array:
-    """The least relative wall w of every station, shape (n,); NaN where even the solid section is too weak.
+def least_wall(demands: Sequence[Demand], floor: float, stations: int) -> Array:
+    """The least relative wall w of every station, (n,), that no demand and not the ``floor`` undercuts; NaN where even
+    the solid section is too weak.
 
     Valid for any load; relative error a few rounding errors times the condition of the problem, which is unbounded
     only at F(1) -> 1 without shear (w -> 1 as the fourth root of the margin).
     """
-    out = np.empty(demand.p.shape[1])
-    _least_wall(np.ascontiguousarray(demand.p), np.ascontiguousarray(demand.r), out)
-    return out
+    found = np.full(stations, floor)
+    for demand in demands:
+        law = demand.law
+        least_walls(demand.bending, demand.shear, demand.axial, demand.torsion, law.c0, law.c1, law.c2, found)
+    return found
 
 
 def equivalent_stress(demands: tuple[Demand, ...], wall: Array) -> Array:

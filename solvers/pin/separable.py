@@ -3,7 +3,7 @@
 For a multiplier lambda the Lagrangian sum s_i (u_i + lambda (B_i/v + S_i phi)) - lambda falls apart into stations (or,
 where the bore must narrow toward the middle, into blocks of equal u, found by pooling adjacent violators, which stays
 exact because all stations share the two functions 1/v and phi). The deflection falls as lambda rises; 1/deflection^2
-is nearly straight in it, so a safeguarded Newton method ends after a few rounds.
+is nearly straight in it, so a safeguarded Newton method ends after a few rounds. All of it is one compiled function.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
+from solvers.pin.convex_stations import all_lightest
 from solvers.pin.flexibility import bending, line_from, phi, phi_curvature, phi_slope
 from solvers.pin.program import Program
 
@@ -27,6 +28,12 @@ CONVEX = 0.8
 
 CLOSE = 4e-14
 """How far below its limit the deflection may end, relative."""
+_ROUNDING = 1e-14
+"""What a sum over stations may be off by, relative."""
+_EQUAL = 1e-12
+"""Deflections closer than this to the limit are the limit."""
+_LOOSEST, _TIGHTEST = 1e-2, 1e-8
+"""To what step stations settle in the first and in the last rounds, relative."""
 
 
 @kernel
@@ -100,9 +107,6 @@ def _free(
     """Every station's minimum, into u; the deflection and its derivative by lambda."""
     total, change = 0.0, 0.0
     for i in range(u.size):
-        if bend[i] == 0.0 and shear[i] == 0.0:
-            u[i] = low[i]
-            continue
         x = place(lam, 1.0, bend[i], shear[i], low[i], u[i], a, b, knee)
         u[i] = x
         total += share[i] * (bend[i] * bending(x)[0] + shear[i] * phi(x, a, b, knee))
@@ -115,18 +119,21 @@ def _free(
 
 @kernel
 def _monotone(
-    lam: float, share: Array, low: Array, bend: Array, shear: Array, a: float, b: float, knee: float, u: Array
+    lam: float, share: Array, low: Array, bend: Array, shear: Array, a: float, b: float, knee: float, turn: int,
+    u: Array,
 ) -> tuple[float, float]:  # fmt: skip
-    """As ``_free`` for u that must not fall along the stations; ``low`` does not fall either."""
+    """As ``_free`` for u that must not fall along the stations up to ``turn``, nor from there on; neither does low."""
     n = u.size
     w, wb, ws, lo, at = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     count = np.empty(n, dtype=np.int64)
-    top = -1
+    top, first = -1, 0
     for i in range(n):
         top += 1
+        if i == turn:
+            first = top
         w[top], wb[top], ws[top], lo[top], count[top] = share[i], share[i] * bend[i], share[i] * shear[i], low[i], 1
         at[top] = place(lam, w[top], wb[top], ws[top], lo[top], u[i], a, b, knee)
-        while top > 0 and at[top - 1] > at[top]:
+        while top > first and at[top - 1] > at[top]:
             w[top - 1] += w[top]
             wb[top - 1] += wb[top]
             ws[top - 1] += ws[top]
@@ -137,8 +144,9 @@ def _monotone(
     total, change, i = 0.0, 0.0, 0
     for k in range(top + 1):
         x = at[k]
-        u[i : i + count[k]] = x
-        i += count[k]
+        for _ in range(count[k]):
+            u[i] = x
+            i += 1
         if wb[k] == 0.0 and ws[k] == 0.0:
             continue
         total += wb[k] * bending(x)[0] + ws[k] * phi(x, a, b, knee)
@@ -158,72 +166,144 @@ class Weighed:
     rounds: int
 
 
-def _respond(program: Program, lam: float, low: Array, u: Array, monotone: bool) -> tuple[float, float]:
-    law, scale = program.law, 1.0 / program.limit
-    parts = [slice(0, program.anchor), slice(program.anchor, u.size)]
-    total = change = 0.0
-    way = _monotone if monotone else _free
-    for part, step in zip(parts, (1, -1), strict=True):
-        if part.start == part.stop:
-            continue
-        order = slice(None, None, step)
-
-        def cut(values: Array, part: slice = part, order: slice = order) -> Array:
-            return np.ascontiguousarray(values[part][order])
-
-        piece = cut(u)
-        t, c = way(
-            lam, cut(program.share), cut(low), cut(program.bending) * scale, cut(program.shear) * scale,
-            law.a, law.b, law.knee, piece,
-        )  # fmt: skip
-        u[part] = piece[order]
-        total, change = total + t, change + c
-    return total, change
+@kernel
+def _copy(values: Array, to: Array) -> None:
+    # Written out: assigning a whole array takes seconds to compile, most of them for the message of its error.
+    for i in range(to.size):
+        to[i] = values[i]
 
 
-def weigh(program: Program, low: Array | None, monotone: bool, start: float | None = None) -> Weighed | None:
+@kernel
+def _deflection(share: Array, bend: Array, shear: Array, a: float, b: float, knee: float, u: Array) -> float:
+    """sum s g over the stations that pull; inf where one of them has no section."""
+    total = 0.0
+    for i in range(u.size):
+        if bend[i] > 0.0 or shear[i] > 0.0:
+            if u[i] <= 0.0:
+                return np.inf
+            total += share[i] * (bend[i] * bending(u[i])[0] + shear[i] * phi(u[i], a, b, knee))
+    return total
+
+
+@kernel
+def _search(
+    share: Array, low: Array, bend: Array, shear: Array, a: float, b: float, knee: float,
+    monotone: bool, turn: int, solid: Array, best: Array, short: Array,
+) -> tuple[float, int, float]:  # fmt: skip
+    """(multiplier, rounds, deflection over its limit) of the least volume; its u in ``best``, in ``short`` that of the
+    greatest multiplier seen that is too small. The multiplier is NaN where even ``solid`` is too soft, and inf where
+    only it will do."""
+    _copy(low, best)
+    total = _deflection(share, bend, shear, a, b, knee, low)
+    if total <= 1.0 + _ROUNDING:
+        return 0.0, 0, total
+    _copy(solid, best)
+    least = _deflection(share, bend, shear, a, b, knee, solid)
+    if least > 1.0 + _EQUAL:
+        return np.nan, 0, least
+    if least >= 1.0 - _EQUAL:
+        return np.inf, 0, least
+    # Without least walls and for thin walls this is the answer.
+    lam = 0.0
+    for i in range(low.size):
+        lam += share[i] * math.sqrt(0.5 * bend[i] + shear[i] * (a + 0.25 * b))
+    lam *= lam
+    u = np.empty(low.size)
+    _copy(low, u)
+    _copy(low, short)
+    lower, upper, found, kept = 0.0, np.inf, np.inf, least
+    at_once = knee < 1.0 and not monotone
+    loose = _LOOSEST if at_once else 0.0
+    rounds = 0
+    while rounds < _ROUNDS:
+        rounds += 1
+        if monotone:
+            total, change = _monotone(lam, share, low, bend, shear, a, b, knee, turn, u)
+        elif at_once:
+            total, change = all_lightest(lam, share, low, bend, shear, a, b, knee, u, rounds == 1, loose)
+        else:
+            total, change = _free(lam, share, low, bend, shear, a, b, knee, u)
+        # A station is off by about the square of its last step: by so little the sign of total - 1 says nothing.
+        known = loose <= _TIGHTEST or abs(total - 1.0) > loose * loose
+        if total <= 1.0:
+            _copy(u, best)
+            found, kept = lam, total
+            upper = lam if known else upper
+            if total >= 1.0 - CLOSE:
+                break
+        elif known:
+            lower = lam
+            _copy(u, short)
+        if upper < np.inf and upper - lower <= 2.0 * _EPS * upper:
+            break
+        if at_once:
+            loose = max(_TIGHTEST, min(_LOOSEST, 0.01 * abs(total - 1.0)))
+        # 1/total^2 is nearly straight in lambda; aim a hair inside the limit.
+        new = np.nan
+        if change < 0.0:
+            aim = 1.0 - 0.4 * CLOSE
+            new = lam + (1.0 / (aim * aim) - 1.0 / (total * total)) / (-2.0 * change / (total * total * total))
+        if not lower < new < upper:
+            if lower > 0.0 and upper < np.inf:
+                new = math.sqrt(lower * upper)
+            else:
+                new = 4.0 * lam if upper == np.inf else 0.25 * upper
+        lam = new
+    return found, rounds, kept
+
+
+@kernel
+def _lightest(
+    share: Array, low: Array, bending: Array, shear: Array, limit: float, a: float, b: float, knee: float,
+    anchor: int, monotone: bool, best: Array, short: Array,
+) -> tuple[float, int, float]:  # fmt: skip
+    """As ``_search``, over all stations of a program: those without deflection keep their least walls, unless walls
+    must not thin toward the middle; the second half runs from its end."""
+    n = low.size
+    order = np.empty(n, dtype=np.int64)
+    table = np.empty((7, n))
+    count = 0
+    for k in range(n):
+        i = k if k < anchor else n - 1 + anchor - k
+        pulls = bending[i] > 0.0 or shear[i] > 0.0
+        if monotone or pulls:
+            order[count] = i
+            table[0, count], table[1, count] = share[i], low[i]
+            table[2, count], table[3, count] = bending[i] / limit, shear[i] / limit
+            before = table[4, count - 1] if count > 0 and k != anchor else 0.0
+            table[4, count] = 1.0 if pulls else max(low[i], before)
+            count += 1
+    own_best, own_short = table[5][:count], table[6][:count]
+    found = _search(
+        table[0][:count], table[1][:count], table[2][:count], table[3][:count], a, b, knee,
+        monotone, anchor, table[4][:count], own_best, own_short,
+    )  # fmt: skip
+    _copy(low, best)
+    _copy(low, short)
+    for i in range(count):
+        best[order[i]], short[order[i]] = own_best[i], own_short[i]
+    return found
+
+
+def weigh(program: Program, low: Array | None, monotone: bool) -> Weighed | None:
     """The least volume that keeps the deflection limit; None where even the solid pin gives more.
 
     ``low`` is the least u of every station, the program's own without it (for ``monotone`` it must not fall toward the
     middle). The answer keeps the limit; it ends within CLOSE of it.
     """
     low = program.lower if low is None else low
-    if program.limit is None or program.deflection(low) <= program.limit:
+    if program.limit is None:
         return Weighed(low, 0.0, 0)
-    solid = np.where((program.bending > 0) | (program.shear > 0), 1.0, low)
-    if monotone:
-        solid = rising(solid, program.anchor)
-    least = program.deflection(solid) / program.limit
-    if least > 1.0 + 1e-12:
+    best, short, law = np.empty_like(low), np.empty_like(low), program.law
+    multiplier, rounds, total = _lightest(
+        program.share, low, program.bending, program.shear, program.limit, law.a, law.b, law.knee,
+        program.anchor, monotone, best, short,
+    )  # fmt: skip
+    if math.isnan(multiplier):
         return None
-    if least >= 1.0 - 1e-12:
-        return Weighed(solid, math.inf, 0)
-    u = low.copy()
-    lower, upper, lam = 0.0, math.inf, start or 0.5
-    best: tuple[float, Array] | None = None
-    short = low
-    rounds = 0
-    for rounds in range(1, _ROUNDS + 1):  # noqa: B007
-        total, change = _respond(program, lam, low, u, monotone)
-        if total <= 1.0:
-            upper, best = lam, (lam, u.copy())
-            if total >= 1.0 - CLOSE:
-                break
-        else:
-            lower, short = lam, u.copy()
-        if upper < math.inf and upper - lower <= 2.0 * _EPS * upper:
-            break
-        # 1/total^2 is nearly straight in lambda; aim a hair inside the limit.
-        aim = 1.0 - 0.4 * CLOSE
-        new = lam + (aim**-2 - total**-2) / (-2.0 * change * total**-3) if change < 0.0 else math.nan
-        if not lower < new < upper:
-            new = math.sqrt(lower * upper) if lower > 0.0 and upper < math.inf else 0.0
-            if new == 0.0:
-                new = 4.0 * lam if upper == math.inf else 0.25 * upper
-        lam = new
-    if best is None:
-        return Weighed(solid, math.inf, rounds)
-    return Weighed(_between(program, short, best[1]), best[0], rounds)
+    if 0.0 < multiplier < math.inf and total < 1.0 - _EQUAL:
+        best = _between(program, short, best)
+    return Weighed(best, multiplier, rounds)
 
 
 def _between(program: Program, short: Array, enough: Array) -> Array:
@@ -231,8 +311,6 @@ def _between(program: Program, short: Array, enough: Array) -> Array:
 
     They differ where a station jumps to the solid section as lambda passes one value; elsewhere this changes nothing.
     """
-    if program.deflection(enough) >= program.limit * (1.0 - 1e-12):
-        return enough
     least, most = 0.0, 1.0
     for _ in range(60):
         part = 0.5 * (least + most)

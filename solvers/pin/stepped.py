@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from solvers.errors import InvalidInput
 from solvers.pin.form import Found
 from solvers.pin.pointwise import Free, Lumped
-from solvers.pin.program import Program, folded, least_solidity, unfolded
-from solvers.pin.section import wall_of
+from solvers.pin.program import Program, folded, least_walls_at, unfolded
+from solvers.pin.section import solidity_of, wall_of
 from solvers.pin.separable import weigh
 from solvers.pin.steps.bar import Law, Sums, Walls, kinks
 from solvers.pin.steps.search import lightest_steps
@@ -50,7 +50,7 @@ class _Half:
         middle = 0.5 * p.scene.geometry.length
         x = t * middle
         before = np.clip(np.searchsorted(self.half.stations.x, x, side="right") - 1, 0, None)
-        own = least_solidity(p.scene, p.criterion, p.floor, x)
+        own = solidity_of(least_walls_at(p.scene, p.criterion, p.floor, x))
         return np.maximum.accumulate(np.maximum(self._peaks[before], own))
 
     @cached_property

@@ -9,7 +9,8 @@ With theta = theta_1 + theta_3, Q = Q_1 + Q_3 ordered by powers of the stroke, t
 
     EI theta_3'' - P theta_3 - Q_3 = -P theta_1^3/6 - Q_1 theta_1^2/2
 
-a linear problem per crank angle, solved by Chebyshev collocation. The force along the tangent becomes
+a linear problem per crank angle, solved by Chebyshev collocation: the matrices differ in P alone, so the QZ form of one
+pencil (C. B. Moler, G. W. Stewart, 1973) solves them all. The force along the tangent becomes
 N = P (1 - theta_1^2/2) - Q_1 theta_1. What is left out is of fourth order, (V/l)^4. The axial force P(phi) stays as
 the loads give it, from the kinematics of the rigid rod. Validity: sqrt(q) l below about 60 (thinner boundary layers at
 the clamp are not resolved). Source: R. Frisch-Fay, Flexible Bars (1962), for the elastica; the expansion is our own.
@@ -17,28 +18,23 @@ the clamp are not resolved). Source: R. Frisch-Fay, Flexible Bars (1962), for th
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from solvers.numerics.jit import kernel
 from solvers.rod.cycle import Array, Cycle, Shape, bending_stiffness
 
-_LEAST_NODES = 20
-_MOST_NODES = 96
+_LEAST_NODES, _MORE_NODES, _MOST_NODES = 20, 8, 100
 
 
-@lru_cache(maxsize=8)
-def _collocation(nodes: int) -> tuple[Array, Array]:
-    """Chebyshev points on [0, 1] in rising order and the differentiation matrix on them."""
-    x = -np.cos(np.pi * np.arange(nodes) / (nodes - 1))
-    weight = np.where((np.arange(nodes) == 0) | (np.arange(nodes) == nodes - 1), 2.0, 1.0) * (-1.0) ** np.arange(nodes)
-    difference = x[:, None] - x[None, :] + np.eye(nodes)
-    matrix = np.outer(weight, 1.0 / weight) / difference
-    matrix -= np.diag(matrix.sum(axis=1))
-    return 0.5 * (x + 1.0), 2.0 * matrix
+def _points(nodes: int) -> Array:
+    """Chebyshev points on [0, 1] in rising order."""
+    return 0.5 - 0.5 * np.cos(np.pi * np.arange(nodes) / (nodes - 1))
 
 
 @dataclass(frozen=True)
@@ -106,42 +102,84 @@ class ElasticaExpansion:
     lasting_error: float = 0.0
 
     def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
-        stiffness, l, e = self.stiffness, self.length, self.head
-        q = force / stiffness * self.couples
-        decay = float(np.sqrt(np.max(np.maximum(q, 0.0))) * l)
-        nodes = int(min(_MOST_NODES, _LEAST_NODES + 1.5 * decay))
-        zeta, D = _collocation(nodes)
-        D = D / l
-        turn = shape.slope(zeta * l).T
-        shear = -shape.side_force() / stiffness
-        # Unknowns: theta_3 at the nodes and Q_3/EI; one system an angle.
-        matrix = np.zeros((angle.size, nodes + 1, nodes + 1))
-        right = np.zeros((angle.size, nodes + 1))
-        matrix[:, :nodes, :nodes] = D @ D - q[:, None, None] * np.eye(nodes)
-        matrix[:, :nodes, nodes] = -1.0
+        stiffness, l, head = self.stiffness, self.length, self.head / self.length
+        q = force * (self.couples * l * l / stiffness)
+        decay = float(np.sqrt(np.max(np.maximum(q, 0.0))))
+        nodes = min(_MOST_NODES, _LEAST_NODES + _MORE_NODES * math.ceil(1.5 * decay / _MORE_NODES))
+        turn = shape.slope(_points(nodes) * l).T
+        shear = shape.side_force() * (-l * l / stiffness)
         cubic, square = turn**3 / 6.0, turn**2 / 2.0
-        right[:, :nodes] = -q[:, None] * cubic - shear[:, None] * square
-        matrix[:, 0, :] = 0.0
-        matrix[:, 0, 0] = 1.0
-        right[:, 0] = 0.0
-        matrix[:, nodes - 1, :nodes] = D[-1]
-        matrix[:, nodes - 1, nodes - 1] += e * q
-        matrix[:, nodes - 1, nodes] = e
-        right[:, nodes - 1] = e * (q * cubic[:, -1] + shear * square[:, -1])
-        weights = _integration(nodes) * l
-        matrix[:, nodes, :nodes] = weights
-        matrix[:, nodes, nodes - 1] += e
-        right[:, nodes] = cubic @ weights + e * cubic[:, -1]
-        solution = np.linalg.solve(matrix, right[..., None])[..., 0]
+        bent = -q[:, None] * cubic - shear[:, None] * square
+        right = np.zeros((angle.size, nodes + 2))
+        right[:, :nodes] = bent
+        right[:, nodes] = -head * bent[:, -1]
+        right[:, nodes + 1] = cubic @ _integration(nodes) + head * cubic[:, -1]
+        pencil = _pencil(nodes, head)
+        solution = (_back_substituted(pencil.fixed, pencil.growing, q, right @ pencil.left) @ pencil.right).real
         series = _to_series(nodes)
         turn_series, rise_series = series @ solution[:, :nodes].T, series @ (solution[:, :nodes] - cubic).T
-        return CorrectedShape(shape, l, stiffness, turn_series, rise_series, solution[:, nodes])
+        return CorrectedShape(shape, l, stiffness, turn_series, rise_series, solution[:, nodes] / l**2)
+
+
+@dataclass(frozen=True)
+class _Pencil:
+    """The collocated equations, fixed - q l^2 growing, both made triangular at once: one factorisation for all angles.
+
+    Rows of right sides times ``left`` are those of the triangular systems, whose solutions times ``right`` are theta_3
+    at the nodes and Q_3 l^2/EI.
+    """
+
+    fixed: NDArray[np.complex128]
+    growing: NDArray[np.complex128]
+    left: NDArray[np.complex128]
+    right: NDArray[np.complex128]
+
+
+@lru_cache(maxsize=64)
+def _pencil(nodes: int, head: float) -> _Pencil:
+    """In lengths of the strip, with a head of this length.
+
+    Unknowns are theta_3'' at the nodes, theta_3'(0) and Q_3: integrals of a series keep the digits that its derivatives
+    lose.
+    """
+    from scipy.linalg import qz
+
+    zeta = _points(nodes)
+    series = chebyshev.chebint(_to_series(nodes), lbnd=-1.0, scl=0.5)
+    points = 2.0 * zeta - 1.0
+    bend = np.column_stack([chebyshev.chebval(points, series).T, np.ones(nodes), np.zeros(nodes)])
+    turn = chebyshev.chebval(points, chebyshev.chebint(series, lbnd=-1.0, scl=0.5)).T
+    turn = np.column_stack([turn, zeta, np.zeros(nodes)])
+    fixed, growing = np.eye(nodes + 2), np.zeros((nodes + 2, nodes + 2))
+    fixed[:nodes, -1], growing[:nodes] = -1.0, turn
+    fixed[nodes], growing[nodes] = bend[-1], -head * turn[-1]
+    fixed[nodes, -1] = head
+    fixed[nodes + 1] = _integration(nodes) @ turn + head * turn[-1]
+    upper, other, left, right = qz(fixed, growing, output="complex")
+    wanted = np.vstack([turn, np.eye(nodes + 2)[-1]]) @ right
+    return _Pencil(np.ascontiguousarray(upper), np.ascontiguousarray(other), left.conj(), wanted.T.copy())
+
+
+@kernel
+def _back_substituted(
+    fixed: NDArray[np.complex128], growing: NDArray[np.complex128], q: Array, right: NDArray[np.complex128]
+) -> NDArray[np.complex128]:
+    """The solutions x of (fixed - q_i growing) x = right_i, both matrices upper triangular: (angles, unknowns)."""
+    count, size = right.shape
+    out = np.empty_like(right)
+    for i in range(count):
+        for k in range(size - 1, -1, -1):
+            total = right[i, k]
+            for j in range(k + 1, size):
+                total -= (fixed[k, j] - q[i] * growing[k, j]) * out[i, j]
+            out[i, k] = total / (fixed[k, k] - q[i] * growing[k, k])
+    return out
 
 
 @lru_cache(maxsize=8)
 def _to_series(nodes: int) -> Array:
     """Values at the Chebyshev points to coefficients."""
-    x = 2.0 * _collocation(nodes)[0] - 1.0
+    x = 2.0 * _points(nodes) - 1.0
     return np.linalg.inv(chebyshev.chebvander(x, nodes - 1))
 
 

@@ -1,8 +1,7 @@
 """Reference values for the linkage's hard cases: ``python -m tests.hard_cases.make_linkage_references [NAME ...]``.
 
-Reads linkage_cases.json and writes linkage_references.json. Nothing is shared with the solver: ratios come from the
-closure and R_k = R as linear equations, joints from intersecting circles, u31 from the joints' velocities, slopes from
-differences, all at 180 digits; boxes are tried over directions.
+Reads linkage_cases.json and writes linkage_references.json, at 240 digits, from ``solvers.references.linkage``, which
+shares nothing with the solver.
 
 Each value comes with its relative condition number: the sum of |d ln value/d ln input| over restitution and free ratio.
 """
@@ -15,12 +14,11 @@ from pathlib import Path
 
 import mpmath as mp
 
-from tests.solvers.linkage import oracle
+from solvers.references.linkage import SIGNS, Mechanism, greatest, least_area, narrowed, places_over_the_cycle
 
 HERE = Path(__file__).parent
-DIGITS, SHOWN = 180, 25
-NEAR, STEP = mp.mpf(10) ** -20, mp.mpf(10) ** -45
-MOVED = mp.mpf(10) ** -12
+DIGITS, SHOWN = 240, 30
+MOVED = mp.mpf(10) ** -25
 
 
 def inputs(case) -> tuple[mp.mpf, mp.mpf]:
@@ -34,108 +32,6 @@ def inputs(case) -> tuple[mp.mpf, mp.mpf]:
     while mp.mpf(found) < least:
         found = float(mp.mpf(found) * (1 + mp.mpf(2) ** -52))
     return restitution, mp.mpf(found)
-
-
-class Mechanism:
-    """A mechanism of unit crank, its energy 1."""
-
-    def __init__(self, kind, restitution, parameter):
-        self.kind, self.parameter = kind, parameter
-        self.links = oracle.ratios(kind, restitution, parameter)
-        base, coupler, rocker = self.links
-        self.g = mp.sqrt(base * coupler / rocker)
-        self.reach = base + 1 if kind == "largest_base" else base - 1
-        self.start, self.end = (self.g - 1) / self.reach, (self.g + 1) / self.reach
-        self.swing = 2 * mp.asin(min(self.g / base, mp.mpf(1)))
-        self.nu = 2 * mp.asin(min(self.g / coupler, mp.mpf(1)))
-
-    def u(self, phi):
-        return oracle.transfer(self.kind, self.links, phi)
-
-    def slope(self, phi):
-        return (self.u(phi + STEP) - self.u(phi - STEP)) / (2 * STEP)
-
-    def torque(self, phi):
-        return abs(2 * self.u(phi) * self.slope(phi) / self.end**2)
-
-    def force(self, phi):
-        base, coupler, rocker = self.links
-        crank_sign, rocker_sign = oracle.SIGNS[self.kind]
-        swung = oracle.rocker_angle(self.kind, self.links, phi)
-        x = base + rocker_sign * rocker * mp.cos(swung) - crank_sign * mp.cos(phi)
-        y = rocker_sign * rocker * mp.sin(swung) - crank_sign * mp.sin(phi)
-        lever = abs(x * mp.sin(swung) - y * mp.cos(swung)) * rocker / coupler
-        return 2 / self.end**2 * abs(self.slope(phi)) / lever
-
-    def extent(self, alpha):
-        """Width of the sweep along a direction."""
-        base, _, rocker = self.links
-        _, rocker_sign = oracle.SIGNS[self.kind]
-        turn = self.swing if self.kind != "largest_base" else -self.swing
-        first = mp.mpf(0) if rocker_sign > 0 else mp.pi
-        out = mp.mpf(0)
-        for beta in (alpha, alpha + mp.pi):
-            c = mp.cos(beta)
-            best = max(mp.mpf(1), base * c)
-            for angle in (first, first + turn):
-                best = max(best, base * c + rocker * mp.cos(beta - angle))
-            low, high = sorted((first, first + turn))
-            if (beta - low) - 2 * mp.pi * mp.floor((beta - low) / (2 * mp.pi)) <= high - low:
-                best = max(best, base * c + rocker)
-            out += best
-        return out
-
-    def area(self, alpha):
-        return self.extent(alpha) * self.extent(alpha + mp.pi / 2)
-
-
-def narrowed(f, low, high, rounds):
-    """Greatest value of f in a stretch with one summit: (place, value), by golden sections."""
-    golden = (mp.sqrt(5) - 1) / 2
-    a, b = high - golden * (high - low), low + golden * (high - low)
-    fa, fb = f(a), f(b)
-    for _ in range(rounds):
-        if fa >= fb:
-            high, b, fb = b, a, fa
-            a = high - golden * (high - low)
-            fa = f(a)
-        else:
-            low, a, fa = a, b, fb
-            b = low + golden * (high - low)
-            fb = f(b)
-    return (a, fa) if fa >= fb else (b, fb)
-
-
-def greatest(f, places, rounds):
-    values = [f(x) for x in places]
-    top = values.index(max(values))
-    best = (places[top], values[top])
-    found = narrowed(f, places[max(top - 1, 0)], places[min(top + 1, len(places) - 1)], rounds)
-    return max(best, found, key=lambda pair: pair[1])
-
-
-def places_over_the_cycle():
-    """Evenly, and crowded about mid-cycle and both ends."""
-    out = {NEAR, 2 * mp.pi - NEAR} | {2 * mp.pi * i / 64 for i in range(1, 64)}
-    for k in range(1, 40):
-        d = mp.mpf(10) ** (-mp.mpf(k) / 4)
-        out |= {mp.pi - d, mp.pi + d, d, 2 * mp.pi - d}
-    return sorted(out)
-
-
-def least_area(mechanism):
-    """(direction, area) of the least box."""
-    places = [mp.pi / 2 * i / 360 for i in range(361)]
-    values = [mechanism.area(x) for x in places]
-    floor = min(values)
-    best = None
-    for i, value in enumerate(values):
-        beside = values[max(i - 1, 0)], values[min(i + 1, len(values) - 1)]
-        if value <= floor * mp.mpf("1.01") and value <= min(beside):
-            low, high = places[max(i - 1, 0)], places[min(i + 1, len(values) - 1)]
-            at, found = narrowed(lambda x: -mechanism.area(x), low, high, 110)
-            best = min([best, (at, -found)] if best else [(at, -found)], key=lambda pair: pair[1])
-    return best
 
 
 def mechanisms(case):
@@ -179,13 +75,13 @@ def ratio_case(case, angles):
     out = closed_case(case, angles)
     places = places_over_the_cycle()
     for name in ("torque", "force"):
-        at, value = greatest(getattr(plain, name), places, 50)
+        at, value = greatest(getattr(plain, name), places, 90)
         kappa = mp.fsum(abs(getattr(m, name)(at) / value - 1) / MOVED for m in moved)
-        out[name] = {"value": mp.nstr(value, 18), "condition": float(mp.nstr(kappa, 6))}
-    with mp.workdps(40):
+        out[name] = {"value": mp.nstr(value, SHOWN), "condition": float(mp.nstr(kappa, 6))}
+    with mp.workdps(60):
         _, value = least_area(plain)
         kappa = mp.fsum(abs(least_area(m)[1] / value - 1) / MOVED for m in moved)
-    out["area"] = {"value": mp.nstr(value, 18), "condition": float(mp.nstr(kappa, 6))}
+    out["area"] = {"value": mp.nstr(value, SHOWN), "condition": float(mp.nstr(kappa, 6))}
     return out
 
 
@@ -202,8 +98,8 @@ def length_case(case):
     floats = [mp.mpf(float(text)) for text in case["lengths"]]
     value, kappa = mp.mpf(told_by_lengths(floats, DIGITS)[name]), mp.mpf(0)
     for i, length in enumerate(floats):
-        moved = [*floats[:i], length * (1 + MOVED**3), *floats[i + 1 :]]
-        kappa += abs(mp.mpf(told_by_lengths(moved, DIGITS)[name]) / value - 1) / MOVED**3
+        moved = [*floats[:i], length * (1 + MOVED), *floats[i + 1 :]]
+        kappa += abs(mp.mpf(told_by_lengths(moved, DIGITS)[name]) / value - 1) / MOVED
     return out | {name: mp.nstr(value, SHOWN), "condition": float(mp.nstr(kappa, 6))}
 
 
@@ -264,7 +160,7 @@ def attained(case):
     scale = mp.mpf(case["speed"]) / (2 * mp.pi * mp.mpf(case["frequency"]))
     longest = "longest_link" in case
     found = {}
-    for kind in oracle.SIGNS:
+    for kind in SIGNS:
         g = (1 + restitution) / (1 - restitution)
         least = g * g if kind == "largest_rocker" else g
         margin = mp.mpf(10) ** -6
@@ -292,7 +188,7 @@ def attained(case):
                 told = measure(p)
                 return -mp.inf if told is None else (-told if longest else told)
 
-            _, reached = narrowed(cost, before, after, 120)
+            _, reached = narrowed(cost, before, after, 180)
             reached = max(reached, cost(places[i]))
             best = reached if best is None else max(best, reached)
         if best is not None:
@@ -316,7 +212,7 @@ def main(names):
         for case in cases["lengths"]:
             if "refused" not in case and (not names or case["name"] in names):
                 out[case["name"]] = length_case(case)
-    with mp.workdps(40):
+    with mp.workdps(60):
         for case in cases["designs"]:
             if not names or case["name"] in names:
                 out[case["name"]] = design_case(case)

@@ -1,4 +1,4 @@
-"""The linkage on hard cases, against values at 180 digits made by ``make_linkage_references``.
+"""The linkage on hard cases, against values at 240 digits made by ``make_linkage_references``.
 
 Errors are counted in eps max(1, kappa), kappa the value's relative condition number: what a change of the inputs' last
 digits does to it anyway. u31 is judged by the greater of |u31| and |du31/dphi|: what a change of phi does.

@@ -16,9 +16,8 @@ import pytest
 from solvers import pin
 from solvers.effects import ALL
 from solvers.pin import ring
-from solvers.pin.program import least_solidity
-from solvers.pin.section import wall_of
-from tests.hard_cases.make_pin_references import PLACES, load_cases
+from solvers.pin.program import least_walls_at
+from tests.hard_cases.make_pin_references import DIGITS, PLACES, Pin, load_cases
 
 EPS = 2.0**-52
 CASES, WALLS = load_cases(), load_cases("walls")
@@ -59,7 +58,7 @@ def walls(case, shares=PLACES):
     scene, x = scene_of(case), case["pin"]
     at = np.array([float(share) for share in shares]) * 0.5 * scene.geometry.length
     floor = 2.0 * x["min_wall"] / x["outer_diameter"]
-    return wall_of(least_solidity(scene, pin.CRITERIA[x["criterion"]], floor, at))
+    return least_walls_at(scene, pin.CRITERIA[x["criterion"]], floor, at)
 
 
 def solid_deflection(case):
@@ -111,6 +110,17 @@ def test_the_masses(case, accuracy):
 def test_one_place(case):
     for name, error in place_errors(case, REFERENCES[case["name"]]):
         assert error <= case.get("within", WALL_LIMIT), name
+
+
+@named([case for case in WALLS if case["pin"]["criterion"] in ("von_mises", "fibre")])
+def test_a_bore_of_less_than_1e_8_of_the_diameter_is_shown(case):
+    """The narrowest bore that the free form's answer shows, in the gap between boss and rod."""
+    along, g = designed(case).value.check.along, scene_of(case).geometry
+    inside = (along.x > g.boss_length) & (along.x < (g.boss_length + g.gap) * (1 - 1e-9))
+    with mp.workdps(DIGITS):
+        exact = [float(1 - Pin(case["pin"]).wall(mp.mpf(x))) for x in along.x[inside]]
+    assert 0.0 < max(exact) < 1e-7
+    assert np.max(np.abs(along.bore[inside] / g.outer_diameter - exact)) <= WALL_LIMIT * EPS
 
 
 @named(CASES)

@@ -41,6 +41,7 @@ def test_change_and_time_of_active_and_skipped_effects():
     assert inertia.change == pytest.approx(0.5 / 1.5)
     assert shear.change == pytest.approx(0.02 / 1.52)
     assert friction.change == 0.0
+    assert [cost.brings for cost in costs] == [(), (), ("power",)]
     for cost in costs:
         assert cost.time_with - cost.time_without == pytest.approx(SECONDS[cost.name])
         assert cost.runs == 7

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.solvers.linkage.oracle import SIGNS
+from solvers.references.linkage import SIGNS
 
 
 def ratios(kind, restitution, parameter):

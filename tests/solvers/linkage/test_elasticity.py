@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from solvers import linkage
 from solvers.linkage.elasticity import elastic_peak, first_peak, worst_elastic_peak
 from solvers.linkage.four_bar import of_family
-from tests.solvers.linkage.oracle import SIGNS
+from solvers.references.linkage import SIGNS
 
 
 def test_a_small_mismatch_is_a_bessel_function():

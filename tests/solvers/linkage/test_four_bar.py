@@ -10,7 +10,7 @@ import pytest
 
 from solvers.linkage.four_bar import bulk_transfer, coefficients, half_angle, of_family
 from solvers.linkage.kinds import KINDS, Gain
-from tests.solvers.linkage import oracle
+from solvers.references import linkage as oracle
 
 REFERENCE = [
     ("largest_coupler", 0.3, 2.5, 1.0, 0.8032904654672456),

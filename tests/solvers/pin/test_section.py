@@ -11,14 +11,13 @@ import pytest
 from solvers import pin
 from solvers.pin.fixed_point import factor, iterate
 from solvers.pin.loads import InternalForces
-from solvers.pin.section import Demand, least_wall, saint_venant, section_demands, v_of, wall_of, zhuravsky
+from solvers.pin.section import Demand, ShearLaw, least_wall, saint_venant, section_demands, v_of, wall_of, zhuravsky
 from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, exact_wall, numbers, relative, vaz
 
 
 def paper_walls(m, q):
     m, q = np.atleast_1d(np.asarray(m, dtype=float)), np.atleast_1d(np.asarray(q, dtype=float))
-    zero = np.zeros_like(m)
-    return least_wall(Demand("paper", np.stack([m, zero, zero]), np.stack([3 * q, -3 * q, q]), 1.0))
+    return least_wall([Demand("paper", m, q, 0.0, 0.0, ShearLaw(3.0, -3.0, 1.0), 1.0)], 0.0, m.size)
 
 
 @pytest.mark.parametrize("size", [1e-12, 1e-6, 1e-3, 0.1, 0.5, 0.9, 0.99, 0.9999])

@@ -1,0 +1,395 @@
+"""A crank mechanism's cycle by other means: positions from Pythagoras, derivatives from the calculus of the root,
+forces from the angle of the rod, the work of the gas from the antiderivative of the diagram, that of the masses from
+their kinetic energy.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import mpmath as mp
+
+from solvers.references.searching import Number, climb, gauss, summits
+
+Case = Mapping[str, Any]
+"""``mechanism`` {crank_radius, rod_length, speed, offset}, ``cylinder`` {bore, clearance_volume, crankcase_pressure,
+strokes}, ``masses`` {piston, rod, rod_cg, rod_inertia, crank_pin}, ``pressure`` a table or an indicator diagram's
+strokes, ``phases``; SI units. ``left_out`` names effects: reciprocating_inertia, rod_inertia_couple."""
+
+DIGITS = 34
+_LOOKS = 2_880
+_ORDER, _CHECKED = 20, 26
+_PANEL = 0.2
+_WITHIN = 1e-3
+_MOST_CLIMBED = 6
+_BESIDE = mp.mpf(10) ** -9
+
+
+class Motion:
+    """x(phi) = H - r cos phi - sqrt(L^2 - (r sin phi - e)^2) and its calculus."""
+
+    def __init__(self, r: Number, length: Number, e: Number, numbers: Any = mp) -> None:
+        self.r, self.length, self.e, self.m = r, length, e, numbers
+        self.high = numbers.sqrt((length + r) ** 2 - e**2)
+        self.low = numbers.sqrt((length - r) ** 2 - e**2)
+        self.top, self.bottom = numbers.asin(e / (length + r)), numbers.pi + numbers.asin(e / (length - r))
+
+    def _root(self, phi):
+        s = self.r * self.m.sin(phi) - self.e
+        return s, self.m.sqrt(self.length**2 - s**2)
+
+    def position(self, phi):
+        return self.high - self.r * self.m.cos(phi) - self._root(phi)[1]
+
+    def velocity(self, phi):
+        s, c = self._root(phi)
+        return self.r * self.m.sin(phi) + s * self.r * self.m.cos(phi) / c
+
+    def acceleration(self, phi):
+        s, c = self._root(phi)
+        first, second = self.r * self.m.cos(phi), -self.r * self.m.sin(phi)
+        return self.r * self.m.cos(phi) + (first**2 + s * second) / c + (s * first) ** 2 / c**3
+
+    def rod_angle(self, phi):
+        """beta and its first two derivatives."""
+        s, c = self._root(phi)
+        first, second = self.r * self.m.cos(phi), -self.r * self.m.sin(phi)
+        return self.m.asin(s / self.length), first / c, second / c + s * first**2 / c**3
+
+    def angle_of(self, x):
+        """The angle on the way down, from the law of cosines in the triangle r, L, d, taken in half angles."""
+        m, height = self.m, self.high - x
+        d = m.sqrt(height**2 + self.e**2)
+        r, length = self.r, self.length
+        above, below = (length + r - d) * (length - r + d), (r + d - length) * (r + d + length)
+        return m.atan2(self.e, height) + 2 * m.atan2(m.sqrt(above), m.sqrt(below))
+
+
+def hermite_slopes(x: Sequence[Number], y: Sequence[Number], closed: bool, numbers: Any = mp) -> list[Number]:
+    """Slopes of the monotone cubic of F. N. Fritsch and J. Butland (1984), its ends by Moler's three points."""
+    n, sign = len(x), numbers.sign
+    width = [x[i + 1] - x[i] for i in range(n - 1)]
+    rise = [(y[i + 1] - y[i]) / width[i] for i in range(n - 1)]
+
+    def inner(h0, h1, d0, d1):
+        if d0 * d1 <= 0:
+            return numbers.mpf(0)
+        w0, w1 = 2 * h1 + h0, h1 + 2 * h0
+        return (w0 + w1) / (w0 / d0 + w1 / d1)
+
+    def end(h0, h1, d0, d1):
+        slope = ((2 * h0 + h1) * d0 - h0 * d1) / (h0 + h1)
+        if sign(slope) != sign(d0):
+            return numbers.mpf(0)
+        return 3 * d0 if sign(d0) != sign(d1) and abs(slope) > 3 * abs(d0) else slope
+
+    middle = [inner(width[i - 1], width[i], rise[i - 1], rise[i]) for i in range(1, n - 1)]
+    if closed:
+        edge = inner(width[-1], width[0], rise[-1], rise[0])
+        return [edge, *middle, edge]
+    if n == 2:
+        return [rise[0], rise[0]]
+    return [end(width[0], width[1], rise[0], rise[1]), *middle, end(width[-1], width[-2], rise[-1], rise[-2])]
+
+
+class Cubic:
+    """A piecewise cubic with its derivative and antiderivative; constant beyond its ends."""
+
+    def __init__(self, x, y, closed=False, numbers=mp) -> None:
+        self.x, self.y, self.m, self.zero = x, y, hermite_slopes(x, y, closed, numbers), numbers.mpf(0)
+        self.area = [self.zero]
+        for i in range(len(x) - 1):
+            self.area.append(self.area[-1] + self._part(i, numbers.mpf(1)))
+
+    def _part(self, i, t):
+        h, y0, y1, m0, m1 = self._piece(i)
+        return h * (y0 * (t - t**3 + t**4 / 2) + m0 * (t**2 / 2 - 2 * t**3 / 3 + t**4 / 4)
+                    + y1 * (t**3 - t**4 / 2) + m1 * (t**4 / 4 - t**3 / 3))  # fmt: skip
+
+    def _piece(self, i):
+        h = self.x[i + 1] - self.x[i]
+        return h, self.y[i], self.y[i + 1], h * self.m[i], h * self.m[i + 1]
+
+    def at(self, x):
+        """Value, slope, and the integral from the first point."""
+        if x <= self.x[0]:
+            return self.y[0], self.zero, self.y[0] * (x - self.x[0])
+        if x >= self.x[-1]:
+            return self.y[-1], self.zero, self.area[-1] + self.y[-1] * (x - self.x[-1])
+        i = bisect_right(self.x, x) - 1
+        h, y0, y1, m0, m1 = self._piece(i)
+        t = (x - self.x[i]) / h
+        value = (1 + 2 * t) * (1 - t) ** 2 * y0 + t * (1 - t) ** 2 * m0 + t**2 * (3 - 2 * t) * y1 + t**2 * (t - 1) * m1
+        slope = 6 * t * (t - 1) * (y0 - y1) + (1 - t) * (1 - 3 * t) * m0 + t * (3 * t - 2) * m1
+        return value, slope / h, self.area[i] + self._part(i, t)
+
+
+class Gas:
+    """The pressure over the angle, from a table or a diagram's strokes; ``integrate`` does what has no formula."""
+
+    def __init__(self, case: Case, motion: Motion, area: Number, clearance: Number, integrate: Callable) -> None:
+        self.motion, self.area, self.clearance, self.integrate = motion, area, clearance, integrate
+        m = self.m = motion.m
+        self.near = m.mpf(10) ** -30 if m is mp else 1e-12
+        self.period = case["cylinder"]["strokes"] * m.pi
+        pressure = case["pressure"]
+        self.table = pressure["kind"] == "table"
+        if self.table:
+            angle, values = [m.mpf(a) for a in pressure["angle"]], [m.mpf(p) for p in pressure["pressure"]]
+            if angle[-1] - angle[0] < self.period * (1 - m.mpf("1e-9")):
+                angle, values = [*angle, angle[0] + self.period], [*values, values[0]]
+            self.start, self.curves = angle[0], [Cubic(angle, values, True, m)]
+            inside = [motion.top + m.fmod(a - motion.top + 4 * self.period, self.period) for a in angle]
+        else:
+            self.curves = []
+            for stroke in pressure["strokes"]:
+                points = sorted(zip(stroke["volume"], stroke["pressure"], strict=True))
+                self.curves.append(Cubic([m.mpf(v) for v, _ in points], [m.mpf(p) for _, p in points], False, m))
+            inside = [angle for index in range(len(self.curves)) for angle in self._angles(index)]
+        half = [motion.top, motion.bottom]
+        turns = [angle + 2 * m.pi * k for k in range(case["cylinder"]["strokes"] // 2) for angle in half]
+        breaks = sorted({*turns, *inside, motion.top + self.period})
+        apart = m.mpf(10) ** -40 if m is mp else 1e-13
+        self.breaks = [breaks[0], *(b for a, b in pairwise(breaks) if b - a > apart)]
+        self.work_to = cache(self._work_to)
+
+    def _angles(self, index):
+        """Angles of a stroke's points that lie between its dead centres."""
+        m, found = self.motion, []
+        for volume in self.curves[index].x:
+            x = (volume - self.clearance) / self.area
+            if 0 < x < m.high - m.low:
+                mirrored = Motion(m.r, m.length, -m.e, self.m)
+                angle = 2 * self.m.pi - mirrored.angle_of(x) if index % 2 else m.angle_of(x)
+                found.append(angle + 2 * self.m.pi * (index // 2))
+        return found
+
+    def at(self, phi, before=False):
+        """p, the magnitude V |dp/dV| or phi |dp/dphi|; ``before`` takes the limit from below at a dead centre."""
+        if self.table:
+            at = self.start + self.m.fmod(phi - self.start + 4 * self.period, self.period)
+            value, slope, _ = self.curves[0].at(at)
+            return value, abs(slope * at)
+        index, volume = self._where(phi, before)
+        value, slope, _ = self.curves[index].at(volume)
+        return value, abs(slope * volume)
+
+    def _where(self, phi, before=False):
+        at = self.motion.top + self.m.fmod(phi - self.motion.top + 4 * self.period, self.period)
+        turn = int(self.m.floor((at - self.motion.top) / (2 * self.m.pi)))
+        rising = at - 2 * self.m.pi * turn >= self.motion.bottom
+        index = (2 * turn + int(rising)) % len(self.curves)
+        if before and any(abs(phi - b) < self.near for b in self._centres()):
+            index = (index - 1) % len(self.curves)
+        return index, self.clearance + self.area * self.motion.position(at)
+
+    def _centres(self):
+        m = self.motion
+        ends = [angle + 2 * self.m.pi * k for k in range(len(self.curves) // 2) for angle in (m.top, m.bottom)]
+        return [*ends, m.top + self.period]
+
+    def _work_to(self, phi):
+        """The integral of p dV from the cycle's start, phi within the first period."""
+        if self.table:
+            pieces = [b for b in self.breaks if b < phi]
+            if not pieces:
+                return self.m.mpf(0)
+            start = pieces[-1]
+            rest = self.integrate(lambda a: self.at(a)[0] * self.area * self.motion.velocity(a), [start, phi])
+            return (self.work_to(start) if start > self.breaks[0] else self.m.mpf(0)) + rest
+        total = self.m.mpf(0)
+        ends = self._centres()
+        swept = self.area * (self.motion.high - self.motion.low)
+        for index, curve in enumerate(self.curves):
+            if phi <= ends[index]:
+                break
+            done = phi >= ends[index + 1]
+            volume = self.clearance + self.area * self.motion.position(phi)
+            first = self.clearance + (swept if index % 2 else 0)
+            last = self.clearance + (0 if index % 2 else swept) if done else volume
+            total += curve.at(last)[2] - curve.at(first)[2]
+        return total
+
+
+class Machine:
+    """A case in the numbers of a context."""
+
+    def __init__(self, case: Case, numbers: Any = mp, integrate: Callable | None = None) -> None:
+        groups = {**case["mechanism"], **case["cylinder"], **case["masses"]}
+        m = self.m = numbers
+        x = {name: m.mpf(value) for name, value in groups.items()}
+        self.x, self.motion = x, Motion(x["crank_radius"], x["rod_length"], x["offset"], m)
+        self.area = m.pi * x["bore"] ** 2 / 4
+        self.gas = Gas(case, self.motion, self.area, x["clearance_volume"], integrate or m.quad)
+        self.omega = 2 * m.pi * x["speed"]
+        share = x["rod_cg"] / x["rod_length"]
+        self.big_end, small_end = x["rod"] * share, x["rod"] * (1 - share)
+        left_out = case.get("left_out", ())
+        still = "reciprocating_inertia" in left_out
+        self.piston = m.mpf(0) if still else x["piston"]
+        self.reciprocating = m.mpf(0) if still else x["piston"] + small_end
+        self.defect = x["rod"] * x["rod_cg"] * (x["rod_length"] - x["rod_cg"]) - x["rod_inertia"]
+        if "rod_inertia_couple" in left_out:
+            self.defect = m.mpf(0)
+        self.throw = x["crank_pin"]
+        self.rods_per_pin = case.get("rods_per_pin", 1)
+        self.phases = [m.mpf(p) for p in case.get("phases", [0])]
+
+    def forces(self, phi, before=False):
+        """{name: (value, sum of magnitudes)} of what the worst instants are taken from, and the torque."""
+        p, steep = self.gas.at(phi, before)
+        m, back, motion = self.m, self.x["crankcase_pressure"], self.motion
+        gas, gas_size = (p - back) * self.area, (abs(p) + steep + abs(back)) * self.area
+        acceleration = motion.acceleration(phi) * self.omega**2
+        beta, _, bending = motion.rod_angle(phi)
+        axial = gas - self.reciprocating * acceleration
+        grip = motion.r * self.omega**2
+        # What the rounding of r, L and e does to the rod's tangent when the rod stands nearly across.
+        askew = 1 / m.cos(beta) ** 2
+        size = gas_size + self.reciprocating * max(abs(acceleration) * askew, grip)
+        couple = self.defect * bending * self.omega**2 / (motion.length * m.cos(beta))
+        # The couple's defect is itself a difference, and so is beta''.
+        two = self.x["rod"] * self.x["rod_cg"] * (motion.length - self.x["rod_cg"]) + self.x["rod_inertia"]
+        turning = (motion.r / motion.length) * self.omega**2 / m.cos(beta) ** 3
+        size_across = askew * size * m.tan(abs(beta)) + two * turning / (motion.length * m.cos(beta))
+        side = axial * m.tan(beta) + couple
+        tangential = axial * m.sin(phi) + side * m.cos(phi)
+        radial = axial * m.cos(phi) - side * m.sin(phi)
+        rod = m.sign(axial) * m.sqrt(axial**2 + side**2)
+        on_pin = gas - self.piston * acceleration
+        whole = size + size_across
+        big_end, turning_mass = self.big_end * grip, (self.throw + self.rods_per_pin * self.big_end) * grip
+        return {
+            "gas_force_max": (gas, gas_size),
+            "rod_compression_max": (rod, whole),
+            "rod_tension_max": (-rod, whole),
+            "side_force_max": (abs(side), size_across + size * m.mpf(2) ** -53),
+            "wrist_pin_load_max": (m.sqrt(on_pin**2 + side**2), whole),
+            "crank_pin_load_max": (m.sqrt(tangential**2 + (radial - big_end) ** 2), whole + big_end),
+            "main_bearing_load_max": (m.sqrt(tangential**2 + (radial - turning_mass) ** 2), whole + turning_mass),
+            "torque": (tangential * motion.r, whole * motion.r),
+        }
+
+    def energy(self, phi):
+        """Work of one cylinder's torque since the cycle's start [J], any phi of the first two periods."""
+        start, period = self.gas.breaks[0], self.gas.period
+        cycles = int(self.m.floor((phi - start) / period))
+        at = phi - cycles * period
+        back = self.x["crankcase_pressure"] * self.area * self.motion.position(at)
+        return cycles * self.gas.work_to(start + period) + self.gas.work_to(at) - back - self.kinetic(at)
+
+    def kinetic(self, phi):
+        _, turning, _ = self.motion.rod_angle(phi)
+        moving = self.reciprocating * self.motion.velocity(phi) ** 2 - self.defect * turning**2
+        return moving * self.omega**2 / 2
+
+    def mean_surplus(self):
+        """Mean torque of all cylinders together [N m]."""
+        start, period = self.gas.breaks[0], self.gas.period
+        return len(self.phases) * self.gas.work_to(start + period) / period
+
+    def surplus(self, phi):
+        """Work of all cylinders above the mean torque's, for any phi of the first period [J]."""
+        period = self.gas.period
+        done = self.m.fsum([self.energy(phi - psi + 2 * period) for psi in self.phases])
+        return done - self.mean_surplus() * (phi + 2 * period)
+
+    def shifted_breaks(self):
+        """Where a piece of any cylinder's cycle ends, over the first period."""
+        breaks, period = self.gas.breaks, self.gas.period
+        found = sorted({breaks[0] + self.m.fmod(b + psi - breaks[0], period) for b in breaks for psi in self.phases})
+        return [*found, breaks[0] + period] if found[-1] < breaks[0] + period else found
+
+
+def panels(order: int, numbers: Any = mp) -> Callable:
+    """Gauss's rule on equal panels, short against how fast the motion changes."""
+
+    def integrate(f, ends):
+        low, high = ends
+        count = max(1, int((high - low) / _PANEL) + 1)
+        edges = [low + (high - low) * k / count for k in range(count + 1)]
+        pairs = (pair for a, b in pairwise(edges) for pair in gauss(a, b, order))
+        if numbers is mp:
+            return mp.fsum(f(x) * w for x, w in pairs)
+        return sum(f(float(x)) * float(w) for x, w in pairs)
+
+    return integrate
+
+
+WORST = ("rod_compression_max", "side_force_max", "wrist_pin_load_max", "crank_pin_load_max", "main_bearing_load_max")
+
+
+def cycle(case: Case, watch: Callable[[], None]) -> dict[str, tuple[Number, float]]:
+    """name -> (value, what it may be off, relative) of the worst forces [N], mean torque [N m], indicated power [W] and
+    the work between the extremes of the speed [J].
+
+    Every piece between breaks is looked at densely in floats; what comes near the top is climbed in many digits.
+    """
+    with mp.workdps(DIGITS):
+        rough, exact = Machine(case, mp.fp, panels(6, mp.fp)), Machine(case, mp.mp, panels(_ORDER))
+        sampled = [
+            (grid, [rough.forces(a, k == len(grid) - 1) for k, a in enumerate(grid)])
+            for grid in _grids(rough.gas.breaks, watch)
+        ]
+        found = {}
+        for name in WORST:
+            looks = [(grid, [forces[name][0] for forces in row]) for grid, row in sampled]
+
+            def force(angle, before=False, name=name):
+                watch()
+                return exact.forces(angle, before)[name][0]
+
+            found[name] = (_greatest(force, looks, exact.gas.breaks), 0.0)
+        work = exact.gas.work_to(exact.gas.breaks[0] + exact.gas.period)
+        checked = Machine(case, mp.mp, panels(_CHECKED)).gas
+        doubt = abs(checked.work_to(checked.breaks[0] + checked.period) - work)
+        share = float(doubt / abs(work)) if work else 0.0
+        found["mean_torque"] = (work / exact.gas.period, share)
+        found["indicated_power"] = (work * exact.x["speed"] * 2 * mp.pi / exact.gas.period, share)
+        looks = [(grid, [rough.surplus(a) for a in grid]) for grid in _grids(rough.shifted_breaks(), watch)]
+
+        def surplus(angle, _before=False, sign=1):
+            watch()
+            return sign * exact.surplus(angle)
+
+        high = _greatest(surplus, looks, exact.shifted_breaks())
+        turned = [(grid, [-value for value in row]) for grid, row in looks]
+        low = _greatest(lambda a, b=False: surplus(a, b, -1), turned, exact.shifted_breaks())
+        several = len(exact.phases) * 2 * doubt
+        found["work_fluctuation"] = (high + low, float(several / (high + low)) if high + low else 0.0)
+        return {name: (+value, off) for name, (value, off) in found.items()}
+
+
+def _grids(breaks: Sequence[float], watch: Callable[[], None]) -> list[list[float]]:
+    """Places to look at, piece by piece, both ends of each included."""
+    found, whole = [], breaks[-1] - breaks[0]
+    for low, high in pairwise(breaks):
+        watch()
+        count = max(6, int(_LOOKS * (high - low) / whole))
+        found.append([*(low + (high - low) * k / count for k in range(count)), high])
+    return found
+
+
+def _greatest(function: Callable, looks: list[tuple[list[float], list[float]]], breaks: Sequence[Number]) -> Number:
+    """The greatest value: climbed wherever floats come near the top, and taken at both sides of the breaks there."""
+    every = [value for _, row in looks for value in row]
+    least = max(every) - _WITHIN * (max(every) - min(every))
+    near = [(row[i], grid, i) for grid, row in looks for i in summits(row, 1.0) if row[i] >= least]
+    values = []
+    for _, grid, i in sorted(near, key=lambda entry: entry[0], reverse=True)[:_MOST_CLIMBED]:
+        last = len(grid) - 1
+        low, high = mp.mpf(grid[max(i - 1, 0)]), mp.mpf(grid[min(i + 1, last)])
+        if i not in (0, last):
+            values.append(climb(function, low, mp.mpf(grid[i]), high)[1])
+            continue
+        end = min(breaks, key=lambda b, at=grid[i]: abs(b - at))
+        values.append(function(end, i == last))
+        inward = (high - low) * (_BESIDE if i == 0 else -_BESIDE)
+        # A break that the function falls away from is its summit; only where it rises further is there more to find.
+        if function(end + inward) > values[-1]:
+            values.append(climb(function, low, (low + high) / 2, high)[1])
+    return max(values)

@@ -1,0 +1,215 @@
+"""The impact linkage by other means: ratios from the closure and R_k = R as linear equations, joints from intersecting
+circles, u31 from the joints' velocities, its slope from differences, boxes tried over directions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import mpmath as mp
+
+from solvers.references.searching import Number
+
+DIGITS = 120
+_ROUNDS = 45
+_BOX_DIGITS = 30
+
+SIGNS = {"largest_coupler": (1, 1), "largest_rocker": (1, -1), "largest_base": (-1, -1)}
+"""Where crank pin and rocker joint lie at the blow, along the base."""
+
+
+def ratios(kind: str, restitution: float, parameter: float) -> tuple[mp.mpf, mp.mpf, mp.mpf]:
+    """lambda0, lambda2, lambda3 from the closure and lambda0 lambda2 = g^2 lambda3, solved as linear equations."""
+    r, p = mp.mpf(restitution), mp.mpf(parameter)
+    square = ((1 + r) / (1 - r)) ** 2
+    if kind == "largest_coupler":  # l0 + l3 = 1 + p, l0 p = g2 l3
+        rocker = (1 + p) / (1 + square / p)
+        return square * rocker / p, p, rocker
+    if kind == "largest_rocker":  # l0 - l3 = 1 - p, l0 p = g2 l3
+        rocker = (1 - p) / (square / p - 1)
+        return square * rocker / p, p, rocker
+    coupler = (1 + p) / (1 + p / square)  # l2 + l3 = 1 + p, p l2 = g2 l3
+    return p, coupler, p * coupler / square
+
+
+def rocker_angle(kind: str, links: tuple[mp.mpf, mp.mpf, mp.mpf], phi: mp.mpf) -> mp.mpf:
+    """phi3 by intersecting the circles about crank pin and rocker pivot, on the branch that leaves the blow outward."""
+    base, coupler, rocker = links
+    crank_sign, rocker_sign = SIGNS[kind]
+    x, y = crank_sign * mp.cos(phi) - base, crank_sign * mp.sin(phi)
+    distance = mp.sqrt(x * x + y * y)
+    along = (rocker**2 + distance**2 - coupler**2) / (2 * distance)
+    across = mp.sqrt(max(rocker**2 - along**2, mp.mpf(0)))
+    found = []
+    for side in (1, -1):
+        cx = (along * x - side * across * y) / distance
+        cy = (along * y + side * across * x) / distance
+        found.append(mp.atan2(rocker_sign * cy, rocker_sign * cx))
+    # One branch swings to one side only over the whole cycle; for the rocker's sign see the sign of its motion.
+    wanted = -1 if kind == "largest_base" else 1
+    inside = [angle for angle in found if angle * wanted >= 0]
+    return min(inside, key=abs) if len(inside) == 1 else found[0] if not inside else max(inside, key=abs)
+
+
+def transfer(kind: str, links: tuple[mp.mpf, mp.mpf, mp.mpf], phi: mp.mpf) -> mp.mpf:
+    """u31 = lambda1 sin(phi - phi2)/(lambda3 sin(phi3 - phi2)) from the joints' velocities."""
+    base, _, rocker = links
+    crank_sign, rocker_sign = SIGNS[kind]
+    swung = rocker_angle(kind, links, phi)
+    bx, by = crank_sign * mp.cos(phi), crank_sign * mp.sin(phi)
+    rx, ry = rocker_sign * rocker * mp.cos(swung), rocker_sign * rocker * mp.sin(swung)
+    # Rigid coupler: its ends have equal velocities along it.
+    dx, dy = base + rx - bx, ry - by
+    return (-by * dx + bx * dy) / (-ry * dx + rx * dy)
+
+
+def _patient() -> None:
+    pass
+
+
+class Mechanism:
+    """A change-point mechanism of unit crank, its energy 1, made for R_k = R."""
+
+    def __init__(self, kind, restitution, parameter, watch=_patient):
+        self.watch = watch
+        self.kind, self.parameter = kind, parameter
+        self.links = ratios(kind, restitution, parameter)
+        base, coupler, rocker = self.links
+        self.g = mp.sqrt(base * coupler / rocker)
+        self.reach = base + 1 if kind == "largest_base" else base - 1
+        self.start, self.end = (self.g - 1) / self.reach, (self.g + 1) / self.reach
+        self.swing = 2 * mp.asin(min(self.g / base, mp.mpf(1)))
+        self.nu = 2 * mp.asin(min(self.g / coupler, mp.mpf(1)))
+
+    def u(self, phi):
+        return transfer(self.kind, self.links, phi)
+
+    def slope(self, phi):
+        step = mp.mpf(10) ** -(mp.mp.dps // 4)
+        return (self.u(phi + step) - self.u(phi - step)) / (2 * step)
+
+    def torque(self, phi):
+        return abs(2 * self.u(phi) * self.slope(phi) / self.end**2)
+
+    def force(self, phi):
+        base, coupler, rocker = self.links
+        crank_sign, rocker_sign = SIGNS[self.kind]
+        swung = rocker_angle(self.kind, self.links, phi)
+        x = base + rocker_sign * rocker * mp.cos(swung) - crank_sign * mp.cos(phi)
+        y = rocker_sign * rocker * mp.sin(swung) - crank_sign * mp.sin(phi)
+        lever = abs(x * mp.sin(swung) - y * mp.cos(swung)) * rocker / coupler
+        return 2 / self.end**2 * abs(self.slope(phi)) / lever
+
+    def extent(self, alpha):
+        """Width of the sweep along a direction."""
+        self.watch()
+        base, _, rocker = self.links
+        _, rocker_sign = SIGNS[self.kind]
+        turn = self.swing if self.kind != "largest_base" else -self.swing
+        first = mp.mpf(0) if rocker_sign > 0 else mp.pi
+        out = mp.mpf(0)
+        for beta in (alpha, alpha + mp.pi):
+            c = mp.cos(beta)
+            best = max(mp.mpf(1), base * c)
+            for angle in (first, first + turn):
+                best = max(best, base * c + rocker * mp.cos(beta - angle))
+            low, high = sorted((first, first + turn))
+            if (beta - low) - 2 * mp.pi * mp.floor((beta - low) / (2 * mp.pi)) <= high - low:
+                best = max(best, base * c + rocker)
+            out += best
+        return out
+
+    def area(self, alpha, pad=0):
+        """Of the box along a direction, ``pad`` on every side."""
+        return (self.extent(alpha) + 2 * pad) * (self.extent(alpha + mp.pi / 2) + 2 * pad)
+
+
+def narrowed(f, low, high, rounds):
+    """Greatest value of f in a stretch with one summit: (place, value), by golden sections."""
+    golden = (mp.sqrt(5) - 1) / 2
+    a, b = high - golden * (high - low), low + golden * (high - low)
+    fa, fb = f(a), f(b)
+    for _ in range(rounds):
+        if fa >= fb:
+            high, b, fb = b, a, fa
+            a = high - golden * (high - low)
+            fa = f(a)
+        else:
+            low, a, fa = a, b, fb
+            b = low + golden * (high - low)
+            fb = f(b)
+    return (a, fa) if fa >= fb else (b, fb)
+
+
+def greatest(f, places, rounds):
+    values = [f(x) for x in places]
+    top = values.index(max(values))
+    best = (places[top], values[top])
+    found = narrowed(f, places[max(top - 1, 0)], places[min(top + 1, len(places) - 1)], rounds)
+    return max(best, found, key=lambda pair: pair[1])
+
+
+def places_over_the_cycle():
+    """Evenly, and crowded about mid-cycle and both ends."""
+    near = mp.mpf(10) ** -(mp.mp.dps // 6)
+    out = {near, 2 * mp.pi - near} | {2 * mp.pi * i / 64 for i in range(1, 64)}
+    for k in range(1, 40):
+        d = mp.mpf(10) ** (-mp.mpf(k) / 4)
+        out |= {mp.pi - d, mp.pi + d, d, 2 * mp.pi - d}
+    return sorted(out)
+
+
+def least_area(mechanism, pad=0):
+    """(direction, area) of the least box."""
+    places = [mp.pi / 2 * i / 360 for i in range(361)]
+    values = [mechanism.area(x, pad) for x in places]
+    floor = min(values)
+    best = None
+    for i, value in enumerate(values):
+        beside = values[max(i - 1, 0)], values[min(i + 1, len(values) - 1)]
+        if value <= floor * mp.mpf("1.01") and value <= min(beside):
+            low, high = places[max(i - 1, 0)], places[min(i + 1, len(values) - 1)]
+            at, found = narrowed(lambda x: -mechanism.area(x, pad), low, high, 3 * mp.mp.dps)
+            best = min([best, (at, -found)] if best else [(at, -found)], key=lambda pair: pair[1])
+    return best
+
+
+def strike(
+    kind: str, restitution: float, parameter: float, energy: bool, watch: Callable[[], None]
+) -> dict[str, tuple[Number, float]]:
+    """name -> (value, what it may be off, relative) of a linkage of unit crank.
+
+    |u31| after and before the blow and its greatest, R_k, the transmission angle in mid-cycle [rad], the longest link;
+    with ``energy`` the peak torque and pin force for an impact energy of 1.
+    """
+    with mp.workdps(DIGITS):
+        made = Mechanism(kind, restitution, parameter)
+        places = places_over_the_cycle()
+
+        def watched(value):
+            def look(phi):
+                watch()
+                return value(phi)
+
+            return look
+
+        found = {
+            "start": made.start,
+            "end": made.end,
+            "greatest": max(made.end, greatest(watched(lambda phi: abs(made.u(phi))), places, _ROUNDS)[1]),
+            "restitution": (made.g - 1) / (made.g + 1),
+            "transmission_angle": made.nu,
+            "rocker": made.links[2],
+            "longest": max(mp.mpf(1), *made.links),
+        }
+        if energy:
+            found["torque"] = greatest(watched(made.torque), places, _ROUNDS)[1]
+            found["force"] = greatest(watched(made.force), places, _ROUNDS)[1]
+        return {name: (+value, 0.0) for name, value in found.items()}
+
+
+def box_area(kind: str, restitution: float, parameter: float, pad: Number, watch: Callable[[], None]) -> Number:
+    """Area of the least box around the sweep of a linkage of unit crank and its pads."""
+    with mp.workdps(_BOX_DIGITS):
+        made = Mechanism(kind, restitution, parameter, watch)
+        return least_area(made, mp.mpf(pad))[1]

@@ -1,0 +1,293 @@
+"""A piston pin by other means: forces in the textbook's pieces, the criteria's plain stresses in bore ratios, roots by
+bisection and secants, masses by Gauss's rule on pieces that end wherever one demand takes over from another and crowd
+around the weakest section, deflections from the unit load with Cowper's coefficient.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import mpmath as mp
+
+from solvers.references.searching import Number, gauss
+
+Case = Mapping[str, Any]
+"""SI units: what ``INPUTS`` names, elastic_modulus, poisson, density, allowable_shear or None, criterion, min_wall."""
+
+INPUTS = ("outer_diameter", "boss_length", "small_end_length", "gap", "force", "allowable_stress")
+ORDER = 40
+DIGITS = 34
+_QUICK, _CHECKED = 16, 24
+
+
+def _patient() -> None:
+    pass
+
+
+class Pin:
+    """A case in the numbers of the present precision."""
+
+    def __init__(self, case: Case, watch: Callable[[], None] = _patient) -> None:
+        self.D, self.a, self.b, self.gap, self.P, self.sigma = (mp.mpf(case[name]) for name in INPUTS)
+        self.watch = watch
+        self.E, self.nu, self.rho = (mp.mpf(case[n]) for n in ("elastic_modulus", "poisson", "density"))
+        self.tau = None if case["allowable_shear"] is None else mp.mpf(case["allowable_shear"])
+        self.criterion, self.min_wall = case["criterion"], mp.mpf(case["min_wall"])
+        self.L = 2 * self.a + self.b + 2 * self.gap
+        self.wall = cache(self._wall)
+
+    def forces(self, x):
+        """Shear force and moment up to the middle, boss, gap and rod in turn."""
+        a, b, gap, P = self.a, self.b, self.gap, self.P
+        if x <= a:
+            return P * x**2 / (2 * a**2), P * x**3 / (6 * a**2)
+        if x <= a + gap:
+            return P / 2, P * a / 6 + P / 2 * (x - a)
+        t = x - a - gap
+        return P / 2 - P * t / b, P * a / 6 + P / 2 * (x - a) - P * t**2 / (2 * b)
+
+    def demands(self, x, number=mp.mpf, root=mp.sqrt, pi=None):
+        """Functions of the bore ratio, above 1 where the section is too weak, each times 1 - ratio^4."""
+        pi = pi or mp.pi
+        Q, M = (number(v) for v in self.forces(x))
+        Q, D, sigma, nu = abs(Q), number(self.D), number(self.sigma), number(self.nu)
+        bending = 32 * M / (pi * D**3)
+        inner, outer = 1 + 2 * nu, 3 + 2 * nu
+
+        def zhuravsky(r):
+            return 16 * Q * (1 + r + r * r) / (3 * pi * D**2)
+
+        def elastic(r):
+            return 4 * Q * (outer + inner * r * r) / (pi * (1 + nu) * D**2)
+
+        law = elastic if self.criterion == "saint_venant" else zhuravsky
+        if self.criterion in ("tresca_paper", "von_mises"):
+            k = 4 if self.criterion == "tresca_paper" else 3
+            found = [lambda r: root(bending**2 + k * law(r) ** 2) / sigma]
+        else:
+            found = [lambda r: bending / sigma, lambda r: 2 * law(r) / sigma]
+        if self.tau is not None:
+            tau = number(self.tau)
+            found.append(lambda r: law(r) / tau)
+        return found
+
+    def thicknesses(self, x):
+        """The relative wall of every demand: bisection in floats, secants in digits; None beyond the solid."""
+        rough = self.demands(x, float, math.sqrt, math.pi)
+        return [self.thickness(*pair) for pair in zip(self.demands(x), rough, strict=True)]
+
+    def thickness(self, demand, rough):
+        full = demand(mp.mpf(0))
+        if full > 1:
+            return None
+        if full == 0:
+            return mp.mpf(0)
+
+        def short(w, of=demand):
+            # 1 - (1-w)^4, as a product that keeps thin walls' digits.
+            return w * (2 - w) * (1 + (1 - w) ** 2) - of(1 - w)
+
+        low, high = min(rough(0.0), rough(1.0)) / 16, 1.0
+        for _ in range(200):
+            middle = math.sqrt(low * high)
+            if not low < middle < high:
+                break
+            low, high = (middle, high) if short(middle, rough) < 0 else (low, middle)
+        x0, x1 = mp.mpf(low) * (1 - mp.mpf(10) ** -9), mp.mpf(high)
+        f0, f1 = short(x0), short(x1)
+        for _ in range(60):
+            if f0 == f1 or abs(x1 - x0) <= abs(x1) * mp.mpf(10) ** -(mp.mp.dps - 5):
+                break
+            x0, x1, f0 = x1, x1 - f1 * (x1 - x0) / (f1 - f0), f1
+            f1 = short(x1)
+        near = x1 * mp.mpf(10) ** -(mp.mp.dps - 22)
+        assert short(x1 - near) <= 0 <= short(x1 + near), "no root was closed in on"
+        return x1
+
+    def _wall(self, x):
+        """The relative wall that every demand and the least wall ask for; None where even the solid is too weak."""
+        self.watch()
+        walls = self.thicknesses(x)
+        return None if None in walls else max([2 * self.min_wall / self.D, *walls])
+
+    def use_of_solid(self, x):
+        return max(demand(mp.mpf(0)) for demand in self.demands(x))
+
+    def weakest(self):
+        """(place, use) of the solid pin's worst section: golden sections on every piece."""
+        self.watch()
+        best = (mp.mpf(0), self.use_of_solid(mp.mpf(0)))
+        edges = self.load_edges()
+        golden = (mp.sqrt(5) - 1) / 2
+        for low, high in pairwise(edges):
+            grid = [low + (high - low) * i / 40 for i in range(41)]
+            top = max(range(41), key=lambda i: self.use_of_solid(grid[i]))
+            left, right = grid[max(top - 1, 0)], grid[min(top + 1, 40)]
+            for _ in range(130):
+                p, q = right - golden * (right - left), left + golden * (right - left)
+                if self.use_of_solid(p) >= self.use_of_solid(q):
+                    right = q
+                else:
+                    left = p
+            for x in (left, right, low, high):
+                best = max(best, (x, self.use_of_solid(x)), key=lambda pair: pair[1])
+        return best
+
+    def pieces(self):
+        """Edges of one half: loads, changes of the governing demand, a crowd around the weakest section."""
+        edges = {mp.mpf(0), self.a, self.a + self.gap, self.L / 2}
+        place, use = self.weakest()
+        if use > mp.mpf("0.9"):
+            for k in range(1, 14):
+                edges |= {place - self.L * mp.mpf(10) ** -k / 2, place + self.L * mp.mpf(10) ** -k / 2}
+            edges.add(place)
+        edges = {x for x in edges if 0 <= x <= self.L / 2}
+        edges |= {self.L / 2 * i / 4 for i in range(4)}
+        for low, high in list(pairwise(sorted(edges))):
+            grid = [low + (high - low) * i / 12 for i in range(13)]
+            for left, right in pairwise(grid):
+                if self.governs(left + (right - left) / 100) != self.governs(right - (right - left) / 100):
+                    edges.add(self.change(left, right))
+        return sorted(edges)
+
+    def governs(self, x):
+        floor = 2 * self.min_wall / self.D
+        walls = self.thicknesses(x)
+        return max(range(len(walls) + 1), key=lambda i: [floor, *walls][i])
+
+    def change(self, left, right):
+        """Where one demand takes over: bisection."""
+        first = self.governs(left + (right - left) / 100)
+        for _ in range(110):
+            middle = (left + right) / 2
+            left, right = (middle, right) if self.governs(middle) == first else (left, middle)
+        return (left + right) / 2
+
+    def free_mass(self, shares):
+        """Mass of the free bore; pieces as shares of the half, so that a changed input changes them alike."""
+        total = mp.mpf(0)
+        for x, weight in shares:
+            w = self.wall(x)
+            total += weight * w * (2 - w)
+        return self.rho * mp.pi * self.D**2 / 4 * 2 * total
+
+    def constant_mass(self, place):
+        w = self.wall(place)
+        return self.rho * mp.pi * self.D**2 / 4 * self.L * w * (2 - w)
+
+    def load_edges(self):
+        """Where loads begin, up to the middle."""
+        return sorted({mp.mpf(0), self.a, self.a + self.gap, self.L / 2})
+
+    def deflection(self, ratio, places, with_shear=True):
+        """Of the middle against the bosses' edges: int M m/(E I) + Q q/(k G A) over one half, twice.
+
+        ``ratio`` is the bore's at a place; k is Cowper's of a tube (1966). ``places`` are those of a rule of quadrature
+        with their weights; those inside the bosses count for nothing.
+        """
+        rigidity = self.E / (2 * (1 + self.nu))
+        total = mp.mpf(0)
+        for x, weight in places:
+            if x <= self.a:
+                continue
+            Q, M = self.forces(x)
+            r = ratio(x) ** 2
+            inertia, area = mp.pi * self.D**4 / 64 * (1 - r * r), mp.pi * self.D**2 / 4 * (1 - r)
+            total += weight * M * (x - self.a) / 2 / (self.E * inertia)
+            if with_shear:
+                k = 6 * (1 + self.nu) * (1 + r) ** 2 / ((7 + 6 * self.nu) * (1 + r) ** 2 + (20 + 12 * self.nu) * r)
+                total += weight * Q / 2 / (k * rigidity * area)
+        return 2 * total
+
+    def solid_deflection(self):
+        """The same of the solid pin: polynomials on two pieces."""
+        edges = [self.a, self.a + self.gap, self.L / 2]
+        places = [pair for low, high in pairwise(edges) if high > low for pair in gauss(low, high, 8)]
+        return self.deflection(lambda _: mp.mpf(0), places)
+
+    def thickest(self, edges):
+        """Where the wall is thickest: edges, and golden sections around the best of a grid."""
+        grid = sorted({low + (high - low) * i / 8 for low, high in pairwise(edges) for i in range(9)})
+        top = max(range(len(grid)), key=lambda i: self.wall(grid[i]))
+        left, right = grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)]
+        golden = (mp.sqrt(5) - 1) / 2
+        for _ in range(90):
+            p, q = right - golden * (right - left), left + golden * (right - left)
+            if self.wall(p) >= self.wall(q):
+                right = q
+            else:
+                left = p
+        return max([grid[top], left, right], key=self.wall)
+
+
+Found = dict[str, tuple[Number | None, float]]
+"""name -> (value in SI units, what it may be off, relative)."""
+
+
+def common(case: Case, watch: Callable[[], None]) -> Found:
+    """What no bore has a part in: the solid pin's mass, the greatest moment, the force that the solid pin carries
+    (where there is a load), and the mass of the constant bore that strength and the least wall allow (None where even
+    the solid pin is too weak)."""
+    with mp.workdps(DIGITS):
+        pin = Pin(case, watch)
+        solid = pin.rho * mp.pi * pin.D**2 / 4 * pin.L
+        _, use = pin.weakest()
+        constant = None
+        if use <= 1:
+            constant = pin.constant_mass(pin.thickest(pin.load_edges()))
+        found = {
+            "solid_mass": (solid, 0.0),
+            "max_moment": (pin.forces(pin.L / 2)[1], 0.0),
+            "constant_bore_mass": (constant, 0.0),
+        }
+        return {**found, "force_limit": (pin.P / use, 0.0)} if use else found
+
+
+def free_bore(case: Case, with_shear: bool, watch: Callable[[], None]) -> Found:
+    """Mass and deflection of the lightest bore under strength and the least wall; nothing where there is none."""
+    with mp.workdps(DIGITS):
+        pin = Pin(case, watch)
+        if pin.weakest()[1] > 1:
+            return {}
+        edges = pin.pieces()
+        masses, deflections = [], []
+        for order in (_QUICK, _CHECKED):
+            places = [pair for low, high in pairwise(edges) for pair in gauss(low, high, order)]
+            masses.append(pin.free_mass(places))
+            deflections.append(pin.deflection(lambda x: 1 - pin.wall(x), places, with_shear))
+        return {"mass": _checked(masses), "deflection": _checked(deflections)}
+
+
+def given_bore(case: Case, points: Sequence[tuple[float, float]], with_shear: bool, watch: Callable[[], None]) -> Found:
+    """Mass and deflection with a bore of straight lines between (place, diameter) from end to end, alike in both
+    halves."""
+    with mp.workdps(DIGITS):
+        pin = Pin(case, watch)
+        bore = [(mp.mpf(x), mp.mpf(d)) for x, d in points]
+        # Frustums, the bore's from the outside's.
+        holes = mp.fsum((x1 - x0) * (d0 * d0 + d0 * d1 + d1 * d1) / 3 for (x0, d0), (x1, d1) in pairwise(bore))
+        mass = pin.rho * mp.pi / 4 * (pin.D**2 * pin.L - holes)
+        if max(d for _, d in bore) >= pin.D:
+            return {"mass": (mass, 0.0), "deflection": (None, 0.0)}
+        half = [(x0, d0, x1, d1) for (x0, d0), (x1, d1) in pairwise(bore) if x1 > x0 and x0 < pin.L / 2]
+
+        def ratio(x):
+            watch()
+            x0, d0, x1, d1 = next(part for part in reversed(half) if part[0] < x)
+            return (d0 + (d1 - d0) * (x - x0) / (x1 - x0)) / pin.D
+
+        edges = sorted({*pin.load_edges(), *(x for x, _ in bore if x < pin.L / 2)})
+        found = []
+        for order in (_QUICK, _CHECKED):
+            places = [pair for low, high in pairwise(edges) for pair in gauss(low, high, order)]
+            found.append(pin.deflection(ratio, places, with_shear))
+        return {"mass": (mass, 0.0), "deflection": _checked(found)}
+
+
+def _checked(values: list[Number]) -> tuple[Number, float]:
+    """The last value, and how far the one before it was from it, relative."""
+    return values[-1], float(abs(values[-1] - values[-2]) / abs(values[-1])) if values[-1] else 0.0

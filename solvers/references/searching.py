@@ -1,0 +1,99 @@
+"""Greatest values of functions in many digits: Brent's search, and dense looks in floats before it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
+from typing import Any
+
+import mpmath as mp
+
+Number = Any
+"""A float or a number of mpmath."""
+Function = Callable[[Number], Number]
+
+
+def brent(f: Function, a: Number, m: Number, b: Number, tolerance: Number) -> tuple[Number, Number]:
+    """(place, greatest value) of f in (a, b) from an inside point m: golden sections and parabolas.
+
+    Source: R. P. Brent, Algorithms for Minimization without Derivatives (1973).
+    """
+    golden = (3 - mp.sqrt(5)) / 2
+    x = w = v = m
+    fx = fw = fv = f(m)
+    step = before = mp.mpf(0)
+    for _ in range(400):
+        middle = (a + b) / 2
+        if abs(x - middle) <= 2 * tolerance - (b - a) / 2:
+            break
+        parabolic = False
+        if abs(before) > tolerance:
+            r, q = (x - w) * (fx - fv), (x - v) * (fx - fw)
+            p = (x - v) * q - (x - w) * r
+            q = 2 * (q - r)
+            p, q = (-p, q) if q > 0 else (p, -q)
+            if abs(p) < abs(q * before / 2) and q * (a - x) < p < q * (b - x):
+                before, step, parabolic = step, p / q, True
+        if not parabolic:
+            before = (a if x >= middle else b) - x
+            step = golden * before
+        u = x + (step if abs(step) >= tolerance else tolerance * (1 if step > 0 else -1))
+        fu = f(u)
+        if fu >= fx:
+            a, b = (x, b) if u >= x else (a, x)
+            v, fv, w, fw, x, fx = w, fw, x, fx, u, fu
+        else:
+            a, b = (u, b) if u < x else (a, u)
+            if fu >= fw or w == x:
+                v, fv, w, fw = w, fw, u, fu
+            elif fu >= fv or v in (x, w):
+                v, fv = u, fu
+    return x, fx
+
+
+def climb(f: Function, a: Number, m: Number, b: Number) -> tuple[Number, Number]:
+    """(place, value); a corner, where the value moves with the place itself, is narrowed twice as far."""
+    width = b - a
+    x, fx = brent(f, a, m, b, width * mp.mpf(10) ** -17)
+    near = width * mp.mpf(10) ** -15
+    fall = max(fx - f(max(x - near, a)), fx - f(min(x + near, b)))
+    if abs(fall) > mp.mpf(10) ** -25 * abs(fx):
+        x, fx = brent(f, max(x - 4 * near, a), x, min(x + 4 * near, b), width * mp.mpf(10) ** -34)
+    return x, fx
+
+
+def summits(values: Sequence[float], within: float) -> list[int]:
+    """Indices of samples that neither neighbour exceeds and that come within a share of the samples' range of the top;
+    the ends count."""
+    top, low = max(values), min(values)
+    last = len(values) - 1
+    return [
+        i
+        for i, value in enumerate(values)
+        if value >= top - within * (top - low) and value >= values[max(i - 1, 0)] and value >= values[min(i + 1, last)]
+    ]
+
+
+@lru_cache(maxsize=32)
+def _nodes(order: int, precision: int) -> tuple[tuple[Number, Number], ...]:
+    with mp.workprec(precision + 10):
+        return tuple(_legendre(order))
+
+
+def _legendre(order: int) -> Iterator[tuple[Number, Number]]:
+    """By Newton's method on Legendre's polynomial."""
+    for i in range(order):
+        x = mp.cos(mp.pi * (i + mp.mpf(3) / 4) / (order + mp.mpf(1) / 2))
+        for _ in range(10):
+            p0, p1 = mp.mpf(1), x
+            for n in range(2, order + 1):
+                p0, p1 = p1, ((2 * n - 1) * x * p1 - (n - 1) * p0) / n
+            slope = order * (x * p1 - p0) / (x * x - 1)
+            x -= p1 / slope
+        yield x, 2 / ((1 - x * x) * slope**2)
+
+
+def gauss(low: Number, high: Number, order: int) -> list[tuple[Number, Number]]:
+    """Places and weights of Gauss's rule between two places, in the present precision."""
+    middle, half = (low + high) / 2, (high - low) / 2
+    return [(middle + half * x, half * weight) for x, weight in _nodes(order, mp.mp.prec)]

@@ -125,5 +125,18 @@ class Ground:
 
 def ground(bar: Bar, sums: Sums | None, count: int) -> Ground:
     """Edges at least every ``count``-th of the bar, and where it has kinks."""
-    edges = np.unique(np.concatenate([np.linspace(0.0, 1.0, count + 1), bar.edges]))
+    edges = np.unique(np.concatenate([np.linspace(0.0, 1.0, count + 1), bar.edges, [_end_of_floor(bar)]]))
     return Ground(bar, sums, edges[np.concatenate([[True], np.diff(edges) > 1e-12])])
+
+
+def _end_of_floor(bar: Bar) -> float:
+    """Up to where the least u stays what it is at the bar's end: where it takes off, f has a kink."""
+    low, high = 0.0, 1.0
+    while high - low > 1e-15:
+        grid = np.linspace(low, high, 65)
+        level = bar.least(np.concatenate([[0.0], grid]))
+        flat = int(np.count_nonzero(level[1:] <= level[0])) - 1
+        if flat < 0 or flat == grid.size - 1:
+            return high if flat > 0 else 0.0
+        low, high = float(grid[flat]), float(grid[flat + 1])
+    return low

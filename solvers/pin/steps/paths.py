@@ -108,7 +108,9 @@ def costs(
         ends = 2 if before[AT + 1, i] > before[AT, i] else 1
         u = 0.5
         for j in range(m):
-            out[i, j] = np.inf
+            for e in range(2):
+                for f in range(2):
+                    out[i, j, e, f] = np.inf
             if before[AT, i] > after[AT + 1, j]:
                 continue
             tips = 2 if after[AT + 1, j] > after[AT, j] else 1

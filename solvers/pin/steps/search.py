@@ -33,7 +33,7 @@ GAP = 9e-8
 """How close bound and best come, relative, whatever the accuracy asked of the mass itself."""
 _FIRST = {False: 192, True: 96}
 """Cells of the first round, without and with a deflection limit, which makes every pair of cells dearer."""
-_MOST_CELLS = {False: 3000, True: 400}
+_MOST_CELLS = {False: 600, True: 400}
 """Of one break point."""
 _MOST_WORK = 40_000_000
 """Costs of steps from cell to cell, a wall that must be sought counted as ten: a second or two."""
@@ -141,7 +141,11 @@ class _Search:
             if bound >= volume * (1.0 - gap) or not all(k.any() for k in keep):
                 done = min(done, bound)
                 continue
-            for smaller in self._divided(part, keep, around, bound, gap):
+            divided = self._divided(part, keep, around, bound, gap)
+            if not divided:
+                # Too many cells: this part's bound is final.
+                done = min(done, bound)
+            for smaller in divided:
                 count += 1
                 width = min(width, smaller.width)
                 heapq.heappush(queue, (bound, count, smaller))

@@ -171,6 +171,23 @@ def test_what_is_proven_and_how_forms_order(limit):
     assert masses[-1] > grams(VAZ, pin.Free(drillable=True), **limits)
 
 
+@pytest.mark.parametrize("wall", [1e-3, 2e-3, 3e-3])
+def test_where_the_least_wall_takes_over_from_strength_nothing_is_lost(wall):
+    """The first step ends where strength takes off from the wall's floor, a kink between stations."""
+    for steps in (2, 4):
+        outcome = designed(steps, None, min_wall=wall)
+        assert 0 < outcome.certificate.gap <= 1e-7
+        assert outcome.value.check.strength_utilisation <= 1 + 1e-12
+
+
+def test_a_bound_that_ran_out_of_work_is_told(monkeypatch):
+    """With less work allowed the gap is wide, never closed by giving up."""
+    monkeypatch.setattr("solvers.pin.steps.search._MOST_CELLS", {False: 4, True: 4})
+    for limit in (None, LIMIT):
+        outcome = designed(3, limit)
+        assert 1e-5 < outcome.certificate.gap < 0.2
+
+
 def test_a_duality_gap_is_closed():
     """A short pin on which two quite different breaks, one too soft, one too stiff, cost the same at one multiplier."""
     d, criterion = 47.82e-3, pin.CRITERIA["fibre"]

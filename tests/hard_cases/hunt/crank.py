@@ -132,9 +132,10 @@ def judge_cycle(found: dict) -> Iterator[tuple[str, float]]:
         breaks, period = machine.gas.breaks, machine.gas.period
         forces = {}
         for worst in outcome.value.worst:
+            # A point next to a dead centre is a break of its own: what is told is the greatest of them all.
             at = mp.mpf(worst.angle)
-            at = min((b for b in breaks if abs(b - at) < 1e-9), key=lambda b, at=at: abs(b - at), default=at)
-            sides = [machine.forces(at, before)[worst.name] for before in (False, True)]
+            near = [at, *(b for b in breaks if abs(b - at) < 1e-7)]
+            sides = [machine.forces(b, before)[worst.name] for b in near for before in (False, True)]
             forces[worst.name] = max(sides, key=lambda pair: pair[0])
         forces |= works(machine, machine.gas.work_to(breaks[0] + period))
         for name, (value, size) in forces.items():

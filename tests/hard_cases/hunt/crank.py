@@ -10,10 +10,11 @@ import mpmath as mp
 import numpy as np
 
 from solvers import crank
+from solvers.references.crank import Machine, Motion
 from tests.hard_cases.cases import read
 from tests.hard_cases.hunt.quarry import Quarry, between, entries, pick, power
 from tests.hard_cases.make_crank_references import DIGITS as DIGITS_OF_A_CYCLE
-from tests.hard_cases.make_crank_references import Machine, Motion, merged, motion_values, pendulum_values, works
+from tests.hard_cases.make_crank_references import merged, motion_values, pendulum_values, works
 from tests.hard_cases.test_crank import EPS, answers, motions, off, units
 
 BASE = read("crank")["base"]

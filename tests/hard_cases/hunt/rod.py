@@ -7,9 +7,10 @@ from collections.abc import Iterator
 import mpmath as mp
 import numpy as np
 
+from solvers.references.rod import critical_coupling
 from tests.hard_cases.cases import read
 from tests.hard_cases.hunt.quarry import Quarry, between, entries, pick, power
-from tests.hard_cases.make_rod_references import DIGITS, critical_coupling, held_case, kernel_case, merged
+from tests.hard_cases.make_rod_references import DIGITS, held_case, kernel_case, merged
 from tests.hard_cases.test_rod import answers, kernel_errors, units
 
 BASE = read("rod")["base"]

@@ -1,74 +1,64 @@
 """`make campaign`: hold the promises against random scenes of every kind and write docs/campaign.md.
 
-python -m bench.campaign [SCENES [KIND ...]]
+python -m bench.campaign [--scenes N] [--minutes M] [--limit S] [--processes P] [KIND ...]
+
+Each kind stops at so many scenes or minutes, whichever comes first; the page says how many there were. Its section is
+written again every minute, those of other kinds stay.
 """
 
 from __future__ import annotations
 
-import sys
+import argparse
+import math
+import os
 import time
-from collections.abc import Iterator
 from datetime import UTC, datetime
-from pathlib import Path
 
-from app.designs.registry import KINDS
-from bench.campaign.choices import TOLERANCES, choices
-from bench.campaign.combinations import combinations
-from bench.campaign.honesty import honesty
-from bench.campaign.scenes import DRAWN, scenes
+# Before numpy is there, here and in the processes that inherit this: one process a processor, one thread each.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-PAGE = Path(__file__).parents[2] / "docs" / "campaign.md"
+from bench.campaign.page import PAGE, section, written
+from bench.campaign.scenes import DRAWN
+from bench.campaign.workers import judged
+
 SCENES = 10_000
-_COMBINED = 20
-"""Of each kind's scenes are solved with every combination of effects."""
+LIMIT_S = 300.0
+_WRITTEN_EVERY_S = 60.0
 
 
-def sections(slug: str, count: int) -> Iterator[str]:
-    """The page's part on one kind."""
-    started = time.perf_counter()
-    judged = honesty(scenes(slug, count))
-    chosen = choices(scenes(slug, count))
-    combined = combinations(scenes(slug, min(count, _COMBINED)))
-    yield f"## {KINDS[slug].title}"
-    yield ""
-    yield f"{count:,} scenes, of which {judged.without_answer} have no answer; {time.perf_counter() - started:,.0f} s."
-    yield ""
-    yield "| promise | held | seeds where it was not |"
-    yield "|---|---|---|"
-    total = len(judged.judged)
-    yield _row("the true error is at most the estimate", total, judged.dishonest)
-    yield _row("the accuracy asked for is met", total, judged.missed)
-    yield _row("`auto` stays within its tolerance of all effects", len(chosen.verdicts), chosen.false_skips)
-    broken = tuple(seed for seed, _ in combined.broken)
-    yield _row("every combination of effects has a finite answer, or a reason", combined.run, broken)
-    yield ""
-    yield (
-        f"The estimate is {judged.median_ratio:.3g} times the error in the median. Over the tolerances from "
-        f"{TOLERANCES[0]:g} to {TOLERANCES[-1]:g}, `auto` leaves out {chosen.skipped_share:.0%} of the effects; "
-        f"{chosen.needless_share:.0%} of those it keeps could have been left out as well."
-    )
-    yield ""
+def run(slug: str, count: int, first: int, limit: float, seconds: float, processes: int) -> None:
+    """One kind, its section written as it grows."""
+    started = last = time.perf_counter()
+    parts = []
+    for found in judged(slug, range(first, first + count), limit, seconds, processes):
+        parts += found
+        if time.perf_counter() - last > _WRITTEN_EVERY_S:
+            last = time.perf_counter()
+            _write(slug, parts, last - started, processes)
+    _write(slug, parts, time.perf_counter() - started, processes)
 
 
-def _row(promise: str, total: int, seeds: tuple[int, ...]) -> str:
-    shown = ", ".join(map(str, sorted(set(seeds))[:10])) or "none"
-    return f"| {promise} | {total - len(seeds):,} of {total:,} | {shown} |"
+def _write(slug: str, parts: list, seconds: float, processes: int) -> None:
+    text = section(slug, sorted(parts, key=lambda p: p.seed), f"{datetime.now(UTC):%Y-%m-%d}", seconds, processes)
+    PAGE.write_text(written(PAGE.read_text("utf-8") if PAGE.exists() else "", slug, text), "utf-8")
+    print(text, flush=True)
 
 
-def main(count: int, slugs: list[str]) -> None:
+def main() -> None:
     """Run the campaign and write the page."""
-    lines = [
-        "# The campaign",
-        "",
-        f"Written by `make campaign` on {datetime.now(UTC):%Y-%m-%d}. Scenes are random, each made again by its seed; "
-        "a quarter of them is hard.",
-        "",
-    ]
-    for slug in slugs:
-        lines += sections(slug, count)
-    PAGE.write_text("\n".join(lines), "utf-8")
-    print("\n".join(lines))
+    asked = argparse.ArgumentParser(prog="python -m bench.campaign", description="hold the promises to random scenes")
+    asked.add_argument("--scenes", type=int, default=SCENES, help="of each kind, at most")
+    asked.add_argument("--first", type=int, default=0, help="seed of the first scene")
+    asked.add_argument("--minutes", type=float, default=math.inf, help="for each kind, at most")
+    asked.add_argument("--limit", type=float, default=LIMIT_S, help="seconds for each part of a scene")
+    asked.add_argument("--processes", type=int, default=os.cpu_count() or 1)
+    asked.add_argument("kinds", nargs="*", default=list(DRAWN), metavar="KIND", help=", ".join(DRAWN))
+    given = asked.parse_args()
+    for unknown in set(given.kinds) - DRAWN.keys():
+        asked.error(f"there is no kind {unknown}")
+    for slug in given.kinds:
+        run(slug, given.scenes, given.first, given.limit, 60.0 * given.minutes, given.processes)
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else SCENES, sys.argv[2:] or list(DRAWN))
+    main()

@@ -1,105 +1,113 @@
 """Effects: does leaving out what ``auto`` leaves out stay within the tolerance, and was all that it kept needed?
 
 Every scene is solved with all effects, with those that ``auto`` chooses at each tolerance, and with each of these left
-out in turn. A skip is false when the results that there are differ from those with all effects by more than the
+out in turn. A skip is false when a result that there is with all effects is lost, or differs by more than the
 tolerance; an effect kept is needless when leaving it out as well would have stayed within it and lost no result.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
+from app.designs.kind import Answer
 from bench.campaign.scenes import Results, Scene, greatest_change
+from solvers.effects import AUTO, choose
 
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
-_ACCURACY = 1e-9
-_SLACK = 4e-9
-"""What the numerical errors of two solutions may add."""
+_TIGHTEST = 1e-9
+_SHARE = 1e-3
+_SLACK = 4e-3
+"""Solutions are as exact as this share of the tolerance they are judged by; what two of them may add."""
 
 Chosen = frozenset[str]
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """One scene at one tolerance."""
+    """One scene at one tolerance. ``needless`` is None where that was not asked."""
 
-    seed: int
     tolerance: float
-    skipped: tuple[str, ...]
+    skipped: int
+    kept: int
     change: float
-    kept: tuple[str, ...]
-    needless: tuple[str, ...]
+    needless: tuple[str, ...] | None
 
     @property
     def kept_promise(self) -> bool:
-        return self.change <= self.tolerance + _SLACK
+        return self.change <= self.tolerance * (1.0 + _SLACK)
+
+
+def judge_choice(
+    scene: Scene, tolerances: Iterable[float] = TOLERANCES, needless: bool = True
+) -> tuple[Verdict, ...] | None:
+    """Judge a scene's choice of effects at every tolerance; None where it has no answer with all effects."""
+    everything = scene.solve(effects="all", accuracy=_TIGHTEST)
+    if everything.status != "succeeded":
+        return None
+    solved = _Solved(scene, everything)
+    # From tight to loose: what a tight tolerance was judged by is good enough for a loose one.
+    return tuple(_verdict(solved, tolerance, needless) for tolerance in sorted(tolerances))
 
 
 @dataclass(frozen=True)
-class Choices:
-    """All scenes of a kind at all tolerances."""
+class _Bounded:
+    """An effect whose bound in this scene is known."""
 
-    verdicts: tuple[Verdict, ...]
-    without_answer: int
+    name: str
+    bound: float
+    summary: str = ""
+    measure: str = ""
 
-    @property
-    def false_skips(self) -> tuple[int, ...]:
-        return tuple(v.seed for v in self.verdicts if not v.kept_promise)
-
-    @property
-    def needless_share(self) -> float:
-        kept = sum(len(v.kept) for v in self.verdicts)
-        return sum(len(v.needless) for v in self.verdicts) / kept if kept else 0.0
-
-    @property
-    def skipped_share(self) -> float:
-        skipped = sum(len(v.skipped) for v in self.verdicts)
-        every = skipped + sum(len(v.kept) for v in self.verdicts)
-        return skipped / every if every else 0.0
-
-
-def choices(scenes: Iterable[Scene], tolerances: Iterable[float] = TOLERANCES) -> Choices:
-    """Judge every scene's choice of effects at every tolerance."""
-    verdicts, without = [], 0
-    for scene in scenes:
-        everything = scene.solve(effects="all", accuracy=_ACCURACY)
-        if everything.status != "succeeded":
-            without += 1
-            continue
-        solved = _Solved(scene)
-        exact = scene.results(everything)
-        for tolerance in tolerances:
-            verdicts.append(_verdict(scene, solved, exact, tolerance))
-    return Choices(tuple(verdicts), without)
+    def influence(self, _situation: object) -> float:
+        return self.bound
 
 
 class _Solved:
     """Answers of one scene by the effects that ran: tolerances that choose alike are solved once."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, everything: Answer) -> None:
         self._scene = scene
-        self._names = [effect["name"] for effect in scene.kind.effects()]
-        self._known: dict[Chosen, Results | None] = {}
+        self._bounded = [_Bounded(e["name"], e["influence"]) for e in everything.effects]
+        self.names = frozenset(e.name for e in self._bounded)
+        self.exact = scene.results(everything)
+        self._known: dict[Chosen, Results | None] = {self.names: self.exact}
 
-    def results(self, chosen: Chosen) -> Results | None:
+    def automatic(self, tolerance: float) -> tuple[Chosen, Results | None]:
+        """What ``auto`` keeps, and the results with that; the same choice is not solved twice."""
+        expected = choose(self._bounded, None, AUTO, tolerance)
+        kept = frozenset(e.name for e in expected.active)
+        if kept not in self._known:
+            answer = self._answer("auto", tolerance)
+            kept = frozenset(e["name"] for e in answer.effects if e["state"] == "active")
+            self._known.setdefault(kept, self._results(answer))
+        return kept, self._known[kept]
+
+    def results(self, chosen: Chosen, tolerance: float) -> Results | None:
         if chosen not in self._known:
-            settled = {"include": sorted(chosen), "exclude": sorted(set(self._names) - chosen)}
-            answer = self._scene.solve(effects=settled, accuracy=_ACCURACY)
-            self._known[chosen] = self._scene.results(answer) if answer.status == "succeeded" else None
+            settled = {"include": sorted(chosen), "exclude": sorted(self.names - chosen)}
+            self._known[chosen] = self._results(self._answer(settled, tolerance))
         return self._known[chosen]
 
+    def _answer(self, effects: Any, tolerance: float) -> Answer:
+        accuracy = max(_TIGHTEST, _SHARE * tolerance)
+        return self._scene.solve(effects=effects, effect_tolerance=tolerance, accuracy=accuracy)
 
-def _verdict(scene: Scene, solved: _Solved, exact: Results, tolerance: float) -> Verdict:
-    # The manifest is the same at any accuracy, and a loose one is quickly had.
-    manifest = scene.solve(effects="auto", effect_tolerance=tolerance, accuracy=1e-2).effects
-    kept = frozenset(e["name"] for e in manifest if e["state"] == "active")
-    skipped = tuple(e["name"] for e in manifest if e["state"] == "skipped")
-    found = solved.results(kept)
-    change = float("inf") if found is None else greatest_change(found, {n: x for n, x in exact.items() if n in found})
-    needless = []
-    for name in sorted(kept):
-        without = solved.results(kept - {name})
-        if without is not None and greatest_change(without, exact) <= tolerance:
-            needless.append(name)
-    return Verdict(scene.seed, tolerance, skipped, change, tuple(sorted(kept)), tuple(needless))
+    def _results(self, answer: Answer) -> Results | None:
+        return self._scene.results(answer) if answer.status == "succeeded" else None
+
+
+def _verdict(solved: _Solved, tolerance: float, judge_needless: bool) -> Verdict:
+    kept, found = solved.automatic(tolerance)
+    change = math.inf if found is None else greatest_change(found, solved.exact)
+    needless = None
+    if judge_needless:
+        without = {name: solved.results(kept - {name}, tolerance) for name in sorted(kept)}
+        needless = tuple(n for n, r in without.items() if r is not None and _spared(r, solved.exact, tolerance))
+    return Verdict(tolerance, len(solved.names - kept), len(kept), change, needless)
+
+
+def _spared(without: Results, exact: Results, tolerance: float) -> bool:
+    return greatest_change(without, exact) <= tolerance

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from bench.campaign.scenes import Scene
@@ -12,25 +11,24 @@ from bench.campaign.scenes import Scene
 
 @dataclass(frozen=True)
 class Combinations:
-    """How many combinations ran, and the (seed, effects) of those that gave no or no finite answer."""
+    """How many combinations of a scene's effects ran, and those that gave no or no finite answer."""
 
     run: int
     refused: int
-    broken: tuple[tuple[int, tuple[str, ...]], ...]
+    broken: tuple[tuple[str, ...], ...]
 
 
-def combinations(scenes: Iterable[Scene]) -> Combinations:
-    """Solve every scene with every subset of its effects."""
+def judge_combinations(scene: Scene) -> Combinations:
+    """Solve a scene with every subset of its effects."""
     run, refused, broken = 0, 0, []
-    for scene in scenes:
-        names = [effect["name"] for effect in scene.kind.effects()]
-        for size in range(len(names) + 1):
-            for chosen in itertools.combinations(names, size):
-                settled = {"include": list(chosen), "exclude": [n for n in names if n not in chosen]}
-                answer = scene.solve(effects=settled, accuracy=1e-3)
-                run += 1
-                if answer.status == "refused":
-                    refused += 1
-                elif answer.status != "succeeded" or not all(map(math.isfinite, scene.results(answer).values())):
-                    broken.append((scene.seed, chosen))
+    names = [effect["name"] for effect in scene.kind.effects()]
+    for size in range(len(names) + 1):
+        for chosen in itertools.combinations(names, size):
+            settled = {"include": list(chosen), "exclude": [n for n in names if n not in chosen]}
+            answer = scene.solve(effects=settled, accuracy=1e-3)
+            run += 1
+            if answer.status == "refused":
+                refused += 1
+            elif answer.status != "succeeded" or not all(map(math.isfinite, scene.results(answer).values())):
+                broken.append(chosen)
     return Combinations(run, refused, tuple(broken))

@@ -41,4 +41,18 @@ def request(rng: np.random.Generator) -> dict[str, Any]:
         body["coupler_stiffness_n_m"] = 10 ** rng.uniform(6.0, 9.0)
     if rng.random() < 0.5:
         body["length_tolerance_mm"] = 10 ** rng.uniform(-3.0, -1.0)
+    if rng.random() < 0.5:
+        # A range about the restitution that the mechanism is made for: most of its blows mismatch.
+        half = min(restitution - 1e-4, 0.95 - restitution) * 10 ** rng.uniform(-6.0, 0.0)
+        body["restitution"] = {"low": restitution - half, "high": restitution + half}
     return body
+
+
+def shares(result: dict[str, Any]) -> dict[str, float]:
+    """1 and the elastic peak as a share of the pin force, 1 and the restitution's error: absent, they are below what
+    counts."""
+    peak, force = result.get("coupler_peak_n"), result.get("pin_force_n")
+    return {
+        "1 + coupler_peak/pin_force": 1.0 + (peak / force if peak and force else 0.0),
+        "1 + restitution_error": 1.0 + (result.get("restitution_error") or 0.0),
+    }

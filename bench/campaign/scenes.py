@@ -25,6 +25,9 @@ DRAWN: Mapping[str, Callable[[np.random.Generator], Body]] = {
 }
 """For every kind, how a random check (or analysis) request is made."""
 
+_SHARES: Mapping[str, Callable[[Body], Results]] = {"impact-linkage": impact_linkage.shares}
+"""What results that are only there when they are large enough stand for, where a kind has such."""
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -35,8 +38,12 @@ class Scene:
     body: Body
 
     @property
+    def mode(self) -> Mode:
+        return Mode.CHECK if Mode.CHECK in self.kind.jobs else Mode.ANALYSIS
+
+    @property
     def job(self) -> Job:
-        return self.kind.jobs[Mode.CHECK if Mode.CHECK in self.kind.jobs else Mode.ANALYSIS]
+        return self.kind.jobs[self.mode]
 
     def request(self, **settings: Any) -> Any:
         """The request with some of its common fields set anew."""
@@ -48,14 +55,19 @@ class Scene:
 
     def results(self, answer: Answer) -> Results:
         """The main results that exist, by name."""
-        found = answer.result or {}
-        return {n: found[n] for n in self.kind.main_results if isinstance(found.get(n), (int, float))}
+        found = self.kind.judged_values(answer.result or {}, self.mode)
+        shares = _SHARES.get(self.kind.slug, lambda _: {})(answer.result or {})
+        return {name: value for name, value in found.items() if value is not None} | shares
+
+
+def scene_of(slug: str, seed: int) -> Scene:
+    """The random scene of a kind that belongs to a seed."""
+    return Scene(KINDS[slug], seed, DRAWN[slug](np.random.default_rng(seed)))
 
 
 def scenes(slug: str, count: int, first_seed: int = 0) -> Iterator[Scene]:
     """So many random scenes of a kind, each from a seed of its own."""
-    for seed in range(first_seed, first_seed + count):
-        yield Scene(KINDS[slug], seed, DRAWN[slug](np.random.default_rng(seed)))
+    return (scene_of(slug, seed) for seed in range(first_seed, first_seed + count))
 
 
 def greatest_change(found: Results, exact: Results) -> float:

@@ -11,8 +11,8 @@ from solvers.effects import AUTO, EffectSelection
 from solvers.linkage.check import check
 from solvers.linkage.diagnosis import diagnose
 from solvers.linkage.effects import Situation, choose_for
-from solvers.linkage.family import Family
-from solvers.linkage.kinds import ChangePoint
+from solvers.linkage.family import GREATEST_MARGIN, Family
+from solvers.linkage.kinds import LONGEST, NEAREST, ChangePoint
 from solvers.linkage.problem import LinkageProblem
 from solvers.linkage.result import LinkageCheck, Mechanism
 from solvers.linkage.scene import Scene
@@ -84,7 +84,7 @@ def design(
     value = _value(problem, best.cost)
     bound = min(proven.bound for _, proven in found)
     alternatives = tuple(_alternative(problem, family, proven) for family, proven in found)
-    judged = _warned(outcome.value, best)
+    judged = _warned(outcome.value, family, best)
     result = LinkageDesign(judged, scene, problem.objective.name, value, _active(problem, outcome.value), alternatives)
     certificate = Certificate(METHOD, _value(problem, bound), max(1.0 - bound / best.cost, 0.0), _evidence(found))
     return Outcome(
@@ -118,14 +118,24 @@ def _alternative(problem: LinkageProblem, family: Family, proven: Proven) -> Alt
 
 def _evidence(found: list[tuple[Family, Proven]]) -> dict[str, float | int | str]:
     out: dict[str, float | int | str] = {f"ranges_{family.kind.name}": proven.cells for family, proven in found}
+    out["searched"] = (
+        f"free ratios beyond their least value, relative to it, by {NEAREST:g} (largest rocker: {LONGEST:g} "
+        f"(1 - 1/g^2)) to {GREATEST_MARGIN:g}; farther out links grow without end"
+    )
     out["rests_on"] = "lengths, swing and u31 monotone in the free ratio; width and height sinusoids between corners"
     return out
 
 
-def _warned(value: LinkageCheck, best: Proven) -> LinkageCheck:
-    if best.gap <= GREATEST_GAP:
-        return value
-    return replace(value, warnings=(*value.warnings, f"a better mechanism is excluded only to {best.gap:.1e}"))
+def _warned(value: LinkageCheck, family: Family, best: Proven) -> LinkageCheck:
+    said = []
+    if best.gap > GREATEST_GAP:
+        said.append(f"a better mechanism is excluded only to {best.gap:.1e}")
+    if min(abs(best.q - end) for end in family.range) < _ACTIVE:
+        said.append(
+            "the best mechanism lies at the end of what is searched: beyond it, links grow without end, and a little "
+            "would be gained; a limit on the size would give a mechanism that can be built"
+        )
+    return replace(value, warnings=(*value.warnings, *said)) if said else value
 
 
 def _active(problem: LinkageProblem, value: LinkageCheck) -> tuple[str, ...]:

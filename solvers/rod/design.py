@@ -96,7 +96,7 @@ def design(
             None,
             choice.manifest,
             Accuracy(accuracy, accuracy, {"angles": ANGLES}),
-            certificate=_infeasible(evidence),
+            certificate=_infeasible(evidence, active),
             diagnosis=diagnose(machine, limits, sizes, problem.requirements),
             timing={"solve_s": time.perf_counter() - started},
         )
@@ -273,20 +273,25 @@ def _certificate(
         "angles": proof.angles,
         "rests_on": "ranges of the closed-form beam over boxes of (tau, l); monotone in b, h, l by energy",
     }
-    beyond = sorted(active - _CORE)
-    if beyond:
-        evidence["beyond_the_proof"] = (
-            f"{', '.join(beyond)}: taken as constant factors on every limit, equal to those at the answer"
-        )
+    evidence |= _beyond(active, "equal to those at the answer")
     return Certificate(
         "branch and bound over (ln tau, ln l)", value * math.exp(-objective.sign * gap), math.expm1(gap), evidence
     )
 
 
-def _infeasible(proof: Proof) -> Certificate | None:
+def _beyond(active: frozenset[str], taken: str) -> dict[str, str]:
+    """What the proof does not cover, and how it was reckoned with."""
+    beyond = sorted(active - _CORE)
+    if not beyond:
+        return {}
+    return {"beyond_the_proof": f"{', '.join(beyond)}: taken as constant factors on every limit, {taken}"}
+
+
+def _infeasible(proof: Proof, active: frozenset[str]) -> Certificate | None:
     if math.isfinite(proof.log_bound):
         return None
     evidence = {"boxes": proof.boxes, "rests_on": "every box of (tau, l) violates a requirement"}
+    evidence |= _beyond(active, "equal to those at the last strip looked at")
     return Certificate("branch and bound over (ln tau, ln l)", math.inf, 0.0, evidence)
 
 

@@ -2,41 +2,84 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
+from app.designs.kind import Mode
 from app.designs.registry import KINDS
-from bench.campaign.choices import choices
-from bench.campaign.combinations import combinations
-from bench.campaign.honesty import honesty
-from bench.campaign.scenes import DRAWN, scenes
+from bench.campaign import page, seeds
+from bench.campaign.choices import judge_choice
+from bench.campaign.combinations import judge_combinations
+from bench.campaign.designs import DESIGNED, judge_design
+from bench.campaign.honesty import judge_estimate
+from bench.campaign.scenes import DRAWN, scene_of, scenes
+
+CHOSEN = {"flexible-rod": 3}
+DESIGNS = {"flexible-rod": 2, "impact-linkage": 6, "pin-profile": 8}
+"""Scenes that are judged for their effects (of the other kinds 12), and designs."""
 
 
 def test_every_kind_whose_accuracy_is_a_choice_has_its_scenes():
     assert DRAWN.keys() == {slug for slug, kind in KINDS.items() if kind.main_results}
+    assert DESIGNED.keys() == {slug for slug, kind in KINDS.items() if Mode.DESIGN in kind.jobs}
 
 
 @pytest.mark.parametrize("slug", DRAWN)
 def test_estimates_are_honest_and_accuracies_met(slug):
-    judged = honesty(scenes(slug, 16))
-    assert len(judged.judged) >= 12
-    assert judged.dishonest == ()
-    assert judged.missed == ()
+    judged = {scene.seed: judge_estimate(scene) for scene in scenes(slug, 16)}
+    assert sum(j is not None for j in judged.values()) >= 12
+    assert [seed for seed, j in judged.items() if j and not j.honest] == []
+    assert [seed for seed, j in judged.items() if j and not j.met] == []
 
 
 @pytest.mark.parametrize("slug", DRAWN)
-def test_auto_keeps_its_promise(slug):
-    chosen = choices(scenes(slug, 3, first_seed=500), tolerances=(1e-1, 1e-3, 1e-5))
-    assert len(chosen.verdicts) >= 6
-    assert chosen.false_skips == ()
+def test_auto_keeps_its_promise_and_little_that_is_needless(slug):
+    tolerances = (1e-1, 1e-3, 1e-5)
+    judged = {s.seed: judge_choice(s, tolerances) for s in scenes(slug, CHOSEN.get(slug, 12), first_seed=500)}
+    verdicts = [(seed, v) for seed, found in judged.items() for v in found or ()]
+    assert len(verdicts) >= 6
+    assert [seed for seed, v in verdicts if not v.kept_promise] == []
+    assert sum(len(v.needless) for _, v in verdicts) <= 0.2 * sum(v.kept for _, v in verdicts)
 
 
 @pytest.mark.parametrize("slug", DRAWN)
 def test_every_combination_of_effects_runs(slug):
-    tried = combinations(scenes(slug, 1, first_seed=900))
+    tried = judge_combinations(scene_of(slug, 900))
     assert tried.run == 2 ** len(KINDS[slug].effects())
     assert tried.broken == ()
 
 
+@pytest.mark.parametrize("slug", DESIGNED)
+def test_certificates_do_not_lie(slug):
+    judged = {seed: judge_design(slug, seed) for seed in range(DESIGNS[slug])}
+    found = {seed: d for seed, d in judged.items() if d and not d.infeasible}
+    assert len(found) >= 2
+    assert [seed for seed, d in found.items() if not (d.admissible and d.bounded and d.honest)] == []
+    assert min(d.closest for d in found.values()) < 1e-2
+    assert [seed for seed, d in judged.items() if d and d.infeasible and d.found] == []
+
+
 def test_a_table_that_jumps_makes_the_strip_ring():
     """A scene that the campaign found: pressures a tenth of a degree apart, the strip stiff otherwise."""
-    assert choices(scenes("flexible-rod", 1, first_seed=28), tolerances=(1e-1,)).false_skips == ()
+    assert all(v.kept_promise for v in judge_choice(scene_of("flexible-rod", 28), (1e-1,), needless=False))
+
+
+def test_a_scene_that_takes_too_long_is_named(monkeypatch):
+    monkeypatch.setattr(seeds, "judge_estimate", lambda _: time.sleep(60.0))
+    monkeypatch.setattr(seeds, "judge_choice", lambda _, needless: 1 / 0)
+    late, broken = seeds.judge_seed("pin-profile", 1, 0.05)
+    assert (late.seed, late.name, late.trouble) == (1, "estimate", "took more than 0.05 s")
+    assert broken.trouble == "ZeroDivisionError: division by zero"
+    text = page.section("pin-profile", [late, broken], "2026-01-01", 1.0, 2)
+    assert "Not judged, estimate: took more than 0.05 s (1: 1)." in text
+
+
+def test_a_kind_writes_its_own_section_and_leaves_the_others():
+    both = page.written(
+        page.written("", "flexible-rod", "## Flexible rod\n\nfirst\n"), "pin-profile", "## Piston pin\n\nx\n"
+    )
+    again = page.written(both, "flexible-rod", "## Flexible rod\n\nsecond\n")
+    assert "second" in again and "first" not in again
+    assert "## Piston pin\n\nx\n" in again
+    assert page.written(again, "flexible-rod", "## Flexible rod\n\nsecond\n") == again

@@ -12,7 +12,7 @@ from solvers.pin.bushing.dual import weigh
 from solvers.pin.bushing.program import BushingProgram
 from solvers.pin.bushing.section import least_gaps
 from solvers.pin.pointwise import Lumped
-from solvers.pin.stations import NODES, Stations
+from solvers.pin.stations import NODES
 from solvers.pin.steps.bar import Law, Sums, Walls, kinks
 
 Array = NDArray[np.float64]
@@ -35,7 +35,7 @@ class Half:
             return 0.5 * (values[:middle] + values[middle:][::-1])
 
         return replace(
-            p, stations=Stations(p.stations.left[:panels], p.stations.right[:panels]), anchor=middle,
+            p, stations=p.stations.first(panels), anchor=middle,
             lower=np.maximum(p.lower[:middle], p.lower[middle:][::-1]), bending=mean(p.bending), shear=mean(p.shear),
         )  # fmt: skip
 

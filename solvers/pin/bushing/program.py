@@ -103,7 +103,7 @@ def opening_stations(scene: BushingScene, further: tuple[float, ...] = ()) -> St
     length, r = scene.geometry.length, scene.reference
     places = {*breakpoints(scene.cases, length), r.left, r.right, *further}
     edges = panel_edges(places, length, scene.symmetric)
-    return first_stations(edges, length * (0.5 if scene.symmetric else 1.0))
+    return first_stations(edges, length * (0.5 if scene.symmetric else 1.0), dict(scene.geometry.places))
 
 
 def gap_floor(scene: BushingScene, limits: Limits) -> float:
@@ -123,14 +123,14 @@ def assemble(
 ) -> BushingProgram:
     """The program at these stations."""
     g, m = scene.geometry, scene.material
-    wanted = pulls_at(scene, criterion, stations.x, stations.side)
+    wanted = pulls_at(scene, criterion, stations.x, stations.side, stations.rest)
     floor = gap_floor(scene, limits)
     gap = np.full(stations.x.size, floor)
     for pull in wanted:
         gap = np.maximum(gap, least_gap(pull, g.bore))
     unit = g.bore or float(gap.max()) or g.length
-    forces = forces_at(scene.cases[0], stations.x, stations.side)
-    unit_moment, unit_shear = scene.reference.unit_load(stations.x)
+    forces = forces_at(scene.cases[0], stations.x, stations.side, stations.rest)
+    unit_moment, unit_shear = scene.reference.unit_load(stations.x, stations.rest)
     inside = (stations.side >= scene.reference.left) & (stations.side < scene.reference.right)
     bent = forces.moment[0] * unit_moment * 64.0 / (m.elastic_modulus * math.pi * unit**4)
     sheared = forces.shear[0] * unit_shear * 4.0 / (m.shear_modulus * math.pi * unit**2)

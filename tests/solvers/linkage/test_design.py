@@ -264,3 +264,15 @@ def test_a_low_box_about_a_long_base_is_proven_too():
     outcome = designed(scene, limits, "blow_frequency")
     assert outcome.value is not None
     assert outcome.certificate.gap <= 1.1e-6
+
+
+def test_a_certificate_says_how_far_was_searched_and_a_design_when_it_lies_there():
+    """Without a limit on the size the least pin force is that of a base without end."""
+    blow = linkage.Scene(linkage.Restitution(0.0739, 0.0739), 5.83, 1.2237, 0.375)
+    problem = linkage.LinkageProblem(blow, linkage.Limits(), linkage.OBJECTIVES["pin_force"], (linkage.LARGEST_ROCKER,))
+    found = linkage.design(problem)
+    assert "grow without end" in found.certificate.evidence["searched"]
+    assert any("end of what is searched" in said for said in found.value.check.warnings)
+    longest = found.value.check.mechanism.crank * found.value.check.mechanism.bar.longest
+    within = replace(problem, limits=linkage.Limits(longest_link=0.1 * longest))
+    assert not any("end of what is searched" in said for said in linkage.design(within).value.check.warnings)

@@ -43,6 +43,7 @@ def forces(moment=0.0, shear=0.0, axial=0.0, torque=0.0):
     "loads",
     [
         {"moment": 123.75}, {"shear": 7500.0}, {"axial": 1e4}, {"torque": 50.0}, {"moment": 1e-12, "shear": 1e-9},
+        {"moment": 123.75, "shear": 1e-12},
         {"moment": 120.0, "shear": 3e3, "axial": 2e3, "torque": 30.0},
     ],
     ids=lambda loads: "-".join(loads),

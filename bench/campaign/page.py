@@ -1,0 +1,133 @@
+"""docs/campaign.md: one section a kind, each with the day and the number of scenes of its own run."""
+
+from __future__ import annotations
+
+import math
+import re
+import statistics
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+from app.designs.registry import KINDS
+from bench.campaign.choices import TOLERANCES
+from bench.campaign.designs import Design
+from bench.campaign.scenes import DRAWN
+from bench.campaign.seeds import CHOICE, COMBINATIONS, DESIGN, ESTIMATE, NEEDLESS_EVERY, Part
+
+PAGE = Path(__file__).parents[2] / "docs" / "campaign.md"
+_SHOWN = 10
+
+_HEAD = """# The campaign
+
+Written by `make campaign`. Scenes are random, each made again by its seed; a quarter of them is hard. Every scene is
+solved at an accuracy drawn for it and judged by a solution to 1e-12; with all effects and with those that `auto` keeps
+at six tolerances. A scene that takes too long is counted and named, not lost.
+"""
+_TAIL = """## Crank masses
+
+Not part of the campaign: their formulas are closed, nothing in them is a choice of accuracy or of effects. They are
+held to arithmetic with 50 digits by the hard cases, and their uncertainties to sampling by the tests.
+"""
+
+
+def section(slug: str, parts: Sequence[Part], day: str, seconds: float, processes: int) -> str:
+    """A kind's part of the page."""
+    of = {name: [p for p in parts if p.name == name] for name in (ESTIMATE, CHOICE, COMBINATIONS, DESIGN)}
+    lines = [f"## {KINDS[slug].title}", "", _extent(of[ESTIMATE], day, seconds, processes), ""]
+    lines += ["| promise | held | seeds where it was not |", "|---|---|---|", *_promises(of), ""]
+    lines += [_shares(slug, of), ""]
+    lines += _troubles(parts)
+    return "\n".join(lines)
+
+
+def _extent(parts: Sequence[Part], day: str, seconds: float, processes: int) -> str:
+    unanswered = sum(p.verdict is None and not p.trouble for p in parts)
+    took = f"{seconds:,.0f} s on {processes} processes"
+    return f"{day}: {len(parts):,} scenes, of which {unanswered} have no answer; {took}."
+
+
+def _promises(of: dict[str, list[Part]]) -> Iterator[str]:
+    estimates = _judged(of[ESTIMATE])
+    yield _row("the true error is at most the estimate", len(estimates), (s for s, j in estimates if not j.honest))
+    yield _row("the accuracy asked for is met", len(estimates), (s for s, j in estimates if not j.met))
+    verdicts = [(seed, v) for seed, found in _judged(of[CHOICE]) for v in found]
+    false = (seed for seed, v in verdicts if not v.kept_promise)
+    yield _row("`auto` stays within its tolerance of all effects", len(verdicts), false)
+    combined = _judged(of[COMBINATIONS])
+    broken = (seed for seed, c in combined for _ in c.broken)
+    run = sum(c.run for _, c in combined)
+    yield _row("every combination of effects has a finite answer, or a reason", run, broken)
+    designs = _judged(of[DESIGN])
+    if designs:
+        yield from _of_designs(designs)
+
+
+def _of_designs(designs: list[tuple[int, Design]]) -> Iterator[str]:
+    found, none = [(s, d) for s, d in designs if not d.infeasible], [(s, d) for s, d in designs if d.infeasible]
+    yield _row("a design keeps its limits, checked anew", len(found), (s for s, d in found if not d.admissible))
+    honest = "a design is as near to one a thousand times tighter as it estimates"
+    yield _row(honest, len(found), (s for s, d in found if not d.honest))
+    for proven, which in ((True, ""), (False, " that names effects beyond its proof")):
+        own = [(s, d) for s, d in found if d.proven is proven]
+        rivals = sum(d.rivals for _, d in own)
+        if own:
+            promise = f"none of {rivals:,} rivals, nor the tighter design, is better than a certificate's bound{which}"
+            yield _row(promise, len(own), (s for s, d in own if not d.bounded))
+        own = [(s, d) for s, d in none if d.proven is proven]
+        if own:
+            promise = f"where there is said to be no design, by a certificate{which}, no rival keeps the limits"
+            yield _row(promise, len(own), (s for s, d in own if d.found))
+
+
+def _judged(parts: Iterable[Part]) -> list[tuple[int, object]]:
+    return [(p.seed, p.verdict) for p in parts if p.verdict is not None]
+
+
+def _row(promise: str, total: int, seeds: Iterable[int]) -> str:
+    broken = list(seeds)
+    names = sorted(set(broken))
+    shown = ", ".join(map(str, names[:_SHOWN])) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
+    return f"| {promise} | {total - len(broken):,} of {total:,} | {shown or 'none'} |"
+
+
+def _shares(slug: str, of: dict[str, list[Part]]) -> str:
+    said = []
+    estimates = [j for _, j in _judged(of[ESTIMATE])]
+    if estimates:
+        said.append(
+            f"The estimate is {statistics.median(j.ratio for j in estimates):.3g} times the error in the median."
+        )
+    verdicts = [v for _, found in _judged(of[CHOICE]) for v in found]
+    skipped, kept = sum(v.skipped for v in verdicts), sum(v.kept for v in verdicts)
+    asked = [v for v in verdicts if v.needless is not None]
+    needless, of_kept = sum(len(v.needless) for v in asked), sum(v.kept for v in asked)
+    if of_kept:
+        every = NEEDLESS_EVERY.get(slug, 1)
+        where = f" (in every {every}th scene)" if every > 1 else ""
+        said.append(
+            f"Over the tolerances from {TOLERANCES[0]:g} to {TOLERANCES[-1]:g}, `auto` leaves out "
+            f"{skipped / (skipped + kept):.0%} of the effects; {needless / of_kept:.1%} of those it keeps could have "
+            f"been left out as well{where}."
+        )
+    closest = [d.closest for _, d in _judged(of[DESIGN]) if math.isfinite(d.closest)]
+    if closest:
+        said.append(
+            f"The best rival of a design is {statistics.median(closest):.1g} worse than it in the median, relative."
+        )
+    return " ".join(said)
+
+
+def _troubles(parts: Sequence[Part]) -> Iterator[str]:
+    bad = sorted((p.trouble, p.name, p.seed) for p in parts if p.trouble)
+    for trouble, name in sorted({(t, n) for t, n, _ in bad}):
+        seeds = [seed for t, n, seed in bad if (t, n) == (trouble, name)]
+        yield f"Not judged, {name}: {trouble} ({len(seeds)}: {', '.join(map(str, seeds[:_SHOWN]))})."
+        yield ""
+
+
+def written(page: str, slug: str, text: str) -> str:
+    """The page with a kind's section set anew, those of the other kinds as they were."""
+    known = {title: body for title, body in re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL)}
+    sections = {name: f"## {name}\n{body}" for name, body in known.items()} | {KINDS[slug].title: text}
+    kinds = [sections[KINDS[s].title].rstrip() + "\n" for s in DRAWN if KINDS[s].title in sections]
+    return "\n".join([_HEAD, *kinds, _TAIL])

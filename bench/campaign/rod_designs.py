@@ -1,0 +1,114 @@
+"""Random design problems of the flexible rod, and strips that compete with the answer.
+
+The limits are a random strip's own results with room to spare, or, in one of six, more than that strip can give.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from app.designs.flexible_rod.kind import FLEXIBLE_ROD
+from app.designs.kind import Answer, Mode
+from bench.campaign import flexible_rod
+from bench.campaign.rivalry import Body, Rivalry, excess
+
+_RIVALS = 20
+_SIZES = ("b_mm", "h_mm", "l_mm")
+_READ = {
+    "mass": "mass_g",
+    "friction_power": "friction_power_w",
+    "contact_pressure": "contact_pressure_max_mpa",
+    "side_force": "side_force_max_n",
+    "fatigue_safety": "fatigue_safety",
+    "stability_safety": "stability_safety",
+}
+_LEAST = {
+    "fatigue_safety": "min_fatigue_safety",
+    "stability_safety": "min_stability_safety",
+    "yield_safety": "min_yield_safety",
+}
+_GREATEST = {"contact_pressure_max_mpa": "max_contact_pressure_mpa", "friction_power_w": "max_friction_power_w"}
+
+
+@dataclass(frozen=True)
+class RodProblem:
+    """A design request, and the machine that its checks share."""
+
+    body: Body
+    machine: Body
+
+    @property
+    def sign(self) -> int:
+        return -1 if self.body["objective"].endswith("safety") else 1
+
+    def objective(self, result: Body) -> float | None:
+        return result[_READ[self.body["objective"]]]
+
+    def given(self, answer: Answer) -> Body:
+        return {**self.machine, "dimensions": answer.result["dimensions"]}
+
+    def rivals(self, rng: np.random.Generator, answer: Answer) -> Rivalry:
+        """Strips anywhere within the bounds, and about the answer ever more closely."""
+        low, high = np.log(np.array([self.body["bounds"][name] for name in _SIZES]).T)
+        found = None if answer.status != "succeeded" else answer.result["dimensions"]
+        for turn in range(_RIVALS):
+            sizes = rng.uniform(low, high)
+            if found is not None and turn % 2:
+                near = np.log([found[name] for name in _SIZES])
+                sizes = np.clip(near + 10 ** rng.uniform(-4.0, -0.5) * rng.standard_normal(3), low, high)
+            dimensions = dict(zip(_SIZES, np.exp(sizes).tolist(), strict=True))
+            stock = self.body.get("stock_h_mm")
+            if stock:
+                dimensions["h_mm"] = min(stock, key=lambda h: abs(h - dimensions["h_mm"]))
+            # Logarithms and back may pass a bound by a rounding.
+            for name in _SIZES:
+                dimensions[name] = min(
+                    max(dimensions[name], self.body["bounds"][name][0]), self.body["bounds"][name][1]
+                )
+            yield {**self.machine, "dimensions": dimensions}
+
+    def broken(self, result: Body) -> float:
+        asked = self.body["requirements"]
+        if result["fatigue_safety"] is None and result["stability_safety"] is None:
+            return math.inf
+        found = [excess(asked.get(limit), result[name]) for name, limit in _LEAST.items() if result[name] is not None]
+        found += [excess(result[name], asked.get(limit)) for name, limit in _GREATEST.items()]
+        if result["stability_safety"] is not None and result["stability_safety"] <= 1.0:
+            found.append(math.inf)
+        return max(found, default=0.0)
+
+
+def problem(rng: np.random.Generator) -> RodProblem:
+    """A problem about a random strip in its machine, drawn anew until that strip bears its load."""
+    job = FLEXIBLE_ROD.jobs[Mode.CHECK]
+    while True:
+        machine: dict[str, Any] = flexible_rod.request(rng)
+        own = job.run(job.request.model_validate_json(json.dumps({**machine, "accuracy": 1e-4})))
+        if own.status == "succeeded" and own.result["fatigue_safety"] and own.result["stability_safety"]:
+            break
+    strip, length = machine.pop("dimensions"), machine["mechanism"]["rod_length_mm"]
+    reach = {"b_mm": (0.5, 1.8), "h_mm": (0.4, 2.5), "l_mm": (0.4, 1.9)}
+    bounds = {
+        n: [strip[n] * rng.uniform(low, 1.0), strip[n] * rng.uniform(1.0, high)] for n, (low, high) in reach.items()
+    }
+    bounds["l_mm"][1] = min(bounds["l_mm"][1], length)
+    asks = 3.0 if rng.random() < 1 / 6 else 1.0
+    requirements = {
+        "min_fatigue_safety": own.result["fatigue_safety"] * rng.uniform(0.6, 0.97) * asks,
+        "min_stability_safety": max(own.result["stability_safety"] * rng.uniform(0.6, 0.97), 1.01),
+    }
+    for name, limit in _GREATEST.items():
+        if rng.random() < 0.3 and own.result[name]:
+            requirements[limit] = own.result[name] / rng.uniform(0.6, 0.97)
+    if rng.random() < 0.3 and own.result["yield_safety"]:
+        requirements["min_yield_safety"] = own.result["yield_safety"] * rng.uniform(0.6, 0.97)
+    objectives = [n for n in _READ if machine["piston"]["friction_coefficient"] > 0 or n != "friction_power"]
+    body = {**machine, "requirements": requirements, "bounds": bounds, "objective": str(rng.choice(objectives))}
+    if rng.random() < 0.2:
+        body["stock_h_mm"] = sorted(rng.uniform(*bounds["h_mm"], 6).tolist())
+    return RodProblem(body, machine)

@@ -1,0 +1,51 @@
+"""Seeds over all processors, in order, until they or the time run out."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import time
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from itertools import islice
+
+from bench.campaign.seeds import Part, judge_seed
+
+_IN_HAND = 3
+"""Batches given to each process ahead of its work; those are still judged when the time is over."""
+
+
+def _judge(slug: str, seeds: list[int], limit: float) -> list[Part]:
+    return [part for seed in seeds for part in judge_seed(slug, seed, limit)]
+
+
+def _batches(seeds: Iterable[int], size: int) -> Iterator[list[int]]:
+    remaining = iter(seeds)
+    while batch := list(islice(remaining, size)):
+        yield batch
+
+
+def judged(
+    slug: str,
+    seeds: Iterable[int],
+    limit: float,
+    seconds: float,
+    processes: int | None = None,
+    batch: int = 4,
+    clock: Callable[[], float] = time.perf_counter,
+) -> Iterator[list[Part]]:
+    """The seeds' parts, batch by batch as they are finished. Seeds are begun in order, so that those begun are the
+    first ones; none is begun after so many ``seconds``."""
+    processes = processes or os.cpu_count() or 1
+    ended, waiting = clock() + seconds, _batches(seeds, batch)
+    with ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn")) as pool:
+        running: set[Future[list[Part]]] = set()
+        while True:
+            room = _IN_HAND * processes - len(running)
+            if clock() < ended:
+                running |= {pool.submit(_judge, slug, seeds, limit) for seeds in islice(waiting, room)}
+            if not running:
+                return
+            done, running = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield future.result()

@@ -135,7 +135,7 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
     from app.designs.kind import Mode
     from app.designs.registry import KINDS, job_of, modes_of
     from app.errors import Problem
-    from app.printing import print_run
+    from app.printing import print_run, shown_progress
     from app.store.migrate import upgrade
     from app.store.repository import RunStore
     from app.submission import REFUSED, resolved
@@ -157,7 +157,8 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
         except Problem as problem:
             _refuse(problem.body)
         run = runs.queued(slug, mode, request)
-        answer = job.run(request)
+        with shown_progress() as report:
+            answer = job.solve(request, report)
         if answer.status == REFUSED:
             _refuse(answer.problem)
         run = runs.answered(run, answer, started)

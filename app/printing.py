@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn
+from rich.progress import Progress as Live
 from rich.table import Table
 
+from app.designs.progress import Progress, Report
 from app.designs.schema import LARGEST_INFLUENCE
 
 Row = tuple[str, str]
@@ -57,7 +61,9 @@ def _repairs(value: list[dict[str, Any]]) -> Iterator[Row]:
 
 def _levels(value: list[dict[str, Any]]) -> Iterator[Row]:
     for level in value:
-        error = "failed" if level["error"] is None else f"error {level['error']:.1e}"
+        error = "failed" if level["error"] is None else f"error {'≤ ' if level['at_most'] else ''}{level['error']:.1e}"
+        if level["proven_gap"] is not None:
+            error += f", proven to {level['proven_gap']:.1e}"
         yield (
             f"accuracy {level['accuracy']:g}",
             f"{error}, {level['time_median_s'] * 1e3:.1f} ms ({level['runs']} runs)",
@@ -78,6 +84,13 @@ def _recommended(value: dict[str, Any] | None) -> Iterator[Row]:
     yield "cheapest that will do", "none" if value is None else f"accuracy {value['accuracy']:g}"
 
 
+def _certified(value: dict[str, Any] | None) -> Iterator[Row]:
+    if value is not None:
+        settings = ", ".join(f"{name} {_figure(inner)}" for name, inner in value["settings"].items())
+        told = f"accuracy {value['accuracy']:g}, proven to {value['proven_gap']:.1e}"
+        yield "cheapest proof that will do, or the closest", f"{told} ({settings})" if settings else told
+
+
 _SHOWN: dict[str, Callable[[Any], Iterator[Row]]] = {
     "dimensions": _dimensions,
     "active_constraints": _active,
@@ -87,6 +100,7 @@ _SHOWN: dict[str, Callable[[Any], Iterator[Row]]] = {
     "repairs": _repairs,
     "levels": _levels,
     "recommended": _recommended,
+    "certified": _certified,
     "effect_costs": _effect_costs,
 }
 """Parts of results that have a sentence of their own."""
@@ -108,6 +122,28 @@ def _rows(result: dict[str, Any]) -> Iterator[Row]:
 
 def _bound(influence: float) -> str:
     return "unbounded" if influence >= LARGEST_INFLUENCE else f"bound {influence:.2g}"
+
+
+@contextmanager
+def shown_progress(console: Console | None = None) -> Iterator[Report]:
+    """A line on the terminal that says how far a long solve is, gone when it ends; nothing where there is none."""
+    console = console or Console(stderr=True)
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
+    line, tasks = Live(*columns, console=console, transient=True), list[TaskID]()
+
+    def report(progress: Progress) -> None:
+        if not console.is_terminal:
+            return
+        if not tasks:
+            line.start()
+            tasks.append(line.add_task(""))
+        line.update(tasks[0], description=progress.doing, completed=progress.done, total=progress.of)
+
+    try:
+        yield report
+    finally:
+        if tasks:
+            line.stop()
 
 
 def print_run(run: dict[str, Any]) -> None:

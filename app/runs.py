@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 import time
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 from pydantic import BaseModel
 
 from app.designs.kind import Answer, Mode
+from app.designs.progress import Progress
 from app.designs.schema import finite
 from app.store.hashing import canonical_json, spec_hash
-from app.store.record import RunRecord, RunStatus, RunSummary, new_run_id, utc_now
+from app.store.record import OPEN_STATUSES, RunRecord, RunStatus, RunSummary, new_run_id, utc_now
 from app.version import NAME, VERSION
 
 
@@ -79,9 +80,11 @@ def repeated(run: RunRecord, earlier: RunRecord, started: float) -> RunRecord:
     )
 
 
-def run_json(run: RunRecord) -> bytes:
-    """The run as the HTTP contract shows it; its stored parts go in byte for byte."""
+def run_json(run: RunRecord, progress: Progress | None = None) -> bytes:
+    """The run as the HTTP contract shows it; its stored parts go in byte for byte. ``progress`` is that of an open run,
+    as far as it is known."""
     head = summary(run)
+    head["progress"] = asdict(progress) if progress is not None and run.status in OPEN_STATUSES else None
     parts = {
         "spec": run.spec,
         "result": run.result,

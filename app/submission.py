@@ -6,11 +6,13 @@ import asyncio
 import json
 import time
 from dataclasses import dataclass, field
+from functools import partial
 
 from pydantic import BaseModel
 
 from app import runs
 from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.progress import Progress
 from app.designs.references import UnfitRun, references, replaced
 from app.designs.registry import job_of
 from app.designs.schema import entry
@@ -55,6 +57,8 @@ class Service:
     executor: Executor
     solve_budget_s: float
     background: set[asyncio.Task[None]] = field(default_factory=set)
+    progress: dict[str, Progress] = field(default_factory=dict)
+    """How far the long solves under way are, by the id of the run."""
 
     async def answer(self, kind: Kind, mode: Mode, request: BaseModel) -> RunRecord:
         """The run for a request, answered but not stored yet. Raises Problem if the solver refuses the request."""
@@ -87,7 +91,18 @@ class Service:
         if job.inline:
             return job.run(request)
         budget = self.solve_budget_s + job.extra_s(request)
-        return await self.executor.run(run.kind, run.mode, request.model_dump_json().encode(), budget)
+        payload = request.model_dump_json().encode()
+        try:
+            return await self.executor.run(run.kind, run.mode, payload, budget, partial(self._told, run.id))
+        finally:
+            self.progress.pop(run.id, None)
+
+    def _told(self, run_id: str, progress: Progress) -> None:
+        self.progress[run_id] = progress
+
+    async def shown(self, run_id: str) -> bytes:
+        """A run as JSON, with its progress while it is open. Raises UnknownRun."""
+        return runs.run_json(await self.store.get(run_id), self.progress.get(run_id))
 
     async def submit(
         self, kind: Kind, mode: Mode, request: BaseModel, key: str | None, request_hash: str

@@ -252,7 +252,8 @@ class _Judge:
     @property
     def accuracy(self) -> float:
         """What the reference may be off, relative, in the result of which it knows least."""
-        return max((exact.accuracy for exact in (*self.independent.values(), *self.own.values())), default=_EPS)
+        every = (*self.independent.values(), *self.own.values())
+        return max((exact.accuracy for exact in every if exact.value is not None), default=_EPS)
 
     def judges(self, accuracy: float) -> bool:
         return bool(self.independent) or self._is_looser(accuracy)
@@ -266,7 +267,10 @@ class _Judge:
         if solved is not None:
             measured = relative_errors(solved.results, {name: e.value for name, e in exact.items()})
             # No reference tells an error below what it may be off itself.
-            errors = {name: max(off, exact[name].accuracy) for name, off in measured.items()}
+            errors = {
+                name: off if exact[name].value is None else max(off, exact[name].accuracy)
+                for name, off in measured.items()
+            }
             told = max((off for name, off in measured.items() if off > exact[name].accuracy), default=0.0)
         error = None if solved is None else max(errors.values(), default=0.0)
         if error is not None and not math.isfinite(error):
@@ -301,14 +305,14 @@ def _judge(
             found = known.results(Watch(plan.reference_time, clock))
             told = known.made
         except OutOfTime:
-            told = f"no independent one in {plan.reference_time:.3g} s ({known.made})"
+            told = f"one {known.made} was given up after {plan.reference_time:.3g} s"
     doubt = max(tightest, solution.estimated)
     own = {name: Exact(value, doubt) for name, value in solution.results.items() if name not in found}
     itself = f"the same case solved to {tightest:g}"
     if doubt > tightest:
         itself += f", its own estimate {doubt:.1g}"
-    if not own:
-        return _Judge(told, found, {}, tightest)
+    if all(exact.value is None for exact in own.values()) and found:
+        return _Judge(told, found, own, tightest)
     if found:
-        itself = f"{', '.join(own)}: {itself}"
+        itself = f"{', '.join(name for name, exact in own.items() if exact.value is not None)}: {itself}"
     return _Judge(f"{told}; {itself}" if told else itself, found, own, tightest)

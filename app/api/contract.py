@@ -80,6 +80,14 @@ class RunPage(_Shown):
     next_cursor: str | None
 
 
+class RunProgress(_Shown):
+    """How far a run is."""
+
+    done: int = Field(description="solutions that are there")
+    of: int = Field(description="at most; a time budget may end the run before")
+    doing: str
+
+
 class Run(RunLine):
     """A run: what was asked for, what came out, which effects were computed, how accurate it is and what it took."""
 
@@ -89,6 +97,7 @@ class Run(RunLine):
     effects: list[EffectResult]
     accuracy: AccuracyResult | None
     timing: dict[str, float]
+    progress: RunProgress | None = Field(description="of a run under way, where it is a long one")
 
 
 @cache

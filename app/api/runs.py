@@ -49,9 +49,9 @@ async def list_runs(
 
 @router.get("/{run_id}", summary="One run", responses=_MISSING)
 async def one_run(request: Request, run_id: str) -> Response:
-    """The run, whatever became of it."""
+    """The run, whatever became of it; ``progress`` while it runs, where it is a long one."""
     service: Service = request.app.state.service
-    return Response(runs.run_json(await service.store.get(run_id)), media_type="application/json")
+    return Response(await service.shown(run_id), media_type="application/json")
 
 
 @router.get(

@@ -9,13 +9,26 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.progress import Progress, Report, to_nobody
 from app.designs.schema import EffectChoice, Entry, Strict, one_of
-from solvers.accuracy import Goal, Level, Meeting, Plan, Solved, Study, Within, study
+from solvers.accuracy import (
+    Goal,
+    Level,
+    Meeting,
+    Plan,
+    Reference,
+    Solved,
+    Study,
+    Within,
+    closest_proof,
+    study,
+)
+from solvers.effect_costs import RUNS as EFFECT_RUNS
 from solvers.effect_costs import Chosen, EffectCost, effect_costs
 
 GREATEST_BUDGET_S = 60.0
-_SHARE_OF_LEVELS = 0.6
-"""Of the study's time; the rest goes to its effects."""
+_OF_REFERENCE, _OF_LEVELS, _OF_EFFECTS = 0.4, 0.4, 0.2
+"""Shares of the study's time."""
 
 
 def _either(schema: dict[str, Any]) -> None:
@@ -37,10 +50,11 @@ class StudyRequest(Strict):
         description="what one solution may take; null: the spec's accuracy decides what is recommended",
     )
     study_budget_s: float = Field(
-        default=5.0,
+        default=10.0,
         ge=0.1,
         le=GREATEST_BUDGET_S,
-        description="no further solution begins after it; rungs that it does not reach are left out",
+        description="time of the independent reference and of the runs, the tightest solution not counted; an "
+        "independent reference that takes too long is given up, rungs that the time does not reach are left out",
     )
 
     def goal(self) -> Goal:
@@ -61,7 +75,9 @@ class LevelResult(Strict):
     accuracy: float
     settings: dict[str, float | int | str]
     error: float | None = Field(description="greatest relative error over the main results; null: the level failed")
-    errors: dict[str, float]
+    errors: dict[str, float] = Field(description="never less than the reference may be off itself")
+    at_most: bool = Field(description="true: lost in what the reference may be off, which is shown instead")
+    proven_gap: float | None = Field(description="how far a proof leaves the best design there may be; null: no proof")
     time_min_s: float
     time_median_s: float
     runs: int
@@ -84,8 +100,13 @@ class StudyResult(Strict):
 
     levels: list[LevelResult]
     reference: str = Field(description="how the reference was made")
+    reference_accuracy: float = Field(description="what it may be off, relative, in the result of which it knows least")
     recommended: LevelResult | None = Field(
         description="the cheapest level that meets the spec's accuracy, or the best within the time"
+    )
+    certified: LevelResult | None = Field(
+        description="the cheapest level whose design is proven to be the best to the spec's accuracy, or else the one "
+        "with the closest proof; null: nothing is proven"
     )
     effect_costs: list[EffectCostResult]
 
@@ -110,13 +131,22 @@ def study_job(kind: Kind) -> Job:
         spec=(_spec(specs), Field(description=f"{asked_for} of this kind")),
     )
 
-    def run(asked: Any) -> Answer:
+    def in_steps(asked: Any, report: Report) -> Answer:
         mode = next(Mode(name) for name, model in specs.items() if isinstance(asked.spec, model))
-        return _run(kind, mode, asked)
+        return _run(kind, mode, asked, report)
+
+    def run(asked: Any) -> Answer:
+        return in_steps(asked, to_nobody)
 
     infeasible = next((job.infeasible for job in kind.jobs.values() if job.infeasible), None)
     return Job(
-        request, StudyResult, run, extra_s=lambda asked: asked.study_budget_s, repeatable=False, infeasible=infeasible
+        request,
+        StudyResult,
+        run,
+        extra_s=lambda asked: asked.study_budget_s,
+        repeatable=False,
+        infeasible=infeasible,
+        in_steps=in_steps,
     )
 
 
@@ -136,29 +166,70 @@ def _spec(specs: dict[str, type[BaseModel]]) -> Any:
     return one_of(choose, specs, "a request of this kind")
 
 
-def _run(kind: Kind, mode: Mode, asked: Any) -> Answer:
+class _Count:
+    """Counts solutions and reports them."""
+
+    def __init__(self, of: int, report: Report) -> None:
+        self._done, self._of, self._report, self._doing = 0, of, report, ""
+
+    def begin(self, doing: str) -> None:
+        self._doing = doing
+        self._tell()
+
+    def one(self) -> None:
+        self._done += 1
+        self._tell()
+
+    def _tell(self) -> None:
+        self._report(Progress(self._done, max(self._of, self._done), self._doing))
+
+
+def _run(kind: Kind, mode: Mode, asked: Any, report: Report) -> Answer:
     """Solve the case at every accuracy of the ladder, then with every effect turned about."""
-    job, last = kind.jobs[mode], dict[str, Answer]()
+    job, budget, last = kind.jobs[mode], asked.study_budget_s, dict[str, Answer]()
+    plan = Plan(time=_OF_LEVELS * budget, reference_time=_OF_REFERENCE * budget)
+    turned = EFFECT_RUNS * (1 + len(kind.known_effects))
+    count = _Count(1 + plan.runs * len(plan.ladder) + turned, report)
 
     def solve(accuracy: float) -> Solved:
         answer = job.run(asked.spec.model_copy(update={"accuracy": accuracy}))
-        solved = _solved(kind, mode, answer)
+        count.one()
+        solved = _solved(kind, mode, answer, asked.spec)
         if solved is None:
             raise _NoAnswer(answer)
         last["answer"] = answer
         return solved
 
+    def reference() -> Reference | None:
+        count.begin("an independent reference")
+        found = job.reference(asked.spec, last["answer"])
+        if found is None:
+            count.begin("the ladder of accuracies")
+            return None
+
+        def results(watch: Any) -> Any:
+            try:
+                return found.results(watch)
+            finally:
+                count.begin("the ladder of accuracies")
+
+        return Reference(found.made, results)
+
+    count.begin("the tightest solution")
     try:
-        plan = Plan(time=_SHARE_OF_LEVELS * asked.study_budget_s)
-        found = study(solve, asked.goal(), plan, job.reference(asked.spec))
+        found = study(solve, asked.goal(), plan, reference)
     except _NoAnswer as nothing:
         return _without_study(nothing.answer)
     effects = last["answer"].effects
-    costs = _effect_costs(kind, job, asked, effects)
+    count.begin("the effects, each turned about")
+    costs = _effect_costs(kind, job, asked, effects, count)
     reached = found.recommended
     return Answer(
         status="succeeded",
-        result={**_result(found), "effect_costs": [_cost(cost) for cost in costs]},
+        result={
+            **_result(found, asked.spec.accuracy),
+            "effect_costs": [_cost(cost) for cost in costs],
+        },
         effects=effects,
         accuracy={
             "requested": asked.spec.accuracy,
@@ -169,26 +240,34 @@ def _run(kind: Kind, mode: Mode, asked: Any) -> Answer:
     )
 
 
-def _solved(kind: Kind, mode: Mode, answer: Answer) -> Solved | None:
-    """What an answer in that mode is judged by; None where it has none."""
+def _solved(kind: Kind, mode: Mode, answer: Answer, given: Any) -> Solved | None:
+    """What an answer in that mode is judged by, its dimensions too where they are not given; None where it has none."""
     if answer.status != "succeeded" or answer.result is None:
         return None
     results = kind.judged_values(answer.result, mode)
-    for name, value in answer.result.get("dimensions", {}).items():
-        results[f"dimensions.{name}"] = value
-    return Solved(results, answer.accuracy["settings"] if answer.accuracy else {})
+    if not hasattr(given, "dimensions"):
+        for name, value in answer.result.get("dimensions", {}).items():
+            results[f"dimensions.{name}"] = value
+    gap = (answer.result.get("certificate") or {}).get("gap")
+    if answer.accuracy is None:
+        return Solved(results, gap=gap)
+    return Solved(results, answer.accuracy["settings"], answer.accuracy["estimated"], gap)
 
 
-def _effect_costs(kind: Kind, job: Job, asked: Any, manifest: list[dict[str, Any]]) -> tuple[EffectCost, ...]:
+def _effect_costs(
+    kind: Kind, job: Job, asked: Any, manifest: list[dict[str, Any]], count: _Count
+) -> tuple[EffectCost, ...]:
     names = [effect["name"] for effect in manifest]
 
     def solve(chosen: Chosen) -> Solved | None:
         settled = EffectChoice(include=sorted(chosen), exclude=sorted(set(names) - chosen))
+        answer = job.run(asked.spec.model_copy(update={"effects": settled}))
+        count.one()
         # Of a design too, every result that an effect may bring: both designs are as exact as was asked for.
-        return _solved(kind, Mode.CHECK, job.run(asked.spec.model_copy(update={"effects": settled})))
+        return _solved(kind, Mode.CHECK, answer, asked.spec)
 
     active = frozenset(effect["name"] for effect in manifest if effect["state"] == "active")
-    return effect_costs(solve, names, active, (1.0 - _SHARE_OF_LEVELS) * asked.study_budget_s)
+    return effect_costs(solve, names, active, _OF_EFFECTS * asked.study_budget_s)
 
 
 def _error(level: Level) -> float:
@@ -204,11 +283,14 @@ def _without_study(answer: Answer) -> Answer:
     return Answer(answer.status, answer.result, answer.effects, answer.accuracy, answer.timing, problem)
 
 
-def _result(found: Study) -> dict[str, Any]:
+def _result(found: Study, accuracy: float) -> dict[str, Any]:
+    proven = closest_proof(found.levels, accuracy)
     return {
         "levels": [_level(level) for level in found.levels],
         "reference": found.reference,
+        "reference_accuracy": found.reference_accuracy,
         "recommended": _level(found.recommended) if found.recommended else None,
+        "certified": _level(proven) if proven else None,
     }
 
 
@@ -230,6 +312,8 @@ def _level(level: Level) -> dict[str, Any]:
         "settings": dict(level.settings),
         "error": level.error,
         "errors": dict(level.errors),
+        "at_most": level.at_most,
+        "proven_gap": level.gap,
         "time_min_s": level.time_min,
         "time_median_s": level.time_median,
         "runs": level.runs,

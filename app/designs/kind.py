@@ -14,6 +14,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from app.designs.progress import Report, to_nobody
 from solvers.accuracy import Reference
 from solvers.effects import Effect
 
@@ -48,7 +49,7 @@ def _nothing(_request: Any) -> float:
     return 0.0
 
 
-def _no_reference(_request: Any) -> None:
+def _no_reference(_request: Any, _answer: Answer) -> None:
     return None
 
 
@@ -59,8 +60,10 @@ class Job:
     ``inline`` is true only where the call's time has a small proven bound, so that it may run on the event loop;
     everything else runs in a process that can be killed. ``extra_s`` is the time that a request itself may ask for on
     top of the budget. ``repeatable`` is false where time is part of the answer, so that no earlier one will do.
-    ``reference`` solves a request by independent means, to judge accuracies by, where there are such means.
+    ``reference`` solves a request by independent means, to judge accuracies by, where there are such means; it is given
+    the job's own tightest answer, which tells the effects that ran and what was found.
     ``infeasible`` is the result where there is no answer, if the kind says more than the diagnosis all kinds have.
+    ``in_steps`` is the call of a job that takes long, and tells how far it is.
     """
 
     request: type[BaseModel]
@@ -69,8 +72,13 @@ class Job:
     inline: bool = False
     extra_s: Callable[[Any], float] = _nothing
     repeatable: bool = True
-    reference: Callable[[Any], Reference | None] = _no_reference
+    reference: Callable[[Any, Answer], Reference | None] = _no_reference
     infeasible: type[BaseModel] | None = None
+    in_steps: Callable[[Any, Report], Answer] | None = None
+
+    def solve(self, request: Any, report: Report = to_nobody) -> Answer:
+        """The answer, told of on the way where the job is a long one."""
+        return self.run(request) if self.in_steps is None else self.in_steps(request, report)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,17 +8,18 @@ from functools import cache
 from pathlib import Path
 
 from app.designs.kind import Answer, Mode
+from app.designs.progress import Report
 
 WarmUp = Callable[[], None]
 
 
-def answer(kind_slug: str, mode: str, payload: bytes) -> Answer:
-    """Run one job of the registry on a request given as JSON."""
+def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer:
+    """Run one job of the registry on a request given as JSON; a long one reports how far it is."""
     # Imported here, not above: the service process imports this module too, and needs none of the solvers for it.
     from app.designs.registry import KINDS, job_of
 
     job = job_of(KINDS[kind_slug], Mode(mode))
-    return job.run(job.request.model_validate_json(payload))
+    return job.solve(job.request.model_validate_json(payload), report)
 
 
 @cache

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from app.designs.kind import Answer
+from app.designs.progress import Report, to_nobody
 from app.jobs import calls
 from app.jobs.errors import Busy, ExecutorClosed, JobError, WorkerCrashed
 from app.jobs.pool import Call, Place, begin
@@ -30,8 +31,15 @@ class Executor(Protocol):
     def start(self) -> None:
         """Begin to warm up; returns at once."""
 
-    async def run(self, kind_slug: str, mode: str, payload: bytes, budget_s: float = DEFAULT_BUDGET_S) -> Answer:
-        """The answer to a request given as JSON.
+    async def run(
+        self,
+        kind_slug: str,
+        mode: str,
+        payload: bytes,
+        budget_s: float = DEFAULT_BUDGET_S,
+        report: Report = to_nobody,
+    ) -> Answer:
+        """The answer to a request given as JSON; ``report`` hears, from another thread, how far a long one is.
 
         Raises Busy when too many wait already, BudgetExceeded when the solve takes longer than ``budget_s``
         seconds of wall-clock time (counted from its start, not from its place in the queue), MemoryExceeded,
@@ -93,12 +101,19 @@ class ProcessPool:
         """Calls that run or wait."""
         return self._pending
 
-    async def run(self, kind_slug: str, mode: str, payload: bytes, budget_s: float = DEFAULT_BUDGET_S) -> Answer:
+    async def run(
+        self,
+        kind_slug: str,
+        mode: str,
+        payload: bytes,
+        budget_s: float = DEFAULT_BUDGET_S,
+        report: Report = to_nobody,
+    ) -> Answer:
         if self._closed:
             raise ExecutorClosed("the executor is closing")
         if self._pending >= self._settings.workers + self._settings.queue_limit:
             raise Busy(f"{self._pending} solves run or wait already")
-        call = Call(kind_slug, mode, payload, budget_s)
+        call = Call(kind_slug, mode, payload, budget_s, report)
         self._pending += 1
         try:
             return await asyncio.get_running_loop().run_in_executor(self._threads, self._solve, call)

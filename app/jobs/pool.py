@@ -9,6 +9,7 @@ from multiprocessing import forkserver
 from multiprocessing.process import BaseProcess
 from typing import Any
 
+from app.designs.progress import Report, to_nobody
 from app.jobs.errors import BudgetExceeded, ExecutorClosed, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.jobs.worker import Reply, WorkerSettings, serve
 
@@ -30,9 +31,10 @@ def begin() -> None:
 class Call:
     """One solve: what to run, and the handle by which it can be cancelled while it runs."""
 
-    def __init__(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> None:
+    def __init__(self, kind_slug: str, mode: str, payload: bytes, budget_s: float, report: Report = to_nobody) -> None:
         self.message = (kind_slug, mode, payload)
         self.budget_s = budget_s
+        self.report = report
         self.cancelled = False
         self._lock = threading.Lock()
         self._place: Place | None = None
@@ -96,10 +98,10 @@ class Place:
         if deadline is None:
             raise WorkerCrashed(None)
         try:
-            if not self._connection.poll(max(0.0, deadline - time.monotonic())):
-                self._discard()
-                raise BudgetExceeded(call.budget_s)
-            reply, content = self._connection.recv()
+            reply, content = self._next(call, deadline)
+            while reply is Reply.PROGRESS:
+                call.report(content)
+                reply, content = self._next(call, deadline)
         except (EOFError, OSError) as error:
             raise WorkerCrashed(self._discard()) from error
         if reply is Reply.ANSWER:
@@ -108,6 +110,13 @@ class Place:
             self._discard()
             raise MemoryExceeded("the solve wanted more memory than a worker may have")
         raise SolveFailed(*content)
+
+    def _next(self, call: Call, deadline: float) -> tuple[Reply, Any]:
+        """The worker's next message; it is killed if none comes in time."""
+        if not self._connection.poll(max(0.0, deadline - time.monotonic())):
+            self._discard()
+            raise BudgetExceeded(call.budget_s)
+        return self._connection.recv()
 
     def _hand_over(self, call: Call) -> float | None:
         """Give the call to the worker; when it must have ended. None if the worker had died while idle."""

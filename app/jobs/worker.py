@@ -8,6 +8,7 @@ import os
 import resource
 import signal
 import threading
+import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,8 +16,12 @@ from enum import StrEnum
 from multiprocessing.connection import Connection
 from typing import Any
 
-Entry = Callable[[str, str, bytes], Any]
-"""``(kind slug, mode, request as JSON) -> Answer``; a module-level function, so that it can be sent by name."""
+from app.designs.progress import Progress, Report
+
+Entry = Callable[[str, str, bytes, Report], Any]
+"""``(kind slug, mode, request as JSON, report) -> Answer``; a module-level function, so that it can be sent by name."""
+
+_BETWEEN_REPORTS_S = 0.2
 
 
 @dataclass(frozen=True)
@@ -32,6 +37,7 @@ class WorkerSettings:
 class Reply(StrEnum):
     READY = "ready"
     ACCEPTED = "accepted"
+    PROGRESS = "progress"
     ANSWER = "answer"
     MEMORY = "memory"
     ERROR = "error"
@@ -52,19 +58,32 @@ def serve(connection: Connection, settings: WorkerSettings) -> None:
             call = connection.recv()
             # From here on, a death of this process is the call's.
             connection.send((Reply.ACCEPTED, None))
-            reply, content = _answer(settings.entry, *call)
+            reply, content = _answer(settings.entry, call, _seldom(connection))
             connection.send((reply, content))
             if reply is Reply.MEMORY:
                 return
 
 
-def _answer(entry: Entry, kind_slug: str, mode: str, payload: bytes) -> tuple[Reply, Any]:
+def _answer(entry: Entry, call: tuple[str, str, bytes], report: Report) -> tuple[Reply, Any]:
     try:
-        return Reply.ANSWER, entry(kind_slug, mode, payload)
+        return Reply.ANSWER, entry(*call, report)
     except MemoryError:
         return Reply.MEMORY, None
     except Exception as error:
         return Reply.ERROR, (type(error).__name__, traceback.format_exc())
+
+
+def _seldom(connection: Connection) -> Report:
+    """Progress on its way to the service: some messages a second, however fast the solve, so that none waits long."""
+    due = 0.0
+
+    def report(progress: Progress) -> None:
+        nonlocal due
+        if time.monotonic() >= due:
+            connection.send((Reply.PROGRESS, progress))
+            due = time.monotonic() + _BETWEEN_REPORTS_S
+
+    return report
 
 
 def _die_with_the_service() -> None:

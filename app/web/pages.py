@@ -10,7 +10,6 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
 from fastapi.templating import Jinja2Templates
 
-from app import runs
 from app.api.bodies import parse
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, job_of, modes_of, plots_for
@@ -106,7 +105,7 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
     """One run: its numbers, what shaped them, and its plots."""
     service: Service = request.app.state.service
     try:
-        run = json.loads(runs.run_json(await service.store.get(run_id)))
+        run = json.loads(await service.shown(run_id))
     except UnknownRun:
         return _page(request, "missing.html", 404)
     result = run["result"] or {}
@@ -119,7 +118,7 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
 
 @router.post("/runs/{run_id}/accuracy")
 async def study_accuracy(request: Request, run_id: str) -> Response:
-    """Study what accuracy costs for the case of a stored run, and go to the study's page."""
+    """Begin to study what accuracy costs for the case of a stored run, and go to the page where it shows."""
     service: Service = request.app.state.service
     try:
         run = await service.store.get(run_id)
@@ -129,5 +128,6 @@ async def study_accuracy(request: Request, run_id: str) -> Response:
     if run.mode not in kind.jobs or Mode.ACCURACY not in modes_of(kind):
         raise Problem(409, "Nothing to study", "the accuracy of this run is no choice")
     body = b'{"spec":' + run.spec + b"}"
-    stored = await service.submit(kind, Mode.ACCURACY, parse(job_of(kind, Mode.ACCURACY).request, body), None, "")
+    asked = parse(job_of(kind, Mode.ACCURACY).request, body)
+    stored = await service.submit_later(kind, Mode.ACCURACY, asked, None, "")
     return RedirectResponse(f"/runs/{stored.run_id}", status_code=303)

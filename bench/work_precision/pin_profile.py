@@ -1,16 +1,17 @@
 """The free bore's mass, with and without a deflection limit in bending: the same least walls, the same beam.
 
-Beside the service's ladder stand what a user would write on midpoints of equal panels: scipy's brentq at every station
-and for the multiplier, the program in cvxpy with Clarabel, and scipy's SLSQP on a few stations. The reference is the
-textbook's equations at Gauss points of panels between the places where loads begin, halved toward wherever the limit
-begins to govern, every root and every station's minimum by bisection. The limit itself is measured on 2,000 midpoints:
-it is the same number for all.
+Beside the service's ladder, which places its own stations, stand its two tiers on midpoints of equal panels, one
+multiplier and the cone program with its bound, and what a user would write on the same midpoints: scipy's brentq at
+every station and for the multiplier, the program in cvxpy with Clarabel, and scipy's SLSQP on a few stations. The
+reference is the textbook's equations at Gauss points of panels between the places where loads begin, halved toward
+wherever the limit begins to govern, every root and every station's minimum by bisection. The limit itself is measured on
+2,000 midpoints: it is the same number for all.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import pairwise
@@ -19,8 +20,12 @@ import cvxpy as cp
 import numpy as np
 from scipy.optimize import brentq, minimize
 
+from bench.pin import Midpoints
 from bench.work_precision.curves import Method, Results
 from solvers import pin
+from solvers.pin.interior_point import sloped
+from solvers.pin.program import Physics, Program, assemble
+from solvers.pin.separable import weigh
 
 TITLE = "The free bore of a piston pin"
 CASES = 200
@@ -175,6 +180,24 @@ def _ours(accuracy: float, case: PinCase) -> Results:
     return masses
 
 
+def _by_multiplier(program: Program) -> np.ndarray:
+    return weigh(program, None, False).solidity
+
+
+def _by_cones(program: Program) -> np.ndarray:
+    return sloped(program, program.lower, False, 1e-8).solidity
+
+
+def _on_midpoints(tier: Callable[[Program], np.ndarray], count: int, case: PinCase) -> Results:
+    """One of the solver's tiers on the peers' stations."""
+    x, h = _panels(case.scene.geometry, count)
+    stations = Midpoints(x - 0.5 * h, x + 0.5 * h)
+    limits = pin.Limits(max_deflection=case.limit)
+    program = assemble(case.scene, limits, pin.CRITERIA["tresca_paper"], Physics(shear_deflection=False), stations)
+    masses = [program.solid_mass * program.volume(u) for u in (program.lower, tier(program))]
+    return dict(zip(("free", "stiff"), masses, strict=True))
+
+
 def _by_brentq(count: int, case: PinCase) -> Results:
     """brentq for every wall and, under the limit, for the multiplier around brentq at every station."""
     model = case.model(count)
@@ -219,6 +242,9 @@ def _by_slsqp(count: int, case: PinCase) -> Results:
 def methods() -> Iterator[Method[PinCase]]:
     """The service's ladder first, then the peers."""
     yield Method("Crankwright", {f"accuracy {a:g}": partial(_ours, a) for a in _LADDER})
+    for name, tier, most in (("one multiplier", _by_multiplier, 200), ("cone program", _by_cones, 20)):
+        settings = {f"{n} stations": partial(_on_midpoints, tier, n) for n in (50, 200, 1000)}
+        yield Method(f"Crankwright, {name} on midpoints", settings, most)
     yield Method("brentq at every station", {f"{n} stations": partial(_by_brentq, n) for n in (50, 200, 1000)}, 50)
     yield Method("cvxpy + Clarabel", {f"{n} stations": partial(_by_cvxpy, n) for n in (50, 200, 1000)}, 20)
     yield Method("scipy SLSQP", {f"{n} stations": partial(_by_slsqp, n) for n in (10, 30)}, 20)

@@ -16,7 +16,7 @@ from solvers.pin import ring
 from solvers.pin.capacity import force_limit
 from solvers.pin.effects import choose_for, compose, demands_of
 from solvers.pin.flexibility import ShearFlexibility, cowper, flexibility_values, product
-from solvers.pin.loads import forces_at, rounding
+from solvers.pin.loads import ROUNDING, forces_at
 from solvers.pin.pointwise import Constant
 from solvers.pin.profile import Profile, WholeProfile
 from solvers.pin.program import Physics, Program, assemble, opening_stations, refined, strength_demands
@@ -126,7 +126,7 @@ def check(
         Status.SUCCEEDED,
         value,
         choice.manifest,
-        Accuracy(accuracy, doubt + rounding(scene.geometry.length, scene.reference), {"stations": int(wall.size)}),
+        Accuracy(accuracy, doubt + ROUNDING, {"stations": int(wall.size)}),
         timing={"solve_s": time.perf_counter() - started},
     )
 
@@ -163,7 +163,7 @@ def assess(
     scene, g = program.scene, program.scene.geometry
     equivalent, tangential, use = np.zeros_like(wall), np.zeros_like(wall), np.zeros_like(wall)
     for case in scene.cases:
-        forces = forces_at(case, program.stations.x, program.stations.side)
+        forces = forces_at(case, program.stations.x, program.stations.side, program.stations.rest)
         demands = strength_demands(scene, criterion, forces)
         own = section_demands(criterion, forces, g.outer_diameter, scene.material)
         equivalent = np.maximum(equivalent, equivalent_stress(own, wall))
@@ -172,7 +172,7 @@ def assess(
         for demand in shear_demand(forces, g.outer_diameter, scene.material, criterion.law(scene.material)):
             tangential = np.maximum(tangential, equivalent_stress((demand,), wall))
     along = _along(program, wall, equivalent, places)
-    forces = forces_at(scene.cases[0], program.stations.x, program.stations.side)
+    forces = forces_at(scene.cases[0], program.stations.x, program.stations.side, program.stations.rest)
     worst = int(np.argmax(equivalent))
     bore = g.outer_diameter * (1.0 - wall)
     deflection = program.deflection(solidity_of(wall))
@@ -206,7 +206,7 @@ def _finite(value: float) -> float | None:
 def _along(program: Program, wall: Array, equivalent: Array, places: tuple[float, ...]) -> Stress:
     """Stations of the whole pin, thinned to some four hundred; places where a load or a shape begins stay."""
     scene, g, x = program.scene, program.scene.geometry, program.stations.x
-    forces = forces_at(scene.cases[0], x, program.stations.side)
+    forces = forces_at(scene.cases[0], x, program.stations.side, program.stations.rest)
     bore = g.outer_diameter * (1.0 - wall)
     table = np.stack([x, bore, forces.moment_total, forces.shear[0], equivalent])
     starts = {0.0, g.boss_length, g.boss_length + g.gap, 0.5 * g.length, *places}

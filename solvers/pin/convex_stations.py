@@ -23,6 +23,9 @@ from solvers.pin.flexibility import bending, phi_slope
 
 Array = NDArray[np.float64]
 _BLOCK = 256
+_MOST_STEPS = 60
+_CLOSE = 1e-9
+"""After a step as short as this one, relative, what is left is below rounding."""
 _STEPS = 12
 """Where phi's curvature vanishes at the knee, a station that hardly bends settles slowly: the rest is left to the next
 round, whose start is better. What a station's u lacks makes an answer heavier, never too soft: its deflection is taken
@@ -39,32 +42,57 @@ def _guess(k: float, low: Array, bend: Array, shear: Array, a: float, b: float, 
 
 
 @kernel
+def _better(
+    k: float, low: float, bend: float, shear: float, a: float, b: float, knee: float,
+    knee_bend: float, knee_shear: float, x: float,
+) -> float:  # fmt: skip
+    """One step of Newton's method on Q from x, kept in [low, 1] and on its side of the knee, where -1/v and -phi have
+    the slopes ``knee_bend`` and ``knee_shear``."""
+    half = 0.5 * bend
+    beyond = k < bend * knee_bend + shear * knee_shear
+    first = half if beyond else half + shear * (a + 0.25 * b)
+    second = half if beyond else half + 0.25 * shear * b
+    third = 0.0 if beyond else shear * b
+    level = k - shear * knee_shear if beyond else k
+    least, most = low, knee
+    if beyond:
+        least, most = least if least > knee else knee, 1.0
+    inverse = 1.0 / (2.0 - x)
+    whole = level + inverse * inverse * (second - third * inverse)
+    slope = whole + 0.5 * x * inverse * inverse * inverse * (2.0 * second - 3.0 * third * inverse)
+    slope = slope if slope > 0.05 * whole else 0.05 * whole
+    new = x - (x * whole - math.sqrt(first * whole)) / slope
+    # Where k + E is not positive, more wall always pays.
+    new = new if whole > 0.0 else most
+    new = new if new < most else most
+    return new if new > least else least
+
+
+@kernel
+def lightest(k: float, low: float, bend: float, shear: float, start: float, a: float, b: float, knee: float) -> float:
+    """One station's lightest u in [low, 1], to rounding; a start outside of it is none."""
+    knee_bend, knee_shear = -bending(knee)[1], -phi_slope(knee, a, b, knee)
+    u = start
+    if not low < u < 1.0:
+        u = max(min(math.sqrt((0.5 * bend + shear * (a + 0.25 * b)) / (k + 0.25 * bend)), 1.0), low)
+    for _ in range(_MOST_STEPS):
+        new = _better(k, low, bend, shear, a, b, knee, knee_bend, knee_shear, u)
+        if abs(new - u) <= _CLOSE * u:
+            return new
+        u = new
+    return u
+
+
+@kernel
 def _approach(
     k: float, low: Array, bend: Array, shear: Array, a: float, b: float, knee: float, u: Array, tolerance: float
 ) -> int:
-    """One step of Newton's method on Q; how many stations moved by more than ``tolerance``, relative."""
+    """One step for every station; how many moved by more than ``tolerance``, relative."""
     unsettled = 0
     knee_bend, knee_shear = -bending(knee)[1], -phi_slope(knee, a, b, knee)
     for i in range(u.size):
-        half, cut = 0.5 * bend[i], shear[i]
-        beyond = k < bend[i] * knee_bend + cut * knee_shear
-        first = half if beyond else half + cut * (a + 0.25 * b)
-        second = half if beyond else half + 0.25 * cut * b
-        third = 0.0 if beyond else cut * b
-        level = k - cut * knee_shear if beyond else k
-        least, most = low[i], knee
-        if beyond:
-            least, most = least if least > knee else knee, 1.0
         x = u[i]
-        inverse = 1.0 / (2.0 - x)
-        whole = level + inverse * inverse * (second - third * inverse)
-        slope = whole + 0.5 * x * inverse * inverse * inverse * (2.0 * second - 3.0 * third * inverse)
-        slope = slope if slope > 0.05 * whole else 0.05 * whole
-        new = x - (x * whole - math.sqrt(first * whole)) / slope
-        # Where k + E is not positive, more wall always pays.
-        new = new if whole > 0.0 else most
-        new = new if new < most else most
-        new = new if new > least else least
+        new = _better(k, low[i], bend[i], shear[i], a, b, knee, knee_bend, knee_shear, x)
         u[i] = new
         unsettled += 1 if abs(new - x) > tolerance * x else 0
     return unsettled

@@ -16,7 +16,7 @@ from solvers.pin.diagnosis import Diagnosis, diagnose, solid_deflection
 from solvers.pin.effects import choose_for, compose, demands_of
 from solvers.pin.flexibility import cowper
 from solvers.pin.form import Form, Found
-from solvers.pin.loads import rounding
+from solvers.pin.loads import ROUNDING
 from solvers.pin.pointwise import FREE, Constant
 from solvers.pin.profile import Profile
 from solvers.pin.program import Physics, Program, assemble, opening_stations, refined, wall_floor, walls_of
@@ -108,9 +108,7 @@ def design(
         Status.SUCCEEDED,
         value,
         choice.manifest,
-        Accuracy(
-            accuracy, doubt + rounding(scene.geometry.length, scene.reference), {"stations": int(best.solidity.size)}
-        ),
+        Accuracy(accuracy, doubt + ROUNDING, {"stations": int(best.solidity.size)}),
         certificate=Certificate(best.method, program.solid_mass * best.bound, gap, evidence),
         timing={"solve_s": time.perf_counter() - started},
     )

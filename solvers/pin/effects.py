@@ -24,8 +24,8 @@ class Situation:
         """Shear over bending deflection where both sections are full: (E I0/(G A0)) int Q q/int M m."""
         scene, g, m = self.scene, self.scene.geometry, self.scene.material
         stations = opening_stations(scene)
-        forces = forces_at(scene.cases[0], stations.x, stations.side)
-        moment, shear = scene.reference.unit_load(stations.x)
+        forces = forces_at(scene.cases[0], stations.x, stations.side, stations.rest)
+        moment, shear = scene.reference.unit_load(stations.x, stations.rest)
         bent = float(stations.share @ (forces.moment[0] * moment))
         sheared = float(stations.share @ (forces.shear[0] * shear))
         if bent <= 0.0:

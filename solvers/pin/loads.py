@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from fractions import Fraction
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,16 +21,22 @@ from solvers.numerics.jit import kernel
 Array = NDArray[np.float64]
 _NOTHING = 8.0 * 2.0**-52
 """Sums below this share of their parts are rounding."""
+ROUNDING = 1e-13
+"""What rounding may do to results, relative."""
 
 
 @dataclass(frozen=True)
 class MacaulayTerm:
-    """c <x - s>^n in the shear force of one plane (0 or 1): ``coefficient`` c [N/m^n], ``start`` s [m], ``order`` n."""
+    """c <x - s>^n in the shear force of one plane (0 or 1): ``coefficient`` c [N/m^n], ``start`` s [m], ``order`` n.
+
+    ``rest`` is what rounding left out of a start that is itself a sum.
+    """
 
     coefficient: float
     start: float
     order: int
     plane: int = 0
+    rest: float = 0.0
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.coefficient) and math.isfinite(self.start)):
@@ -59,26 +66,27 @@ class Pieces:
     """Q = sum c_j (x - s)^j from each start s to the next, shape (4, k), and M at the starts, (k,).
 
     Sums of Macaulay terms as they stand lose (x/a)^2 digits behind a short boss. Here the terms are shifted from start
-    to start, and a coefficient that only rounding tells from zero is zero.
+    to start, and a coefficient that only rounding tells from zero is zero. ``rest`` belongs to the starts.
     """
 
     start: Array
+    rest: Array
     shear: Array
     moment: Array
 
 
 def _pieces(terms: list[MacaulayTerm]) -> Pieces:
-    starting: dict[float, list[MacaulayTerm]] = {}
+    starting: dict[tuple[float, float], list[MacaulayTerm]] = {}
     for term in terms:
-        starting.setdefault(term.start, []).append(term)
+        starting.setdefault((term.start, term.rest), []).append(term)
     starts = sorted(starting)
     shear, moment = [], []
-    now, bent, before = (0.0, 0.0, 0.0, 0.0), 0.0, 0.0
+    now, bent, before = (0.0, 0.0, 0.0, 0.0), 0.0, (0.0, 0.0)
     for k, place in enumerate(starts):
         c0, c1, c2, c3 = now
         parts: list[list[float]] = [[], [], [], []]
         if k:
-            h = place - before
+            h = (place[0] - before[0]) + (place[1] - before[1])
             bent += h * (c0 + h * (c1 / 2.0 + h * (c2 / 3.0 + h * c3 / 4.0)))
             parts = [
                 [c0, c1 * h, c2 * h * h, c3 * h * h * h], [c1, 2.0 * c2 * h, 3.0 * c3 * h * h], [c2, 3.0 * c3 * h], [c3]
@@ -89,7 +97,8 @@ def _pieces(terms: list[MacaulayTerm]) -> Pieces:
         shear.append(now)
         moment.append(bent)
         before = place
-    return Pieces(np.array(starts), np.array(shear).reshape(-1, 4).T.copy(), np.array(moment))
+    places = np.array(starts).reshape(-1, 2)
+    return Pieces(places[:, 0], places[:, 1], np.array(shear).reshape(-1, 4).T.copy(), np.array(moment))
 
 
 def _sum(parts: list[float]) -> float:
@@ -100,22 +109,24 @@ def _sum(parts: list[float]) -> float:
 
 @dataclass(frozen=True)
 class DeflectionReference:
-    """The deflection half-way between two points, against the straight line through them."""
+    """The deflection half-way between two points, against the straight line through them.
+
+    ``rest`` is what rounding left out of ``right``.
+    """
 
     left: float
     right: float
+    rest: float = 0.0
 
-    def unit_load(self, x: Array) -> tuple[Array, Array]:
-        """Moment and shear magnitude of a unit force half-way: (x - left)/2 and 1/2 up to the middle, mirrored."""
+    def unit_load(self, x: Array, rest: Array | float = 0.0) -> tuple[Array, Array]:
+        """Moment and shear magnitude of a unit force half-way: (x - left)/2 and 1/2 up to the middle, mirrored.
+
+        ``rest`` as in ``forces_at``.
+        """
         inside = (x >= self.left) & (x <= self.right)
-        arm = 0.5 * np.minimum(x - self.left, self.right - x)
+        arm = np.maximum(0.5 * np.minimum(x - self.left + rest, self.right - x + (self.rest - rest)), 0.0)
         sign = np.where(x <= 0.5 * (self.left + self.right), 0.5, -0.5)
         return np.where(inside, arm, 0.0), np.where(inside, sign, 0.0)
-
-
-def rounding(length: float, reference: DeflectionReference) -> float:
-    """What rounding may do to results, relative: places are exact to an ulp of the length, arms differences of them."""
-    return max(1e-13, 8.0 * 2.0**-52 * length / (reference.right - reference.left))
 
 
 @dataclass(frozen=True)
@@ -149,38 +160,54 @@ def piston_pin_case(force: float, boss_length: float, small_end_length: float, g
     P (L + 2(b + 2 delta) - 1.5 b)/12. Source: the paper's equations (4) and (5), after figure 2.
     """
     a, b = boss_length, small_end_length
-    x1 = a + gap
-    x2 = x1 + b
-    x3 = x2 + gap
+    _, (x1, rest1), _, (x2, rest2), (x3, rest3), _ = pin_places(a, b, gap)
     ramp, boss, rod = force / (2.0 * a * a), force / a, force / b
     return LoadCase(
         (
             MacaulayTerm(ramp, 0.0, 2),
             MacaulayTerm(-ramp, a, 2),
             MacaulayTerm(-boss, a, 1),
-            MacaulayTerm(-rod, x1, 1),
-            MacaulayTerm(rod, x2, 1),
-            MacaulayTerm(boss, x3, 1),
-            MacaulayTerm(-ramp, x3, 2),
+            MacaulayTerm(-rod, x1, 1, rest=rest1),
+            MacaulayTerm(rod, x2, 1, rest=rest2),
+            MacaulayTerm(boss, x3, 1, rest=rest3),
+            MacaulayTerm(-ramp, x3, 2, rest=rest3),
         )
     )
 
 
-def forces_at(case: LoadCase, x: Array, side_of: Array) -> InternalForces:
-    """The resultants of a case at stations ``x``.
+@lru_cache(maxsize=256)
+def pin_places(boss_length: float, small_end_length: float, gap: float) -> tuple[tuple[float, float], ...]:
+    """Where boss, small end, middle, gap, boss and pin end, each with what rounding leaves out of the float.
+
+    Beside a long boss a short rod would otherwise lose the digits of its own length.
+    """
+    a, b, d = Fraction(boss_length), Fraction(small_end_length), Fraction(gap)
+    exact = (a, a + d, a + d + b / 2, a + d + b, a + 2 * d + b, 2 * a + 2 * d + b)
+    return tuple((float(place), float(place - Fraction(float(place)))) for place in exact)
+
+
+def forces_at(case: LoadCase, x: Array, side_of: Array, rest: Array | float = 0.0) -> InternalForces:
+    """The resultants of a case at stations ``x``, of which rounding left out ``rest``.
 
     A term acts where it starts at or before ``side_of`` (same shape as x): a station on a point force belongs to the
     side on which its panel lies.
     """
+    rest = np.broadcast_to(np.asarray(rest, dtype=float), x.shape)
     moment, shear = np.zeros((2, x.size)), np.zeros((2, x.size))
     for plane, pieces in enumerate(case.pieces):
         if pieces.start.size:
-            _evaluate(x, side_of, pieces.start, pieces.shear, pieces.moment, moment[plane], shear[plane])
+            _evaluate(
+                x, np.ascontiguousarray(rest), side_of, pieces.start, pieces.rest, pieces.shear, pieces.moment,
+                moment[plane], shear[plane],
+            )  # fmt: skip
     return InternalForces(moment, shear, case.axial_force, case.torque)
 
 
 @kernel
-def _evaluate(x: Array, side: Array, start: Array, c: Array, m: Array, moment: Array, shear: Array) -> None:
+def _evaluate(
+    x: Array, rest: Array, side: Array, start: Array, start_rest: Array, c: Array, m: Array, moment: Array,
+    shear: Array,
+) -> None:  # fmt: skip
     k = 0
     for i in range(x.size):
         # Stations mostly rise, so the piece is the last one's or the next.
@@ -190,7 +217,7 @@ def _evaluate(x: Array, side: Array, start: Array, c: Array, m: Array, moment: A
             k += 1
         if start[k] > side[i]:
             continue
-        t = x[i] - start[k]
+        t = (x[i] - start[k]) + (rest[i] - start_rest[k])
         shear[i] = c[0, k] + t * (c[1, k] + t * (c[2, k] + t * c[3, k]))
         moment[i] = m[k] + t * (c[0, k] + t * (c[1, k] / 2.0 + t * (c[2, k] / 3.0 + t * c[3, k] / 4.0)))
 

@@ -86,7 +86,7 @@ def opening_stations(scene: Scene, further: tuple[float, ...] = ()) -> Stations:
     """The first panels: every place where a load begins, the middle, and the deflection's references."""
     length, r = scene.geometry.length, scene.reference
     places = {*breakpoints(scene.cases, length), r.left, r.right, *further}
-    return first_stations(panel_edges(places, length, scene.symmetric), end_of(scene))
+    return first_stations(panel_edges(places, length, scene.symmetric), end_of(scene), dict(scene.geometry.places))
 
 
 def refined(program: Program, which: NDArray[np.bool_]) -> Stations:
@@ -100,7 +100,7 @@ def folded(program: Program) -> Program:
         return program
     half = program.anchor
     panels = half // NODES
-    stations = Stations(program.stations.left[:panels], program.stations.right[:panels])
+    stations = program.stations.first(panels)
 
     def mean(values: Array) -> Array:
         return 0.5 * (values[:half] + values[half:][::-1])
@@ -128,11 +128,13 @@ def least_walls_at(scene: Scene, criterion: Criterion, floor: float, x: Array) -
     return np.maximum(ahead, least_wall(demands_at(scene, criterion, behind, behind), floor, x.size))
 
 
-def demands_at(scene: Scene, criterion: Criterion, x: Array, side: Array) -> tuple[Demand, ...]:
-    """Every strength demand of every load case at stations."""
+def demands_at(
+    scene: Scene, criterion: Criterion, x: Array, side: Array, rest: Array | float = 0.0
+) -> tuple[Demand, ...]:
+    """Every strength demand of every load case at stations; ``rest`` as in ``forces_at``."""
     found: list[Demand] = []
     for case in scene.cases:
-        forces = forces_at(case, x, side)
+        forces = forces_at(case, x, side, rest)
         found += strength_demands(scene, criterion, forces)
     return tuple(found)
 
@@ -172,11 +174,11 @@ def assemble(
     ``law`` is how sections shear, Cowper's with its tangent unless another is given.
     """
     g, m = scene.geometry, scene.material
-    demands = demands_at(scene, criterion, stations.x, stations.side)
+    demands = demands_at(scene, criterion, stations.x, stations.side, stations.rest)
     floor = wall_floor(scene, limits)
     wall = least_wall(demands, floor, stations.x.size)
-    forces = forces_at(scene.cases[0], stations.x, stations.side)
-    unit_moment, unit_shear = scene.reference.unit_load(stations.x)
+    forces = forces_at(scene.cases[0], stations.x, stations.side, stations.rest)
+    unit_moment, unit_shear = scene.reference.unit_load(stations.x, stations.rest)
     # A station on an end of the span lies inside only if its panel does.
     inside = (stations.side >= scene.reference.left) & (stations.side < scene.reference.right)
     bending, shear = deflection_terms(

@@ -11,10 +11,14 @@ Sources: the ovalization formulas of the textbooks on engine design (Kolchin and
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
 
@@ -26,7 +30,12 @@ THIN_LIMIT = 0.999
 
 _LEAST_RATIO = 0.02
 """Below this d/D a pin is as good as solid: the inner fibre's stress formula has 1/alpha."""
-_HARMONICS = 32
+_HARMONICS = 2.0 * np.arange(1, 33)
+_AMPLITUDES = 4.0 / (math.pi * (_HARMONICS**2 - 1.0))
+_TURNED = _AMPLITUDES * (-1.0) ** (_HARMONICS / 2.0)
+"""|sin theta| = 2/pi - (4/pi) sum over even n of cos(n theta)/(n^2 - 1); and the same from the top on."""
+_LOOKS = 32
+"""Steps in which the formula's first excess is looked for."""
 
 
 @dataclass(frozen=True)
@@ -84,13 +93,10 @@ def thick_ring(force: float, diameter: float, length: float, ratio: float, modul
     # Lame: sigma_r = a + b/r^2 with r relative to R, zero at alpha and ``mean`` at 1.
     scale = mean / (1.0 - ratio**2)
     hoop = np.array([scale * (1.0 + ratio**2), 2.0 * scale])
-    # |sin theta| = 2/pi - (4/pi) sum over even n of cos(n theta)/(n^2 - 1), and the surface traction is -p.
-    n = 2.0 * np.arange(1, _HARMONICS + 1)
-    amplitude = 4.0 / (math.pi * (n * n - 1.0))
-    hoops, displacement = _harmonics(n, ratio, poisson)
-    side = hoop + amplitude @ hoops
-    top = hoop + (amplitude * (-1.0) ** (n / 2.0)) @ hoops
-    growth = float(hoop[0] - poisson * mean + amplitude @ displacement)
+    # The surface traction is -p.
+    hoops, displacement = _harmonics(_HARMONICS, ratio, poisson)
+    side, top = hoop + _AMPLITUDES @ hoops, hoop + _TURNED @ hoops
+    growth = float(hoop[0] - poisson * mean + _AMPLITUDES @ displacement)
     stresses = RingStresses(*(float(pressure * s) for s in (side[0], side[1], top[0], top[1])))
     return Ring(2.0 * outer * pressure / modulus * growth, stresses, "plane elastic ring")
 
@@ -102,27 +108,66 @@ def _harmonics(n: Array, ratio: float, poisson: float) -> tuple[Array, Array]:
     Stresses: sigma_r = f'/r - n^2 f/r^2, sigma_t = f'', tau = n (f/r)'. For f = r^p the displacement is
     E u_r = ((p - n^2)/(p - 1) - nu p) r^(p-1).
     """
-    powers = np.stack([n, n + 2.0, -n, 2.0 - n], axis=1)
-    k = n[:, None]
-    decay = ratio**n
+    hoops, growth = np.empty((n.size, 2)), np.empty(n.size)
+    _solve_harmonics(n, ratio, poisson, hoops, growth)
+    return hoops, growth
 
-    def rows(r: float) -> tuple[Array, Array, Array]:
-        fade = (ratio / r) ** n
-        f = np.stack([r**n, r ** (n + 2.0), fade, fade * r * r], axis=1)
-        first, second = powers * f / r, powers * (powers - 1.0) * f / r**2
-        return first / r - k * k * f / r**2, second, k * (first / r - f / r**2)
 
-    radial_out, hoop_out, shear_out = rows(1.0)
-    radial_in, hoop_in, shear_in = rows(ratio)
-    matrix = np.stack([radial_out, shear_out, radial_in, shear_in], axis=1)
-    size = np.abs(matrix).max(axis=2)
-    load = np.zeros_like(size)
-    load[:, 0] = 1.0
-    constants = np.linalg.solve(matrix / size[:, :, None], (load / size)[:, :, None])[:, :, 0]
-    shift = (powers - k * k) / (powers - 1.0) - poisson * powers
-    shift[:, 2:] *= decay[:, None]
-    hoops = np.stack([(hoop_out * constants).sum(axis=1), (hoop_in * constants).sum(axis=1)], axis=1)
-    return hoops, (shift * constants).sum(axis=1)
+@kernel
+def _solve_harmonics(harmonics: Array, ratio: float, poisson: float, hoops: Array, growth: Array) -> None:
+    powers, f, size = np.empty(4), np.empty((2, 4)), np.empty(4)
+    matrix, hoop, constants = np.empty((4, 4)), np.empty((2, 4)), np.empty(4)
+    for k in range(harmonics.size):
+        n = harmonics[k]
+        decay = ratio**n
+        powers[0], powers[1], powers[2], powers[3] = n, n + 2.0, -n, 2.0 - n
+        f[0, 0], f[0, 1], f[0, 2], f[0, 3] = 1.0, 1.0, decay, decay
+        f[1, 0], f[1, 1], f[1, 2], f[1, 3] = decay, decay * ratio * ratio, 1.0, ratio * ratio
+        for side in range(2):
+            r = 1.0 if side == 0 else ratio
+            for j in range(4):
+                first, p = powers[j] * f[side, j] / r, powers[j]
+                hoop[side, j] = p * (p - 1.0) * f[side, j] / (r * r)
+                matrix[2 * side, j] = first / r - n * n * f[side, j] / (r * r)
+                matrix[2 * side + 1, j] = n * (first / r - f[side, j] / (r * r))
+        for i in range(4):
+            size[i] = 0.0
+            for j in range(4):
+                size[i] = max(size[i], abs(matrix[i, j]))
+            for j in range(4):
+                matrix[i, j] /= size[i]
+            constants[i] = 1.0 / size[0] if i == 0 else 0.0
+        _eliminate(matrix, constants)
+        hoops[k, 0], hoops[k, 1], growth[k] = 0.0, 0.0, 0.0
+        for j in range(4):
+            p = powers[j]
+            shift = (p - n * n) / (p - 1.0) - poisson * p
+            hoops[k, 0] += hoop[0, j] * constants[j]
+            hoops[k, 1] += hoop[1, j] * constants[j]
+            growth[k] += shift * f[0, j] * constants[j]
+
+
+@kernel
+def _eliminate(matrix: Array, load: Array) -> None:
+    """Solve a small linear system in place, the greatest pivot of a column first; the answer is in ``load``."""
+    n = load.size
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(matrix[i, k]) > abs(matrix[best, k]):
+                best = i
+        for j in range(n):
+            matrix[k, j], matrix[best, j] = matrix[best, j], matrix[k, j]
+        load[k], load[best] = load[best], load[k]
+        for i in range(k + 1, n):
+            factor = matrix[i, k] / matrix[k, k]
+            for j in range(k, n):
+                matrix[i, j] -= factor * matrix[k, j]
+            load[i] -= factor * load[k]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            load[k] -= matrix[k, j] * load[j]
+        load[k] /= matrix[k, k]
 
 
 def ring(force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float) -> Ring:
@@ -147,23 +192,40 @@ def _thin_ring(least: Ring, ratio: float) -> Ring:
     return Ring(least.ovalization * (wider * thinner) ** 3, stresses, "thin elastic ring")
 
 
+def _crossing(
+    ring_at: Callable[[float], Ring], measure: Callable[[Ring], float], limit: float, start: float, tolerance: float
+) -> float:
+    """The greatest d/D up to which ``measure`` stays within ``limit``, from ``start`` on, where it does.
+
+    The formula's values need not rise all the way (its K falls), so its first excess is looked for step by step; those
+    of the elastic ring do.
+    """
+
+    def fits(ratio: float) -> bool:
+        return measure(ring_at(ratio)) <= limit
+
+    steps = [start + (CLASSICAL_LIMIT - start) * k / _LOOKS for k in range(_LOOKS)] + [CLASSICAL_LIMIT]
+    # Thinner than 1e-6 of the diameter no plane ring is solved any more: the thin ring's cube is far beyond.
+    low, high = CLASSICAL_LIMIT, 1.0 - 1e-6
+    for before, after in pairwise(steps):
+        if not fits(after):
+            low, high = before, after
+            break
+    while high - low > tolerance:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return low
+
+
 def greatest_ratio(
     limit: float, force: float, diameter: float, length: float, modulus: float, poisson: float
 ) -> float | None:
     """The greatest d/D whose ovalization, and that of every smaller bore, stays within ``limit``; None: not even 0."""
 
-    def grows(ratio: float) -> float:
-        return ring(force, diameter, length, ratio, modulus, poisson).ovalization
+    def at(ratio: float) -> Ring:
+        return ring(force, diameter, length, ratio, modulus, poisson)
 
-    if grows(0.0) > limit:
-        return None
-    low, high = 0.0, 1.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        # Thinner than 1e-6 of the diameter no plane ring is solved any more: the thin ring's cube is far beyond.
-        inside = middle < 1.0 - 1e-6 and grows(middle) <= limit
-        low, high = (middle, high) if inside else (low, middle)
-    return low
+    return None if at(0.0).ovalization > limit else _crossing(at, lambda found: found.ovalization, limit, 0.0, 2e-16)
 
 
 def ratio_at_stress(
@@ -173,13 +235,11 @@ def ratio_at_stress(
 
     (Below 0.3 the formula's inner fibre has 1/alpha, for no ring any more.)
     """
-    low, high = 0.3, 1.0
-    if ring(force, diameter, length, low, modulus, poisson).stresses.greatest > stress:
-        return low
-    while high - low > 1e-6:
-        middle = 0.5 * (low + high)
-        beyond = (
-            middle > 1.0 - 1e-6 or ring(force, diameter, length, middle, modulus, poisson).stresses.greatest > stress
-        )
-        low, high = (low, middle) if beyond else (middle, high)
-    return high
+
+    def at(ratio: float) -> Ring:
+        return ring(force, diameter, length, ratio, modulus, poisson)
+
+    least = 0.3
+    if at(least).stresses.greatest > stress:
+        return least
+    return _crossing(at, lambda found: found.stresses.greatest, stress, least, 1e-6)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from solvers.errors import require
-from solvers.pin.loads import DeflectionReference, LoadCase, piston_pin_case
+from solvers.pin.loads import DeflectionReference, LoadCase, pin_places, piston_pin_case
 
 
 def require_positive(owner: object, prefix: str, *names: str) -> None:
@@ -35,7 +35,12 @@ class Geometry:
 
     @property
     def length(self) -> float:
-        return 2.0 * self.boss_length + self.small_end_length + 2.0 * self.gap
+        return self.places[-1][0]
+
+    @property
+    def places(self) -> tuple[tuple[float, float], ...]:
+        """See ``loads.pin_places``."""
+        return pin_places(self.boss_length, self.small_end_length, self.gap)
 
     @property
     def area(self) -> float:
@@ -129,4 +134,5 @@ class Scene:
     def reference(self) -> DeflectionReference:
         """The middle against the inner edges of the bosses."""
         g = self.geometry
-        return DeflectionReference(g.boss_length, g.length - g.boss_length)
+        right, rest = g.places[4]
+        return DeflectionReference(g.boss_length, right, rest)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.convex_stations import all_lightest
+from solvers.pin.convex_stations import all_lightest, lightest
 from solvers.pin.flexibility import bending, line_from, phi, phi_curvature, phi_slope
 from solvers.pin.program import Program
 
@@ -50,8 +50,10 @@ def place(
     """argmin over [low, 1] of weight u + lam (bend/v + shear phi): the global one, though phi is concave near 1."""
     if lam * bend == 0.0 and lam * shear == 0.0:
         return low
+    if knee < 1.0:
+        return lightest(weight / lam, low, bend, shear, start, a, b, knee)
     high = 1.0
-    if knee >= 1.0 and weight + lam * _slopes(CONVEX, bend, shear, a, b, knee)[0] < 0.0:
+    if weight + lam * _slopes(CONVEX, bend, shear, a, b, knee)[0] < 0.0:
         # The minimum may lie where g is concave: there it is at an end of the envelope's straight line.
         line = line_from(bend, shear, a, b, knee)
         if line < 1.0:

@@ -6,10 +6,10 @@ are halved where rules on fewer of the same nodes disagree.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,6 @@ NODES = 9
 _DROPPED = ((1, 6), (2, 7), (2, 6))
 """What is left out of the nodes by the rules that judge. A symmetric rule alone is blind to kinks at some places; with
 these three, twice the greatest difference covers the error of a kink anywhere in a panel."""
-FIRST_PANELS = 2
 LEAST_PANEL = 1e-13
 """Panels shorter than this share of the length are not halved any more."""
 
@@ -63,22 +62,40 @@ class Stations:
     """Panels [left, right] in order, and their nodes one after another.
 
     ``share`` are quadrature weights relative to the whole length: they add up to 1 also where one half of the bar
-    stands for both.
+    stands for both. What rounding left out of the panels' ends is in ``left_rest`` and ``right_rest``: a short panel
+    far from the bar's end keeps the digits of its length.
     """
 
     left: Array
     right: Array
+    left_rest: Array | float = field(default=0.0, kw_only=True)
+    right_rest: Array | float = field(default=0.0, kw_only=True)
 
     @property
     def span(self) -> float:
         return float(self.right[-1] - self.left[0])
 
     @cached_property
-    def x(self) -> Array:
-        middle, half = 0.5 * (self.left + self.right), 0.5 * (self.right - self.left)
-        x = middle[:, None] + half[:, None] * _X
+    def width(self) -> Array:
+        return (self.right - self.left) + (self.right_rest - self.left_rest)
+
+    @cached_property
+    def _places(self) -> tuple[Array, Array]:
+        """The nodes, and what rounding left out of them."""
+        along = 0.5 * self.width[:, None] * (1.0 + _X)
+        x, rest = _sum(self.left[:, None], along + np.reshape(self.left_rest, (-1, 1)))
         x[:, 0], x[:, -1] = self.left, self.right
-        return x.ravel()
+        rest[:, 0], rest[:, -1] = self.left_rest, self.right_rest
+        return x.ravel(), rest.ravel()
+
+    @property
+    def x(self) -> Array:
+        return self._places[0]
+
+    @property
+    def rest(self) -> Array:
+        """What rounding left out of ``x``."""
+        return self._places[1]
 
     @cached_property
     def side(self) -> Array:
@@ -87,7 +104,7 @@ class Stations:
 
     @cached_property
     def share(self) -> Array:
-        return (0.5 * (self.right - self.left)[:, None] * _W).ravel() / self.span
+        return (0.5 * self.width[:, None] * _W).ravel() / self.span
 
     def cut(self, places: tuple[float, ...]) -> Stations:
         """The panels of contiguous stations, with ends at these places as well."""
@@ -99,7 +116,7 @@ class Stations:
     def doubt(self, values: Array) -> Array:
         """For every panel, how far rules on fewer nodes are from Lobatto's, relative to the whole length."""
         table = values.reshape(-1, NODES)
-        return 0.5 * (self.right - self.left) / self.span * np.abs(table @ _JUDGES).max(axis=1)
+        return 0.5 * self.width / self.span * np.abs(table @ _JUDGES).max(axis=1)
 
     def overlooked(self, values: Array, forward: bool = True) -> Array:
         """For every panel, what a running maximum over the stations misses between them, relative to the whole length.
@@ -124,10 +141,28 @@ class Stations:
 
     def halved(self, which: NDArray[np.bool_]) -> Stations:
         """The same with some panels cut in two."""
-        middle = 0.5 * (self.left + self.right)
-        left = np.sort(np.concatenate([self.left, middle[which]]))
-        right = np.sort(np.concatenate([self.right, middle[which]]))
-        return Stations(left, right)
+        left_rest, right_rest = (np.broadcast_to(r, self.left.shape) for r in (self.left_rest, self.right_rest))
+        middle, rest = _sum(self.left[which], 0.5 * self.width[which] + left_rest[which])
+        left, right = np.concatenate([self.left, middle]), np.concatenate([self.right, middle])
+        first, last = np.argsort(left, kind="stable"), np.argsort(right, kind="stable")
+        return Stations(
+            left[first], right[last], left_rest=np.concatenate([left_rest, rest])[first],
+            right_rest=np.concatenate([right_rest, rest])[last],
+        )  # fmt: skip
+
+    def first(self, panels: int) -> Stations:
+        """The first so many panels."""
+        left_rest, right_rest = (np.broadcast_to(r, self.left.shape) for r in (self.left_rest, self.right_rest))
+        return Stations(
+            self.left[:panels], self.right[:panels], left_rest=left_rest[:panels], right_rest=right_rest[:panels]
+        )
+
+
+def _sum(a: Array, b: Array) -> tuple[Array, Array]:
+    """a + b, and what rounding leaves out of it, exactly (D. E. Knuth's sum)."""
+    total = a + b
+    seen = total - a
+    return total, (a - (total - seen)) + (b - seen)
 
 
 def _above(x: Array, f: Array) -> Array:
@@ -183,9 +218,9 @@ def _merged(places: list[float], tolerance: float) -> list[float]:
     return kept
 
 
-def first_stations(places: list[float], end: float) -> Stations:
-    """Panels on [0, end] that begin and end at the given places."""
-    edges = [0.0, *(p for p in places if LEAST_PANEL * end < p < end * (1.0 - LEAST_PANEL)), end]
-    cuts = [np.linspace(lo, hi, FIRST_PANELS + 1)[:-1] for lo, hi in pairwise(edges)]
-    left = np.concatenate(cuts)
-    return Stations(left, np.append(left[1:], end))
+def first_stations(places: list[float], end: float, rests: Mapping[float, float] = MappingProxyType({})) -> Stations:
+    """Panels on [0, end] that begin and end at the given places; ``rests`` is what rounding left out of some."""
+    edges = np.array([0.0, *(p for p in places if LEAST_PANEL * end < p < end * (1.0 - LEAST_PANEL)), end])
+    rest = np.array([rests.get(edge, 0.0) for edge in edges.tolist()])
+    whole = Stations(edges[:-1], edges[1:], left_rest=rest[:-1], right_rest=rest[1:])
+    return whole.halved(np.ones(edges.size - 1, dtype=bool))

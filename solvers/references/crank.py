@@ -21,7 +21,7 @@ strokes}, ``masses`` {piston, rod, rod_cg, rod_inertia, crank_pin}, ``pressure``
 strokes, ``phases``; SI units. ``left_out`` names effects: reciprocating_inertia, rod_inertia_couple."""
 
 DIGITS = 34
-_LOOKS = 2_880
+_LOOKS = 1_440
 _ORDER, _CHECKED = 20, 26
 _PANEL = 0.2
 _WITHIN = 1e-3

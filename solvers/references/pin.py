@@ -21,7 +21,7 @@ Case = Mapping[str, Any]
 INPUTS = ("outer_diameter", "boss_length", "small_end_length", "gap", "force", "allowable_stress")
 ORDER = 40
 DIGITS = 34
-_QUICK, _CHECKED = 16, 24
+_QUICK, _CHECKED = 12, 18
 
 
 def _patient() -> None:
@@ -229,7 +229,8 @@ Found = dict[str, tuple[Number | None, float]]
 
 
 def common(case: Case, watch: Callable[[], None]) -> Found:
-    """What no bore has a part in: the solid pin's mass, the greatest moment, the force that the solid pin carries
+    """What no bore has a part in: the solid pin's mass, the greatest moment, the pressures in the small end (even) and
+    at the peak of a boss's triangle, the force that the solid pin carries
     (where there is a load), and the mass of the constant bore that strength and the least wall allow (None where even
     the solid pin is too weak)."""
     with mp.workdps(DIGITS):
@@ -243,6 +244,8 @@ def common(case: Case, watch: Callable[[], None]) -> Found:
             "solid_mass": (solid, 0.0),
             "max_moment": (pin.forces(pin.L / 2)[1], 0.0),
             "constant_bore_mass": (constant, 0.0),
+            "small_end_pressure": (pin.P / (pin.D * pin.b), 0.0),
+            "boss_peak_pressure": (pin.P / (pin.D * pin.a), 0.0),
         }
         return {**found, "force_limit": (pin.P / use, 0.0)} if use else found
 

@@ -62,6 +62,27 @@ def climb(f: Function, a: Number, m: Number, b: Number) -> tuple[Number, Number]
     return x, fx
 
 
+def zero(f: Function, low: Number, high: Number) -> Number:
+    """Where f changes its sign between two places, in the present precision: the Illinois rule.
+
+    Source: M. Dowell, P. Jarratt, A modified regula falsi method (1971).
+    """
+    left, right = f(low), f(high)
+    for _ in range(4 * mp.mp.dps):
+        if left == right or not left or not right:
+            break
+        place = high - right * (high - low) / (right - left)
+        value = f(place)
+        if value * right < 0:
+            low, left = high, right
+        else:
+            left /= 2
+        moved, high, right = abs(place - high), place, value
+        if moved <= abs(place) * mp.mpf(10) ** (2 - mp.mp.dps):
+            break
+    return high if abs(right) <= abs(left) else low
+
+
 def summits(values: Sequence[float], within: float) -> list[int]:
     """Indices of samples that neither neighbour exceeds and that come within a share of the samples' range of the top;
     the ends count."""

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import io
 import json
 import sqlite3
 
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
 from app.cli import app
 from app.designs.kind import Mode
+from app.designs.progress import Progress
 from app.designs.registry import KINDS, example_of
+from app.printing import shown_progress
 
 runner = CliRunner()
 
@@ -36,6 +40,15 @@ def test_every_mode_prints_a_readable_table_or_the_run(call, mode):
     run = json.loads(call(str(mode), "flexible-rod", request, "--json").output)
     assert run["mode"] == mode
     assert run["result"]
+
+
+def test_progress_shows_on_a_terminal_and_nowhere_else():
+    for terminal in (True, False):
+        written = io.StringIO()
+        with shown_progress(Console(file=written, force_terminal=terminal)) as report:
+            report(Progress(3, 40, "the ladder of accuracies"))
+        assert ("the ladder of accuracies" in written.getvalue() and "3/40" in written.getvalue()) == terminal
+        assert terminal or not written.getvalue()
 
 
 def test_a_study_takes_the_case_itself(call, check_request):

@@ -1,9 +1,8 @@
 """Reference values for the hard cases of the rod: ``python -m tests.hard_cases.make_rod_references [NAME ...]``.
 
-Reads rod_cases.json and writes rod_references.json, 30 digits a value. Nothing is shared with the solver: the strip is
-V = A (cos Kz - 1) + B (sin Kz - Kz), or its hyperbolic or cubic counterpart, with A and B from the two conditions at
-the head solved as they stand, at as many digits as they cancel and 50 more. Extremes are searched on graded grids and
-climbed by Brent's method; the friction power is an integral over pieces that end where its integrand has a corner.
+Reads rod_cases.json and writes rod_references.json, 30 digits a value, from ``solvers.references.rod``, which shares
+nothing with the solver. Extremes are searched on graded grids and climbed by Brent's method; the friction power is an
+integral over pieces that end where its integrand has a corner.
 
 Each value comes with its relative condition number: the sum of |d ln value / d ln input| over the real inputs of the
 machine, the place of the extreme held, which changes it to second order only.
@@ -13,11 +12,14 @@ from __future__ import annotations
 
 import json
 import sys
-from functools import cache, lru_cache, partial
+from functools import cache, partial
 from itertools import pairwise
 from pathlib import Path
 
 import mpmath as mp
+
+from solvers.references.rod import Bent, Machine
+from solvers.references.searching import climb
 
 HERE = Path(__file__).parent
 DIGITS = 50
@@ -26,218 +28,18 @@ STEP = mp.mpf(10) ** -20
 SCALED = ("elastic_modulus", "b", "h", "l", "rod_length", "crank_radius", "diameter", "skirt_length", "pressure")
 
 
-class Bent:
-    """The strip at one load, per unit stroke: A and B from the two conditions at the head, solved as they stand."""
-
-    def __init__(self, q, l, rod_length):
-        x = mp.sqrt(abs(q)) * l
-        small = -mp.log10(x) if x > 0 else 0
-        self.q, self.k, e = q, mp.sqrt(abs(q)), rod_length - l
-        with mp.workdps(DIGITS + 10 + int(max(small, 0) * 10 + x)):
-            self.digits = mp.mp.dps
-            f, g = self.families(l)
-            a11, a12, a21, a22 = f[0] + e * f[1], g[0] + e * g[1], f[2] + e * f[3], g[2] + e * g[3]
-            det = a11 * a22 - a12 * a21
-            self.a, self.b = a22 / det, -a21 / det
-
-    def families(self, z):
-        """Both functions that obey the conditions at the clamp, each with three derivatives."""
-        q, k = self.q, self.k
-        if q == 0:
-            return (z**2 / 2, z, mp.mpf(1), mp.mpf(0)), (z**3 / 6, z**2 / 2, z, mp.mpf(1))
-        if q < 0:
-            c, s = mp.cos_sin(k * z)
-            return (c - 1, -k * s, -(k**2) * c, k**3 * s), (s - k * z, k * c - k, -(k**2) * s, -(k**3) * c)
-        grown = mp.exp(k * z)
-        c, s = (grown + 1 / grown) / 2, (grown - 1 / grown) / 2
-        return (c - 1, k * s, k**2 * c, k**3 * s), (s - k * z, k * c - k, k**2 * s, k**3 * c)
-
-    def __call__(self, order, z):
-        """The derivative of V of this order at z."""
-        with mp.workdps(self.digits):
-            f, g = self.families(z)
-            return self.a * f[order] + self.b * g[order]
-
-
-def critical_coupling(l, rod_length):
-    """-P_cr/EI: the first zero of the determinant of the same two conditions in compression."""
-    beta = l / rod_length
-
-    def residual(x):
-        return beta**2 * (mp.sin(x) - x * mp.cos(x)) + (1 - beta) * x**2 * mp.sin(x)
-
-    root = mp.findroot(residual, (mp.pi * (1 + mp.mpf(10) ** -30), mp.mpf("4.4934094579090642")), solver="anderson",
-                       tol=mp.mpf(10) ** (-2 * DIGITS + 20), verify=False)  # fmt: skip
-    return -((root / l) ** 2)
-
-
-def pchip(angle, values):
-    """The monotone cubic of F. N. Fritsch and J. Butland (1984), closed on itself after one turn."""
-    n, turn = len(angle), 2 * mp.pi
-    width = [(angle[(i + 1) % n] - angle[i]) + (turn if i == n - 1 else 0) for i in range(n)]
-    rise = [(values[(i + 1) % n] - values[i]) / width[i] for i in range(n)]
-    slope = []
-    for i in range(n):
-        before, after = rise[i - 1], rise[i]
-        if before * after <= 0:
-            slope.append(mp.mpf(0))
-            continue
-        w1, w2 = 2 * width[i] + width[i - 1], width[i] + 2 * width[i - 1]
-        slope.append((w1 + w2) / (w1 / before + w2 / after))
-
-    def value(phi):
-        at = angle[0] + mp.fmod(mp.fmod(phi - angle[0], turn) + turn, turn)
-        i = max(j for j in range(n) if angle[j] <= at)
-        t = (at - angle[i]) / width[i]
-        m0, m1 = slope[i] * width[i], slope[(i + 1) % n] * width[i]
-        return ((1 + 2 * t) * (1 - t) ** 2 * values[i] + t * (1 - t) ** 2 * m0
-                + t**2 * (3 - 2 * t) * values[(i + 1) % n] + t**2 * (t - 1) * m1)  # fmt: skip
-
-    mean = mp.fsum(
-        w * (values[i] + values[(i + 1) % n]) / 2 + w**2 * (slope[i] - slope[(i + 1) % n]) / 12
-        for i, w in enumerate(width)
-    )
-    return value, mean / turn
-
-
-class Machine:
-    """A case in numbers of any precision; ``change`` multiplies one of its inputs by 1 + STEP."""
-
-    def __init__(self, case, change=None):
-        groups = {**case["mechanism"], **case["piston"], **case["material"], **case["dimensions"]}
-        x = {name: mp.mpf(value) * (1 + STEP if name == change else 1) for name, value in groups.items()}
-        self.x, self.load = x, case["load"]
-        self.scale = 1 + STEP if change == "pressure" else mp.mpf(1)
-        self.stiffness = x["elastic_modulus"] * x["b"] * x["h"] ** 3 / 12
-        self.area = mp.pi * x["diameter"] ** 2 / 4
-        self.inertia = "reciprocating_inertia" in case["effects"]
-        self._pressure, self.back = self._source()
-        self.bend, self.force = lru_cache(maxsize=None)(self._bend), lru_cache(maxsize=None)(self._force)
-        self.stroke = lru_cache(maxsize=None)(self._stroke)
-
-    def _source(self):
-        load = self.load
-        if load["kind"] == "constant":
-            constant = mp.mpf(load["constant_pressure"])
-            return (lambda phi: constant), mp.mpf(0)
-        if load["kind"] == "table":
-            return pchip([mp.mpf(a) for a in load["angle"]], [mp.mpf(p) for p in load["pressure"]])
-        p_min, delta, theta = (mp.mpf(load[name]) for name in ("p_min", "delta", "theta"))
-        mean = p_min * mp.sqrt((1 + delta) / (1 - delta))
-        return (lambda phi: p_min * (1 + delta) / (1 - delta * mp.cos(phi - theta))), mean
-
-    def _force(self, phi):
-        value = -self.scale * (self._pressure(phi) - self.back) * self.area
-        if self.inertia:
-            r, L = self.x["crank_radius"], self.x["rod_length"]
-            lam, omega = r / L, 2 * mp.pi * self.x["speed"]
-            cos_beta = mp.sqrt(1 - lam**2 * mp.sin(phi) ** 2)
-            bracket = mp.cos(phi) + lam * (mp.cos(2 * phi) + lam**2 * mp.sin(phi) ** 4) / cos_beta**3
-            value += self.x["reciprocating_mass"] * r * omega**2 * bracket
-        return value
-
-    def _bend(self, phi):
-        return Bent(self.force(phi) / self.stiffness, self.x["l"], self.x["rod_length"])
-
-    def _stroke(self, phi):
-        return self.x["crank_radius"] * mp.sin(phi)
-
-    def stress(self, share, phi, fibre):
-        """At z = share l."""
-        x = self.x
-        bending = x["elastic_modulus"] * x["h"] / 2 * self.bend(phi)(2, share * x["l"]) * self.stroke(phi)
-        return self.force(phi) / (x["b"] * x["h"]) + fibre * bending
-
-    def deflection(self, share, phi):
-        return self.bend(phi)(0, share * self.x["l"]) * self.stroke(phi)
-
-    def side_force(self, phi):
-        return -self.stiffness * self.bend(phi)(3, mp.mpf(0)) * self.stroke(phi)
-
-    def clamp_moment(self, phi):
-        return self.stiffness * self.bend(phi)(2, mp.mpf(0)) * self.stroke(phi)
-
-    def couple(self, phi):
-        """6 |M0 + T e|/Lp."""
-        moment = self.clamp_moment(phi) + self.side_force(phi) * self.x["clamp_offset"]
-        return 6 * abs(moment) / self.x["skirt_length"]
-
-    def contact_pressure(self, phi):
-        whole = abs(self.side_force(phi)) + self.couple(phi)
-        return 4 * whole / (mp.pi * self.x["diameter"] * self.x["skirt_length"])
-
-    def friction_power(self, phi):
-        x = self.x
-        side, couple = abs(self.side_force(phi)), self.couple(phi)
-        wall = side if couple <= side else (couple + side**2 / couple) / 2
-        lam, omega = x["crank_radius"] / x["rod_length"], 2 * mp.pi * x["speed"]
-        sine, cosine = mp.sin(phi), mp.cos(phi)
-        speed = x["crank_radius"] * omega * sine * (1 + lam * cosine / mp.sqrt(1 - lam**2 * sine**2))
-        return x["friction_coefficient"] * 4 / mp.pi * wall * abs(speed)
-
-    def critical_force(self):
-        x = self.x
-        inertia = x["b"] * x["h"] * min(x["b"], x["h"]) ** 2 / 12
-        return -x["elastic_modulus"] * inertia * critical_coupling(x["l"], x["rod_length"])
-
-    def angles(self):
-        """Sorted angles of one turn: even ones, and a graded crowd around whatever is sharp."""
-        out = {2 * mp.pi * i / 72 for i in range(72)}
-        if self.load["kind"] == "table":
-            out |= {mp.mpf(a) % (2 * mp.pi) for a in self.load["angle"]}
-        centres = [mp.mpf(self.load["theta"])] if self.load["kind"] == "schmidt" and self.load["delta"] > 0.9 else []
-        if self.x["crank_radius"] > mp.mpf("0.9") * self.x["rod_length"]:
-            centres += [mp.pi / 2, 3 * mp.pi / 2]
-        for centre in centres:
-            out |= {(centre + s * mp.mpf(10) ** (-mp.mpf(k) / 3)) % (2 * mp.pi) for k in range(1, 24) for s in (-1, 1)}
-            out.add(centre % (2 * mp.pi))
-        return sorted(out)
-
-
-def brent(f, a, m, b, tolerance):
-    """Greatest value of f in (a, b) from an inside point m: golden sections and parabolas (R. P. Brent, 1973)."""
-    golden = (3 - mp.sqrt(5)) / 2
-    x = w = v = m
-    fx = fw = fv = f(m)
-    step = before = mp.mpf(0)
-    for _ in range(400):
-        middle = (a + b) / 2
-        if abs(x - middle) <= 2 * tolerance - (b - a) / 2:
-            break
-        parabolic = False
-        if abs(before) > tolerance:
-            r, q = (x - w) * (fx - fv), (x - v) * (fx - fw)
-            p = (x - v) * q - (x - w) * r
-            q = 2 * (q - r)
-            p, q = (-p, q) if q > 0 else (p, -q)
-            if abs(p) < abs(q * before / 2) and q * (a - x) < p < q * (b - x):
-                before, step, parabolic = step, p / q, True
-        if not parabolic:
-            before = (a if x >= middle else b) - x
-            step = golden * before
-        u = x + (step if abs(step) >= tolerance else tolerance * (1 if step > 0 else -1))
-        fu = f(u)
-        if fu >= fx:
-            a, b = (x, b) if u >= x else (a, x)
-            v, fv, w, fw, x, fx = w, fw, x, fx, u, fu
-        else:
-            a, b = (u, b) if u < x else (a, u)
-            if fu >= fw or w == x:
-                v, fv, w, fw = w, fw, u, fu
-            elif fu >= fv or v in (x, w):
-                v, fv = u, fu
-    return x, fx
-
-
-def climb(f, a, m, b):
-    """(place, value); a corner, where the value moves with the place itself, is narrowed twice as far."""
-    width = b - a
-    x, fx = brent(f, a, m, b, width * mp.mpf(10) ** -17)
-    near = width * mp.mpf(10) ** -15
-    fall = max(fx - f(max(x - near, a)), fx - f(min(x + near, b)))
-    if abs(fall) > mp.mpf(10) ** -25 * abs(fx):
-        x, fx = brent(f, max(x - 4 * near, a), x, min(x + 4 * near, b), width * mp.mpf(10) ** -34)
-    return x, fx
+def changed(case, name):
+    """The case with one input times 1 + STEP; ``pressure`` scales the whole load."""
+    if name is None:
+        return case
+    if name == "pressure":
+        return {**case, "pressure_scale": 1 + STEP}
+    return {
+        group: {key: mp.mpf(v) * (1 + STEP) if key == name else v for key, v in values.items()}
+        if group in ("mechanism", "piston", "material", "dimensions")
+        else values
+        for group, values in case.items()
+    }
 
 
 def greatest(f, angles, nearby=None):
@@ -311,7 +113,7 @@ def condition(case, evaluate):
     plain = evaluate(Machine(case))
     if plain == 0:
         return mp.mpf(1)
-    return mp.fsum(abs(evaluate(Machine(case, name)) / plain - 1) / STEP for name in SCALED)
+    return mp.fsum(abs(evaluate(Machine(changed(case, name))) / plain - 1) / STEP for name in SCALED)
 
 
 def power(machine, angles):

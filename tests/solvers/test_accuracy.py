@@ -6,29 +6,46 @@ import math
 
 import pytest
 
-from solvers.accuracy import Meeting, Plan, Reference, Solved, Within, relative_errors, require_accuracy, study
+from solvers.accuracy import (
+    Exact,
+    Meeting,
+    Plan,
+    Reference,
+    Solved,
+    Within,
+    closest_proof,
+    relative_errors,
+    require_accuracy,
+    study,
+)
 from solvers.errors import InvalidInput
 
 
 class Bench:
     """A solver whose error is half the wanted accuracy and whose time is its logarithm, by its own clock."""
 
-    def __init__(self, fails_at=()):
+    def __init__(self, fails_at=(), estimated=0.0, slow=1.0):
         self.now, self.order, self.fails_at = 0.0, [], fails_at
+        self.estimated, self.slow = estimated, slow
 
     def clock(self):
         return self.now
 
     def solve(self, accuracy):
         self.order.append(accuracy)
-        self.now += -math.log10(accuracy)
+        self.now += -math.log10(accuracy) * self.slow
         if accuracy in self.fails_at:
             raise ZeroDivisionError
-        return Solved({"one": 1.0 + 0.5 * accuracy, "none": None}, {"digits": -math.log10(accuracy)})
+        results = {"one": 1.0 + 0.5 * accuracy, "two": 2.0 + accuracy, "none": None}
+        return Solved(results, {"digits": -math.log10(accuracy)}, self.estimated, 10 * accuracy)
 
 
-def run(bench, goal, ladder, runs=1, time=1e9, reference=None):
-    return study(bench.solve, goal, Plan(ladder, runs, time), reference, bench.clock)
+def run(bench, goal, ladder, runs=1, time=1e9, reference=lambda: None, reference_time=1e9):
+    return study(bench.solve, goal, Plan(ladder, runs, time, reference_time), reference, bench.clock)
+
+
+def told(results, made="known"):
+    return lambda: Reference(made, lambda watch: results)
 
 
 def test_levels_go_from_loose_to_tight_with_their_true_errors():
@@ -56,11 +73,77 @@ def test_runs_are_interleaved_after_a_tighter_reference():
 
 
 def test_an_independent_reference_judges_the_tightest_rungs_too():
-    told = Reference("known", lambda: {"one": 1.0, "none": None})
-    table = run(Bench(), Meeting(1e-11), (1e-2, 1e-12), reference=told)
+    known = told({"one": Exact(1.0), "two": Exact(2.0), "none": Exact(None)})
+    table = run(Bench(), Meeting(1e-11), (1e-2, 1e-12), reference=known)
     assert table.reference == "known"
     assert table.levels[-1].error == pytest.approx(5e-13, rel=1e-2)
+    assert not table.levels[-1].at_most
     assert table.recommended.accuracy == 1e-12
+
+
+def test_what_no_independent_reference_tells_the_solver_judges_itself():
+    table = run(Bench(), Meeting(1e-2), (1e-2, 1e-10, 1e-12), reference=told({"one": Exact(1.0)}))
+    assert table.reference == "known; two: the same case solved to 1e-12"
+    assert [set(level.errors) for level in table.levels] == [{"one", "two", "none"}, {"one", "two", "none"}, {"one"}]
+    assert table.levels[-1].error == pytest.approx(5e-13, rel=1e-2)
+
+
+def test_a_wrong_solver_is_found_out_by_an_independent_reference_alone():
+    bench = Bench()
+    truth = {"one": Exact(1.25), "two": Exact(2.0), "none": Exact(None)}
+    assert run(bench, Meeting(1e-4), (1e-4,), reference=told(truth)).levels[0].errors["one"] == pytest.approx(0.2, 1e-3)
+    assert run(bench, Meeting(1e-4), (1e-4,)).levels[0].errors["one"] < 1e-4
+
+
+def test_no_error_is_told_below_what_the_reference_may_be_off():
+    vague = told({"one": Exact(1.0, 1e-5), "two": Exact(2.0), "none": Exact(None)})
+    table = run(Bench(), Meeting(1e-4), (1e-3, 1e-8), reference=vague)
+    assert [(level.error, level.at_most) for level in table.levels] == [(pytest.approx(5e-4), False), (1e-5, True)]
+    assert table.reference_accuracy == 1e-5
+    # Nor below what the solver itself thinks of its tightest solution.
+    table = run(Bench(estimated=1e-7), Meeting(1e-4), (1e-3, 1e-10))
+    assert [(level.error, level.at_most) for level in table.levels] == [(pytest.approx(5e-4), False), (1e-7, True)]
+    assert "its own estimate 1e-07" in table.reference
+
+
+def test_a_reference_that_takes_too_long_is_given_up():
+    bench = Bench()
+
+    def results(watch):
+        for _ in range(1000):
+            bench.now += 1.0
+            watch()
+        raise AssertionError("nobody looked at the clock")
+
+    table = run(bench, Meeting(1e-2), (1e-2, 1e-4), reference=lambda: Reference("by hand", results), reference_time=9.5)
+    assert table.reference == "one by hand was given up after 9.5 s; the same case solved to 1e-06"
+    assert bench.now < 40
+    assert [level.accuracy for level in table.levels] == [1e-2, 1e-4]
+
+
+def test_a_result_that_exists_on_one_side_only_is_a_failure():
+    table = run(Bench(), Meeting(1e-2), (1e-2,), reference=told({"one": Exact(None)}))
+    assert table.levels[0].error is None
+
+
+def test_long_runs_are_run_less_often():
+    plan = Plan((1e-2, 1e-4), runs=20, time=1e9, reference_time=1.0)
+    bench = Bench(slow=0.75)  # 1.5 s and 3 s
+    table = study(bench.solve, Meeting(1e-2), plan, clock=bench.clock)
+    assert [level.runs for level in table.levels] == [20, 3]
+
+
+def test_no_solution_begins_that_would_not_end_in_time():
+    table = run(Bench(), Meeting(1e-2), (1e-1, 1e-6), runs=50, time=20.0)
+    # One round takes 7, the tighter of the two no third one; the looser goes on.
+    assert [(level.accuracy, level.runs) for level in table.levels] == [(1e-1, 8), (1e-6, 2)]
+
+
+def test_the_cheapest_proof_to_an_accuracy_is_named_or_the_closest():
+    levels = run(Bench(), Meeting(1e-2), (1e-2, 1e-4, 1e-6)).levels
+    assert closest_proof(levels, 1e-3).accuracy == 1e-4
+    assert closest_proof(levels, 1e-12).accuracy == 1e-6
+    assert closest_proof((), 1e-3) is None
 
 
 def test_without_one_no_rung_is_judged_by_its_equal():

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from app.designs.crank_dynamics.pictures import PLOTS
+from app.designs.crank_dynamics.reference import dynamics_reference
 from app.designs.crank_dynamics.request import DynamicsRequest
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.schema import MEGA, MILLI, RepairDone, Strict, envelope, refusal_problem, repairs_json, scaled
@@ -235,7 +236,7 @@ CRANK_DYNAMICS = Kind(
     slug="crank-dynamics",
     title="Crank dynamics",
     summary="forces, torque and power of a crank mechanism over its cycle, and the instants that load its parts",
-    jobs={Mode.ANALYSIS: Job(DynamicsRequest, DynamicsResult, run_dynamics)},
+    jobs={Mode.ANALYSIS: Job(DynamicsRequest, DynamicsResult, run_dynamics, reference=dynamics_reference)},
     known_effects=crank.EFFECTS,
     plots=PLOTS,
     main_results=(

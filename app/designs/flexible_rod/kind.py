@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import Field
 
 from app.designs.flexible_rod.pictures import stability_map
+from app.designs.flexible_rod.reference import check_reference, design_reference
 from app.designs.flexible_rod.request import CheckRequest, DesignRequest, Dimensions
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.schema import (
@@ -169,8 +170,8 @@ FLEXIBLE_ROD = Kind(
     title="Flexible rod",
     summary="the strip rod of a crank-slider machine: width, thickness and free length",
     jobs={
-        Mode.DESIGN: Job(DesignRequest, DesignResult, run_design),
-        Mode.CHECK: Job(CheckRequest, RodResult, run_check),
+        Mode.DESIGN: Job(DesignRequest, DesignResult, run_design, reference=design_reference),
+        Mode.CHECK: Job(CheckRequest, RodResult, run_check, reference=check_reference),
     },
     known_effects=rod.EFFECTS,
     plots={"stability-map": stability_map},

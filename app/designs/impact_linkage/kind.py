@@ -17,6 +17,7 @@ from app.designs.impact_linkage.pictures import (
     loads_picture,
     transfer_picture,
 )
+from app.designs.impact_linkage.reference import check_reference, design_reference
 from app.designs.impact_linkage.request import CheckRequest, DesignRequest, LinkageRequest
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.schema import (
@@ -380,8 +381,8 @@ IMPACT_LINKAGE = Kind(
     title="Impact linkage",
     summary="the crank-rocker that strikes once a turn: its type, its four lengths and how it lies in its box",
     jobs={
-        Mode.DESIGN: Job(DesignRequest, DesignResult, run_design),
-        Mode.CHECK: Job(CheckRequest, LinkageResult, run_check),
+        Mode.DESIGN: Job(DesignRequest, DesignResult, run_design, reference=design_reference),
+        Mode.CHECK: Job(CheckRequest, LinkageResult, run_check, reference=check_reference),
     },
     known_effects=linkage.EFFECTS,
     plots={

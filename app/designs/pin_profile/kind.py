@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.pin_profile.pictures import bore_picture, forces_picture, load_family, stress_picture
+from app.designs.pin_profile.reference import check_reference, design_reference
 from app.designs.pin_profile.request import CheckRequest, DesignRequest
 from app.designs.pin_profile.result import (
     DesignResult,
@@ -85,8 +86,10 @@ PIN_PROFILE = Kind(
     title="Piston pin",
     summary="the lightest bore of a piston pin: free, drillable, stepped, conical",
     jobs={
-        Mode.DESIGN: Job(DesignRequest, DesignResult, run_design, infeasible=InfeasibleResult),
-        Mode.CHECK: Job(CheckRequest, PinResult, run_check),
+        Mode.DESIGN: Job(
+            DesignRequest, DesignResult, run_design, reference=design_reference, infeasible=InfeasibleResult
+        ),
+        Mode.CHECK: Job(CheckRequest, PinResult, run_check, reference=check_reference),
     },
     known_effects=pin.EFFECTS,
     plots={

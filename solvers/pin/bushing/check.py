@@ -21,7 +21,7 @@ from solvers.pin.bushing.scene import BushingScene
 from solvers.pin.bushing.section import pulls, utilisation
 from solvers.pin.check import Pressures, RingResult
 from solvers.pin.effects import compose
-from solvers.pin.loads import forces_at, rounding
+from solvers.pin.loads import ROUNDING, forces_at
 from solvers.pin.profile import Profile, WholeProfile
 from solvers.pin.program import Physics
 from solvers.pin.scene import NO_LIMITS, Limits
@@ -100,7 +100,7 @@ def check(
         Status.SUCCEEDED,
         value,
         choice.manifest,
-        Accuracy(accuracy, doubt + rounding(scene.geometry.length, scene.reference), {"stations": int(gap.size)}),
+        Accuracy(accuracy, doubt + ROUNDING, {"stations": int(gap.size)}),
         timing={"solve_s": time.perf_counter() - started},
     )
 
@@ -147,7 +147,7 @@ def assess(
     x, outer = program.stations.x, g.bore + gap
     use, equivalent, tangential = np.zeros_like(gap), np.zeros_like(gap), np.zeros_like(gap)
     for case in scene.cases:
-        forces = forces_at(case, x, program.stations.side)
+        forces = forces_at(case, x, program.stations.side, program.stations.rest)
         for pull in pulls(forces, program.criterion, scene.material):
             share = utilisation(pull, g.bore, gap)
             use = np.maximum(use, share)
@@ -155,7 +155,7 @@ def assess(
                 tangential = np.maximum(tangential, share * pull.stress)
             else:
                 equivalent = np.maximum(equivalent, share * pull.stress)
-    forces = forces_at(scene.cases[0], x, program.stations.side)
+    forces = forces_at(scene.cases[0], x, program.stations.side, program.stations.rest)
     worst = int(np.argmax(equivalent))
     deflection = program.deflection(program.y_of(gap))
     found = _ring(scene, outer) if physics.ovalization else None
@@ -186,7 +186,7 @@ def _finite(value: float) -> float | None:
 def _along(program: BushingProgram, outer: Array, equivalent: Array) -> OutsideAlong:
     """Stations of the whole bushing, thinned to some four hundred, ends of panels first."""
     scene, x = program.scene, program.stations.x
-    forces = forces_at(scene.cases[0], x, program.stations.side)
+    forces = forces_at(scene.cases[0], x, program.stations.side, program.stations.rest)
     table = np.stack([x, outer, forces.moment_total, forces.shear[0], equivalent])
     length, keep, last = scene.geometry.length, [], -math.inf
     edges = set(program.stations.left) | {float(x[-1])}

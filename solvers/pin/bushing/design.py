@@ -19,7 +19,7 @@ from solvers.pin.bushing.program import BushingProgram, assemble, gap_floor, ope
 from solvers.pin.bushing.scene import BushingScene
 from solvers.pin.effects import compose
 from solvers.pin.form import Found
-from solvers.pin.loads import rounding
+from solvers.pin.loads import ROUNDING
 from solvers.pin.profile import Profile
 from solvers.pin.program import Physics
 from solvers.pin.scene import NO_LIMITS, Limits
@@ -88,9 +88,7 @@ def design(
         Status.SUCCEEDED,
         BushingDesign(value, problem.form.name, free.volume * program.mass_unit, best.corners),
         choice.manifest,
-        Accuracy(
-            accuracy, doubt + rounding(scene.geometry.length, scene.reference), {"stations": int(best.solidity.size)}
-        ),
+        Accuracy(accuracy, doubt + ROUNDING, {"stations": int(best.solidity.size)}),
         certificate=Certificate(best.method, program.mass_unit * best.bound, gap, dict(best.evidence)),
         timing={"solve_s": time.perf_counter() - started},
     )

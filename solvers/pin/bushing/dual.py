@@ -14,42 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.bushing.program import BushingProgram, bending, shearing
+from solvers.pin.bushing.program import BushingProgram
 from solvers.pin.bushing.section import utilisation
+from solvers.pin.tube import bending, place_around, shearing
 
 Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
 _ROUNDS = 200
 CLOSE = 4e-14
 """How far below its limit the deflection may end, relative."""
-
-
-@kernel
-def _place(lam: float, w: float, bend: float, shear: float, low: float, kappa: float, a: float, b: float) -> float:
-    """argmin over y >= low of w y + lam (bend f + shear g)."""
-    p, q = lam * bend / w, lam * shear / w
-    if p == 0.0 and q == 0.0:
-        return low
-    thin = math.sqrt(0.5 * kappa * p + q * (a + 0.25 * b * kappa))
-    y = thin if kappa > 0.0 else (2.0 * p) ** (1.0 / 3.0) + thin
-    least, most = 0.0, np.inf
-    for _ in range(200):
-        df, d2f = bending(y, kappa)[1:]
-        dg, d2g = shearing(y, kappa, a, b)[1:]
-        pull = -(p * df + q * dg)
-        if pull > 1.0:
-            least = y
-        else:
-            most = y
-        new = y * math.exp(math.log(pull) * pull / (y * (p * d2f + q * d2g)))
-        if not least < new < most:
-            if abs(new - y) <= 4.0 * _EPS * y:
-                break
-            new = 2.0 * y if most == np.inf else (math.sqrt(least) * math.sqrt(most) if least > 0.0 else 0.5 * y)
-        if abs(new - y) <= 2.0 * _EPS * y:
-            break
-        y = new
-    return max(y, low)
 
 
 @kernel
@@ -60,7 +33,7 @@ def _free(lam: float, share: Array, low: Array, bend: Array, shear: Array, k: fl
         if bend[i] == 0.0 and shear[i] == 0.0:
             y[i] = low[i]
             continue
-        x = _place(lam, 1.0, bend[i], shear[i], low[i], k, a, b)
+        x = place_around(lam, 1.0, bend[i], shear[i], low[i], k, a, b)
         y[i] = x
         f, df, d2f = bending(x, k)
         g, dg, d2g = shearing(x, k, a, b)
@@ -81,7 +54,7 @@ def _monotone(lam: float, share: Array, low: Array, bend: Array, shear: Array, k
     for i in range(n):
         top += 1
         w[top], wb[top], ws[top], lo[top], count[top] = share[i], share[i] * bend[i], share[i] * shear[i], low[i], 1
-        at[top] = _place(lam, w[top], wb[top], ws[top], lo[top], k, a, b)
+        at[top] = place_around(lam, w[top], wb[top], ws[top], lo[top], k, a, b)
         while top > 0 and at[top - 1] > at[top]:
             w[top - 1] += w[top]
             wb[top - 1] += wb[top]
@@ -89,7 +62,7 @@ def _monotone(lam: float, share: Array, low: Array, bend: Array, shear: Array, k
             lo[top - 1] = lo[top]
             count[top - 1] += count[top]
             top -= 1
-            at[top] = _place(lam, w[top], wb[top], ws[top], lo[top], k, a, b)
+            at[top] = place_around(lam, w[top], wb[top], ws[top], lo[top], k, a, b)
     total, change, i = 0.0, 0.0, 0
     for j in range(top + 1):
         x = at[j]

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.pin.bushing.dual import bound, strength_bound, weigh
+from solvers.pin.bushing.half import Half
 from solvers.pin.bushing.program import BushingProgram
-from solvers.pin.bushing.section import least_gaps
-from solvers.pin.bushing.stiff_steps import stiff_steps
 from solvers.pin.form import Found
 from solvers.pin.pointwise import missed_by_order
 from solvers.pin.separable import rising
 from solvers.pin.slope import missed_by_slope
-from solvers.pin.stepped import MOST_STEPS, best_breaks
+from solvers.pin.stepped import MOST_STEPS
+from solvers.pin.steps.search import lightest_steps
 
 Array = NDArray[np.float64]
 
@@ -124,29 +124,13 @@ class Stepped:
     def find(self, program: BushingProgram, gap: float) -> Found:
         if self.steps == 1:
             return Constant().find(program, gap)
-        scene, middle = program.scene, 0.5 * _length(program)
         if program.limits.max_slope is not None:
             raise InvalidInput("limits.max_slope", "a step has no slope", "no slope limit with steps")
-        low = np.maximum(program.lower, program.lower[::-1]) if not scene.symmetric else program.lower
-        half = low.size if scene.symmetric else program.anchor
-        nodes, peaks = program.stations.x[:half], np.maximum.accumulate(low[:half])
-
-        def least(x: Array) -> Array:
-            own = program.y_of(least_gaps(scene, program.criterion, program.floor, x, x))
-            if not scene.symmetric:
-                turned = _length(program) - x
-                own = np.maximum(own, program.y_of(least_gaps(scene, program.criterion, program.floor, turned, turned)))
-            return np.maximum.accumulate(np.maximum(peaks[np.searchsorted(nodes, x, side="right") - 1], own))
-
-        breaks = best_breaks(least, middle, self.steps, max(0.1 * gap, 1e-9))
-        places, levels = breaks.places, breaks.walls
-        volume, below = breaks.total / middle, breaks.bound / middle
-        method, evidence = "branch and bound over the break points", {"cells": breaks.cells, "steps": self.steps}
-        if program.limit is not None and program.deflection(self._at(program, places, levels)) > program.limit:
-            places, levels, volume = stiff_steps(program, places)
-            below = max(below, Turned(one_way=True).find(program, gap).bound)
-            method = "turned from both ends below; steps by local search"
-            evidence["not_proven"] = "with a deflection limit the bound is that of the smooth outside"
+        # No steps are lighter than the outside that may widen all the way.
+        smooth = 0.0 if program.limit is None else Turned(one_way=True).find(program, gap).bound
+        found = lightest_steps(Half(program), self.steps, smooth)
+        levels, volume, below = found.walls.levels, found.walls.volume, found.bound
+        places = found.places * 0.5 * _length(program)
         outer = program.scene.geometry.bore + program.gap_of(levels)
         corners, begin = [], 0.0
         for place, diameter in zip(places, outer, strict=True):
@@ -154,7 +138,7 @@ class Stepped:
             begin = float(place)
         corners += [(_length(program) - p, d) for p, d in reversed(corners)]
         y = self._at(program, places, levels)
-        return Found(y, float(volume), float(min(below, volume)), method, evidence, corners=tuple(corners))
+        return Found(y, volume, float(min(below, volume)), found.method, found.evidence, corners=tuple(corners))
 
     def _at(self, program: BushingProgram, places: Array, levels: Array) -> Array:
         """y at the stations; a panel belongs to the step that holds its middle."""

@@ -2,15 +2,10 @@
 
     minimise  sum s_i y_i   subject to  y_i >= l_i,  sum s_i (B_i f(y_i) + S_i g(y_i)) <= limit
 
-f = 1/(y (y + 2 kappa)) is the section's bending flexibility over 64/(E pi l^4), g its shear flexibility by Cowper over
-4/(G pi l^2), kappa = 1 with a bore and 0 without:
-
-    g = a/y + (b kappa/2) (f + 1/(y + 2 kappa)^2).
-
-Both are convex for every y > 0, so unlike the pin's this program is convex as it stands. It has a feasible point for
-every finite load and every deflection limit: more material always helps.
-
-Source: Cowper's coefficient (see ``solvers.pin.flexibility``) with m^2 = d^2/D^2, in partial fractions.
+f is the section's bending flexibility over 64/(E pi l^4), g its shear flexibility over 4/(G pi l^2)
+(``solvers.pin.tube``), kappa = 1 with a bore and 0 without. Both are convex for every y > 0, so unlike the pin's this
+program is convex as it stands. It has a feasible point for every finite load and every deflection limit: more material
+always helps.
 """
 
 from __future__ import annotations
@@ -31,27 +26,9 @@ from solvers.pin.program import Physics
 from solvers.pin.scene import Limits
 from solvers.pin.section import Criterion
 from solvers.pin.stations import Stations, first_stations, panel_edges
+from solvers.pin.tube import bending, shearing
 
 Array = NDArray[np.float64]
-
-
-@kernel
-def bending(y: float, kappa: float) -> tuple[float, float, float]:
-    """f = 1/(y (y + 2 kappa)) with its first and second derivative."""
-    f = 1.0 / (y * (y + 2.0 * kappa))
-    return f, -2.0 * (y + kappa) * f * f, (6.0 / f + 8.0 * kappa * kappa) * f * f * f
-
-
-@kernel
-def shearing(y: float, kappa: float, a: float, b: float) -> tuple[float, float, float]:
-    """g with its first and second derivative."""
-    f, df, d2f = bending(y, kappa)
-    c, h = 1.0 / (y + 2.0 * kappa), 0.5 * b * kappa
-    return (
-        a / y + h * (f + c * c),
-        -a / (y * y) + h * (df - 2.0 * c * c * c),
-        2.0 * a / (y * y * y) + h * (d2f + 6.0 * c * c * c * c),
-    )
 
 
 @dataclass(frozen=True)
@@ -126,7 +103,7 @@ def opening_stations(scene: BushingScene, further: tuple[float, ...] = ()) -> St
     length, r = scene.geometry.length, scene.reference
     places = {*breakpoints(scene.cases, length), r.left, r.right, *further}
     edges = panel_edges(places, length, scene.symmetric)
-    return first_stations(edges, length * (0.5 if scene.symmetric else 1.0))
+    return first_stations(edges, length * (0.5 if scene.symmetric else 1.0), dict(scene.geometry.places))
 
 
 def gap_floor(scene: BushingScene, limits: Limits) -> float:
@@ -146,14 +123,14 @@ def assemble(
 ) -> BushingProgram:
     """The program at these stations."""
     g, m = scene.geometry, scene.material
-    wanted = pulls_at(scene, criterion, stations.x, stations.side)
+    wanted = pulls_at(scene, criterion, stations.x, stations.side, stations.rest)
     floor = gap_floor(scene, limits)
     gap = np.full(stations.x.size, floor)
     for pull in wanted:
         gap = np.maximum(gap, least_gap(pull, g.bore))
     unit = g.bore or float(gap.max()) or g.length
-    forces = forces_at(scene.cases[0], stations.x, stations.side)
-    unit_moment, unit_shear = scene.reference.unit_load(stations.x)
+    forces = forces_at(scene.cases[0], stations.x, stations.side, stations.rest)
+    unit_moment, unit_shear = scene.reference.unit_load(stations.x, stations.rest)
     inside = (stations.side >= scene.reference.left) & (stations.side < scene.reference.right)
     bent = forces.moment[0] * unit_moment * 64.0 / (m.elastic_modulus * math.pi * unit**4)
     sheared = forces.shear[0] * unit_shear * 4.0 / (m.shear_modulus * math.pi * unit**2)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from solvers.errors import InvalidInput
-from solvers.pin.loads import DeflectionReference, LoadCase, piston_pin_case
+from solvers.pin.loads import DeflectionReference, LoadCase, pin_places, piston_pin_case
 from solvers.pin.scene import PinMaterial, require_positive
 
 
@@ -29,7 +29,12 @@ class BushingGeometry:
 
     @property
     def length(self) -> float:
-        return 2.0 * self.boss_length + self.small_end_length + 2.0 * self.gap
+        return self.places[-1][0]
+
+    @property
+    def places(self) -> tuple[tuple[float, float], ...]:
+        """See ``loads.pin_places``."""
+        return pin_places(self.boss_length, self.small_end_length, self.gap)
 
 
 @dataclass(frozen=True)
@@ -58,4 +63,5 @@ class BushingScene:
     @property
     def reference(self) -> DeflectionReference:
         g = self.geometry
-        return DeflectionReference(g.boss_length, g.length - g.boss_length)
+        right, rest = g.places[4]
+        return DeflectionReference(g.boss_length, right, rest)

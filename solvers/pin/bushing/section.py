@@ -93,7 +93,11 @@ def _least_gap(parts: Array, c0: float, c1: float, c2: float, d: float, out: Arr
             root = g ** (1.0 / 3.0)
             low, high = max(low, t * min(g, root)), min(high, t * max(g, root))
             off = math.log(g)
-            if abs(off) <= 2.0 * _EPS or not low < high:
+            if abs(off) <= 2.0 * _EPS:
+                break
+            if not low < high:
+                # Rounding alone is left between the ends, not between them and t.
+                t = 0.5 * (low + high)
                 break
             new = t * math.exp(off / min(max(fall, 1.0), 3.0))
             if not low < new < high or abs(off) > 0.5 * before:
@@ -125,11 +129,13 @@ def utilisation(pull: Pull, bore: float, gap: Array) -> Array:
         return np.where(f > 0.0, f / full, 0.0)
 
 
-def pulls_at(scene: BushingScene, criterion: Criterion, x: Array, side: Array) -> tuple[Pull, ...]:
-    """Every strength demand of every load case at stations."""
+def pulls_at(
+    scene: BushingScene, criterion: Criterion, x: Array, side: Array, rest: Array | float = 0.0
+) -> tuple[Pull, ...]:
+    """Every strength demand of every load case at stations; ``rest`` as in ``forces_at``."""
     found: list[Pull] = []
     for case in scene.cases:
-        found += pulls(forces_at(case, x, side), criterion, scene.material)
+        found += pulls(forces_at(case, x, side, rest), criterion, scene.material)
     return tuple(found)
 
 

@@ -116,6 +116,24 @@ def test_a_design_can_be_had_later(client, design_request):
     assert run["status"] == "succeeded"
 
 
+def test_a_study_tells_how_far_it_is_while_it_runs(client, check_request):
+    body = {"spec": {**check_request, "effects": CORE}, "study_budget_s": 3.0}
+    answer = client.post("/api/v1/accuracy/flexible-rod", json=body, headers={"Prefer": "respond-async"})
+    assert answer.status_code == 202
+    assert answer.json()["progress"] is None
+    deadline, seen = time.monotonic() + 60, []
+    while (run := client.get(answer.headers["location"]).json())["status"] in ("queued", "running"):
+        assert time.monotonic() < deadline
+        seen.append(run["progress"])
+        time.sleep(0.05)
+    assert run["status"] == "succeeded"
+    assert run["progress"] is None
+    told = [progress for progress in seen if progress is not None]
+    assert told
+    assert [p["done"] for p in told] == sorted(p["done"] for p in told)
+    assert all(0 <= p["done"] <= p["of"] and p["doing"] for p in told)
+
+
 def test_excluding_an_effect_that_a_limit_needs_names_both(client, design_request):
     design_request["requirements"]["max_friction_power_w"] = 1.0
     answer = client.post(DESIGNS, json={**design_request, "effects": {"exclude": ["friction"]}})

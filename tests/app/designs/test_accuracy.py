@@ -1,20 +1,150 @@
-"""Accuracy studies of kinds that are analysed, not designed."""
+"""Accuracy studies of every kind: what judges them, what they tell of proofs and of their progress."""
 
 from __future__ import annotations
 
-from app.designs.kind import Mode
+from dataclasses import replace
+
+import pytest
+
+from app.designs.accuracy import study_job
+from app.designs.kind import Answer, Mode
+from app.designs.pictures.work_precision import work_precision
 from app.designs.registry import KINDS, example_of, job_of, modes_of
 
+CORE = {
+    "include": ["beam_column", "friction"],
+    "exclude": ["reciprocating_inertia", "rod_inertia", "large_displacement", "shear", "friction_feedback"],
+}
+BLOW = {"include": ["envelope"], "exclude": ["impact_dynamics", "coupler_elasticity", "tolerances"]}
+BUDGET = 20.0
+"""What a busy machine may need for a reference."""
 
-def test_an_analysis_can_be_studied():
-    kind = KINDS["crank-dynamics"]
+
+def studied(slug: str, mode: Mode, **changes: object) -> Answer:
+    kind = KINDS[slug]
     job = job_of(kind, Mode.ACCURACY)
-    asked = job.request.model_validate({**example_of(kind, Mode.ACCURACY), "study_budget_s": 0.1})
-    answer = job.run(asked)
+    spec = {**kind.example(mode), **changes}
+    return job.solve(job.request.model_validate({"spec": spec, "study_budget_s": BUDGET}))
+
+
+@pytest.fixture
+def few_runs(monkeypatch):
+    """A round of the ladder is enough for what is looked at here."""
+    from app.designs import accuracy
+    from solvers.accuracy import Plan
+
+    monkeypatch.setattr(accuracy, "Plan", lambda **times: Plan(ladder=(1e-2, 1e-6, 1e-12), runs=1, **times))
+    monkeypatch.setattr(accuracy, "_OF_EFFECTS", 1e-6)
+
+
+@pytest.mark.usefixtures("few_runs")
+@pytest.mark.parametrize(
+    ("slug", "mode", "changes", "own"),
+    [
+        ("flexible-rod", Mode.CHECK, {"effects": CORE}, set()),
+        ("flexible-rod", Mode.CHECK, {"effects": CORE, "fatigue_criterion": "fkm"}, set()),
+        ("pin-profile", Mode.CHECK, {}, set(KINDS["pin-profile"].given_results)),
+        ("pin-profile", Mode.DESIGN, {}, set()),
+        ("impact-linkage", Mode.CHECK, {"effects": BLOW}, {"enclosing_radius_mm"}),
+        ("crank-dynamics", Mode.ANALYSIS, {}, set()),
+    ],
+)
+def test_main_results_are_judged_by_other_means_to_the_last_digits(slug, mode, changes, own):
+    answer = studied(slug, mode, **changes)
     assert answer.status == "succeeded"
-    assert set(answer.result["levels"][0]["errors"]) == set(kind.main_results)
-    for level in answer.result["levels"]:
+    result = answer.result
+    assert result["reference"].startswith("in arbitrary precision")
+    assert "given up" not in result["reference"]
+    assert [level["accuracy"] for level in result["levels"]] == [1e-2, 1e-6, 1e-12]
+    assert own == {word.strip(" ,") for word in result["reference"].partition("; ")[2].partition(":")[0].split()}
+    tightest = result["levels"][-1]
+    # A hundred times tighter than the tightest rung, in every result that judges it.
+    assert all(error < 1e-12 for error in tightest["errors"].values())
+    for level in result["levels"]:
         assert level["error"] <= level["accuracy"]
+    if not own:
+        assert result["reference_accuracy"] <= 1e-14
+
+
+@pytest.mark.usefixtures("few_runs")
+@pytest.mark.parametrize(
+    ("slug", "mode", "name", "changes"),
+    [
+        ("flexible-rod", Mode.CHECK, "side_force_max_n", {"effects": CORE}),
+        ("pin-profile", Mode.DESIGN, "mass_g", {}),
+        ("impact-linkage", Mode.CHECK, "peak_torque_nm", {"effects": BLOW}),
+        ("crank-dynamics", Mode.ANALYSIS, "work_fluctuation_j", {}),
+    ],
+)
+def test_a_solver_that_is_always_wrong_shows(slug, mode, name, changes):
+    kind = KINDS[slug]
+    right = kind.jobs[mode]
+
+    def wrong(request: object) -> Answer:
+        answer = right.run(request)
+        return replace(answer, result={**answer.result, name: answer.result[name] * (1 + 3e-7)})
+
+    job = study_job(replace(kind, jobs={mode: replace(right, run=wrong)}))
+    spec = {**kind.example(mode), **changes}
+    found = job.solve(job.request.model_validate({"spec": spec, "study_budget_s": BUDGET})).result
+    for level in found["levels"]:
+        assert level["errors"][name] == pytest.approx(3e-7, rel=0.2 if level["accuracy"] < 1e-2 else 20)
+    assert found["levels"][-1]["error"] > 1e-7
+
+
+@pytest.mark.usefixtures("few_runs")
+def test_effects_beyond_the_reference_are_judged_by_the_solver_itself_and_it_says_so():
+    effects = {"include": ["large_displacement", "shear"], "exclude": ["friction_feedback", "rod_inertia"]}
+    found = studied("flexible-rod", Mode.CHECK, effects=effects).result
+    told, _, own = found["reference"].partition("; ")
+    assert told.startswith("in arbitrary precision")
+    assert "fatigue_safety" in own and "critical_force_n" in own and "mass_g" not in own
+    assert own.endswith("the same case solved to 1e-08")
+    # The tightest rung is judged by what is known independently, or not at all.
+    assert set(found["levels"][-1]["errors"]) == {
+        "mass_g",
+        "axial_force_min_n",
+        "axial_force_max_n",
+        "natural_frequency_hz",
+    }
+
+
+@pytest.mark.usefixtures("few_runs")
+def test_a_design_tells_how_far_it_is_proven_and_the_cheapest_proof():
+    found = studied("impact-linkage", Mode.DESIGN).result
+    gaps = [level["proven_gap"] for level in found["levels"]]
+    assert gaps[0] == pytest.approx(1e-3) and gaps[1] == pytest.approx(1e-6)
+    assert found["certified"]["proven_gap"] == pytest.approx(1e-6)
+    assert found["certified"]["settings"]["gap"] == pytest.approx(1e-6)
+    assert studied("pin-profile", Mode.CHECK).result["certified"] is None
+
+
+def test_progress_is_told_from_the_first_solution_to_the_last():
+    kind = KINDS["pin-profile"]
+    job, heard = job_of(kind, Mode.ACCURACY), []
+    job.solve(job.request.model_validate(example_of(kind, Mode.ACCURACY)), heard.append)
+    assert [p.done for p in heard] == sorted(p.done for p in heard)
+    assert all(p.done <= p.of for p in heard)
+    said = list(dict.fromkeys(p.doing for p in heard))
+    assert said == [
+        "the tightest solution",
+        "an independent reference",
+        "the ladder of accuracies",
+        "the effects, each turned about",
+    ]
+
+
+@pytest.mark.usefixtures("few_runs")
+def test_a_failed_level_is_a_hole_in_the_picture():
+    answer = studied("pin-profile", Mode.DESIGN)
+    run = {"result": answer.result, "accuracy": answer.accuracy}
+    whole = work_precision(run)
+    levels = [{**level} for level in answer.result["levels"]]
+    levels[1]["error"] = None
+    holed = work_precision({**run, "result": {**answer.result, "levels": levels}})
+    assert whole.count("<circle") == 3 and holed.count("<circle") == 2
+    assert "proven to 2e-12" in whole
+    assert "≤" in whole
 
 
 def test_effects_that_bring_results_are_told_from_those_that_change_some():

@@ -7,6 +7,7 @@ import os
 import time
 
 from app.designs.kind import Answer
+from app.designs.progress import Progress, Report
 
 
 def warm_up() -> None:
@@ -17,7 +18,7 @@ def failing_warm_up() -> None:
     raise RuntimeError("this worker never gets warm")
 
 
-def answer(kind_slug: str, mode: str, payload: bytes) -> Answer:
+def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer:
     wish = json.loads(payload)
     match mode:
         case "echo":
@@ -38,6 +39,17 @@ def answer(kind_slug: str, mode: str, payload: bytes) -> Answer:
             return _answer({"length": len(bytearray(wish))})
         case "raise":
             raise ZeroDivisionError("a secret detail")
+        case "tell":
+            for step in range(wish):
+                report(Progress(step, wish, "steps"))
+                time.sleep(0.05)
+        case "flood":
+            end = time.monotonic() + wish
+            while time.monotonic() < end:
+                report(Progress(0, 1, "x" * 1000))
+        case "tell-and-die":
+            report(Progress(1, 2, "the last thing it says"))
+            os._exit(wish)
         case "large":
             return _answer({"text": "x" * wish})
     return _answer({"pid": os.getpid()})

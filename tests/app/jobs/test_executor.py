@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from app.designs.progress import Progress
 from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.jobs.executor import PoolSettings, ProcessPool
 from tests.app.jobs import fake_entry
@@ -246,3 +247,41 @@ def test_workers_end_when_the_service_is_killed() -> None:
         service.wait()
         service.stdout.close()
     assert wait_until(lambda: not any(is_alive(pid) for pid in pids))
+
+
+def told(pool: ProcessPool, mode: str, wish: object, budget_s: float = 30.0) -> tuple[object, list[Progress]]:
+    """What became of a call, and the progress heard of it."""
+    heard: list[Progress] = []
+
+    async def call() -> object:
+        try:
+            return (await pool.run("rod", mode, json.dumps(wish).encode(), budget_s, heard.append)).result
+        except WorkerCrashed as crash:
+            return crash
+
+    return asyncio.run(call()), heard
+
+
+def test_progress_is_heard_while_the_call_runs(pool: ProcessPool) -> None:
+    answer, heard = told(pool, "tell", 20)
+    assert answer["pid"] > 0
+    assert [p.of for p in heard] == [20] * len(heard)
+    done = [p.done for p in heard]
+    assert done == sorted(set(done))
+    # Some a second, not one for every step.
+    assert 2 <= len(heard) <= 10
+
+
+def test_a_worker_that_never_stops_talking_is_heard_seldom_and_ends_in_time(pool: ProcessPool) -> None:
+    _, heard = told(pool, "flood", 0.5)
+    assert 1 <= len(heard) <= 5
+    with pytest.raises(BudgetExceeded):
+        told(pool, "flood", 60, budget_s=0.5)
+    assert told(pool, "echo", 1)[0]["payload"] == 1
+
+
+def test_a_worker_that_dies_after_it_told_something_fails_its_own_call_only(pool: ProcessPool) -> None:
+    crash, heard = told(pool, "tell-and-die", 3)
+    assert isinstance(crash, WorkerCrashed) and crash.exit_code == 3
+    assert [p.done for p in heard] == [1]
+    assert told(pool, "echo", 2)[0]["payload"] == 2

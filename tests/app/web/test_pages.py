@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 
 import pytest
 
@@ -56,8 +57,17 @@ def test_a_study_is_one_button_away_from_a_run(client, check_request):
     assert f'action="/runs/{run["id"]}/accuracy"' in client.get(f"/runs/{run['id']}").text
     answer = client.post(f"/runs/{run['id']}/accuracy", follow_redirects=False)
     assert answer.status_code == 303
-    page = client.get(answer.headers["location"]).text
+    page, looks = client.get(answer.headers["location"]).text, []
+    deadline = time.monotonic() + 100
+    while 'http-equiv="refresh"' in page:
+        looks.append(page)
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+        page = client.get(answer.headers["location"]).text
+    # While it ran, the page said how far it was; now it looks no more.
+    assert any(re.search(r"<progress value=.* of at most \d+ solutions, now ", look) for look in looks)
     assert "What accuracy costs" in page
+    assert "below which no error is told" in page
     assert "plots/error-against-time" in page
     study_id = answer.headers["location"].rpartition("/")[2]
     plot = client.get(f"/api/v1/runs/{study_id}/plots/error-against-time")

@@ -9,8 +9,9 @@ import mpmath as mp
 import numpy as np
 
 from solvers import crank
+from solvers.references.crank import Motion
 from tests.hard_cases.hunt.quarry import Quarry, between, entries, pick, power
-from tests.hard_cases.make_crank_references import Motion, motion_values, pendulum_values
+from tests.hard_cases.make_crank_references import motion_values, pendulum_values
 from tests.hard_cases.test_crank import motions, units
 
 DIGITS = 130

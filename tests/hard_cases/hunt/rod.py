@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import mpmath as mp
 import numpy as np
 
+from solvers.references.rod import critical_coupling
 from tests.hard_cases.hunt.quarry import Quarry, between, entries, pick, power
-from tests.hard_cases.make_rod_references import DIGITS, critical_coupling, kernel_case
+from tests.hard_cases.make_rod_references import DIGITS, kernel_case
 from tests.hard_cases.test_rod import kernel_errors
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mpmath as mp
 import numpy as np
 
-from tests.hard_cases.make_crank_references import Machine
+from solvers.references.crank import Machine
 
 ANGLES = 720
 

@@ -13,10 +13,11 @@ from solvers import pin
 from solvers.errors import InvalidInput
 from solvers.pin import bushing
 from solvers.pin.bushing.dual import bound, weigh
-from solvers.pin.bushing.program import assemble, opening_stations, shearing
+from solvers.pin.bushing.program import assemble, opening_stations
 from solvers.pin.bushing.section import least_gap, pulls, utilisation
 from solvers.pin.loads import InternalForces, MacaulayTerm
 from solvers.pin.program import Physics
+from solvers.pin.tube import shearing
 from tests.solvers.pin.pins import PAPER, STEEL
 
 GEOMETRY = bushing.BushingGeometry(14e-3, 24e-3, 30e-3, 1e-3)
@@ -42,6 +43,7 @@ def forces(moment=0.0, shear=0.0, axial=0.0, torque=0.0):
     "loads",
     [
         {"moment": 123.75}, {"shear": 7500.0}, {"axial": 1e4}, {"torque": 50.0}, {"moment": 1e-12, "shear": 1e-9},
+        {"moment": 123.75, "shear": 1e-12},
         {"moment": 120.0, "shear": 3e3, "axial": 2e3, "torque": 30.0},
     ],
     ids=lambda loads: "-".join(loads),

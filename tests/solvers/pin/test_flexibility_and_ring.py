@@ -125,3 +125,13 @@ def test_the_load_factors_zero_is_no_way_out():
 def test_the_ratio_at_a_stress_is_where_the_stress_is():
     ratio = ring.ratio_at_stress(150e6, *PIN, MODULUS, POISSON)
     assert ring.ring(*PIN, ratio, MODULUS, POISSON).stresses.greatest == pytest.approx(150e6, rel=1e-4)
+
+
+def test_the_ratio_at_a_stress_is_the_least_although_the_formulas_stress_falls_again():
+    """Toward 0.8 the load factor falls faster than the bending stress rises: so it is reached before."""
+    ratios = np.linspace(0.3, 0.8, 20_001)
+    stress = np.array([ring.ring(*PIN, r, MODULUS, POISSON).stresses.greatest for r in ratios])
+    assert stress[-1] < stress.max()
+    for limit in (0.7 * stress.max(), 0.99 * stress.max(), 0.5 * (stress.max() + stress[-1])):
+        first = ratios[np.argmax(stress > limit)]
+        assert ring.ratio_at_stress(limit, *PIN, MODULUS, POISSON) == pytest.approx(first, abs=5e-5)

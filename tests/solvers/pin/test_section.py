@@ -140,3 +140,41 @@ def test_for_this_pin_the_papers_iteration_ends_at_17_kn():
         return max(abs(factor(*args)) for args in zip(m, q, ratio, strict=True))
 
     assert worst(17.05e3) < 1 < worst(17.2e3)
+
+
+def test_a_wall_does_not_depend_on_its_neighbours():
+    """Stations that ask for nothing, next to nothing, nearly all, and too much, in blocks and alone."""
+    rng = np.random.default_rng(3)
+    size = np.concatenate([10 ** rng.uniform(-12, 0, 600), [0.0, 1e-300, 1e-160, 1e-139, 1.0 - 1e-13, 1.0, 1.5]])
+    rng.shuffle(size)
+    angle = rng.uniform(0.0, 0.5 * math.pi, size.size)
+    m, q = size * np.cos(angle), size * np.sin(angle)
+    together = paper_walls(m, q)
+    alone = np.array([paper_walls(*pair)[0] for pair in zip(m, q, strict=True)])
+    # A block steps on until its last station has settled, which moves a heavy one by what rounding makes of its F.
+    assert together == pytest.approx(alone, rel=1e-14, abs=0, nan_ok=True)
+    assert np.array_equal(np.isnan(together), m * m + q * q > 1.0)
+
+
+@pytest.mark.parametrize("share", [1e-9, 1e-4, 0.1, 0.7])
+def test_axial_force_and_torque_all_along_in_fifty_digits(share):
+    """v = F(w) with F from the forces as they stand, by bisection."""
+    m, q = share * np.array([0.0, 0.3, 0.9, 0.2]), share * np.array([0.0, 0.5, 0.1, 0.1])
+    n, t = 0.2 * share, 0.15 * share
+    law = saint_venant(0.3)
+    found = least_wall([Demand("all", m, q / law.c0, n, t, law, 1.0)], 0.0, m.size)
+    for k in range(m.size):
+        with mp.workdps(50):
+            low, high = mp.mpf(0), mp.mpf(1)
+            for _ in range(170):
+                w = (low + high) / 2
+                b = 1 - w
+                p = mp.mpf(m[k]) + mp.mpf(n) * (1 + b * b)
+                r = mp.mpf(q[k] / law.c0) * (law.c0 + law.c1 * w + law.c2 * w * w) + mp.mpf(t)
+                low, high = (low, w) if 1 - b**4 > mp.sqrt(p * p + r * r) else (w, high)
+            assert relative(found[k], high) < 2e-15
+
+
+def test_a_floor_that_does_not_exist_is_no_wall():
+    none = least_wall([Demand("paper", np.array([0.1]), np.array([0.1]), 0.0, 0.0, zhuravsky(), 1.0)], math.nan, 1)
+    assert np.isnan(none[0])

@@ -1,0 +1,98 @@
+"""What checks and designs of a flexible rod are judged by: the strip of ``solvers.references.rod``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict
+from typing import Any
+
+from app.designs.flexible_rod.request import CheckRequest, DesignRequest
+from app.designs.independent import active, exact, reference
+from app.designs.kind import Answer
+from app.designs.schema import MEGA, MILLI
+from solvers import rod
+from solvers.accuracy import Exact, Reference
+
+_NAMES = {
+    "fatigue_safety": ("fatigue_safety", 1.0),
+    "stability_safety": ("stability_safety", 1.0),
+    "yield_safety": ("yield_safety", 1.0),
+    "critical_force": ("critical_force_n", 1.0),
+    "axial_force_min": ("axial_force_min_n", 1.0),
+    "axial_force_max": ("axial_force_max_n", 1.0),
+    "stress_amplitude": ("stress_amplitude_mpa", MEGA),
+    "side_force_max": ("side_force_max_n", 1.0),
+    "clamp_moment_max": ("clamp_moment_max_nmm", MILLI),
+    "contact_pressure_max": ("contact_pressure_max_mpa", MEGA),
+    "friction_power": ("friction_power_w", 1.0),
+    "natural_frequency": ("natural_frequency_hz", 1.0),
+    "mass": ("mass_g", MILLI),
+}
+_FRICTION = {"contact_pressure_max", "friction_power"}
+_OF_THE_FORCE = {"axial_force_min", "axial_force_max", "natural_frequency"}
+_BEYOND = {"rod_inertia", "large_displacement", "shear", "friction_feedback"}
+"""Effects that the independent strip does not know."""
+_LOADS = {rod.SchmidtLoad: "schmidt", rod.TableLoad: "table", rod.ConstantLoad: "constant"}
+
+
+def check_reference(request: CheckRequest, answer: Answer) -> Reference | None:
+    """A check's main results, as far as effects beyond the independent strip have no part in them."""
+    strip = request.strip()
+    return _reference(request, (strip.b, strip.h, strip.l), answer, "")
+
+
+def design_reference(request: DesignRequest, answer: Answer) -> Reference | None:
+    """A design's main results, at the dimensions of its own tightest answer."""
+    found = answer.result["dimensions"]
+    sizes = tuple(found[f"{name}_mm"] * MILLI for name in "bhl")
+    return _reference(request, sizes, answer, ", at the dimensions of the tightest solution")
+
+
+def _reference(
+    request: CheckRequest | DesignRequest, sizes: tuple[float, float, float], answer: Answer, where: str
+) -> Reference | None:
+    scene = request.scene()
+    if type(scene.load) not in _LOADS:
+        return None
+    effects = active(answer)
+    known = _known(effects)
+    case = {
+        "mechanism": asdict(scene.mechanism),
+        "piston": asdict(scene.piston),
+        "material": {n: v for n, v in vars(scene.material).items() if isinstance(v, (int, float))},
+        "dimensions": dict(zip("bhl", sizes, strict=True)),
+        "load": _load(scene.load),
+        "effects": effects,
+        "straight": "beam_column" not in effects,
+    }
+
+    def results(watch: Callable[[], None]) -> dict[str, Exact]:
+        # Imported here: arbitrary precision is of use to studies alone.
+        from solvers.references.rod_check import check
+
+        found = check(case, request.fatigue_criterion, watch, known)
+        return exact(found, {own: _NAMES[own] for own in known})
+
+    return reference(f"the strip from the two conditions at its head{where}", results)
+
+
+def _known(effects: frozenset[str]) -> list[str]:
+    """Results that the independent strip tells with these effects."""
+    further = effects & _BEYOND
+    told = set(_NAMES)
+    if "friction" not in effects:
+        told -= _FRICTION
+    if "friction_feedback" in further:
+        told -= _OF_THE_FORCE | {"stability_safety"}
+    if "shear" in further:
+        told -= {"critical_force", "stability_safety"}
+    if further:
+        told &= {"critical_force", "stability_safety", "mass", *_OF_THE_FORCE}
+    return [name for name in _NAMES if name in told]
+
+
+def _load(load: Any) -> dict[str, Any]:
+    told = asdict(load)
+    if "values" in told:
+        told["pressure"] = told.pop("values")
+    return {"kind": _LOADS[type(load)], **told}

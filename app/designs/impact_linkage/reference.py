@@ -1,0 +1,89 @@
+"""What checks and designs of a linkage are judged by: the mechanism of ``solvers.references.linkage``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from app.designs.impact_linkage.request import CheckRequest, DesignRequest, LinkageRequest
+from app.designs.independent import active, exact, reference
+from app.designs.kind import Answer
+from app.designs.schema import MILLI
+from solvers import linkage
+from solvers.accuracy import Exact, Reference
+
+_DEGREE = math.pi / 180.0
+_SHAPE = {
+    "start": ("u31_start", 1.0),
+    "end": ("u31_end", 1.0),
+    "greatest": ("u31_max", 1.0),
+    "restitution": ("kinematic_restitution", 1.0),
+    "transmission_angle": ("transmission_angle_deg", _DEGREE),
+}
+_SIZE = {
+    "impact_speed": ("impact_speed_m_s", 1.0),
+    "longest": ("longest_link_mm", MILLI),
+    "area": ("box_area_mm2", MILLI**2),
+}
+_LOADS = {"torque": ("peak_torque_nm", 1.0), "force": ("pin_force_n", 1.0)}
+
+
+def check_reference(request: CheckRequest, answer: Answer) -> Reference | None:
+    """A check's main results, of a linkage that its free ratio describes and whose crank turns fully."""
+    if request.type is None or request.ratios is None or request.ratios == type(request.ratios)():
+        return None
+    ratio = getattr(request.ratios, linkage.KINDS[request.type].parameter)
+    return _reference(request, request.type, ratio, answer, "")
+
+
+def design_reference(request: DesignRequest, answer: Answer) -> Reference | None:
+    """A design's main results, with the type and the free ratio of its own tightest answer."""
+    kind = answer.result["type"]
+    ratio = answer.result["ratios"][linkage.KINDS[kind].parameter]
+    return _reference(request, kind, ratio, answer, ", with the free ratio of the tightest solution")
+
+
+def _reference(request: LinkageRequest, kind: str, ratio: float, answer: Answer, where: str) -> Reference | None:
+    if not answer.result["rotatable"] or answer.result["u31_end"] is None:
+        return None
+    sized = request.tool_radius_mm is None and request.blow_frequency_hz is not None
+    sized = sized and request.impact_speed_m_s is not None
+    loaded = request.impact_energy_j is not None
+    limits = request.limits.to_solver()
+    boxed = sized and "envelope" in active(answer) and limits.width is None and limits.height is None
+    restitution = request.range.middle
+
+    def results(watch: Callable[[], None]) -> dict[str, Exact]:
+        # Imported here: arbitrary precision is of use to studies alone.
+        from solvers.references.linkage import box_area, strike
+
+        found = strike(kind, restitution, ratio, loaded, watch)
+        names = dict(_SHAPE)
+        if loaded:
+            names["torque"] = _LOADS["torque"]
+            found["torque"] = _times(found["torque"], request.impact_energy_j)
+        if sized:
+            scene = request.scene()
+            crank = scene.impact_speed / (2 * math.pi * scene.blow_frequency * found["rocker"][0] * found["end"][0])
+            names |= {name: _SIZE[name] for name in ("impact_speed", "longest")}
+            found["impact_speed"] = (scene.impact_speed, 0.0)
+            found["longest"] = _times(found["longest"], crank)
+            if loaded:
+                names["force"] = _LOADS["force"]
+                found["force"] = _times(found["force"], request.impact_energy_j / crank)
+            if boxed:
+                names["area"] = _SIZE["area"]
+                area = box_area(kind, restitution, ratio, limits.joint_radius / crank, watch)
+                found["area"] = (area * crank**2, _DIVIDED)
+        return exact(found, names)
+
+    return reference(f"circles that intersect, velocities of the joints{where}", results)
+
+
+_DIVIDED = 8 * 2.0**-52
+"""What a few floating-point operations on the sizes lose."""
+
+
+def _times(found: tuple[object, float], factor: object) -> tuple[object, float]:
+    value, doubt = found
+    return value * factor, doubt + _DIVIDED

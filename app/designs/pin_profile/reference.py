@@ -1,0 +1,95 @@
+"""What checks and designs of a pin are judged by: the pin of ``solvers.references.pin``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from app.designs.independent import Found, active, exact, reference
+from app.designs.kind import Answer
+from app.designs.pin_profile.request import CheckRequest, DesignRequest, PinRequest
+from app.designs.pin_profile.result import MICRO
+from app.designs.schema import MEGA, MILLI
+from solvers.accuracy import Exact, Reference
+
+_NAMES = {
+    "mass": ("mass_g", MILLI),
+    "solid_mass": ("solid_mass_g", MILLI),
+    "constant_bore_mass": ("constant_bore_mass_g", MILLI),
+    "max_moment": ("max_moment_nmm", MILLI),
+    "force_limit": ("force_limit_n", 1.0),
+    "deflection": ("deflection_um", MICRO),
+    "small_end_pressure": ("contact_pressures_mpa.small_end", MEGA),
+    "boss_peak_pressure": ("contact_pressures_mpa.boss_peak", MEGA),
+}
+_MADE = "the textbook's forces, stresses in bore ratios, Cowper's coefficient"
+
+Watch = Callable[[], None]
+
+
+def check_reference(request: CheckRequest, answer: Answer) -> Reference | None:
+    """A check's main results; of a bore that differs between the halves not its deflection. No bushing's."""
+    if request.seeks_outside:
+        return None
+    length = request.scene().geometry.length
+    whole = request.bore().along(length)
+    points = list(zip(whole.x, whole.bore, strict=True))
+    alike = whole.is_symmetric(length, request.scene().geometry.outer_diameter)
+
+    def bore(case: dict[str, Any], watch: Watch) -> Found:
+        # Imported here: arbitrary precision is of use to studies alone.
+        from solvers.references.pin import given_bore
+
+        found = given_bore(case, points, "shear_deflection" in active(answer), watch)
+        return found if alike else {"mass": found["mass"]}
+
+    return _reference(request, answer, bore)
+
+
+def design_reference(request: DesignRequest, answer: Answer) -> Reference | None:
+    """A design's main results: mass and deflection of a free bore that no limit but strength and wall shapes, of the
+    others what no bore has a part in. No bushing's."""
+    if request.seeks_outside:
+        return None
+
+    def bore(case: dict[str, Any], watch: Watch) -> Found:
+        from solvers.references.pin import free_bore
+
+        if request.form.kind != "free" or not _plain(request):
+            return {}
+        return free_bore(case, "shear_deflection" in active(answer), watch)
+
+    return _reference(request, answer, bore)
+
+
+def _plain(request: PinRequest) -> bool:
+    """Whether nothing but strength and the least wall shapes a bore."""
+    limits = request.limits
+    return limits.max_deflection_um is None and limits.max_ovalization_um is None and limits.max_slope is None
+
+
+def _reference(request: PinRequest, answer: Answer, bore: Callable[[dict[str, Any], Watch], Found]) -> Reference:
+    scene = request.scene()
+    case = {
+        **{name: getattr(scene.geometry, name) for name in _GEOMETRY},
+        **{name: getattr(scene.material, name) for name in _MATERIAL},
+        "force": scene.force,
+        "criterion": request.criterion,
+        "min_wall": request.limits.to_solver().min_wall,
+    }
+
+    def results(watch: Watch) -> dict[str, Exact]:
+        from solvers.references.pin import common
+
+        found = {**common(case, watch), **bore(case, watch)}
+        if not _plain(request):
+            del found["constant_bore_mass"]
+        if "contact_pressure" not in active(answer):
+            del found["small_end_pressure"], found["boss_peak_pressure"]
+        return exact(found, _NAMES)
+
+    return reference(_MADE, results)
+
+
+_GEOMETRY = ("outer_diameter", "boss_length", "small_end_length", "gap")
+_MATERIAL = ("allowable_stress", "allowable_shear", "elastic_modulus", "poisson", "density")

@@ -1,0 +1,255 @@
+"""A strip's check by other means: extremes of ``solvers.references.rod`` over angles and sections, fatigue by the ray
+to the limiting curve, the mean friction power by quadrature.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Mapping, Sequence
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import mpmath as mp
+
+from solvers.references.rod import Case, Machine, natural_frequency
+from solvers.references.searching import Number, brent, gauss, zero
+
+DIGITS = 34
+
+Use = Callable[[Number, Number], Number]
+"""Utilisation 1/n of a cycle between a greatest and a least stress."""
+
+_SHARES = tuple(mp.mpf(i) / 12 for i in range(13)) + tuple(
+    side for k in (2, 3) for side in (mp.mpf(10) ** -k, 1 - mp.mpf(10) ** -k)
+)
+_NARROW = mp.mpf(10) ** -10
+_WITHIN = mp.mpf("0.05")
+_LIKELY = mp.mpf("0.97")
+_QUICK, _CHECKED = 12, 18
+
+
+def utilisation(name: str, material: Mapping[str, Any]) -> Use:
+    """Where the ray of a stress cycle meets the limiting curve of a convention; compression is not credited.
+
+    serensen, soderberg, goodman: straight lines; gerber: a parabola; fkm: slope M up to R = 0, M/3 up to R = 1/2, level
+    beyond. The amplitude counts K times.
+    """
+    limit, k, psi = (mp.mpf(material[n]) for n in ("fatigue_limit", "fatigue_reduction", "mean_stress_sensitivity"))
+
+    def straight(slope: Number) -> Use:
+        return lambda high, low: k * (high - low) / 2 / limit + max((high + low) / 2, 0) * slope
+
+    def gerber(high: Number, low: Number) -> Number:
+        # n a + (n m)^2 = 1, solved for n.
+        a, m = k * (high - low) / 2 / limit, max((high + low) / 2, 0) / mp.mpf(material["ultimate_strength"])
+        return a if m == 0 else 2 * m * m / (mp.sqrt(a * a + 4 * m * m) - a)
+
+    def fkm(high: Number, low: Number) -> Number:
+        a, m = k * (high - low) / 2, (high + low) / 2
+        if m <= 0:
+            return a / limit
+        if m <= a:
+            return (a + psi * m) / limit
+        kept = (1 + psi) / (1 + psi / 3)
+        return kept * (a + psi / 3 * m) / limit if m <= 3 * a else kept * (1 + psi) * a / limit
+
+    if name in ("gerber", "fkm"):
+        return {"gerber": gerber, "fkm": fkm}[name]
+    if name == "serensen":
+        return straight(psi / limit)
+    return straight(1 / mp.mpf(material["yield_strength" if name == "soderberg" else "ultimate_strength"]))
+
+
+STRESSES = ("fatigue_safety", "stress_amplitude", "yield_safety")
+
+
+def check(
+    case: Case, criterion: str, watch: Callable[[], None], wanted: Container[str]
+) -> dict[str, tuple[Number | None, float]]:
+    """name -> (value in SI units, what it may be off, relative) of a strip in its machine; of what takes long only
+    what is wanted.
+
+    A safety without a load to fail under is None; beyond buckling there are no stresses. Extremes are looked for on
+    graded angles and sections and closed in on by Brent's search.
+    """
+    with mp.workdps(DIGITS):
+        machine = Machine(case)
+        x, angles = machine.x, machine.angles()
+        look = _Look(watch, angles)
+        low, doubt_low = look.greatest(lambda phi: -machine.force(phi))
+        high, doubt_high = look.greatest(machine.force)
+        critical, mean = machine.critical_force(), (high - low) / 2
+        frequency = natural_frequency(machine, mean, watch)
+        found: dict[str, tuple[Number | None, float]] = {
+            "axial_force_min": (-low, doubt_low),
+            "axial_force_max": (high, doubt_high),
+            "critical_force": (critical, 0.0),
+            "stability_safety": (critical / low if low > 0 else None, doubt_low),
+            "mass": (x["density"] * x["b"] * x["h"] * x["l"], 0.0),
+            "natural_frequency": (frequency, max(doubt_low, doubt_high)),
+        }
+        if low > 0 and critical <= low:
+            return found
+        if any(name in wanted for name in STRESSES):
+            found |= _stresses(machine, utilisation(criterion, case["material"]), look)
+        for name, value in (
+            ("side_force_max", lambda phi: abs(machine.side_force(phi))),
+            ("clamp_moment_max", lambda phi: abs(machine.clamp_moment(phi))),
+            ("contact_pressure_max", machine.contact_pressure),
+        ):
+            if name in wanted:
+                found[name] = look.greatest(value)
+        if "friction_power" in wanted:
+            found["friction_power"] = _power(machine, look)
+        return found
+
+
+class _Look:
+    """Greatest values over a turn."""
+
+    def __init__(self, watch: Callable[[], None], angles: Sequence[Number]) -> None:
+        self.watch, self.angles = watch, angles
+
+    def greatest(self, f: Callable[[Number], Number]) -> tuple[Number, float]:
+        """(value, what it may be off, relative)."""
+        values = []
+        for angle in self.angles:
+            self.watch()
+            values.append(f(angle))
+        n, top = len(values), max(values)
+        spread, best, doubt = top - min(values), top, mp.mpf(0)
+        if spread == 0:
+            return top, 0.0
+        for i in range(n):
+            if values[i] < top - _WITHIN * spread or values[i] < max(values[i - 1], values[(i + 1) % n]):
+                continue
+            left = self.angles[i - 1] - (2 * mp.pi if i == 0 else 0)
+            right = self.angles[(i + 1) % n] + (2 * mp.pi if i == n - 1 else 0)
+            found, off = self.climb(f, left, self.angles[i], right)
+            if found > best:
+                best, doubt = found, off
+        return best, float(doubt / abs(best)) if best else 0.0
+
+    def climb(self, f: Callable[[Number], Number], a: Number, m: Number, b: Number) -> tuple[Number, Number]:
+        """(value, how far it falls within the search's last step); where that is a corner, a far shorter one."""
+
+        def watched(place: Number) -> Number:
+            self.watch()
+            return f(place)
+
+        width, share = b - a, _NARROW
+        place, value = brent(watched, a, m, b, width * share)
+        for _ in range(2):
+            near = width * share * 100
+            fall = max(value - watched(max(place - near, a)), value - watched(min(place + near, b)))
+            if abs(fall) <= mp.mpf(10) ** -12 * abs(value) or share < _NARROW:
+                break
+            low, high = max(place - 2 * near, a), min(place + 2 * near, b)
+            share *= _NARROW
+            place, value = brent(watched, low, place, high, width * share)
+        # Of a parabola's fall at a hundred steps, one step keeps a ten thousandth; of a corner's a hundredth.
+        return value, abs(fall) / (100 if share < _NARROW else 10_000)
+
+
+def _stresses(machine: Machine, use: Use, look: _Look) -> dict[str, tuple[Number | None, float]]:
+    """Both safeties, and the amplitude where fatigue governs."""
+    rows = [[_fibres(machine, share, phi, look.watch) for phi in look.angles] for share in sorted(_SHARES)]
+    value, doubt, amplitude, vague = _worst(machine, use, rows, look)
+    found: dict[str, tuple[Number | None, float]] = {
+        "fatigue_safety": (1 / value if value > 0 else None, doubt),
+        "stress_amplitude": (amplitude, vague),
+    }
+    value, doubt, _, _ = _worst(machine, lambda high, low: max(high, -low), rows, look)
+    found["yield_safety"] = (machine.x["yield_strength"] / value if value > 0 else None, doubt)
+    return found
+
+
+def _fibres(machine: Machine, share: Number, phi: Number, watch: Callable[[], None]) -> tuple[Number, Number]:
+    watch()
+    direct = machine.force(phi) / (machine.x["b"] * machine.x["h"])
+    bending = machine.stress(share, phi, 1) - direct
+    return direct + bending, direct - bending
+
+
+def _worst(
+    machine: Machine, use: Use, rows: list[list[tuple[Number, Number]]], look: _Look
+) -> tuple[Number, float, Number, float]:
+    """Greatest utilisation over sections and fibres, what it may be off, the amplitude there, what that may be off."""
+    shares, best = sorted(_SHARES), None
+    coarse = {
+        (layer, i): use(max(s[layer] for s in row), min(s[layer] for s in row))
+        for layer in (0, 1)
+        for i, row in enumerate(rows)
+    }
+    top, last = max(coarse.values()), len(shares) - 1
+    for (layer, i), value in coarse.items():
+        beside = [coarse[layer, j] for j in (i - 1, i + 1) if 0 <= j <= last]
+        if value < top * _LIKELY or value < max(beside):
+            continue
+        section = cache(lambda share, fibre=1 - 2 * layer: _section(machine, share, fibre, look))
+
+        def used(share: Number, of: Any = section) -> Number:
+            return use(*of(share)[:2])
+
+        low, high = shares[max(i - 1, 0)], shares[min(i + 1, last)]
+        places = [(used(shares[i]), shares[i], mp.mpf(0))]
+        inward = shares[i] + (high - low) / 1000 * (1 if i == 0 else -1)
+        # An end that falls away is the summit; only where it rises inward is there more to find.
+        if 0 < i < last or used(inward) > places[0][0]:
+            middle = shares[i] if 0 < i < last else (low + high) / 2
+            place, value = brent(used, low, middle, high, (high - low) * mp.mpf(10) ** -8)
+            places.append((value, place, (high - low) * mp.mpf(10) ** -8))
+        for value, place, step in places:
+            if best is None or value > best[0]:
+                best = (value, place, step, section)
+    value, place, step, section = best
+    high, low, doubt = section(place)
+    amplitude, vague = (high - low) / 2, mp.mpf(0)
+    if step:
+        other = section(min(place + step, mp.mpf(1)))
+        vague = abs((other[0] - other[1]) / 2 - amplitude) * 10
+        doubt += abs(use(other[0], other[1]) - value)
+    relative = float(doubt / value) if value else 0.0
+    return value, relative, amplitude, float(vague / amplitude) + relative if amplitude else 0.0
+
+
+def _section(machine: Machine, share: Number, fibre: int, look: _Look) -> tuple[Number, Number, Number]:
+    """Greatest and least stress at a section, and what both may be off together, times the greater of them."""
+    stress = cache(lambda phi: machine.stress(share, phi, fibre))
+    high, first = look.greatest(stress)
+    low, second = look.greatest(lambda phi: -stress(phi))
+    return high, -low, (first + second) * max(abs(high), abs(low)) / machine.x["fatigue_limit"]
+
+
+def _power(machine: Machine, look: _Look) -> tuple[Number, float]:
+    """Mean of the friction power over a turn, in pieces that end at the integrand's corners."""
+
+    def moment(phi: Number) -> Number:
+        return machine.clamp_moment(phi) + machine.side_force(phi) * machine.x["clamp_offset"]
+
+    def excess(phi: Number) -> Number:
+        return machine.couple(phi) - abs(machine.side_force(phi))
+
+    ends = {mp.mpf(0), mp.pi, 2 * mp.pi, *(mp.pi * i / 4 for i in range(8))}
+    smooth = {2 * mp.pi * i / 72 for i in range(72)}
+    ends |= set(look.angles) - smooth
+    inside = [a for a in look.angles if mp.sin(a) != 0]
+    for low, high in pairwise(inside):
+        look.watch()
+        if mp.sin(low) * mp.sin(high) <= 0:
+            continue
+        for f in (excess, machine.side_force, moment):
+            if f(low) * f(high) < 0:
+                ends.add(zero(f, low, high))
+        # One wall carries around a zero of the moment, however narrow that stretch is.
+        if moment(low) * moment(high) < 0 < excess(low) and excess(high) > 0:
+            middle = zero(moment, low, high)
+            ends |= {zero(excess, low, middle), zero(excess, middle, high)}
+    found = []
+    for order in (_QUICK, _CHECKED):
+        total = mp.mpf(0)
+        for low, high in pairwise(sorted(ends)):
+            look.watch()
+            total += mp.fsum(machine.friction_power(phi) * weight for phi, weight in gauss(low, high, order))
+        found.append(total / (2 * mp.pi))
+    return found[1], float(abs(found[1] - found[0]) / abs(found[1])) if found[1] else 0.0

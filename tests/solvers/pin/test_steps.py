@@ -1,0 +1,224 @@
+"""Stepped bores and outsides: the bound against random steps and dense searches, and what is proven."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, minimize_scalar
+
+from solvers import pin
+from solvers.pin import bushing
+from solvers.pin.bushing import program as outside
+from solvers.pin.bushing.half import Half
+from solvers.pin.program import Physics
+from solvers.pin.stations import NODES
+from solvers.pin.stepped import _Half
+from solvers.pin.steps.cells import cells, points
+from solvers.pin.steps.ground import ground
+from solvers.pin.steps.paths import costs
+from solvers.pin.steps.search import lightest_steps
+from tests.solvers.pin.pins import PAPER, STEEL, VAZ, grams, program
+
+LIMIT = 11.22302193e-6
+SLEEVE = bushing.BushingScene(bushing.BushingGeometry(14e-3, 24e-3, 30e-3, 1e-3), 15e3, STEEL)
+SHAFT = bushing.BushingScene(bushing.BushingGeometry(0.0, 24e-3, 30e-3, 1e-3), 15e3, STEEL)
+
+
+def designed(steps, limit=LIMIT, scene=VAZ, criterion="tresca_paper", **limits):
+    problem = pin.PinProblem(
+        scene, pin.Limits(max_deflection=limit, **limits), pin.Stepped(steps), pin.CRITERIA[criterion]
+    )
+    return pin.design(problem, accuracy=1e-6)
+
+
+def bored():
+    """The pin, and its flexibilities written out: bending 1/v, Cowper's shear with the tangent from its knee on."""
+    half = _Half(program(max_deflection=LIMIT))
+    a, b, knee = half.law.a, half.law.b, half.law.knee
+
+    def shear(u):
+        def law(x):
+            return a / x + b * (1 - x) / (x * (2 - x) ** 2)
+
+        return law(u) if u <= knee else law(knee) + (law(knee) - law(knee - 1e-7)) / 1e-7 * (u - knee)
+
+    return half, lambda u: 1 / (u * (2 - u)), shear, 1.0
+
+
+def turned(scene):
+    """The bushing, its flexibilities from the tube's D and d, the unit being the bore or what the program took."""
+    stations = outside.opening_stations(scene)
+    for _ in range(3):
+        stations = stations.halved(np.ones(stations.left.size, dtype=bool))
+    p = outside.assemble(scene, pin.Limits(max_deflection=6e-6), PAPER, Physics(), stations)
+    d2 = p.kappa
+
+    def shear(y):
+        m2 = d2 / (y + d2)
+        k = 6 * 1.3 * (1 + m2) ** 2 / ((7 + 6 * 0.3) * (1 + m2) ** 2 + (20 + 12 * 0.3) * m2)
+        return 1 / (k * y)
+
+    return Half(p), lambda y: 1 / ((y + d2) ** 2 - d2**2), shear, 50.0
+
+
+@pytest.mark.parametrize("kind", ["pin", "sleeve", "shaft"])
+def test_no_step_between_two_cells_costs_less_than_the_bound(kind):
+    """psi at random places of random cells, its wall by a bounded search, against what dynamic programming counts."""
+    half, bend, shear, top = bored() if kind == "pin" else turned(SLEEVE if kind == "sleeve" else SHAFT)
+    rng, sums, law = np.random.default_rng(5), half.sums(), half.law
+    for trial in range(40):
+        # Cells lie between kinks and are one or do not overlap, as the search's.
+        low, high = np.sort(rng.choice(half.edges.size - 1, 2))
+        ends = []
+        for k, (begin, end) in zip((low, high), ((0.0, 0.5), (0.5, 1.0)), strict=True):
+            wide = (half.edges[k + 1] - half.edges[k]) * (end - begin)
+            h = wide * 10.0 ** rng.uniform(-3, 0)
+            ends.append((half.edges[k] + begin * 2 * wide + (wide - h) * rng.uniform(), h))
+        if trial % 10 == 9:
+            ends[0] = ends[1]
+        before, after = (cells(half, np.array([t]), np.array([h]), 32, sums) for t, h in ends)
+        lam = 10.0 ** rng.uniform(-2, 1) if trial else 0.0
+        out = np.empty((1, 1, 2, 2))
+        costs(lam, before.table, after.table, law.kappa, law.a, law.b, law.knee, out)
+        bound = out.min()
+        assert np.isfinite(bound)
+        places = [t + h * np.concatenate([[0.0, 1.0], rng.uniform(size=4)]) for t, h in ends]
+        for t0 in places[0]:
+            for t1 in places[1]:
+                if t1 <= t0:
+                    continue
+                floor = float(half.least(np.array([t1]))[0])
+                b, s = sums.upto(np.array([t1]))[:, 0] - sums.upto(np.array([t0]))[:, 0]
+
+                def cost(u, width=t1 - t0, b=b, s=s, lam=lam):
+                    return u * width + (lam * (b * bend(u) + s * shear(u)) if b > 0 or s > 0 else 0.0)
+
+                free = minimize_scalar(cost, bounds=(max(floor, 1e-9), top), options={"xatol": 1e-10}, method="bounded")
+                least = min(free.fun, cost(max(floor, 1e-12)), cost(top))
+                assert bound <= least * (1 + 1e-9) + 1e-14
+
+
+@pytest.mark.parametrize("limit", [8.5e-6, LIMIT])
+def test_two_steps_against_a_dense_search(limit):
+    """Every break on the ends of panels, where quadrature is right, the outer wall by golden section, the inner one
+    from the limit by a root finder."""
+    p = program(uniform=1500)
+    peaks, n = np.maximum.accumulate(p.lower), p.lower.size
+
+    def volume(outer, cut):
+        def soft(inner):
+            return p.deflection(np.where(np.arange(n) < cut, outer, inner)) - limit
+
+        floor = max(peaks[-1], outer)
+        inner = floor if soft(floor) <= 0 else (brentq(soft, floor, 1.0) if soft(1.0) <= 0 else None)
+        return np.inf if inner is None else p.volume(np.where(np.arange(n) < cut, outer, inner))
+
+    def best_at(cut):
+        low, high = float(peaks[cut - 1]), 1.0
+        for _ in range(20):
+            one, two = high - 0.618034 * (high - low), low + 0.618034 * (high - low)
+            low, high = (low, two) if volume(one, cut) <= volume(two, cut) else (one, high)
+        return min(volume(0.5 * (low + high), cut), volume(float(peaks[cut - 1]), cut))
+
+    coarse = {cut: best_at(cut) for cut in range(4 * NODES, n, 8 * NODES)}
+    centre = min(coarse, key=coarse.get)
+    near = range(max(centre - 8 * NODES, NODES), min(centre + 8 * NODES, n - NODES) + 1, NODES)
+    least = min(best_at(cut) for cut in near)
+    outcome = designed(2, limit)
+    mass = outcome.value.check.mass
+    assert mass == pytest.approx(p.solid_mass * least, rel=1e-4)
+    assert mass <= p.solid_mass * least * (1 + 1e-9)
+    assert outcome.certificate.bound <= p.solid_mass * least
+
+
+@pytest.mark.parametrize("steps", [2, 3, 4, 6])
+def test_no_random_bore_of_the_form_undercuts_the_bound(steps):
+    outcome = designed(steps)
+    p = program(uniform=400)
+    peaks, half = np.maximum.accumulate(p.lower), 0.04
+    # Steps end where panels end, so that quadrature is right.
+    middles = 0.5 * (p.stations.left + p.stations.right)
+    corners = outcome.value.corners
+    places = np.array([c[0] for c in corners[1 : 2 * steps : 2]])
+    walls = 1 - (np.array([c[1] for c in corners[: 2 * steps : 2]]) / 21.99e-3) ** 2
+    rng, least = np.random.default_rng(steps), np.inf
+    for reach in np.repeat([1e-3, 1e-2, 0.1, 0.5], 200):
+        breaks = np.sort(np.clip(places[:-1] + reach * half * rng.normal(size=steps - 1), 0, half))
+        which = np.repeat(np.searchsorted(breaks, middles), NODES)
+        u = np.clip(walls * (1 + reach * rng.normal(size=steps)), 0, 1)
+        floors = [peaks[which <= k].max(initial=0.0) for k in range(steps)]
+        bore = np.maximum.accumulate(np.maximum(u, floors))[which]
+        # Toward the solid pin by one factor of all bores until the limit is kept.
+        if p.deflection(bore) > LIMIT:
+            part = brentq(lambda t, bore=bore: p.deflection(bore + t * (1 - bore)) - LIMIT * (1 - 1e-12), 0, 1)
+            bore = bore + part * (1 - bore)
+        least = min(least, p.volume(bore))
+    assert outcome.certificate.bound <= p.solid_mass * least
+    assert outcome.value.check.mass <= p.solid_mass * least * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("limit", [8.5e-6, LIMIT, 16e-6, None])
+def test_what_is_proven_and_how_forms_order(limit):
+    """At 8.5 um six steps would like to fall toward the middle; at 16 um the limit is no limit."""
+    found = [designed(steps, limit) for steps in (1, 2, 3, 4, 6)]
+    for outcome in found:
+        assert 0 <= outcome.certificate.gap <= 1e-7
+        assert limit is None or outcome.value.check.deflection <= limit * (1 + 1e-12)
+    masses = [outcome.value.check.mass * 1e3 for outcome in found]
+    assert np.all(np.diff(masses) < 0)
+    limits = {} if limit is None else {"max_deflection": limit}
+    assert masses[0] == pytest.approx(grams(VAZ, pin.Constant(), **limits), rel=1e-6)
+    assert masses[-1] > grams(VAZ, pin.Free(drillable=True), **limits)
+
+
+def test_a_duality_gap_is_closed():
+    """A short pin on which two quite different breaks, one too soft, one too stiff, cost the same at one multiplier."""
+    d, criterion = 47.82e-3, pin.CRITERIA["fibre"]
+    geometry, steel = pin.Geometry(d, 0.883 * d, 0.496 * d, 0.02 * d), pin.PinMaterial(200e6, 210e9, 0.0, 7850.0)
+    most = pin.explain(pin.PinProblem(pin.Scene(geometry, 1.0, steel))).force_limit
+    scene = pin.Scene(geometry, 0.5 * most, steel)
+    solid = pin.check(scene, pin.Profile((0.0,), (0.0,)), criterion).value.deflection
+    half = _Half(program(scene, criterion, min_wall=0.05 * d, max_deflection=1.3 * solid))
+    breaks = np.union1d(np.linspace(0.0, 1.0, 601)[1:-1], half.edges[1:-1])
+    least = min(half.weigh(np.array([t, 1.0])).volume for t in breaks)
+    found = lightest_steps(half, 2)
+    volume = found.walls.volume
+    assert volume <= least * (1 + 1e-12)
+    assert volume == pytest.approx(least, rel=1e-4)
+    assert volume * (1 - 1e-7) <= found.bound <= volume
+    # One multiplier for all breaks leaves more than a ten-thousandth open.
+    base = ground(half, half.sums(), 400)
+    one = base.around([points(half, base.edges, half.sums())], np.zeros_like(base.edges), 0.5, 4.0)
+    assert one.value < volume * (1 - 1e-4)
+
+
+@pytest.mark.parametrize(
+    ("bore", "limit", "steps"), [(14e-3, 6e-6, 2), (14e-3, 2e-6, 3), (0.0, 6e-6, 3), (60e-3, 2e-6, 4)]
+)
+def test_stepped_outsides_are_proven_and_no_random_one_is_lighter(bore, limit, steps):
+    scene = bushing.BushingScene(bushing.BushingGeometry(bore, 24e-3, 30e-3, 1e-3), 15e3, STEEL)
+    problem = bushing.BushingProblem(scene, pin.Limits(max_deflection=limit), bushing.Stepped(steps))
+    outcome = bushing.design(problem, accuracy=1e-6)
+    assert 0 <= outcome.certificate.gap <= 1e-7
+    assert outcome.value.check.deflection <= limit * (1 + 1e-12)
+    stations = outside.opening_stations(scene)
+    for _ in range(5):
+        stations = stations.halved(np.ones(stations.left.size, dtype=bool))
+    p = outside.assemble(scene, pin.Limits(max_deflection=limit), PAPER, Physics(), stations)
+    peaks, middles = np.maximum.accumulate(p.lower), 0.5 * (stations.left + stations.right)
+    corners = outcome.value.corners
+    places = np.array([c[0] for c in corners[1 : 2 * steps : 2]])
+    gaps = np.array([c[1] for c in corners[: 2 * steps : 2]]) - bore
+    levels = p.y_of(gaps)
+    rng, least = np.random.default_rng(steps), np.inf
+    for reach in np.repeat([1e-3, 1e-2, 0.1, 0.5], 150):
+        breaks = np.sort(np.clip(places[:-1] + reach * 0.04 * rng.normal(size=steps - 1), 0, 0.04))
+        which = np.repeat(np.searchsorted(breaks, middles), NODES)
+        y = levels * np.maximum(1 + reach * rng.normal(size=steps), 0)
+        floors = [peaks[which <= k].max(initial=0.0) for k in range(steps)]
+        y = np.maximum.accumulate(np.maximum(y, floors))[which]
+        if p.deflection(y) > limit:
+            y = y * brentq(lambda f, y=y: p.deflection(f * y) / limit - 1 + 1e-12, 1.0, 1e4)
+        least = min(least, p.volume(y))
+    assert outcome.certificate.bound <= p.mass_unit * least
+    assert outcome.value.check.mass <= p.mass_unit * least * (1 + 1e-9)

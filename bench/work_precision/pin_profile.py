@@ -4,8 +4,8 @@ Beside the service's ladder, which places its own stations, stand its two tiers 
 multiplier and the cone program with its bound, and what a user would write on the same midpoints: scipy's brentq at
 every station and for the multiplier, the program in cvxpy with Clarabel, and scipy's SLSQP on a few stations. The
 reference is the textbook's equations at Gauss points of panels between the places where loads begin, halved toward
-wherever the limit begins to govern, every root and every station's minimum by bisection. The limit itself is measured on
-2,000 midpoints: it is the same number for all.
+wherever the limit begins to govern, every root and every station's minimum by bisection. The limit itself is measured
+on 2,000 midpoints: it is the same number for all.
 """
 
 from __future__ import annotations

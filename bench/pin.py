@@ -214,6 +214,10 @@ class Midpoints(Stations):
         return 0.5 * (self.left + self.right)
 
     @property
+    def rest(self) -> np.ndarray:  # type: ignore[override]
+        return np.zeros_like(self.x)
+
+    @property
     def side(self) -> np.ndarray:  # type: ignore[override]
         return self.x
 

@@ -148,7 +148,7 @@ def _missed(slug: str, problem: Problem, answer: Answer) -> float:
 
 
 def _proven(answer: Answer) -> bool:
-    """Whether the certificate names nothing that its proof leaves out: no effect, no tangent of the law of shear."""
+    """Whether the certificate names nothing that its proof leaves out: effects, or shear's tangent."""
     evidence = (answer.result.get("certificate") or {}).get("evidence", {})
     constrained = evidence.get("deflection_as_constrained_um")
     if constrained is not None and abs(answer.result["deflection_um"] / constrained - 1.0) > _ROUNDING:

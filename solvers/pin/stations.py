@@ -108,10 +108,11 @@ class Stations:
 
     def cut(self, places: tuple[float, ...]) -> Stations:
         """The panels of contiguous stations, with ends at these places as well."""
-        edges = np.unique(
-            np.concatenate([self.left, self.right, [p for p in places if self.left[0] < p < self.right[-1]]])
-        )
-        return Stations(edges[:-1], edges[1:])
+        rests = (np.broadcast_to(r, self.left.shape) for r in (self.left_rest, self.right_rest))
+        ends = np.concatenate([self.left, self.right, [p for p in places if self.left[0] < p < self.right[-1]]])
+        edges, first = np.unique(ends, return_index=True)
+        rest = np.concatenate([*rests, np.zeros(len(ends) - 2 * self.left.size)])[first]
+        return Stations(edges[:-1], edges[1:], left_rest=rest[:-1], right_rest=rest[1:])
 
     def doubt(self, values: Array) -> Array:
         """For every panel, how far rules on fewer nodes are from Lobatto's, relative to the whole length."""

@@ -187,12 +187,16 @@ class Cone:
                 break
         size = held
         gain = size * size * hollow(r, c)
-        half = folded(replace(program, law=looked_at.law))
-        t = half.stations.x / (0.5 * g.length)
-        solidity = solidity_of(1.0 - size * (1.0 - (1.0 - r) * np.minimum(t / c, 1.0)))
+
+        def bored(half: Program) -> Array:
+            t = half.stations.x / (0.5 * g.length)
+            return solidity_of(1.0 - size * (1.0 - (1.0 - r) * np.minimum(t / c, 1.0)))
+
         evidence = {"boxes": boxes, "narrowing": r, "cone_share": c}
-        if half.limit is not None:
-            evidence["deflection_as_constrained_um"] = 1e6 * half.deflection(solidity)
+        if program.limit is not None:
+            half = folded(looked_at)
+            evidence["deflection_as_constrained_um"] = 1e6 * half.deflection(bored(half))
+        solidity = bored(folded(program))
         end, middle, cone = size * g.outer_diameter, size * r * g.outer_diameter, c * 0.5 * g.length
         corners = [(0.0, end), (cone, middle)] + ([(g.length - cone, middle)] if c < 1.0 else []) + [(g.length, end)]
         return Found(

@@ -90,7 +90,7 @@ def test_a_study_shows_what_accuracy_costs(client, check_request):
 
 
 def test_a_study_shows_what_effects_change_and_cost(client, check_request):
-    request = {"spec": {**check_request, "accuracy": 1e-3}, "study_budget_s": 8.0}
+    request = {"spec": {**check_request, "accuracy": 1e-3}, "study_budget_s": 20.0}
     run = client.post("/api/v1/accuracy/flexible-rod", json=request).json()
     costs = run["result"]["effect_costs"]
     assert [cost["name"] for cost in costs] == [effect["name"] for effect in run["effects"]]

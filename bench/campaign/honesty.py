@@ -1,6 +1,6 @@
 """Honest estimates: is the true error of the main results ever above the estimate, and how far below?
 
-Every scene is solved at one random accuracy and judged by a solution to 1e-12, every eighth one by the kind's
+Every scene is solved at one random accuracy and judged by a solution to 1e-12, every fiftieth one by the kind's
 independent reference, as far as there is such a one. Scenes without an answer are counted, not hidden.
 """
 
@@ -17,7 +17,7 @@ from solvers.watch import OutOfTime, Watch
 _ACCURACIES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 _TIGHTEST = 1e-12
 ROUNDING = 1e-13
-_JUDGED_INDEPENDENTLY = 8
+JUDGED_INDEPENDENTLY = 50
 _PATIENCE = 20.0
 
 
@@ -57,7 +57,7 @@ def judge_estimate(scene: Scene) -> Judged | None:
 
 
 def _reference(scene: Scene) -> tuple[Results, float] | None:
-    """The main results by the tightest solution, with the doubt that it has of itself, and of every eighth scene by
+    """The main results by the tightest solution, with the doubt that it has of itself, and of every fiftieth scene by
     independent means, where they tell them in time.
 
     None where the tightest solution is refused.
@@ -67,7 +67,7 @@ def _reference(scene: Scene) -> tuple[Results, float] | None:
     if answer.status != "succeeded":
         return None
     exact, doubt = scene.results(answer), answer.accuracy["estimated"]
-    independent = scene.job.reference(request, answer) if scene.seed % _JUDGED_INDEPENDENTLY == 0 else None
+    independent = scene.job.reference(request, answer) if scene.seed % JUDGED_INDEPENDENTLY == 0 else None
     if independent is not None:
         with suppress(OutOfTime):
             told = {n: e for n, e in independent.results(Watch(_PATIENCE)).items() if n in exact}

@@ -11,17 +11,28 @@ from pathlib import Path
 from app.designs.registry import KINDS
 from bench.campaign.choices import TOLERANCES
 from bench.campaign.designs import Design
+from bench.campaign.honesty import JUDGED_INDEPENDENTLY
 from bench.campaign.scenes import DRAWN
-from bench.campaign.seeds import CHOICE, COMBINATIONS, DESIGN, ESTIMATE, NEEDLESS_EVERY, Part
+from bench.campaign.seeds import (
+    CHOICE,
+    COMBINATIONS,
+    COMBINED_EVERY,
+    DESIGN,
+    DESIGNED_EVERY,
+    ESTIMATE,
+    NEEDLESS_EVERY,
+    Part,
+)
 
 PAGE = Path(__file__).parents[2] / "docs" / "campaign.md"
 _SHOWN = 10
 
-_HEAD = """# The campaign
+_HEAD = f"""# The campaign
 
 Written by `make campaign`. Scenes are random, each made again by its seed; a quarter of them is hard. Every scene is
-solved at an accuracy drawn for it and judged by a solution to 1e-12; with all effects and with those that `auto` keeps
-at six tolerances. A scene that takes too long is counted and named, not lost.
+solved at an accuracy drawn for it and judged by a solution to 1e-12, one in {JUDGED_INDEPENDENTLY} by independent
+means as well; with all effects and with those that `auto` keeps at six tolerances; one in {COMBINED_EVERY} with every
+combination of effects; and one in {DESIGNED_EVERY} is a design. A scene that takes too long is counted and named.
 """
 _TAIL = """## Crank masses
 

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from bench import crank, design, kernels, linkage, pin, random_designs, service
+from bench import crank, design, effects, kernels, linkage, pin, random_designs, service
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 
@@ -42,6 +42,7 @@ def main() -> None:
         ("The piston pin", pin),
         ("The impact linkage", linkage),
         ("Crank dynamics", crank),
+        ("Effects left out", effects),
     )
     for title, bench in sections:
         lines += [f"## {title}", "", bench.__doc__.partition("\n\n")[2].strip(), "", *bench.table(), ""]

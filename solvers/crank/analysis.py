@@ -87,6 +87,7 @@ _WORST = (
     ("main_bearing_load_max", lambda f: f.main_bearing_load),
 )
 """Instants that designs are made for. |N| is taken as one quantity: its corner at zero is never its maximum."""
+_OF_THE_ROD = slice(1, 3)
 
 
 def analyse(
@@ -125,7 +126,10 @@ def analyse(
     angle = np.arange(series_angles) * (scene.cylinder.period / series_angles)
     brix = _brix_curve(scene, curve)
     masses, radius = scene.masses, scene.mechanism.crank_radius
-    scale = np.where(found.value != 0, np.abs(found.value), 1.0)
+    scale = np.abs(found.value)
+    # Next to no tension beside a great compression is what the compression's digits leave, and the other way round.
+    scale[_OF_THE_ROD] = np.maximum(scale[_OF_THE_ROD], CANCELLED * scale[_OF_THE_ROD].max())
+    scale = np.where(scale > 0, scale, 1.0)
     errors = [
         *(mean.error / np.where(mean.magnitude > 0, np.maximum(np.abs(mean.value), CANCELLED * mean.magnitude), 1.0)),
         *(found.error / scale),

@@ -28,49 +28,85 @@ _SEEN = 0.9
 
 
 @dataclass(frozen=True)
-class Situation:
-    """A scene with its pressures over the angle, and what the bounds need of it: what the gas alone does, without an
-    offset, and how far the rod stands askew."""
+class Background:
+    """What acts without an effect, at some angles of the cycle: what that effect's own share is held against."""
 
-    scene: Scene
-    curve: Curve
-
-    @cached_property
-    def _gas(self) -> tuple[Array, Forces]:
-        scene = self.scene
-        count = _ANGLES * scene.cylinder.strokes // 2
-        angle = (np.arange(count) + 0.5) * (scene.cylinder.period / count)
-        return angle, Cycle(scene, Composition(scene.mechanism.motion(with_offset=False)), self.curve).forces(angle)
-
-    @cached_property
-    def gas_force(self) -> float:
-        """The greatest magnitude of the gas force [N]."""
-        return float(np.max(np.abs(self._gas[1].gas)))
+    angle: Array
+    forces: Forces
+    phases: tuple[float, ...]
+    period: float
 
     @cached_property
     def least_load(self) -> float:
         """The least of the greatest loads [N] on rod, crank pin and main bearings."""
-        f = self._gas[1]
+        f = self.forces
         return float(min(np.max(np.abs(load)) for load in (f.rod, f.crank_pin_load, f.main_bearing_load)))
 
     @cached_property
     def side_force(self) -> float:
         """The greatest magnitude of the side force [N]."""
-        return float(np.max(np.abs(self._gas[1].side)))
+        return float(np.max(np.abs(self.forces.side)))
 
     @cached_property
     def mean_torque(self) -> float:
         """The magnitude of one cylinder's mean torque [N m]."""
-        return abs(float(np.mean(self._gas[1].torque)))
+        return abs(float(np.mean(self.forces.torque)))
 
     @cached_property
     def work_swing(self) -> float:
         """The work [J] between the extremes of the speed, all cylinders together."""
-        angle, f = self._gas
-        period = self.scene.cylinder.period
-        torque = sum(np.interp(angle - psi, angle, f.torque, period=period) for psi in self.scene.engine.phases)
+        angle, period = self.angle, self.period
+        torque = sum(np.interp(angle - psi, angle, self.forces.torque, period=period) for psi in self.phases)
         work = np.cumsum(torque - np.mean(torque)) * (period / angle.size)
         return _SEEN * float(np.ptp(work))
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A scene with its pressures over the angle, what acts in it without one or the other effect, and how far the rod
+    stands askew.
+
+    Effects may take away from each other, the inertia above all from the gas: an effect's share is held against the
+    least of what may act beside it.
+    """
+
+    scene: Scene
+    curve: Curve
+
+    @cached_property
+    def gas(self) -> Background:
+        """The gas alone, in line."""
+        return self._background(False, False)
+
+    @cached_property
+    def in_line(self) -> tuple[Background, ...]:
+        """Without an offset: the gas alone, and with the inertia of what goes to and fro."""
+        return self.gas, self._background(False, True)
+
+    @cached_property
+    def still(self) -> tuple[Background, ...]:
+        """The gas alone, in line and with the offset."""
+        return (self.gas, self._background(True, False)) if self.scene.mechanism.offset else (self.gas,)
+
+    @cached_property
+    def every(self) -> tuple[Background, ...]:
+        """All of these."""
+        both = (self._background(True, True),) if self.scene.mechanism.offset else ()
+        return (*self.in_line, *self.still[1:], *both)
+
+    def _background(self, offset: bool, inertia: bool) -> Background:
+        scene = self.scene
+        period = scene.cylinder.period
+        count = _ANGLES * scene.cylinder.strokes // 2
+        angle = (np.arange(count) + 0.5) * (period / count)
+        axial = (ReciprocatingInertia(),) if inertia else ()
+        composition = Composition(scene.mechanism.motion(with_offset=offset), axial=axial)
+        return Background(angle, Cycle(scene, composition, self.curve).forces(angle), scene.engine.phases, period)
+
+    @cached_property
+    def gas_force(self) -> float:
+        """The greatest magnitude of the gas force [N]."""
+        return float(np.max(np.abs(self.gas.forces.gas)))
 
     @property
     def cylinders(self) -> int:
@@ -133,9 +169,12 @@ class ReciprocatingInertia:
         m = situation.scene.mechanism
         energy = 0.5 * mass * (m.crank_radius * m.angular_speed / cosine) ** 2
         return max(
-            _relative(force / cosine, situation.least_load),
-            _relative(force * situation.greatest_tangent, situation.side_force),
-            _relative(situation.cylinders * energy, situation.work_swing),
+            max(
+                _relative(force / cosine, beside.least_load),
+                _relative(force * situation.greatest_tangent, beside.side_force),
+                _relative(situation.cylinders * energy, beside.work_swing),
+            )
+            for beside in situation.still
         )
 
     def join(self, composition: Composition, scene: Scene) -> Composition:
@@ -172,9 +211,12 @@ class RodInertiaCouple:
         force = defect * turning / (scene.mechanism.rod_length * rod)
         energy = 0.5 * defect * (situation.ratio * scene.mechanism.angular_speed) ** 2
         return max(
-            _relative(force, situation.side_force),
-            _relative(force, situation.least_load),
-            _relative(situation.cylinders * energy, situation.work_swing),
+            max(
+                _relative(force, beside.side_force),
+                _relative(force, beside.least_load),
+                _relative(situation.cylinders * energy, beside.work_swing),
+            )
+            for beside in situation.every
         )
 
     def join(self, composition: Composition, scene: Scene) -> Composition:
@@ -205,10 +247,10 @@ class PinOffset:
         torque = force * turned * m.crank_radius
         return max(
             2.0 * _relative(abs(m.offset), m.crank_radius),
-            _relative(force * turned, situation.side_force),
-            _relative(force * turned, situation.least_load),
-            _relative(situation.gas_force * turned * m.crank_radius, situation.mean_torque),
-            _relative(situation.cylinders * torque * math.pi, situation.work_swing),
+            _relative(situation.gas_force * turned * m.crank_radius, situation.gas.mean_torque),
+            *(_relative(force * turned, beside.side_force) for beside in situation.in_line),
+            *(_relative(force * turned, beside.least_load) for beside in situation.in_line),
+            *(_relative(situation.cylinders * torque * math.pi, beside.work_swing) for beside in situation.in_line),
         )
 
     def join(self, composition: Composition, scene: Scene) -> Composition:

@@ -196,12 +196,15 @@ def _inside(
         fallen = np.argmax(surplus <= 0, axis=1).clip(1)[:, None]
         left, right = (np.take_along_axis(grid, fallen - k, axis=1)[:, 0] for k in (1, 0))
         above, below = (np.take_along_axis(surplus, fallen - k, axis=1)[:, 0] for k in (1, 0))
-        missed = float(np.max(above * (right - left)))
-        if missed <= tolerance * np.ptp(work):
+        if float(np.max(above * (right - left))) <= tolerance * np.ptp(work):
             break
     # Summed over another number of angles, a surplus next to zero may have the other sign.
-    above = np.maximum(above, np.finfo(float).tiny)
-    triangle = 0.5 * above * (right - left) * (above / (above - np.minimum(below, 0.0)))
+    above, below = np.maximum(above, np.finfo(float).tiny), np.minimum(below, 0.0)
+    triangle = 0.5 * above * (right - left) * (above / (above - below))
+    # How far the surplus leaves its chord, seen in the middle: of a parabola two thirds of it lie between the two, and
+    # twice as much is trusted to cover what is no parabola.
+    bent = np.abs(torque(0.5 * (left + right)) - average - 0.5 * (above + below))
+    missed = float(np.max(np.minimum(above, 4.0 / 3.0 * bent) * (right - left)))
     place, weight = gauss_between(bounds[at], left, _MOST_NODES)
     total = np.sum((torque(place.ravel()).reshape(place.shape) - average) * weight, axis=1)
     return float(np.max(work[at] + total + triangle)), missed

@@ -301,7 +301,8 @@ class Machine:
     def shifted_breaks(self):
         """Where a piece of any cylinder's cycle ends, over the first period."""
         breaks, period = self.gas.breaks, self.gas.period
-        found = sorted({breaks[0] + self.m.fmod(b + psi - breaks[0], period) for b in breaks for psi in self.phases})
+        shifted = (breaks[0] + self.m.fmod(b + psi - breaks[0], period) for b in breaks for psi in self.phases)
+        found = sorted({breaks[0], *shifted})
         return [*found, breaks[0] + period] if found[-1] < breaks[0] + period else found
 
 

@@ -47,6 +47,7 @@ def section(slug: str, parts: Sequence[Part], day: str, seconds: float, processe
     lines = [f"## {KINDS[slug].title}", "", _extent(of[ESTIMATE], day, seconds, processes), ""]
     lines += ["| promise | held | seeds where it was not |", "|---|---|---|", *_promises(of), ""]
     lines += [_shares(slug, of), ""]
+    lines += _in_doubt(of[CHOICE])
     lines += _troubles(parts)
     return "\n".join(lines)
 
@@ -61,7 +62,7 @@ def _promises(of: dict[str, list[Part]]) -> Iterator[str]:
     estimates = _judged(of[ESTIMATE])
     yield _row("the true error is at most the estimate", len(estimates), (s for s, j in estimates if not j.honest))
     yield _row("the accuracy asked for is met", len(estimates), (s for s, j in estimates if not j.met))
-    verdicts = [(seed, v) for seed, found in _judged(of[CHOICE]) for v in found]
+    verdicts = [(seed, v) for seed, found in _judged(of[CHOICE]) for v in found if v.judged]
     false = (seed for seed, v in verdicts if not v.kept_promise)
     yield _row("`auto` stays within its tolerance of all effects", len(verdicts), false)
     combined = _judged(of[COMBINATIONS])
@@ -96,9 +97,13 @@ def _judged(parts: Iterable[Part]) -> list[tuple[int, object]]:
 
 def _row(promise: str, total: int, seeds: Iterable[int]) -> str:
     broken = list(seeds)
-    names = sorted(set(broken))
-    shown = ", ".join(map(str, names[:_SHOWN])) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
-    return f"| {promise} | {total - len(broken):,} of {total:,} | {shown or 'none'} |"
+    return f"| {promise} | {total - len(broken):,} of {total:,} | {_shown(broken) or 'none'} |"
+
+
+def _shown(seeds: Iterable[int]) -> str:
+    """The first of the seeds, each once."""
+    names = sorted(set(seeds))
+    return ", ".join(map(str, names[:_SHOWN])) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
 
 
 def _shares(slug: str, of: dict[str, list[Part]]) -> str:
@@ -126,6 +131,18 @@ def _shares(slug: str, of: dict[str, list[Part]]) -> str:
             f"The best rival of a design is {statistics.median(closest):.1g} worse than it in the median, relative."
         )
     return " ".join(said)
+
+
+def _in_doubt(parts: Sequence[Part]) -> Iterator[str]:
+    """Choices that no solution is exact enough to judge: neither held nor broken."""
+    names = [seed for seed, found in _judged(parts) for v in found if not v.judged]
+    if names:
+        yield (
+            f"Could not be judged, {CHOICE}: {len(names)} of the choices of `auto`, whose difference from all effects "
+            "is above the tolerance, but not above what the two solutions, not as exact as was asked, say they may be "
+            f"off (seeds {_shown(names)})."
+        )
+        yield ""
 
 
 def _troubles(parts: Sequence[Part]) -> Iterator[str]:

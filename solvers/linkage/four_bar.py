@@ -12,7 +12,8 @@ with sigma = +1 for the largest coupler and -1 for the other two.
 For c < 0 both D and A are formed from their squares: D = (lambda3 kappa c^2 + M s^2)/(T - lambda3 c) and
 A = (M s^2 - lambda0 lambda2 kappa c^2)/(T - lambda0 lambda2 c), kappa = lambda0 lambda2 - lambda3 = |N| e; where
 sigma c > 0, G = M/(T + sigma lambda0 c). The acos form of the textbooks loses every digit 1e-7 away from the change
-point.
+point. Near a kite (R -> 0) the two terms of X agree to many digits where u31 keeps a level: beyond the
+middle of the cycle of the largest base, and before the blow of the others. There they are gathered first.
 Valid where M >= 0 (the crank turns fully); lengths in cranks, angles in rad.
 Derivation: docs/theory/impact-linkage.md; checked there against the raw loop equation to 60 digits.
 """
@@ -29,6 +30,9 @@ from solvers.linkage.kinds import ChangePoint, Gain, Ratios, plain_ratios
 from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
+
+_NEAR_BLOW = 0.25
+"""sin^2(phi/2) below which the terms of X are gathered about the blow; above, they differ by themselves."""
 
 
 @dataclass(frozen=True)
@@ -156,6 +160,8 @@ def transfer_and_rate(coefficients: Array, s: Array, c: Array, transfer: Array, 
     for i in range(coefficients.shape[0]):
         base, coupler, rocker, turn, play, kappa, sigma = coefficients[i]
         product, lever = base * coupler * rocker, base * coupler
+        gain = np.sqrt(lever / rocker)
+        gain_less_one = kappa / rocker / (gain + 1.0)
         for j in range(s.size):
             cc, ss = c[j] * c[j], s[j] * s[j]
             root = np.sqrt(product * cc + play * ss)
@@ -169,7 +175,73 @@ def transfer_and_rate(coefficients: Array, s: Array, c: Array, transfer: Array, 
             b = (d * d + turn * turn * ss) / rocker
             factor = turn / (root * b)
             transfer[i, j] = factor * a
-            rate[i, j] = factor * (a / b * gap * gap / root - 0.5 * lever * play / (root * root))
+            if c[j] < 0.0 and turn < 0.0:
+                rate[i, j] = _base_rate(base, coupler, rocker, turn, root - base * c[j], gap, root, ss)
+            elif c[j] < 0.0 and ss < _NEAR_BLOW:
+                change = _change_to_blow(rocker, lever, turn, sigma * base, gain, gain_less_one, gap, root, c[j], ss)
+                falling = 2.0 * root * rocker * gap * gap * kappa * cc / (root - lever * c[j]) + play * d * d
+                excess = play * ss * change / (root - lever * c[j]) - lever * falling
+                rate[i, j] = 0.5 * factor * excess / (root * root * b * rocker)
+            else:
+                rate[i, j] = factor * (a / b * gap * gap / root - 0.5 * lever * play / (root * root))
+
+
+@kernel
+def _base_rate(
+    base: float, coupler: float, rocker: float, turn: float, wide: float, gap: float, root: float, ss: float
+) -> float:
+    """X of the largest base beyond the middle of the cycle, its terms of either sign gathered before they are formed.
+
+    With n = -N = lambda2 - 1, w = T - lambda0 c, G = M/w (so that T = (w + G)/2), k = n/G and v = n/(2 lambda0):
+
+        D = G (1 - v + w k/(2 lambda0)),  D^2 + N^2 s^2 = G^2 q,  X = -lambda3 k E/(2 T^3 q^2)
+        E = lambda3 (1 + n/2) G - w k [lambda3 (G + w/2) + lambda2 (v G/2 + H w + lambda0 k s^2)]
+        H = 1 - v + w k/(4 lambda0)
+
+    The terms in w alone, in which X was lost near a kite (n -> 0), add up to a multiple of n w = k G w by the closure
+    lambda3 = lambda0 - n. What is left is one positive and one negative term; they are equal where u31 is extreme.
+    """
+    n = -turn
+    k, v = n / gap, 0.5 * n / base
+    bend = 0.25 * wide * k / base
+    d = 1.0 - v + 2.0 * bend
+    q = d * d + k * k * ss
+    falling = rocker * (gap + 0.5 * wide) + coupler * (0.5 * v * gap + (1.0 - v + bend) * wide + base * k * ss)
+    excess = rocker * (1.0 + 0.5 * n) * gap - wide * k * falling
+    return -0.5 * rocker * k * excess / (root * root * root * q * q)
+
+
+@kernel
+def _change_to_blow(
+    rocker: float,
+    lever: float,
+    turn: float,
+    shift: float,
+    gain: float,
+    less_one: float,
+    gap: float,
+    root: float,
+    c: float,
+    ss: float,
+) -> float:
+    """F = 2 T lambda3 G^2 - lambda0 lambda2 N^2 U near the blow (c near -1), U = T - lambda0 lambda2 c.
+
+    With A = (M s^2 - lambda0 lambda2 kappa c^2)/U and Q = D^2 + N^2 s^2,
+
+        X = N lambda3/(2 T^3 Q^2) [M s^2 F/U - lambda0 lambda2 (2 T lambda3 G^2 kappa c^2/U + M D^2)]
+
+    F is its value at the blow, g lambda3^2 (g - 1) (...), which goes to 0 with R, and what s^2 adds to that. There
+    T0 = g lambda3, G0 = T0 + sigma lambda0 = N + (g - 1) lambda3 (in all three types N = lambda3 + sigma lambda0), and
+    T0 - T = lambda0^2 s^2/(T0 + T). ``shift`` is sigma lambda0, ``lever`` lambda0 lambda2.
+    """
+    root_0, gap_0 = gain * rocker, turn + less_one * rocker
+    square = turn * turn
+    growth = 5.0 + less_one * (4.0 + less_one)
+    at_blow = gain * rocker * rocker * less_one * (2.0 * rocker * (2.0 * turn + less_one * rocker) - square * growth)
+    shorter, turned = shift * shift * ss / (root_0 + root), ss / (1.0 - c)
+    narrower = shift * turned * (gap_0 + gap) / (root_0 + root)
+    lost = 2.0 * rocker * (shorter * gap * gap + root_0 * narrower * (gap + gap_0))
+    return at_blow - lost + lever * square * (shorter + lever * turned)
 
 
 @kernel

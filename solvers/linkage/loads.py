@@ -53,10 +53,11 @@ def series(bar: FourBar, crank: float, energy: float, phi: Array) -> tuple[Array
 
 
 @kernel
-def _loads(coefficients: Array, end: float, phi: float) -> tuple[float, float]:
-    """Torque over E, and force times l1 over E, at one crank angle."""
+def _loads(coefficients: Array, end: float, short: float) -> tuple[float, float]:
+    """Torque over E, and force times l1 over E, at phi - 2 pi in [-2 pi, 0]: where the rocker comes fast, next to the
+    blow, angles are then known to their own last digit."""
     base, coupler, rocker, turn, play, kappa, sigma = coefficients
-    s, c = math.sin(0.5 * phi), math.cos(0.5 * phi)
+    s, c = -math.sin(0.5 * short), -math.cos(0.5 * short)
     root = math.sqrt(base * coupler * rocker * c * c + play * s * s)
     lever = base * coupler
     if c >= 0.0:
@@ -77,25 +78,25 @@ def unit_loads(coefficients: Array, end: float, phi: Array) -> Array:
     """Torque over E and force times l1 over E at crank angles (m,): shape (2, m)."""
     out = np.empty((2, phi.size))
     for j in range(phi.size):
-        out[0, j], out[1, j] = _loads(coefficients, end, phi[j])
+        out[0, j], out[1, j] = _loads(coefficients, end, phi[j] - 2.0 * math.pi)
     return out
 
 
 @kernel
 def _angles(coefficients: Array) -> Array:
-    """Crank angles over the cycle: evenly, evenly in the angle that opens the second change point near pi, and crowded
+    """phi - 2 pi over the cycle: evenly, evenly in the angle that opens the second change point near pi, and crowded
     toward the blow, where a rocker that comes fast turns within e or sqrt(lambda3 kappa/M)."""
     base, coupler, rocker, turn, play, kappa, _ = coefficients
     stretch = math.sqrt(max(play, 1e-30) / (base * coupler * rocker))
     out = np.empty(2 * _SAMPLES + _CROWD + 1)
     least = 0.03 * min(math.sqrt(rocker * kappa / max(play, 1e-30)), 0.5 * kappa / abs(turn), 1.0)
     for k in range(_CROWD):
-        out[2 * _SAMPLES + 1 + k] = 2.0 * math.pi - 2.0 * math.atan(least ** (k / (_CROWD - 1.0)))
+        out[2 * _SAMPLES + 1 + k] = -2.0 * math.atan(least ** (k / (_CROWD - 1.0)))
     for k in range(_SAMPLES):
-        out[k] = 2.0 * math.pi * k / _SAMPLES
+        out[k] = 2.0 * math.pi * (k - _SAMPLES) / _SAMPLES
         opened = math.pi * (k + 0.5) / _SAMPLES
-        out[_SAMPLES + k] = 2.0 * math.atan2(math.sin(opened), stretch * math.cos(opened))
-    out[2 * _SAMPLES] = 2.0 * math.pi
+        out[_SAMPLES + k] = 2.0 * (math.atan2(math.sin(opened), stretch * math.cos(opened)) - math.pi)
+    out[2 * _SAMPLES] = 0.0
     return np.sort(out)
 
 
@@ -132,7 +133,7 @@ def unit_peaks(coefficients: Array, end: Array) -> Array:
                     low, a, fa = a, b, fb
                     b = low + _GOLDEN * (high - low)
                     fb = abs(_loads(row, end[i], b)[which])
-            out[i, 2 * which], out[i, 2 * which + 1] = best, at
+            out[i, 2 * which], out[i, 2 * which + 1] = best, at + 2.0 * math.pi
     return out
 
 

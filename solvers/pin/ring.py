@@ -15,25 +15,21 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
-import numpy as np
-from numpy.typing import NDArray
-
 from solvers.numerics.jit import kernel
-
-Array = NDArray[np.float64]
 
 CLASSICAL_LIMIT = 0.8
 """d/D up to which the factor K is used."""
 
-THIN_LIMIT = 0.999
-"""d/D from which the plane elastic ring is a thin one."""
-
 _LEAST_RATIO = 0.02
 """Below this d/D a pin is as good as solid: the inner fibre's stress formula has 1/alpha."""
-_HARMONICS = 2.0 * np.arange(1, 33)
-_AMPLITUDES = 4.0 / (math.pi * (_HARMONICS**2 - 1.0))
-_TURNED = _AMPLITUDES * (-1.0) ** (_HARMONICS / 2.0)
-"""|sin theta| = 2/pi - (4/pi) sum over even n of cos(n theta)/(n^2 - 1); and the same from the top on."""
+_SQUARES = (math.pi**2 - 8.0) / (4.0 * math.pi)
+"""Sum over even n of (4/pi)/(n^2 - 1)^2.
+
+|sin theta| = 2/pi - (4/pi) sum over even n of cos(n theta)/(n^2 - 1): the amplitudes add up to 2/pi, with the signs
+they have at the top to 2/pi - 1, and with 2 n/(n^2 - 1), in which neighbours cancel, to 2/pi.
+"""
+_MOST, _NEGLIGIBLE = 5000, 1e-18
+"""Harmonics at most, and the share of a sum below which a further one is left out."""
 _LOOKS = 32
 """Steps in which the formula's first excess is looked for."""
 
@@ -84,112 +80,92 @@ def classical(force: float, diameter: float, length: float, ratio: float, modulu
 def thick_ring(force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float) -> Ring:
     """The plane elastic ring under p = (2 P/(pi R l)) |sin theta| on its outer surface, inner surface free.
 
-    theta is counted from the side; per harmonic Michell's four terms, whose constants meet the tractions of both
-    surfaces. Plane stress. Hoop stresses at the four points; growth of the outer diameter at the side.
+    theta is counted from the side; plane stress. Hoop stresses at the four points; growth of the outer diameter at the
+    side. The load's mean makes Lame's stresses, -(2/pi) (1 + alpha^2)/(1 - alpha^2) and twice -(2/pi)/(1 - alpha^2);
+    its harmonics are summed as in ``_bending``. Exact to rounding for alpha up to 0.999, to 1e-11 beyond.
     """
     outer = 0.5 * diameter
     pressure = 2.0 * force / (math.pi * outer * length)
     mean = -2.0 / math.pi
-    # Lame: sigma_r = a + b/r^2 with r relative to R, zero at alpha and ``mean`` at 1.
-    scale = mean / (1.0 - ratio**2)
-    hoop = np.array([scale * (1.0 + ratio**2), 2.0 * scale])
-    # The surface traction is -p.
-    hoops, displacement = _harmonics(_HARMONICS, ratio, poisson)
-    side, top = hoop + _AMPLITUDES @ hoops, hoop + _TURNED @ hoops
-    growth = float(hoop[0] - poisson * mean + _AMPLITUDES @ displacement)
-    stresses = RingStresses(*(float(pressure * s) for s in (side[0], side[1], top[0], top[1])))
-    return Ring(2.0 * outer * pressure / modulus * growth, stresses, "plane elastic ring")
+    scale = mean / ((1.0 - ratio) * (1.0 + ratio))
+    around, within = scale * (1.0 + ratio**2), 2.0 * scale
+    outer_side, inner_side, outer_top, inner_top, growth = _bending(ratio)
+    stresses = RingStresses(
+        outer_side=pressure * (around + outer_side - mean),
+        inner_side=pressure * (within + inner_side),
+        outer_top=pressure * (around + outer_top - mean - 1.0),
+        inner_top=pressure * (within + inner_top),
+    )
+    alike = around - poisson * mean - mean - (1.0 - poisson) * _SQUARES
+    return Ring(2.0 * outer * pressure / modulus * (alike + growth), stresses, "plane elastic ring")
 
 
-def _harmonics(n: Array, ratio: float, poisson: float) -> tuple[Array, Array]:
-    """Hoop stress at the outer and inner surface (k, 2) and outer radial displacement (k,) for sigma_r = cos(n theta).
+@kernel
+def _bending(ratio: float) -> tuple[float, float, float, float, float]:
+    """Sums over the load's harmonics, without what every one has alike: hoop stresses at the outer and inner side, at
+    the outer and inner top, and the outer radial displacement times E/R at the side.
 
-    Stress function f(r) cos(n theta), f = c1 r^n + c2 r^(n+2) + c3 (alpha/r)^n + c4 alpha^n r^(2-n), r relative to R.
-    Stresses: sigma_r = f'/r - n^2 f/r^2, sigma_t = f'', tau = n (f/r)'. For f = r^p the displacement is
-    E u_r = ((p - n^2)/(p - 1) - nu p) r^(p-1).
+    With f(r) cos(n theta) = r phi(ln r) cos(n theta), the shear vanishes where phi' does, and there sigma_r is
+    (1 - n^2) phi/r and sigma_t is phi''/r: phi is 0 with its slope inside, 1/(1 - n^2) with slope 0 outside, made of
+    exp(+-(n - 1) ln r) and exp(+-(n + 1) ln r). For sigma_r = cos(n theta) outside, with t = ln(1/alpha) and
+    Z = sinh^2(n t) - n^2 sinh^2(t),
+
+        outer sigma_t = 1 + 2 n^2 sinh^2(t)/Z,  inner sigma_t = -2 n sinh(n t) sinh(t)/(alpha Z)
+        E u_r = [2 n - (1 - nu)]/(n^2 - 1) + n [1 - exp(-2 n t) + n sinh(2 t) + 2 n^2 sinh^2(t)]/((n^2 - 1) Z)
+
+    The first parts, alike in rings of any thickness, fall slowly and are summed in closed form by the caller; the rest
+    (``_rest``) is positive and falls as exp(-2 n t), before n reaches 1/t as n^-4. ``_MOST`` cuts off less than 1e-11.
     """
-    hoops, growth = np.empty((n.size, 2)), np.empty(n.size)
-    _solve_harmonics(n, ratio, poisson, hoops, growth)
-    return hoops, growth
+    t = -math.log(ratio)
+    excess = _beyond_its_argument(t)
+    outer_side, inner_side, outer_top, inner_top, growth = 0.0, 0.0, 0.0, 0.0, 0.0
+    sign = -1.0
+    for k in range(1, _MOST):
+        n = 2.0 * k
+        amplitude = 4.0 / (math.pi * (n * n - 1.0))
+        outer, inner, moved = _rest(n, ratio, t, excess)
+        outer, inner, moved = amplitude * outer, amplitude * inner, amplitude * moved
+        outer_side += outer
+        outer_top += sign * outer
+        inner_side -= inner
+        inner_top -= sign * inner
+        growth += moved
+        if inner < _NEGLIGIBLE * -inner_side and outer < _NEGLIGIBLE * outer_side and moved < _NEGLIGIBLE * growth:
+            break
+        sign = -sign
+    return outer_side, inner_side, outer_top, inner_top, growth
 
 
 @kernel
-def _solve_harmonics(harmonics: Array, ratio: float, poisson: float, hoops: Array, growth: Array) -> None:
-    powers, f, size = np.empty(4), np.empty((2, 4)), np.empty(4)
-    matrix, hoop, constants = np.empty((4, 4)), np.empty((2, 4)), np.empty(4)
-    for k in range(harmonics.size):
-        n = harmonics[k]
-        decay = ratio**n
-        powers[0], powers[1], powers[2], powers[3] = n, n + 2.0, -n, 2.0 - n
-        f[0, 0], f[0, 1], f[0, 2], f[0, 3] = 1.0, 1.0, decay, decay
-        f[1, 0], f[1, 1], f[1, 2], f[1, 3] = decay, decay * ratio * ratio, 1.0, ratio * ratio
-        for side in range(2):
-            r = 1.0 if side == 0 else ratio
-            for j in range(4):
-                first, p = powers[j] * f[side, j] / r, powers[j]
-                hoop[side, j] = p * (p - 1.0) * f[side, j] / (r * r)
-                matrix[2 * side, j] = first / r - n * n * f[side, j] / (r * r)
-                matrix[2 * side + 1, j] = n * (first / r - f[side, j] / (r * r))
-        for i in range(4):
-            size[i] = 0.0
-            for j in range(4):
-                size[i] = max(size[i], abs(matrix[i, j]))
-            for j in range(4):
-                matrix[i, j] /= size[i]
-            constants[i] = 1.0 / size[0] if i == 0 else 0.0
-        _eliminate(matrix, constants)
-        hoops[k, 0], hoops[k, 1], growth[k] = 0.0, 0.0, 0.0
-        for j in range(4):
-            p = powers[j]
-            shift = (p - n * n) / (p - 1.0) - poisson * p
-            hoops[k, 0] += hoop[0, j] * constants[j]
-            hoops[k, 1] += hoop[1, j] * constants[j]
-            growth[k] += shift * f[0, j] * constants[j]
+def _rest(n: float, ratio: float, t: float, excess: float) -> tuple[float, float, float]:
+    """Of one harmonic, without its first parts: outer hoop stress, inner hoop stress with its sign turned, E u_r.
+
+    ``excess`` is sinh(t) - t.
+    """
+    wide, turn = math.sinh(n * t), n * 0.5 * (1.0 - ratio) * (1.0 + ratio) / ratio
+    # Z by sinh(n t) - n sinh(t), from both of which n t is taken: the second of what is left is a quarter of the first.
+    room = (_beyond_its_argument(n * t) - n * excess) * (wide + turn)
+    outer, inner = 2.0 * turn * turn / room, 2.0 * turn * wide / (ratio * room)
+    lifted = -math.expm1(-2.0 * n * t) + turn * (1.0 / ratio + ratio) + 2.0 * turn * turn
+    return outer, inner, n * lifted / ((n * n - 1.0) * room)
 
 
 @kernel
-def _eliminate(matrix: Array, load: Array) -> None:
-    """Solve a small linear system in place, the greatest pivot of a column first; the answer is in ``load``."""
-    n = load.size
-    for k in range(n):
-        best = k
-        for i in range(k + 1, n):
-            if abs(matrix[i, k]) > abs(matrix[best, k]):
-                best = i
-        for j in range(n):
-            matrix[k, j], matrix[best, j] = matrix[best, j], matrix[k, j]
-        load[k], load[best] = load[best], load[k]
-        for i in range(k + 1, n):
-            factor = matrix[i, k] / matrix[k, k]
-            for j in range(k, n):
-                matrix[i, j] -= factor * matrix[k, j]
-            load[i] -= factor * load[k]
-    for k in range(n - 1, -1, -1):
-        for j in range(k + 1, n):
-            load[k] -= matrix[k, j] * load[j]
-        load[k] /= matrix[k, k]
+def _beyond_its_argument(x: float) -> float:
+    """sinh(x) - x for x >= 0, to its last digits."""
+    if x > 1.0:
+        return math.sinh(x) - x
+    xx, rest = x * x, 1.0
+    for k in range(9, 1, -1):
+        rest = 1.0 + rest * xx / (2.0 * k * (2.0 * k + 1.0))
+    return x * xx / 6.0 * rest
 
 
 def ring(force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float) -> Ring:
     """The ring of bore ratio alpha = d/D, by the model that is valid there."""
     if ratio <= CLASSICAL_LIMIT:
         return classical(force, diameter, length, ratio, modulus)
-    if ratio <= THIN_LIMIT:
-        return thick_ring(force, diameter, length, ratio, modulus, poisson)
-    return _thin_ring(thick_ring(force, diameter, length, THIN_LIMIT, modulus, poisson), ratio)
-
-
-def _thin_ring(least: Ring, ratio: float) -> Ring:
-    """The ring at THIN_LIMIT, its growth and bending stresses taken on as a thin ring's: exact to 1e-6 and to 1e-3.
-
-    Beyond, the series' four constants cancel until nothing is left of them.
-    """
-    thinner = (1.0 - THIN_LIMIT) / (1.0 - ratio)
-    wider = (1.0 + ratio) / (1.0 + THIN_LIMIT)
-    bend = wider * thinner**2
-    s = least.stresses
-    stresses = RingStresses(bend * s.outer_side, bend * s.inner_side, bend * s.outer_top, bend * s.inner_top)
-    return Ring(least.ovalization * (wider * thinner) ** 3, stresses, "thin elastic ring")
+    return thick_ring(force, diameter, length, ratio, modulus, poisson)
 
 
 def _crossing(
@@ -205,7 +181,7 @@ def _crossing(
         return measure(ring_at(ratio)) <= limit
 
     steps = [start + (CLASSICAL_LIMIT - start) * k / _LOOKS for k in range(_LOOKS)] + [CLASSICAL_LIMIT]
-    # Thinner than 1e-6 of the diameter no plane ring is solved any more: the thin ring's cube is far beyond.
+    # Thinner than 1e-6 of the diameter no ring is asked for: it yields by the cube of what is left.
     low, high = CLASSICAL_LIMIT, 1.0 - 1e-6
     for before, after in pairwise(steps):
         if not fits(after):

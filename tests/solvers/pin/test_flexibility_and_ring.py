@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mpmath as mp
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
@@ -99,9 +100,70 @@ def test_the_thick_rings_harmonics_solve_the_equations_of_elasticity(ratio, k):
     r = np.linspace(ratio, 1.0, 200)
     found = solve_bvp(rates, ends, r, np.ones((4, r.size)), tol=1e-9, max_nodes=20_000)
     u, v, radial, _ = found.sol(np.array([1.0, ratio]))
-    hoops, growth = ring._harmonics(np.array([n]), ratio, nu)
-    assert hoops[0] == pytest.approx((u + n * v) / np.array([1.0, ratio]) + nu * radial, rel=1e-6)
-    assert growth[0] == pytest.approx(u[0], rel=1e-6)
+    outer, inner, moved = ring._rest(n, ratio, -np.log(ratio), np.sinh(np.log(1 / ratio)) + np.log(ratio))
+    assert (1.0 + outer, -inner) == pytest.approx((u + n * v) / np.array([1.0, ratio]) + nu * radial, rel=1e-6)
+    assert (2.0 * n - (1.0 - nu)) / (n * n - 1.0) + moved == pytest.approx(u[0], rel=1e-6)
+
+
+def michell(ratio: float, terms: int) -> list[mp.mpf]:
+    """Hoop stresses at the four points over the greatest pressure and the growth over 2 R p/E, by Michell's series.
+
+    The four constants of every harmonic come from the tractions of both surfaces, with 60 digits; beyond the last
+    harmonic, where the inner surface no longer counts, those of a solid disk's surface are summed on.
+    """
+    a, nu = mp.mpf(ratio), mp.mpf(POISSON)
+    hoop = -2 / mp.pi / (1 - a * a)
+    side = [hoop * (1 + a * a), 2 * hoop]
+    top, growth = list(side), side[0] + nu * 2 / mp.pi
+    for n in range(2, 2 * terms + 1, 2):
+        powers, surfaces = (n, n + 2, -n, 2 - n), (mp.mpf(1), a)
+        sizes = [[r**n, r ** (n + 2), (a / r) ** n, a**n * r ** (2 - n)] for r in surfaces]
+        rows = []
+        for r, values in zip(surfaces, sizes, strict=True):
+            rows.append([(p - n * n) * f / r**2 for p, f in zip(powers, values, strict=True)])
+            rows.append([n * (p - 1) * f / r**2 for p, f in zip(powers, values, strict=True)])
+        constants = list(mp.lu_solve(mp.matrix(rows), mp.matrix([1, 0, 0, 0])))
+        amplitude, sign = 4 / (mp.pi * (n * n - 1)), (-1) ** (n // 2)
+        for k, (r, values) in enumerate(zip(surfaces, sizes, strict=True)):
+            found = sum(p * (p - 1) * f * c for p, f, c in zip(powers, values, constants, strict=True)) / r**2
+            side[k] += amplitude * found
+            top[k] += amplitude * sign * found
+        shifts = [(mp.mpf(p - n * n) / (p - 1) - nu * p) * c for p, c in zip(powers, constants, strict=True)]
+        growth += amplitude * sum(s * f for s, f in zip(shifts, sizes[0], strict=True))
+
+    # Sums from k = terms + 1 on, by the zeta and digamma functions of partial fractions of 1/(2 k - 1), 1/(2 k + 1).
+    k = terms + mp.mpf(1)
+    squares = mp.zeta(2, k - 0.5), mp.zeta(2, k + 0.5)
+    plain = 1 / (2 * (2 * k - 1))
+    # (-1)^k/(4 k^2 - 1) over pairs of k, each sum over every other k.
+    quarters = [mp.digamma(x / 2) for x in (k - 0.5, k + 0.5, k + 1.5)]
+    turned = (-1) ** (terms + 1) * (quarters[1] - quarters[0] - quarters[2] + quarters[1]) / 8
+    side[0] += 4 / mp.pi * plain
+    top[0] += 4 / mp.pi * turned
+    growth += 4 / mp.pi * (squares[0] - squares[1]) / 8
+    growth -= 4 / mp.pi * (1 - nu) * ((squares[0] + squares[1]) / 16 - plain / 2)
+    return [*side, *top, growth]
+
+
+@pytest.mark.parametrize(("ratio", "terms"), [(0.3, 24), (0.8, 90), (0.9, 180)])
+def test_the_thick_ring_is_michells_series_to_its_last_digits(ratio, terms):
+    found = ring.thick_ring(np.pi, 2.0, 2.0 * POISSON, ratio, 1.0 / POISSON, POISSON)
+    pressure = 2.0 * np.pi / (np.pi * 2.0 * POISSON)
+    s = found.stresses
+    told = [s.outer_side, s.inner_side, s.outer_top, s.inner_top, found.ovalization / (2.0 * POISSON)]
+    with mp.workdps(60):
+        exact = [float(value) for value in michell(ratio, terms)]
+    assert np.array(told) / pressure == pytest.approx(exact, rel=1e-14)
+
+
+def test_the_thick_ring_stays_one_curve_toward_no_wall_at_all():
+    """Growth times the cube of the wall, of which the last harmonics and the cut sums must leave no step."""
+    walls = np.geomspace(1e-6, 1e-2, 200)
+    scaled = [ring.thick_ring(*PIN, 1.0 - w, MODULUS, POISSON).ovalization * w**3 / (2.0 - w) ** 3 for w in walls]
+    assert np.all(np.abs(np.diff(scaled, 2)) < 1e-4 * scaled[0])
+    # The wall of 1 - w is known to 1e-16/w, its cube to three times that.
+    bend = 8 / (9 * np.pi**2) * FORCE / (MODULUS * LENGTH) * sum(27 / (n * n - 1) ** 3 for n in range(2, 400, 2))
+    assert scaled[0] == pytest.approx(bend, rel=1e-5)
 
 
 def test_the_ring_grows_with_the_bore_everywhere():

@@ -30,7 +30,7 @@ test: $(STAMP) system  ## set up and pass every test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/crankwright warm-up
-	$(BIN)/python -m pytest
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4
 
 lint: $(STAMP)   ## style only
 	$(BIN)/ruff check .

@@ -3,7 +3,8 @@
 A shape is fixed by r = d_middle/d_end and by c, the share of the half that the cone takes; its size is the greatest
 that strength, wall, deflection and slope allow. Where r or c grow the shape is wider everywhere, so its greatest size
 falls and its volume per size grows: on a box of (r, c) the size at the least corner and the shape at the greatest
-corner bound the bore's volume, and branch and bound closes in on the best cone.
+corner bound the bore's volume, and branch and bound closes in on the best cone. Under a deflection limit small boxes
+are bounded to second order as well (``cone_bounds``).
 """
 
 from __future__ import annotations
@@ -11,11 +12,13 @@ from __future__ import annotations
 import heapq
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
+from solvers.pin.cone_bounds import Rule, deflection_slopes, hollow, second_order, station_slopes
 from solvers.pin.flexibility import bending, cowper, phi
 from solvers.pin.form import Found
 from solvers.pin.program import Program, assemble, bore_of, folded, refined, unfolded
@@ -23,8 +26,12 @@ from solvers.pin.section import solidity_of
 from solvers.pin.stations import NODES
 
 Array = NDArray[np.float64]
-_BOXES = {False: 20_000, True: 1_500}
+_BOXES = {False: 20_000, True: 2_000}
 """How many boxes are looked at without and with a deflection limit, which costs a root for each."""
+_SMALL = 0.02
+"""Boxes no wider than this are bounded to second order as well."""
+_ROOT = 1e-14
+"""A size under a deflection limit is known from below, to this."""
 _LOOKS = 4
 """How often the best shape is sought anew on stations that lie closer where the last one touched the walls."""
 _ZOOMS, _NEAR, _NARROWEST = 16, 1e-4, 1e-4
@@ -34,10 +41,10 @@ _ZOOMS, _NEAR, _NARROWEST = 16, 1e-4, 1e-4
 @kernel
 def _greatest_size(
     r: float, c: float, t: Array, bore: Array, share: Array, bend: Array, shear: Array,
-    a: float, b: float, knee: float, limit: float,
+    a: float, b: float, knee: float, limit: float, most: float,
 ) -> float:  # fmt: skip
-    """The greatest end bore, over the outer diameter, of the shape (r, c) on stations t = x/(L/2) in [0, 1]."""
-    size = 1.0
+    """The greatest end bore of (r, c), over the outer diameter, up to ``most``; stations t = x/(L/2) in [0, 1]."""
+    size = most
     n = t.size
     for i in range(n):
         shape = 1.0 - (1.0 - r) * min(t[i] / c, 1.0)
@@ -45,9 +52,16 @@ def _greatest_size(
             size = bore[i] / shape
     if limit == np.inf:
         return size
-    low, high = 0.0, size
-    for step in range(60):
-        at = high if step == 0 else 0.5 * (low + high)
+    # Regula falsi in limit/deflection - 1, which ends at -1 where nothing is left, with every fourth step a bisection.
+    low, high, at_low, at_high, last = 0.0, size, 1.0, -1.0, 0
+    for step in range(120):
+        if step == 0:
+            at = high
+        elif step % 4 == 0:
+            at = 0.5 * (low + high)
+        else:
+            least = 5e-16 * high
+            at = min(max(low + (high - low) * at_low / (at_low - at_high), low + least), high - least)
         total = 0.0
         for i in range(n):
             if bend[i] == 0.0 and shear[i] == 0.0:
@@ -58,20 +72,22 @@ def _greatest_size(
                 total = np.inf
                 break
             total += share[i] * (bend[i] * bending(u)[0] + shear[i] * phi(u, a, b, knee))
-        if total <= limit:
+        value = limit / total - 1.0 if total > 0.0 else np.inf
+        if value >= 0.0:
             if step == 0:
                 return size
-            low = at
+            low, at_low = at, value
+            if last == 1:
+                at_high *= 0.5
+            last = 1
         else:
-            high = at
-        if high - low <= 1e-15:
+            high, at_high = at, value
+            if last == -1:
+                at_low *= 0.5
+            last = -1
+        if high - low <= 1.2e-15 * high:
             break
     return low
-
-
-def hollow(r: float, c: float) -> float:
-    """Volume of the bore of end diameter 1, relative: c (1 + r + r^2)/3 + (1 - c) r^2."""
-    return c * (1.0 + r + r * r) / 3.0 + (1.0 - c) * r * r
 
 
 @dataclass(frozen=True)
@@ -80,13 +96,31 @@ class _Cones:
 
     program: Program
 
+    @cached_property
+    def _places(self) -> Array:
+        return self.program.stations.x / (0.5 * self.program.scene.geometry.length)
+
+    @cached_property
+    def _bore(self) -> Array:
+        """The widest bore that strength allows, over the outer diameter."""
+        return bore_of(self.program, self.program.lower) / self.program.scene.geometry.outer_diameter
+
+    @cached_property
+    def _first_bent(self) -> float:
+        """The first place that counts in the deflection; inf where none does."""
+        p = self.program
+        return float(np.min(self._places[(p.bending != 0.0) | (p.shear != 0.0)], initial=math.inf))
+
+    @cached_property
+    def _deflection(self) -> tuple[Array, Array, Array]:
+        return self.program.share, self.program.bending, self.program.shear
+
     def size(self, r: float, c: float, steep_r: float, steep_c: float) -> float:
         """Greatest size of (r, c); the slope limit, which loosens with r and tightens with small c, at its own pair."""
         p, g = self.program, self.program.scene.geometry
         limit = math.inf if p.limit is None else p.limit
         size = _greatest_size(
-            r, c, p.stations.x / (0.5 * g.length), bore_of(p, p.lower) / g.outer_diameter, p.share, p.bending, p.shear,
-            p.law.a, p.law.b, p.law.knee, limit,
+            r, c, self._places, self._bore, *self._deflection, p.law.a, p.law.b, p.law.knee, limit, 1.0,
         )  # fmt: skip
         slope = p.limits.max_slope
         if slope is not None and steep_r < 1.0:
@@ -100,7 +134,51 @@ class _Cones:
     def most(self, box: tuple[float, float, float, float]) -> float:
         """No shape of the box holds more."""
         r0, r1, c0, c1 = box
-        return self.size(r0, c0, r1, c1) ** 2 * hollow(r1, c1)
+        first = self.size(r0, c0, r1, c1) ** 2 * hollow(r1, c1)
+        # Far from small the range of slopes says nothing.
+        if self.program.limit is None or max(r1 - r0, c1 - c0) > _SMALL:
+            return first
+        return min(first, second_order(box, self._rules(box)))
+
+    def _rules(self, box: tuple[float, float, float, float]) -> list[Rule]:
+        """The rules that hold the shapes of a box: stations that are the weakest somewhere, deflection, slope."""
+        p, g = self.program, self.program.scene.geometry
+        r0, r1, c0, c1 = box
+        r, c = 0.5 * (r0 + r1), 0.5 * (c0 + c1)
+        t, bore = self._places, self._bore
+        weakest: set[int] = set()
+        with np.errstate(divide="ignore"):
+            for r_at, c_at in ((r, c), (r0, c1), (r1, c0)):
+                weakest.add(int(np.argmin(bore / (1.0 - (1.0 - r_at) * np.minimum(t / c_at, 1.0)))))
+        rules = [Rule(0.0, (0.0, 0.0, 0.0, 0.0))]
+        for i in weakest:
+            shape = 1.0 - (1.0 - r) * min(t[i] / c, 1.0)
+            if bore[i] > 0.0 and shape > 0.0:
+                rules.append(Rule(math.log(bore[i] / shape), station_slopes(box, float(t[i]))))
+        least, middle, most = self._stiff(r1, c1), self._stiff(r, c), self._stiff(r0, c0)
+        if least > 0.0 and math.isfinite(most):
+            slopes = deflection_slopes(*box, least, most * (1.0 + _ROOT), t, *self._deflection, p.law.a, p.law.b)
+            rules.append(Rule(math.log(middle) + _ROOT, slopes))
+        if p.limits.max_slope is not None and r1 < 1.0:
+            allowed = p.limits.max_slope * 0.5 * g.length / g.outer_diameter
+            slopes = (1.0 / (1.0 - r0), 1.0 / (1.0 - r1), 1.0 / c1, 1.0 / c0)
+            rules.append(Rule(math.log(allowed * c / (1.0 - r)), slopes))
+        return rules
+
+    def _stiff(self, r: float, c: float) -> float:
+        """The greatest size that the deflection allows, be it beyond the outer diameter where no load bends."""
+        p = self.program
+        narrowest = 1.0 - (1.0 - r) * min(self._first_bent / c, 1.0)
+        if self._first_bent == math.inf or narrowest <= 0.0:
+            return math.inf
+        return _greatest_size(
+            r, c, self._places, self._endless, *self._deflection, p.law.a, p.law.b, p.law.knee, p.limit,
+            1.0 / narrowest,
+        )  # fmt: skip
+
+    @cached_property
+    def _endless(self) -> Array:
+        return np.full(self._bore.size, math.inf)
 
 
 def _best(
@@ -174,7 +252,7 @@ class Cone:
             return None
         # Nothing here asks for convexity, so shear obeys the exact law.
         looked_at = replace(program, law=cowper(program.scene.material.poisson))
-        c_range, wanted = (1e-3, 1.0) if self.cylinder else (1.0, 1.0), min(max(gap, 1e-8), 1e-7)
+        c_range, wanted = (1e-3, 1.0) if self.cylinder else (1.0, 1.0), min(max(gap, 1e-8), 8e-8)
         boxes = 0
         for _ in range(_LOOKS):
             half = folded(looked_at)
@@ -183,7 +261,7 @@ class Cone:
             # Stations say nothing of what lies between them, nor rules of the corner that a cone ends in.
             looked_at, size = _closer(looked_at, r, c), _Cones(half).size(r, c, r, c)
             held = min(size, _Cones(folded(looked_at)).size(r, c, r, c))
-            if size - held <= 0.1 * max(gap, wanted) * size:
+            if size - held <= 0.1 * wanted * size:
                 break
         size = held
         gain = size * size * hollow(r, c)

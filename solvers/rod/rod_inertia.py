@@ -220,13 +220,11 @@ def _widths(pace: Array) -> Array:
 
 def _refined(strip: StripModes, found: Motion, following: _Following, wanted: float) -> tuple[Motion, float]:
     """All modes on elements fine enough for what no mode's own motion asks for, and the error of that."""
-    wide, error, enough = WIDEST, np.inf, max(wanted, 0.25 * following.missed)
+    error, enough = np.inf, max(wanted, 0.25 * following.missed)
     rest = _rest(strip, found, following.modes)
     while error > enough:
-        wide *= 0.5
-        edges = split(found.edges, wide)
-        if edges.size == found.edges.size:
-            edges = split(edges, 0.75 * float(np.diff(edges).min()))
+        # All of them: a narrow one, where the force has its peak, may hold the error as well as a wide one.
+        edges = np.sort(np.concatenate([found.edges, 0.5 * (found.edges[:-1] + found.edges[1:])]))
         if error < np.inf and _work(edges.size, strip.pace.size) > MOST_WORK:
             break
         found = strip.solve(strip.driven(edges), strip.pace.size)

@@ -17,9 +17,10 @@ from solvers.pin.capacity import force_limit
 from solvers.pin.effects import choose_for, compose, demands_of
 from solvers.pin.flexibility import ShearFlexibility, cowper, flexibility_values, product
 from solvers.pin.loads import ROUNDING, forces_at
+from solvers.pin.peaks import peaked, utilisation
 from solvers.pin.pointwise import Constant
 from solvers.pin.profile import Profile, WholeProfile
-from solvers.pin.program import Physics, Program, assemble, opening_stations, refined, strength_demands
+from solvers.pin.program import Physics, Program, assemble, opening_stations, refined
 from solvers.pin.scene import NO_LIMITS, Limits, Scene
 from solvers.pin.section import (
     CRITERIA,
@@ -134,15 +135,19 @@ def check(
 def on_profile(
     scene: Scene, whole: WholeProfile, criterion: Criterion, physics: Physics, law: ShearFlexibility, accuracy: float
 ) -> tuple[Program, Array, float]:
-    """A program on stations that suit this bore, walls there, and quadrature's doubt of the deflection, relative."""
+    """A program on stations that suit this bore, walls there, and quadrature's doubt of the deflection, relative.
+
+    Panels are halved where the deflection asks for it, and where the strength is used most between two stations.
+    """
     stations = opening_stations(scene, whole.places)
     for _ in range(_PASSES):
         program = assemble(scene, Limits(), criterion, physics, stations, law)
         wall = whole.wall(stations.x, stations.side, scene.geometry.outer_diameter)
         doubt = deflection_doubt(program, solidity_of(wall))
-        if doubt.sum() <= 0.1 * accuracy or stations.x.size > _MOST_STATIONS:
+        rough, between = doubt.sum() > 0.1 * accuracy, peaked(program, wall, 0.1 * accuracy)
+        if not (rough or between.any()) or stations.x.size > _MOST_STATIONS:
             break
-        stations = refined(program, doubt > 0.05 * accuracy / stations.left.size)
+        stations = refined(program, between | (rough & (doubt > 0.05 * accuracy / stations.left.size)))
     return program, wall, float(doubt.sum())
 
 
@@ -161,14 +166,11 @@ def assess(
 ) -> PinCheck:  # fmt: skip
     """Everything that can be said of walls at a program's stations; ``volume`` is their mass over the solid pin's."""
     scene, g = program.scene, program.scene.geometry
-    equivalent, tangential, use = np.zeros_like(wall), np.zeros_like(wall), np.zeros_like(wall)
+    equivalent, tangential, use = np.zeros_like(wall), np.zeros_like(wall), utilisation(program, wall)
     for case in scene.cases:
         forces = forces_at(case, program.stations.x, program.stations.side, program.stations.rest)
-        demands = strength_demands(scene, criterion, forces)
         own = section_demands(criterion, forces, g.outer_diameter, scene.material)
         equivalent = np.maximum(equivalent, equivalent_stress(own, wall))
-        for demand in demands:
-            use = np.maximum(use, equivalent_stress((demand,), wall) / demand.stress)
         for demand in shear_demand(forces, g.outer_diameter, scene.material, criterion.law(scene.material)):
             tangential = np.maximum(tangential, equivalent_stress((demand,), wall))
     along = _along(program, wall, equivalent, places)

@@ -1,0 +1,37 @@
+"""The greatest use of the strength lies between stations: a dense look finds no more than the accuracy leaves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from solvers import pin
+from solvers.pin.program import demands_at
+
+PAPER = "tresca_paper"
+
+
+def cone(seed):
+    rng = np.random.default_rng(seed)
+    outer = 10 ** rng.uniform(-2.5, -0.7)
+    boss, small = outer * 10 ** rng.uniform(-0.3, 0.4, 2)
+    geometry = pin.Geometry(outer, boss, small, outer * rng.uniform(0.01, 0.2))
+    end = outer * rng.uniform(0.4, 0.95)
+    scene = pin.Scene(geometry, 1e6 * outer**2, pin.PinMaterial(1e8, 2e11, 0.3, 7850.0))
+    return scene, end, end * rng.uniform(0.1, 1.0)
+
+
+def strength_used(scene, end, middle, count=100_001):
+    """From the textbook's sums: v = 1 - (d/D)^4 as it stands, at many places."""
+    half = 0.5 * scene.geometry.length
+    x = np.linspace(0.0, half, count)[1:-1]
+    ratio = (end + (middle - end) * x / half) / scene.geometry.outer_diameter
+    return max((d.value(1.0 - ratio) / (1.0 - ratio**4)).max() for d in demands_at(scene, pin.CRITERIA[PAPER], x, x))
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-7])
+@pytest.mark.parametrize("seed", range(12))
+def test_no_dense_look_finds_more_of_the_strength_used(seed, accuracy):
+    scene, end, middle = cone(seed)
+    told = pin.check(scene, pin.Profile((0.0, 0.5 * scene.geometry.length), (end, middle)), accuracy=accuracy).value
+    assert told.strength_utilisation >= strength_used(scene, end, middle) * (1.0 - accuracy)

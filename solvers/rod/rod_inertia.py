@@ -39,8 +39,8 @@ LEAST_ERROR = 3e-11
 
 LADDER = (8, 11, 14, 20, 28, 40)
 MOST_ELEMENTS = 2048
-MOST_WORK, MOST_FOLLOWING = 3_000_000, 1_500_000
-"""Of one resolution, of all modes and of some, as ``_work`` counts it: about a tenth of a second and half of that."""
+MOST_WORK, MOST_FOLLOWING = 4_000_000, 1_500_000
+"""Of one resolution, of all modes and of some, as ``_work`` counts it: some tenth of a second and half of that."""
 
 _MEAN_SAMPLES = 256
 _STEPS = (6.0, 5.0, 4.0, 3.2, 2.5, 2.0, 1.6, 1.2)
@@ -51,7 +51,7 @@ _LAST_FOLLOWED = 3
 _MARGIN = 4.0
 """On what modes ring, known to the leading order only."""
 
-_SMOOTH = 0.1
+_SMOOTH = 0.05
 """Of the change when elements are halved, which takes twelve binary digits off an error that they resolve."""
 
 _ROUNDING = 1e-15

@@ -36,7 +36,7 @@ class ReadyAnswer:
         job = FLEXIBLE_ROD.jobs[Mode.CHECK]
         self.value = job.run(job.request.model_validate(FLEXIBLE_ROD.example(Mode.CHECK)))
 
-    async def run(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> Answer:
+    async def run(self, kind_slug: str, mode: str, payload: bytes, budget_s: float, report: object = None) -> Answer:
         return self.value
 
 

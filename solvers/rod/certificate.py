@@ -16,14 +16,15 @@ import numpy as np
 from solvers.numerics.periodic import grid
 from solvers.rod import rows
 from solvers.rod.branch_and_bound import prove
-from solvers.rod.focus import Array, Focus, Machine, stress_table
+from solvers.rod.focus import Array, Focus, stress_table
 from solvers.rod.haigh import severities
-from solvers.rod.polish import Limits, Polished, needs_reactions, polish
+from solvers.rod.machine import Machine, Matters
+from solvers.rod.polish import Limits, Polished, matters, polish
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.relaxation import Relaxation, workspace
 from solvers.rod.scene import Dimensions
 
-FIRST_ANGLES = 8
+FIRST_ANGLES, FIRST_REACTIONS = 8, 24
 _FIRST_SECTIONS = (1.0, 0.75, 0.5, 0.25)
 _FIRST_GAP = 1.0
 _FIRST_BOXES = 2000
@@ -105,19 +106,21 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
     slices, length = sizes.slices(), np.array(_length_range(machine, sizes))
     steps = np.array([sizes.step_b or 0.0, sizes.step_l or 0.0])
     incumbent: Polished | None = None
-    matter = limits.stress is not None, needs_reactions(objective, limits)
+    looked_at = matters(objective, limits)
     # Half of the gap is left to the relaxation's own best strip, which may lie a little below the best of all.
     gap = max(0.45 * gap, _LEAST_GAP)
+    # Relaxations measure stability by its limit.
+    by_limit = dict(objective.weights).get(rows.STABILITY, 0.0) * math.log(limits.stability) * (machine.compression > 0)
     looked, bound, tried = 0, -math.inf, set()
     for turn in range(_ROUNDS):
         p = _relaxation(machine, objective, limits, view)
         work, best = workspace(p), np.empty(5)
-        known = math.inf if incumbent is None else _as_relaxed(incumbent.log_cost, objective, limits)
+        known = math.inf if incumbent is None else incumbent.log_cost + by_limit
         wanted = _FIRST_GAP if incumbent is None and turn == 0 else gap
         room = _FIRST_BOXES if incumbent is None else max(boxes - looked, 200)
         lower, count, left = prove(p, slices, length, steps, known, wanted, room, work, 0.0, best)
         looked += count
-        bound = max(bound, _from_relaxed(lower, objective, limits))
+        bound = max(bound, lower - by_limit)
         if not math.isfinite(best[0]):
             if left == 0 or incumbent is not None:
                 break
@@ -136,11 +139,11 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
             break
         tried.add(key)
         if found is not None and found is incumbent:
-            view.add(*governing(machine, found.dimensions, found.focus, found.angles, *matter))
+            view.add(*governing(machine, found.dimensions, found.focus, found.angles, looked_at))
         else:
             view.add(
                 *governing(
-                    machine, candidate, *machine.focus_at(candidate.b, candidate.h, candidate.l, *matter), *matter
+                    machine, candidate, *machine.focus_at(candidate.b, candidate.h, candidate.l, looked_at), looked_at
                 )
             )
     if incumbent is not None:
@@ -148,13 +151,11 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
     return Proof(incumbent, bound, looked, turn + 1, len(view.angles))
 
 
-def governing(
-    machine: Machine, d: Dimensions, focus: Focus, angles: Array, stress: bool, reactions: bool
-) -> tuple[Array, Array]:
+def governing(machine: Machine, d: Dimensions, focus: Focus, angles: Array, looked_at: Matters) -> tuple[Array, Array]:
     """The angles and sections (eta) that govern a strip: where a fibre's cycle is nearly as bad as the worst.
 
-    ``stress`` says whether the greatest stress matters beside the utilisation; the two peak at different sections.
-    ``reactions`` asks for the angles of greatest side force and contact pressure too.
+    Where the greatest stress matters beside the utilisation, at the sections of both; where reactions do, the angles
+    of greatest side force and contact pressure too.
     """
     eta = focus.eta
     table = np.empty((2, eta.size, angles.size))
@@ -164,7 +165,7 @@ def governing(
     severities(high, low, machine.lines, machine.parabola, severity)
     wanted: set[int] = set()
     sections: list[float] = []
-    for values in (severity, np.maximum(high, -low)) if stress else (severity,):
+    for values in (severity, np.maximum(high, -low)) if looked_at.stress else (severity,):
         for fibre, j in np.argwhere(values > _NEARLY * values.max()):
             if j % 3 == 2:
                 sections.append(eta[j] + _vertex(*values[fibre, j - 1 : j + 2]) * (eta[j + 1] - eta[j]))
@@ -172,7 +173,7 @@ def governing(
                 sections.append(eta[0])
             wanted.update((int(table[fibre, j].argmax()), int(table[fibre, j].argmin())))
     governed = angles[sorted(wanted)]
-    if reactions:
+    if looked_at.reactions:
         governed = np.concatenate([governed, machine.reaction_peaks(d.b, d.h, d.l)])
     return governed, np.array(sections)
 
@@ -187,35 +188,26 @@ def _length_range(machine: Machine, sizes: Sizes) -> tuple[float, float]:
     return sizes.bounds.l[0], min(sizes.bounds.l[1], machine.rod_length)
 
 
-def _as_relaxed(log_cost: float, objective: Objective, limits: Limits) -> float:
-    """Relaxations measure stability by its limit."""
-    return log_cost + dict(objective.weights).get(rows.STABILITY, 0.0) * math.log(limits.stability)
-
-
-def _from_relaxed(value: float, objective: Objective, limits: Limits) -> float:
-    return value - dict(objective.weights).get(rows.STABILITY, 0.0) * math.log(limits.stability)
-
-
 def _relaxation(machine: Machine, objective: Objective, limits: Limits, view: _View) -> Relaxation:
     angles = np.array(view.angles)
-    force, stroke, speed = (
-        machine.cycle.axial_force(angles),
-        machine.crank_radius * np.sin(angles),
-        np.zeros(angles.size),
-    )
-    if dict(objective.weights).get(rows.POWER) or limits.power is not None:
+    force, stroke = machine.cycle.axial_force(angles), machine.crank_radius * np.sin(angles)
+    react, swing, speed = np.empty(0), np.empty(0), np.empty(0)
+    looked_at = matters(objective, limits)
+    if looked_at.power:
         # Power is a mean: it needs the whole cycle.
-        force, stroke = np.append(force, machine.force), np.append(stroke, machine.stroke)
-        speed = np.append(speed, machine.speed / machine.speed.size)
-    elif needs_reactions(objective, limits):
-        force, stroke = np.append(force, machine.force[::4]), np.append(stroke, machine.stroke[::4])
-        speed = np.zeros(force.size)
+        whole_force, whole_stroke, whole_speed = machine.whole
+        react, swing = np.append(force, whole_force), np.append(stroke, whole_stroke)
+        speed = np.append(np.zeros(angles.size), whole_speed / whole_speed.size)
+    elif looked_at.reactions:
+        step = machine.force.size // FIRST_REACTIONS
+        react, swing = np.append(force, machine.force[::step]), np.append(stroke, machine.stroke[::step])
+        speed = np.zeros(react.size)
     weights = np.zeros(rows.COUNT)
     for row, weight in objective.weights:
         weights[row] = weight
     none = math.inf
     return Relaxation(
-        force, stroke, speed, np.array(view.sections), machine.lines, machine.parabola,
+        force, stroke, react, swing, speed, np.array(view.sections), machine.lines, machine.parabola,
         np.array([1.0 / limits.fatigue if limits.fatigue else 1e300, limits.stress or none, limits.pressure or none,
                   limits.power or none]),
         machine.compression * limits.stability, machine.guide, weights, machine.modulus, machine.rod_length,

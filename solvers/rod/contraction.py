@@ -82,7 +82,7 @@ def extreme_angles(p: Relaxation, work: Work, sign: float, j: int, tau: float, h
     """The angles of a fibre's greatest and least stress at section j, at the box's centre and thickness h."""
     top, bottom, high, low = 0, 0, -np.inf, np.inf
     for i in range(p.force.size):
-        stress = h * tau * p.force[i] + sign * 0.5 * p.modulus * p.stroke[i] * work.centre[i, j]
+        stress = h * tau * p.force[i] + sign * 0.5 * p.modulus * p.stroke[i] * work.bending.centre[i, j]
         if stress > high:
             high, top = stress, i
         if stress < low:
@@ -96,13 +96,13 @@ def bending_part(
 ) -> None:
     """W of the functional h^2 tau D + h W: value at the centre, range, ranges of its derivatives by X and by Y."""
     f1, f2 = 0.5 * p.modulus * sign * pull * p.stroke[i1], 0.5 * p.modulus * sign * push * p.stroke[i2]
-    out[0] = f1 * work.centre[i1, j] + f2 * work.centre[i2, j]
-    a1, a2 = product(f1, f1, work.low[i1, j], work.high[i1, j])
-    b1, b2 = product(f2, f2, work.low[i2, j], work.high[i2, j])
+    out[0] = f1 * work.bending.centre[i1, j] + f2 * work.bending.centre[i2, j]
+    a1, a2 = product(f1, f1, work.bending.low[i1, j], work.bending.high[i1, j])
+    b1, b2 = product(f2, f2, work.bending.low[i2, j], work.bending.high[i2, j])
     out[1], out[2] = a1 + b1, a2 + b2
     for k in range(2):
-        a1, a2 = product(f1, f1, work.slope[i1, j, 2 * k], work.slope[i1, j, 2 * k + 1])
-        b1, b2 = product(f2, f2, work.slope[i2, j, 2 * k], work.slope[i2, j, 2 * k + 1])
+        a1, a2 = product(f1, f1, work.bending.slope[i1, j, 2 * k], work.bending.slope[i1, j, 2 * k + 1])
+        b1, b2 = product(f2, f2, work.bending.slope[i2, j, 2 * k], work.bending.slope[i2, j, 2 * k + 1])
         out[3 + 2 * k], out[4 + 2 * k] = a1 + b1, a2 + b2
 
 
@@ -216,8 +216,8 @@ def ceilings(
                 for _ in range(2):
                     i1, i2 = extreme_angles(p, work, sign, j, tau, h)
                     scale = sign * 0.5 * p.modulus * h
-                    high = h * h * tau * p.force[i1] + scale * p.stroke[i1] * work.centre[i1, j]
-                    low = h * h * tau * p.force[i2] + scale * p.stroke[i2] * work.centre[i2, j]
+                    high = h * h * tau * p.force[i1] + scale * p.stroke[i1] * work.bending.centre[i1, j]
+                    low = h * h * tau * p.force[i2] + scale * p.stroke[i2] * work.bending.centre[i2, j]
                     if kind == 0:
                         pull, push, _ = ruling_line(p, high, low)
                     else:
@@ -227,7 +227,7 @@ def ceilings(
                     h = root_thickness(tau * D, bending[0], limit)
                     if not h < 10.0 * most:
                         break
-                if not (work.bounded[i1] and work.bounded[i2]) or pull == push or not h < 10.0 * most:
+                if not (work.bending.bounded[i1] and work.bending.bounded[i2]) or pull == push or not h < 10.0 * most:
                     continue
                 if ceiling_of(D, bending, tau1, tau, tau2, limit, out[n]):
                     n += 1
@@ -303,13 +303,13 @@ def contract(
                 sign = 1.0 - 2.0 * fibre
                 for j in range(p.eta.size):
                     i1, i2 = extreme_angles(p, work, sign, j, tau, h)
-                    if not (work.bounded[i1] and work.bounded[i2]):
+                    if not (work.bending.bounded[i1] and work.bending.bounded[i2]):
                         continue
                     scale = sign * 0.5 * p.modulus * h
                     pull, push, _ = ruling_line(
                         p,
-                        h * h * tau * p.force[i1] + scale * p.stroke[i1] * work.centre[i1, j],
-                        h * h * tau * p.force[i2] + scale * p.stroke[i2] * work.centre[i2, j],
+                        h * h * tau * p.force[i1] + scale * p.stroke[i1] * work.bending.centre[i1, j],
+                        h * h * tau * p.force[i2] + scale * p.stroke[i2] * work.bending.centre[i2, j],
                     )
                     if pull == push:
                         continue

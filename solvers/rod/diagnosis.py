@@ -15,8 +15,8 @@ from itertools import combinations
 from solvers.outcome import Shortfall
 from solvers.rod import stability
 from solvers.rod.certificate import Sizes, search
-from solvers.rod.focus import Machine
 from solvers.rod.haigh import GREATEST
+from solvers.rod.machine import Machine
 from solvers.rod.polish import Limits
 from solvers.rod.problem import OBJECTIVES, Objective, Requirements
 from solvers.rod.scene import Dimensions

@@ -13,8 +13,9 @@ import numpy as np
 
 from solvers.outcome import ActiveConstraint
 from solvers.rod import rows
-from solvers.rod.focus import FIXED_ROWS, Machine, rows_and_slopes
-from solvers.rod.polish import Limits, Polished, needs_reactions
+from solvers.rod.focus import FIXED_ROWS, rows_and_slopes
+from solvers.rod.machine import Machine
+from solvers.rod.polish import Limits, Polished
 from solvers.rod.problem import Bounds, Objective
 
 _ACTIVE = 1e-6
@@ -34,7 +35,7 @@ def active_constraints(
     values = np.empty(FIXED_ROWS + 2 + 2 * groups)
     slopes = np.empty((values.size, 3))
     table = np.empty((focus.force.size, focus.eta.size))
-    rows_and_slopes(focus, np.log([d.b, d.h, d.l]), needs_reactions(objective, limits), table, values, slopes)
+    rows_and_slopes(focus, np.log([d.b, d.h, d.l]), table, values, slopes)
 
     names: list[str] = []
     signs: list[float] = []

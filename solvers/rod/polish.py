@@ -3,7 +3,9 @@
 The worst of many sections is a kinked function; every fibre of the clamp and of each governing inner section is a
 constraint of its own here, so that a kink becomes a corner where smooth constraints meet. A fatigue objective is
 written with one more variable that all utilisations stay below. After each run the governing angles and sections are
-looked for again, until the strip stays where it is. Source: D. Kraft (1988), as scipy's SLSQP.
+looked for again and join the earlier ones, until the strip stays where it is: an exchange as E. Remez's (1934), which
+cannot go round in circles between strips whose worst sections are each other's harmless ones. What a strip is said to
+cost, it costs at its own worst sections. Source: D. Kraft (1988), as scipy's SLSQP.
 """
 
 from __future__ import annotations
@@ -14,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers.rod import rows
-from solvers.rod.focus import FIXED_ROWS, Array, Focus, Machine, rows_and_slopes
+from solvers.rod.focus import FIXED_ROWS, Array, Focus, joined, rows_and_slopes
+from solvers.rod.machine import Machine, Matters
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.scene import Dimensions
 
@@ -22,7 +25,7 @@ _TOLERANCE = 1e-13
 _VIOLATION = 0.9e-9
 _SAFE_SIDE = 1e-9
 _STILL = 1e-4
-_ROUNDS = 4
+_ROUNDS = 12
 _STEPS_BACK = 4
 _NEAR_ENOUGH = 1e-2
 _SIDEWAYS, _STRESS, _FIRST_GROUP = FIXED_ROWS, FIXED_ROWS + 1, FIXED_ROWS + 2
@@ -55,7 +58,6 @@ class _Memory:
     """One focus and the rows at the last place asked for."""
 
     focus: Focus
-    reactions: bool
     at: Array | None = None
 
     def __post_init__(self) -> None:
@@ -66,15 +68,16 @@ class _Memory:
 
     def look(self, x: Array) -> tuple[Array, Array]:
         if self.at is None or not np.array_equal(x, self.at):
-            rows_and_slopes(self.focus, x, self.reactions, self.table, self.values, self.slopes)
+            rows_and_slopes(self.focus, x, self.table, self.values, self.slopes)
             self.at = x.copy()
         return self.values, self.slopes
 
 
-def needs_reactions(objective: Objective, limits: Limits) -> bool:
-    """Whether side force, contact pressure or power matter."""
-    weighed = {row for row, _ in objective.weights}
-    return bool(weighed & {rows.SIDE, rows.PRESSURE, rows.POWER}) or not limits.pressure is limits.power is None
+def matters(objective: Objective, limits: Limits) -> Matters:
+    """What objective and limits look at."""
+    weighed = dict(objective.weights)
+    pressed = limits.pressure is not None or rows.PRESSURE in weighed or rows.SIDE in weighed
+    return Matters(limits.stress is not None, pressed, limits.power is not None or rows.POWER in weighed)
 
 
 def constraint_rows(limits: Limits, groups: int) -> tuple[Array, Array]:
@@ -96,27 +99,35 @@ def polish(
     """The best strip near ``start`` that meets the limits, to the safe side by 1e-9, or None if none is reached."""
     box = np.log([bounds.b, bounds.h, bounds.l])
     x = np.clip(np.log([start.b, start.h, start.l]), box[:, 0], box[:, 1])
-    reactions = needs_reactions(objective, limits)
-    found = None
+    wanted = matters(objective, limits)
+    focus, angles = machine.focus_at(*np.exp(x), wanted)
     for _ in range(_ROUNDS):
-        focus, angles = machine.focus_at(*np.exp(x), limits.stress is not None, reactions)
-        moved, cost, violation = _run(_Memory(focus, reactions), objective, limits, box, x)
+        moved, cost, violation = _run(_Memory(focus), objective, limits, box, x)
         if not np.all(np.isfinite(moved)):
             return None
         if violation > _VIOLATION:
-            moved, cost, violation = _restored(_Memory(focus, reactions), objective, limits, box, moved)
+            moved, cost, violation = _restored(_Memory(focus), objective, limits, box, moved)
         still = float(np.max(np.abs(moved - x))) < _STILL
         x = moved
-        found = (x, cost) if violation <= _VIOLATION else None
         if still:
             break
-    if found is None:
+        focus, angles = joined(machine.focus_at(*np.exp(x), wanted), (focus, angles))
+    else:
+        cost, violation = _measured(_Memory(focus), objective, limits, x)
+    if violation > _VIOLATION:
         return None
     b, h, l = (
-        min(max(math.exp(v), low), high)
-        for v, (low, high) in zip(found[0], (bounds.b, bounds.h, bounds.l), strict=True)
+        min(max(math.exp(v), low), high) for v, (low, high) in zip(x, (bounds.b, bounds.h, bounds.l), strict=True)
     )
-    return Polished(Dimensions(b, h, l), found[1], focus, angles)
+    return Polished(Dimensions(b, h, l), cost, focus, angles)
+
+
+def _measured(memory: _Memory, objective: Objective, limits: Limits, x: Array) -> tuple[float, float]:
+    """ln objective and the greatest violation."""
+    which, limit = constraint_rows(limits, 1 + (memory.focus.eta.size - 1) // 3)
+    values = memory.look(x)[0]
+    cost = float(sum(weight * values[row] for row, weight in objective.weights))
+    return cost, float(np.max(values[which] - limit + _SAFE_SIDE))
 
 
 def _restored(
@@ -142,9 +153,7 @@ def _restored(
             free &= ~outside
             step[~free] = 0.0
         x = np.clip(x + step, box[:, 0], box[:, 1])
-    values = memory.look(x)[0]
-    violation = float(np.max(values[which] - limit))
-    return x, float(sum(weight * values[row] for row, weight in objective.weights)), violation
+    return x, *_measured(memory, objective, limits, x)
 
 
 def _run(memory: _Memory, objective: Objective, limits: Limits, box: Array, x: Array) -> tuple[Array, float, float]:
@@ -204,6 +213,4 @@ def _run(memory: _Memory, objective: Objective, limits: Limits, box: Array, x: A
         )
         start = np.clip(result.x, ranges[:, 0], ranges[:, 1])
     at = place(start)
-    values = memory.look(at)[0]
-    violation = float(np.max(values[which] - limit))
-    return at, float(sum(weight * values[row] for row, weight in objective.weights)), violation
+    return at, *_measured(memory, objective, limits, at)

@@ -63,8 +63,8 @@ class Requirements:
 class Objective:
     """What is wanted: a result to be made small (``sign`` +1) or great (-1), and the effect it needs, if any.
 
-    ``weights`` are the factors of its logarithm, as made small, in the rows of ``solvers.rod.rows``: up to a constant,
-    ln(mass) = ln l - ln tau - 2 ln h.
+    ``weights`` are the factors of its logarithm, as made small, in the rows of ``solvers.rod.rows``; a mass is one
+    ``per_density``, ln(mass/density) = ln l - ln tau - 2 ln h.
     """
 
     name: str
@@ -72,15 +72,22 @@ class Objective:
     weights: tuple[tuple[int, float], ...]
     read: Callable[[RodCheck], float | None]
     effect: str | None = None
+    per_density: bool = False
 
     def demands(self) -> tuple[Demand, ...]:
         return () if self.effect is None else (Demand(self.effect, f"objective {self.name}"),)
+
+    def log_cost(self, check: RodCheck, density: float) -> float:
+        """The logarithm that ``weights`` make up, of a check's result: one of 1/n for a safety, of mass/density."""
+        return self.sign * math.log(self.read(check) / (density if self.per_density else 1.0))
 
 
 OBJECTIVES = {
     objective.name: objective
     for objective in (
-        Objective("mass", 1, ((LENGTH, 1.0), (TAU, -1.0), (THICKNESS, -2.0)), lambda check: check.mass),
+        Objective(
+            "mass", 1, ((LENGTH, 1.0), (TAU, -1.0), (THICKNESS, -2.0)), lambda check: check.mass, per_density=True
+        ),
         Objective("friction_power", 1, ((POWER, 1.0),), lambda check: check.stresses.friction_power, "friction"),
         Objective(
             "contact_pressure", 1, ((PRESSURE, 1.0),), lambda check: check.stresses.contact_pressure_max, "friction"

@@ -38,10 +38,10 @@ def magnitude(low: float, high: float, slope: Array) -> tuple[float, float]:
 @kernel
 def force_and_couple(p: Relaxation, work: Work, i: int, tau1: float, tau2: float, force: Array, couple: Array) -> None:
     """|T| and 6 |M0 + T e|/Lp [N] at one angle: value at the centre, range, ranges of derivatives by X and by Y."""
-    s, arm, per_length = abs(p.stroke[i]), p.rod_length + p.guide[0], 6.0 / p.guide[2]
+    s, arm, per_length = abs(p.react_stroke[i]), p.rod_length + p.guide[0], 6.0 / p.guide[2]
     ei1, ei2 = p.modulus / (12.0 * tau2), p.modulus / (12.0 * tau1)
-    slope = work.slope[i, 0]
-    force[3], force[4] = product(ei1, ei2, slope[0] - work.high[i, 0], slope[1] - work.low[i, 0])
+    slope = work.clamp.slope[i, 0]
+    force[3], force[4] = product(ei1, ei2, slope[0] - work.clamp.high[i, 0], slope[1] - work.clamp.low[i, 0])
     force[5], force[6] = product(ei1, ei2, slope[2], slope[3])
     for k in range(3, 7):
         force[k] /= p.rod_length
@@ -49,9 +49,9 @@ def force_and_couple(p: Relaxation, work: Work, i: int, tau1: float, tau2: float
         couple[3 + 2 * k], couple[4 + 2 * k] = product(arm, arm, force[3 + 2 * k], force[4 + 2 * k])
     k1, middle, k2 = work.stiffness[i, 0], work.stiffness[i, 1], work.stiffness[i, 2]
     a1, a2 = product(arm, arm, k1, k2)
-    force[0], couple[0] = abs(middle), abs(arm * middle - p.force[i])
+    force[0], couple[0] = abs(middle), abs(arm * middle - p.react_force[i])
     force[1], force[2] = magnitude(k1, k2, force[3:])
-    couple[1], couple[2] = magnitude(a1 - p.force[i], a2 - p.force[i], couple[3:])
+    couple[1], couple[2] = magnitude(a1 - p.react_force[i], a2 - p.react_force[i], couple[3:])
     for k in range(7):
         force[k] *= s
         couple[k] *= s * per_length
@@ -84,20 +84,20 @@ def reaction_row(p: Relaxation, work: Work, which: int, tau1: float, tau2: float
     """
     force, couple, total = np.empty(7), np.empty(7), np.zeros(7)
     if which == POWER:
-        for i in range(p.force.size):
-            if p.speed[i] == 0.0 or p.stroke[i] == 0.0:
+        for i in range(p.react_force.size):
+            if p.react_speed[i] == 0.0 or p.react_stroke[i] == 0.0:
                 continue
-            if not work.bounded[i]:
+            if not work.clamp.bounded[i]:
                 return False
             force_and_couple(p, work, i, tau1, tau2, force, couple)
-            add_wall(force, couple, p.speed[i], total)
+            add_wall(force, couple, p.react_speed[i], total)
     else:
         worst, at = 0.0, -1
         arm, per_length = p.rod_length + p.guide[0], 6.0 / p.guide[2]
-        for i in range(p.force.size):
-            k, s = work.stiffness[i, 1], abs(p.stroke[i])
-            value = s * abs(k) if which == SIDE else s * (abs(k) + per_length * abs(arm * k - p.force[i]))
-            if value > worst and work.bounded[i]:
+        for i in range(p.react_force.size):
+            k, s = work.stiffness[i, 1], abs(p.react_stroke[i])
+            value = s * abs(k) if which == SIDE else s * (abs(k) + per_length * abs(arm * k - p.react_force[i]))
+            if value > worst and work.clamp.bounded[i]:
                 worst, at = value, i
         if at < 0:
             return False

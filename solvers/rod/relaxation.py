@@ -21,18 +21,32 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.rod.enclosures import bending_ranges, critical_parameter
 from solvers.rod.haigh import utilisation_of
-from solvers.rod.rows import COUNT, LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
+from solvers.rod.rows import (
+    COUNT,
+    LENGTH,
+    NEVER_COMPRESSED,
+    POWER,
+    PRESSURE,
+    SIDE,
+    STABILITY,
+    TAU,
+    THICKNESS,
+    UTILISATION,
+)
 
 Array = NDArray[np.float64]
 
 _ROUGH, _FINE = 3, 14
 """Steps toward a greatest thickness: of a box, whose bound only decides its turn, and of a strip."""
+CLAMP = np.ones(1)
+"""The only section that reactions depend on."""
 
 
 class Relaxation(NamedTuple):
     """A problem at some angles and sections, as arrays that kernels take. SI units, infinite limits ask for nothing.
 
-    force, stroke, speed   axial force [N], lateral stroke [m] and |piston speed|/angles [m/s] at each angle
+    force, stroke          axial force [N] and lateral stroke [m] at the angles whose stresses are looked at
+    react_force, react_stroke, react_speed   the same at those whose reactions are, and |piston speed|/angles [m/s]
     eta                    sections by distance from the head over l; the first is the clamp, eta = 1
     lines, parabola        the fatigue criterion: (corners, lines, 3) and (3,) as in ``haigh.Diagram``
     limits                 greatest utilisation, stress [Pa], contact pressure [Pa], friction power [W]
@@ -43,7 +57,9 @@ class Relaxation(NamedTuple):
 
     force: Array
     stroke: Array
-    speed: Array
+    react_force: Array
+    react_stroke: Array
+    react_speed: Array
     eta: Array
     lines: Array
     parabola: Array
@@ -55,23 +71,36 @@ class Relaxation(NamedTuple):
     rod_length: float
 
 
-class Work(NamedTuple):
-    """Room for the ranges over one box: values (angles, sections) and derivatives (angles, sections, 4)."""
+class Ranges(NamedTuple):
+    """Of V'' at angles and sections: values at the box's centre, their ranges, those of the derivatives, if bounded."""
 
     centre: Array
     low: Array
     high: Array
     slope: Array
     bounded: NDArray[np.bool_]
+
+
+class Work(NamedTuple):
+    """Room for the ranges over one box: values (angles, sections) and derivatives (angles, sections, 4).
+
+    ``clamp`` has those of the angles of reactions, at the clamp only, and ``stiffness`` their k: least, centre, most.
+    """
+
+    bending: Ranges
+    clamp: Ranges
     stiffness: Array
 
 
 def workspace(relaxation: Relaxation) -> Work:
-    n, m = relaxation.force.size, relaxation.eta.size
+    reacting = relaxation.react_force.size
     return Work(
-        np.empty((n, m)), np.empty((n, m)), np.empty((n, m)), np.empty((n, m, 4)), np.empty(n, np.bool_),
-        np.empty((n, 3)),
-    )  # fmt: skip
+        _ranges(relaxation.force.size, relaxation.eta.size), _ranges(reacting, CLAMP.size), np.empty((reacting, 3))
+    )
+
+
+def _ranges(n: int, m: int) -> Ranges:
+    return Ranges(np.empty((n, m)), np.empty((n, m)), np.empty((n, m)), np.empty((n, m, 4)), np.empty(n, np.bool_))
 
 
 @kernel
@@ -138,12 +167,18 @@ def greatest_thickness(
 def fill(p: Relaxation, tau: Array, l: Array, work: Work) -> None:
     """The ranges of every angle over the box."""
     for i in range(p.force.size):
-        bounded, middle, least, stout = bending_ranges(
+        over = work.bending
+        over.bounded[i], _, _, _ = bending_ranges(
             p.force[i], p.modulus, p.rod_length, tau, l, p.eta,
-            work.centre[i], work.slope[i], work.low[i], work.high[i],
+            over.centre[i], over.slope[i], over.low[i], over.high[i],
         )  # fmt: skip
-        work.bounded[i] = bounded
-        ei = p.modulus / 12.0
+    ei = p.modulus / 12.0
+    for i in range(p.react_force.size):
+        over = work.clamp
+        over.bounded[i], middle, least, stout = bending_ranges(
+            p.react_force[i], p.modulus, p.rod_length, tau, l, CLAMP,
+            over.centre[i], over.slope[i], over.low[i], over.high[i],
+        )  # fmt: skip
         work.stiffness[i, 0] = ei * (least / tau[2] if least > 0.0 else least / tau[0])
         work.stiffness[i, 1] = ei * middle / tau[1]
         work.stiffness[i, 2] = ei * (stout / tau[0] if stout > 0.0 else stout / tau[2])
@@ -159,16 +194,16 @@ def reactions(p: Relaxation, stiffness_low: Array, stiffness_high: Array) -> tup
     """Lower bounds of greatest side force [N] and contact pressure [Pa] and of friction power [W]."""
     side, pressure, power = 0.0, 0.0, 0.0
     offset, diameter, skirt, friction = p.guide
-    for i in range(p.force.size):
-        s = abs(p.stroke[i])
+    for i in range(p.react_force.size):
+        s = abs(p.react_stroke[i])
         k1, k2 = stiffness_low[i], stiffness_high[i]
         T = s * least_magnitude(k1, k2)
         arm = p.rod_length + offset
         m1, m2 = (arm * k1, arm * k2) if arm > 0.0 else (arm * k2, arm * k1)
-        couple = 6.0 / skirt * s * least_magnitude(m1 - p.force[i], m2 - p.force[i])
+        couple = 6.0 / skirt * s * least_magnitude(m1 - p.react_force[i], m2 - p.react_force[i])
         side, pressure = max(side, T), max(pressure, T + couple)
         wall = 0.5 * (couple + T * T / couple) if couple > T else T
-        power += wall * p.speed[i]
+        power += wall * p.react_speed[i]
     return side, pressure * 4.0 / (math.pi * diameter * skirt), power * friction * 4.0 / math.pi
 
 
@@ -176,7 +211,7 @@ def reactions(p: Relaxation, stiffness_low: Array, stiffness_high: Array) -> tup
 def stability_row(p: Relaxation, x: float, l: float) -> float:
     """S = ln(required/available safety) in the crank's plane: not positive where the strip is stable enough."""
     if p.compression <= 0.0:
-        return -np.inf
+        return NEVER_COMPRESSED
     ln_u, _ = critical_parameter(l, p.rod_length)
     return x + math.log(12.0 * p.rod_length * p.rod_length * p.compression / p.modulus) - 2.0 * ln_u
 
@@ -230,7 +265,7 @@ def box_bound(
         return np.inf
     h2 = max(h1, h2)
     fill(p, tau, l, work)
-    w = p.weights
+    w, low, high = p.weights, work.bending.low, work.bending.high
     rows[TAU] = x1 if w[TAU] > 0.0 else x2
     rows[LENGTH] = math.log(l1 if w[LENGTH] > 0.0 else l2)
     rows[STABILITY] = stability_row(p, x1, l1)
@@ -241,7 +276,7 @@ def box_bound(
             return np.inf
         rows[SIDE], rows[PRESSURE] = math.log(max(side, 1e-300)), math.log(max(pressure, 1e-300))
         rows[POWER] = math.log(max(power, 1e-300))
-    least = severity(p, work.low, work.high, tau[0], tau[2], h1)
+    least = severity(p, low, high, tau[0], tau[2], h1)
     if least > 1.0 + 1e-12:
         return np.inf
     if w[UTILISATION] != 0.0:
@@ -253,11 +288,11 @@ def box_bound(
         needed = math.exp(min((weigh(w, rows) - wanted) / -w[THICKNESS], 700.0))
         if needed > h2:
             return wanted
-        if needed > h1 and severity(p, work.low, work.high, tau[0], tau[2], needed) > 1.0 + 1e-12:
+        if needed > h1 and severity(p, low, high, tau[0], tau[2], needed) > 1.0 + 1e-12:
             return wanted
-        greatest = severity(p, work.low, work.high, tau[0], tau[2], h2)
+        greatest = severity(p, low, high, tau[0], tau[2], h2)
         if greatest > 1.0 + 1e-12 and h2 > h1:
-            h2 = greatest_thickness(p, work.low, work.high, tau[0], tau[2], h1, h2, greatest, _ROUGH)
+            h2 = greatest_thickness(p, low, high, tau[0], tau[2], h1, h2, greatest, _ROUGH)
         rows[THICKNESS] = math.log(h2)
     return weigh(w, rows)
 
@@ -265,7 +300,7 @@ def box_bound(
 @kernel
 def point_value(p: Relaxation, slice_: Array, x: float, l: float, work: Work, tolerance: float) -> tuple[float, float]:
     """ln objective and thickness of the best strip at (tau, l), from the centre values in ``work``; inf if none."""
-    rows = np.empty(COUNT)
+    rows, bending = np.empty(COUNT), work.bending.centre
     tau = math.exp(x)
     rows[TAU], rows[LENGTH], rows[STABILITY] = x, math.log(l), stability_row(p, x, l)
     if rows[STABILITY] > tolerance:
@@ -279,14 +314,16 @@ def point_value(p: Relaxation, slice_: Array, x: float, l: float, work: Work, to
         return np.inf, np.nan
     rows[SIDE], rows[PRESSURE] = math.log(max(side, 1e-300)), math.log(max(pressure, 1e-300))
     rows[POWER] = math.log(max(power, 1e-300))
-    least = severity(p, work.centre, work.centre, tau, tau, h1)
+    least = severity(p, bending, bending, tau, tau, h1)
     if least > 1.0 + tolerance:
         return np.inf, np.nan
     rows[UTILISATION] = math.log(max(least * p.limits[0], 1e-300))
     h = h1
     if p.weights[THICKNESS] < 0.0:
-        h, greatest = h2, severity(p, work.centre, work.centre, tau, tau, h2)
+        h, greatest = h2, severity(p, work.bending.centre, work.bending.centre, tau, tau, h2)
         if greatest > 1.0 + tolerance and h2 > h1:
-            h = greatest_thickness(p, work.centre, work.centre, tau, tau, h1, h2, greatest, _FINE) * (1.0 - 1e-9)
+            h = greatest_thickness(p, work.bending.centre, work.bending.centre, tau, tau, h1, h2, greatest, _FINE) * (
+                1.0 - 1e-9
+            )
     rows[THICKNESS] = math.log(h)
     return weigh(p.weights, rows), h

@@ -40,7 +40,7 @@ bench: $(STAMP)  ## measure against the peers, write docs/benchmarks.md and docs
 	$(BIN)/python -m bench
 	$(BIN)/python -m bench.work_precision
 
-campaign: $(STAMP)  ## hold every promise against thousands of random scenes (hours), write docs/campaign.md; hunt for hard cases, write docs/hard-cases.md
+campaign: $(STAMP)  ## hold every promise against thousands of random scenes (hours; interrupted, it goes on where it stopped), write docs/campaign.md; hunt for hard cases, write docs/hard-cases.md
 	$(BIN)/python -m bench.campaign
 	$(BIN)/python -m tests.hard_cases.hunt all 3600
 	$(BIN)/python -m tests.hard_cases.page
@@ -52,4 +52,4 @@ lock:            ## resolve the dependencies anew, for the service and for its d
 	$(LOCKING) --constraint requirements-dev.lock pyproject.toml -o requirements.lock
 
 clean:           ## remove what make made
-	rm -rf $(VENV) build dist *.egg-info
+	rm -rf $(VENV) build dist .campaign *.egg-info

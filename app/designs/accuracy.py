@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from app.designs.kind import Answer, Job, Kind, Mode
-from app.designs.progress import Progress, Report, to_nobody
+from app.designs.progress import Count, Report, to_nobody
 from app.designs.schema import EffectChoice, Entry, Strict, one_of
 from solvers.accuracy import (
     Goal,
@@ -166,30 +166,12 @@ def _spec(specs: dict[str, type[BaseModel]]) -> Any:
     return one_of(choose, specs, "a request of this kind")
 
 
-class _Count:
-    """Counts solutions and reports them."""
-
-    def __init__(self, of: int, report: Report) -> None:
-        self._done, self._of, self._report, self._doing = 0, of, report, ""
-
-    def begin(self, doing: str) -> None:
-        self._doing = doing
-        self._tell()
-
-    def one(self) -> None:
-        self._done += 1
-        self._tell()
-
-    def _tell(self) -> None:
-        self._report(Progress(self._done, max(self._of, self._done), self._doing))
-
-
 def _run(kind: Kind, mode: Mode, asked: Any, report: Report) -> Answer:
     """Solve the case at every accuracy of the ladder, then with every effect turned about."""
     job, budget, last = kind.jobs[mode], asked.study_budget_s, dict[str, Answer]()
     plan = Plan(time=_OF_LEVELS * budget, reference_time=_OF_REFERENCE * budget)
     turned = EFFECT_RUNS * (1 + len(kind.known_effects))
-    count = _Count(1 + plan.runs * len(plan.ladder) + turned, report)
+    count = Count(1 + plan.runs * len(plan.ladder) + turned, report)
 
     def solve(accuracy: float) -> Solved:
         answer = job.run(asked.spec.model_copy(update={"accuracy": accuracy}))
@@ -255,7 +237,7 @@ def _solved(kind: Kind, mode: Mode, answer: Answer, given: Any) -> Solved | None
 
 
 def _effect_costs(
-    kind: Kind, job: Job, asked: Any, manifest: list[dict[str, Any]], count: _Count
+    kind: Kind, job: Job, asked: Any, manifest: list[dict[str, Any]], count: Count
 ) -> tuple[EffectCost, ...]:
     names = [effect["name"] for effect in manifest]
 

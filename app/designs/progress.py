@@ -20,3 +20,21 @@ Report = Callable[[Progress], None]
 
 def to_nobody(_progress: Progress) -> None:
     """Progress that nobody waits for."""
+
+
+class Count:
+    """Counts solutions, of so many, and reports them."""
+
+    def __init__(self, of: int, report: Report) -> None:
+        self._done, self._of, self._report, self._doing = 0, of, report, ""
+
+    def begin(self, doing: str) -> None:
+        self._doing = doing
+        self._tell()
+
+    def one(self) -> None:
+        self._done += 1
+        self._tell()
+
+    def _tell(self) -> None:
+        self._report(Progress(self._done, max(self._of, self._done), self._doing))

@@ -2,8 +2,12 @@
 
 python -m bench.campaign [--scenes N] [--minutes M] [--limit S] [--processes P] [KIND ...]
 
-Each kind stops at so many scenes or minutes, whichever comes first; the page says how many there were. Its section is
-written again every minute, those of other kinds stay.
+Each kind stops at so many scenes or minutes, whichever comes first; the page says how many there were, and how long
+they took together. Its section is written again every minute, those of other kinds stay.
+
+What was judged is kept in `.campaign/`: a campaign that was interrupted, or ran out of its minutes, goes on where it
+stopped when it is started again, as long as the sources that its verdicts depend on are the same; with others it starts
+anew, kind by kind (see ``kept``). The page tells of all scenes asked for that have been judged, in whichever run.
 """
 
 from __future__ import annotations
@@ -17,8 +21,10 @@ from datetime import UTC, datetime
 # Before numpy is there, here and in the processes that inherit this: one process a processor, one thread each.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from bench.campaign.kept import kept
 from bench.campaign.page import PAGE, section, written
 from bench.campaign.scenes import DRAWN
+from bench.campaign.seeds import Part
 from bench.campaign.workers import judged
 
 SCENES = 10_000
@@ -28,18 +34,19 @@ _WRITTEN_EVERY_S = 60.0
 
 def run(slug: str, count: int, first: int, limit: float, seconds: float, processes: int) -> None:
     """One kind, its section written as it grows."""
-    started = last = time.perf_counter()
-    parts = []
-    for found in judged(slug, range(first, first + count), limit, seconds, processes):
-        parts += found
+    known, asked, last = kept(slug, limit), range(first, first + count), time.perf_counter()
+    done = known.seeds
+    for found in judged(slug, (seed for seed in asked if seed not in done), limit, seconds, processes):
+        known.add(found)
         if time.perf_counter() - last > _WRITTEN_EVERY_S:
             last = time.perf_counter()
-            _write(slug, parts, last - started, processes)
-    _write(slug, parts, time.perf_counter() - started, processes)
+            _write(slug, known.parts, asked)
+    _write(slug, known.parts, asked)
 
 
-def _write(slug: str, parts: list, seconds: float, processes: int) -> None:
-    text = section(slug, sorted(parts, key=lambda p: p.seed), f"{datetime.now(UTC):%Y-%m-%d}", seconds, processes)
+def _write(slug: str, parts: list[Part], asked: range) -> None:
+    told = sorted((part for part in parts if part.seed in asked), key=lambda part: part.seed)
+    text = section(slug, told, f"{datetime.now(UTC):%Y-%m-%d}")
     PAGE.write_text(written(PAGE.read_text("utf-8") if PAGE.exists() else "", slug, text), "utf-8")
     print(text, flush=True)
 

@@ -2,6 +2,9 @@
 
 Every scene is solved at one random accuracy and judged by a solution to 1e-12, every fiftieth one by the kind's
 independent reference, as far as there is such a one. Scenes without an answer are counted, not hidden.
+
+A reference says itself what it may be off. A difference from it that is above what was promised, but by no more than
+that, tells nothing about the promise: such a verdict could not be judged, and is counted apart.
 """
 
 from __future__ import annotations
@@ -23,7 +26,8 @@ _PATIENCE = 20.0
 
 @dataclass(frozen=True)
 class Judged:
-    """One scene at one accuracy: what was estimated, and what was true."""
+    """One scene at one accuracy: what was estimated, and how far the answer is from the reference, which may itself be
+    off by its ``doubt``."""
 
     requested: float
     estimated: float
@@ -32,12 +36,23 @@ class Judged:
 
     @property
     def honest(self) -> bool:
-        """Not above the estimate by more than rounding and the reference's own doubt."""
-        return self.error <= self.estimated + self.doubt + ROUNDING
+        """Not above the estimate by more than rounding."""
+        return self.error <= self.estimated + ROUNDING
+
+    @property
+    def honesty_judged(self) -> bool:
+        """Whether the reference is exact enough to tell."""
+        return self.honest or self.error > self.estimated + ROUNDING + self.doubt
 
     @property
     def met(self) -> bool:
+        """Not above the accuracy asked for."""
         return self.error <= self.requested
+
+    @property
+    def meeting_judged(self) -> bool:
+        """Whether the reference is exact enough to tell."""
+        return self.met or self.error > self.requested + self.doubt
 
     @property
     def ratio(self) -> float:

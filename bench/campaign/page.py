@@ -33,6 +33,8 @@ Written by `make campaign`. Scenes are random, each made again by its seed; a qu
 solved at an accuracy drawn for it and judged by a solution to 1e-12, one in {JUDGED_INDEPENDENTLY} by independent
 means as well; with all effects and with those that `auto` keeps at six tolerances; one in {COMBINED_EVERY} with every
 combination of effects; and one in {DESIGNED_EVERY} is a design. A scene that takes too long is counted and named.
+A campaign that is interrupted goes on where it stopped, as long as the sources that its verdicts depend on stay the
+same.
 """
 _TAIL = """## Crank masses
 
@@ -41,27 +43,28 @@ hold them to independent computations, their uncertainties included.
 """
 
 
-def section(slug: str, parts: Sequence[Part], day: str, seconds: float, processes: int) -> str:
-    """A kind's part of the page."""
+def section(slug: str, parts: Sequence[Part], day: str) -> str:
+    """A kind's part of the page; ``day`` is that of the last of its runs."""
     of = {name: [p for p in parts if p.name == name] for name in (ESTIMATE, CHOICE, COMBINATIONS, DESIGN)}
-    lines = [f"## {KINDS[slug].title}", "", _extent(of[ESTIMATE], day, seconds, processes), ""]
+    lines = [f"## {KINDS[slug].title}", "", _extent(of[ESTIMATE], day, sum(p.seconds for p in parts)), ""]
     lines += ["| promise | held | seeds where it was not |", "|---|---|---|", *_promises(of), ""]
     lines += [_shares(slug, of), ""]
-    lines += _in_doubt(of[CHOICE])
+    lines += _in_doubt(of)
     lines += _troubles(parts)
     return "\n".join(lines)
 
 
-def _extent(parts: Sequence[Part], day: str, seconds: float, processes: int) -> str:
+def _extent(parts: Sequence[Part], day: str, seconds: float) -> str:
     unanswered = sum(p.verdict is None and not p.trouble for p in parts)
-    took = f"{seconds:,.0f} s on {processes} processes"
-    return f"{day}: {len(parts):,} scenes, of which {unanswered} have no answer; {took}."
+    return f"{day}: {len(parts):,} scenes, of which {unanswered} have no answer; they took {seconds:,.0f} s together."
 
 
 def _promises(of: dict[str, list[Part]]) -> Iterator[str]:
     estimates = _judged(of[ESTIMATE])
-    yield _row("the true error is at most the estimate", len(estimates), (s for s, j in estimates if not j.honest))
-    yield _row("the accuracy asked for is met", len(estimates), (s for s, j in estimates if not j.met))
+    honest = [(seed, j.honest) for seed, j in estimates if j.honesty_judged]
+    yield _row("the true error is at most the estimate", len(honest), (seed for seed, held in honest if not held))
+    met = [(seed, j.met) for seed, j in estimates if j.meeting_judged]
+    yield _row("the accuracy asked for is met", len(met), (seed for seed, held in met if not held))
     verdicts = [(seed, v) for seed, found in _judged(of[CHOICE]) for v in found if v.judged]
     false = (seed for seed, v in verdicts if not v.kept_promise)
     yield _row("`auto` stays within its tolerance of all effects", len(verdicts), false)
@@ -133,15 +136,28 @@ def _shares(slug: str, of: dict[str, list[Part]]) -> str:
     return " ".join(said)
 
 
-def _in_doubt(parts: Sequence[Part]) -> Iterator[str]:
-    """Choices that no solution is exact enough to judge: neither held nor broken."""
-    names = [seed for seed, found in _judged(parts) for v in found if not v.judged]
-    if names:
-        yield (
-            f"Could not be judged, {CHOICE}: {len(names)} of the choices of `auto`, whose difference from all effects "
-            "is above the tolerance, but not above what the two solutions, not as exact as was asked, say they may be "
-            f"off (seeds {_shown(names)})."
-        )
+def _in_doubt(of: dict[str, list[Part]]) -> Iterator[str]:
+    """What no solution is exact enough to judge: neither held nor broken."""
+    estimates, choices = _judged(of[ESTIMATE]), _judged(of[CHOICE])
+    doubted = "but not above that and what the reference says it may be off"
+    yield from _unjudged(
+        f"{ESTIMATE}: {{}} of the estimates, the error being above the estimate, {doubted}",
+        [seed for seed, j in estimates if not j.honesty_judged],
+    )
+    yield from _unjudged(
+        f"{ESTIMATE}: in {{}} of the scenes whether the accuracy is met, the error being above it, {doubted}",
+        [seed for seed, j in estimates if not j.meeting_judged],
+    )
+    yield from _unjudged(
+        f"{CHOICE}: {{}} of the choices of `auto`, whose difference from all effects is above the tolerance, but not "
+        "above what the two solutions, not as exact as was asked, say they may be off",
+        [seed for seed, found in choices for v in found if not v.judged],
+    )
+
+
+def _unjudged(what: str, seeds: list[int]) -> Iterator[str]:
+    if seeds:
+        yield f"Could not be judged, {what.format(len(seeds))} (seeds {_shown(seeds)})."
         yield ""
 
 

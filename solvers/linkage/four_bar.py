@@ -159,31 +159,38 @@ def transfer_and_rate(coefficients: Array, s: Array, c: Array, transfer: Array, 
     """u31 and X = u31'/s of designs (rows of coefficients, (n, 7)) at half angles (m,), written to (n, m) arrays."""
     for i in range(coefficients.shape[0]):
         base, coupler, rocker, turn, play, kappa, sigma = coefficients[i]
-        product, lever = base * coupler * rocker, base * coupler
+        for j in range(s.size):
+            transfer[i, j], rate[i, j], _ = motion(base, coupler, rocker, turn, play, kappa, sigma, s[j], c[j])
+
+
+@kernel
+def motion(
+    base: float, coupler: float, rocker: float, turn: float, play: float, kappa: float, sigma: float, s: float, c: float
+) -> tuple[float, float, float]:
+    """u31, X = u31'/s and T of a design (its row of coefficients) at a half angle."""
+    lever, cc, ss = base * coupler, c * c, s * s
+    root = np.sqrt(lever * rocker * cc + play * ss)
+    if c >= 0.0:
+        d, a = rocker * c + root, root + lever * c
+    else:
+        d = (rocker * kappa * cc + play * ss) / (root - rocker * c)
+        a = (play * ss - lever * kappa * cc) / (root - lever * c)
+    along = sigma * base * c
+    gap = play / (root + along) if along > 0.0 else root - along
+    b = (d * d + turn * turn * ss) / rocker
+    factor = turn / (root * b)
+    if c < 0.0 and turn < 0.0:
+        rate = _base_rate(base, coupler, rocker, turn, root - base * c, gap, root, ss)
+    elif c < 0.0 and ss < _NEAR_BLOW:
         gain = np.sqrt(lever / rocker)
         gain_less_one = kappa / rocker / (gain + 1.0)
-        for j in range(s.size):
-            cc, ss = c[j] * c[j], s[j] * s[j]
-            root = np.sqrt(product * cc + play * ss)
-            if c[j] >= 0.0:
-                d, a = rocker * c[j] + root, root + lever * c[j]
-            else:
-                d = (rocker * kappa * cc + play * ss) / (root - rocker * c[j])
-                a = (play * ss - lever * kappa * cc) / (root - lever * c[j])
-            along = sigma * base * c[j]
-            gap = play / (root + along) if along > 0.0 else root - along
-            b = (d * d + turn * turn * ss) / rocker
-            factor = turn / (root * b)
-            transfer[i, j] = factor * a
-            if c[j] < 0.0 and turn < 0.0:
-                rate[i, j] = _base_rate(base, coupler, rocker, turn, root - base * c[j], gap, root, ss)
-            elif c[j] < 0.0 and ss < _NEAR_BLOW:
-                change = _change_to_blow(rocker, lever, turn, sigma * base, gain, gain_less_one, gap, root, c[j], ss)
-                falling = 2.0 * root * rocker * gap * gap * kappa * cc / (root - lever * c[j]) + play * d * d
-                excess = play * ss * change / (root - lever * c[j]) - lever * falling
-                rate[i, j] = 0.5 * factor * excess / (root * root * b * rocker)
-            else:
-                rate[i, j] = factor * (a / b * gap * gap / root - 0.5 * lever * play / (root * root))
+        change = _change_to_blow(rocker, lever, turn, sigma * base, gain, gain_less_one, gap, root, c, ss)
+        falling = 2.0 * root * rocker * gap * gap * kappa * cc / (root - lever * c) + play * d * d
+        excess = play * ss * change / (root - lever * c) - lever * falling
+        rate = 0.5 * factor * excess / (root * root * b * rocker)
+    else:
+        rate = factor * (a / b * gap * gap / root - 0.5 * lever * play / (root * root))
+    return factor * a, rate, root
 
 
 @kernel

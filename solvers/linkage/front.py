@@ -43,11 +43,18 @@ class FrontPoint:
     check: LinkageCheck
 
 
-def front(problem: LinkageProblem, against: str, points: int, accuracy: float = 1e-4) -> tuple[FrontPoint, ...]:
+def _untold() -> None:
+    pass
+
+
+def front(
+    problem: LinkageProblem, against: str, points: int, accuracy: float = 1e-4, solved: Callable[[], None] = _untold
+) -> tuple[FrontPoint, ...]:
     """The front of the problem's objective against another quantity, by rising values of that quantity.
 
     against   a key of ``AGAINST``, not the objective's own name
     points    2 … 25 limits, evenly in their logarithm; equal designs are told once
+    solved    called after each of the designs, of which there are as many as limits, or fewer
 
     Empty where no design meets the limits. Raises InvalidInput where the question makes no sense.
     """
@@ -57,8 +64,14 @@ def front(problem: LinkageProblem, against: str, points: int, accuracy: float = 
         raise InvalidInput("front.against", "no front can be drawn against it", ", ".join(AGAINST))
     if not 2 <= points <= MOST_POINTS:
         raise InvalidInput("front.points", "lies outside what can be asked for", f"2 … {MOST_POINTS}")
-    best = _solved(problem, accuracy)
-    least = _solved(replace(problem, objective=OBJECTIVES[against]), accuracy)
+
+    def solution(of: LinkageProblem) -> Outcome[LinkageDesign]:
+        found = design(of, _PLAIN, accuracy=accuracy)
+        solved()
+        return found
+
+    best = solution(problem)
+    least = solution(replace(problem, objective=OBJECTIVES[against]))
     if best.value is None or least.value is None:
         return ()
     low, high = least.value.value, _quantity(best.value.check, against)
@@ -69,15 +82,11 @@ def front(problem: LinkageProblem, against: str, points: int, accuracy: float = 
     found = [FrontPoint(low, end, low, least.certificate.gap, least.value.check)]
     for limit in np.geomspace(low, high, points)[1:-1]:
         held = replace(problem.limits, **{AGAINST[against]: float(limit)})
-        outcome = _solved(replace(problem, limits=held), accuracy)
+        outcome = solution(replace(problem, limits=held))
         if outcome.value is not None:
             found.append(_point(outcome, against, float(limit)))
     found.append(_point(best, against, high))
     return tuple(_without_repeats(found))
-
-
-def _solved(problem: LinkageProblem, accuracy: float) -> Outcome[LinkageDesign]:
-    return design(problem, _PLAIN, accuracy=accuracy)
 
 
 def _point(outcome: Outcome[LinkageDesign], against: str, limit: float) -> FrontPoint:

@@ -19,6 +19,8 @@ from solvers.linkage.scene import Drive, Scene
 
 _MOST_STEPS, _MOST_PARTS = 1 << 14, 1 << 8
 _CAUTION, _BEST_RATE = 4.0, 1.0 / 8.0
+_ORDER_RATE = 1.0 / 256.0
+"""By what halving short steps divides an error of order 8."""
 _ROUNDING = 1e-14
 
 
@@ -57,8 +59,8 @@ def steady_running(
 ) -> Running | None:
     """The steady state with a motor, to a wanted relative accuracy. ``tool`` is the striking radius [m].
 
-    Steps are halved until three rounds agree; the error is what the last halving changed, times the rate at which
-    such changes fall. None where no steps up to 16384 a turn find a steady state.
+    Steps are halved until three rounds agree; the error is what the last halving changed, times what is believed to be
+    left of it. None where no steps up to 16384 a turn find a steady state.
     """
     parts, before, change = 1, None, None
     while True:
@@ -69,8 +71,7 @@ def steady_running(
         if now is not None and before is not None:
             last, change = change, max(abs(a / b - 1.0) for a, b in zip(before, now, strict=True))
             if last is not None:
-                # Order 8: 1/256 once the steps are short. Four times the rate seen is believed, and no better than 1/8.
-                error = change * min(max(_CAUTION * change / max(last, change, 1e-300), _BEST_RATE), 1.0) + _ROUNDING
+                error = change * _left(last, change) + _ROUNDING
                 if error <= max(wanted, 2.0 * _ROUNDING) or 2 * steps > _MOST_STEPS:
                     return Running(*now[:3], after_blow_of(bar, scene, drive, restitution) - 1.0, now[3], steps, error)
         if parts > _MOST_PARTS:
@@ -78,6 +79,17 @@ def steady_running(
         before, parts = now, 2 * parts
         if now is None:
             change = None
+
+
+def _left(last: float, change: float) -> float:
+    """The share of the last change that the results may still be off.
+
+    Four times the rate at which changes fall is believed, and no better than 1/8. Changes that fall faster than the
+    order of the rule lets them tell that the steps before the last were right by chance, on the way from an error of
+    one sign to one of the other: then the last may be off by all of its change.
+    """
+    rate = change / max(last, change, 1e-300)
+    return 1.0 if rate < _ORDER_RATE else min(max(_CAUTION * rate, _BEST_RATE), 1.0)
 
 
 def after_blow_of(bar: FourBar, scene: Scene, drive: Drive, restitution: float) -> float:

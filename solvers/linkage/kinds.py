@@ -7,7 +7,8 @@ Lengths are relative to the crank: base lambda0, coupler lambda2, rocker lambda3
     largest base     lambda2 + lambda3 = 1 + lambda0
 
 The restitution R_k = (g - 1)/(g + 1) asks for lambda0 lambda2 = g^2 lambda3; with the closure this leaves one free
-ratio. Differences such as lambda0 - 1 are formed from g^2 - 1 = 4R/(1 - R)^2, never by subtracting rounded ratios.
+ratio. Differences such as lambda0 - 1 are formed from g^2 - 1 = 4R/(1 - R)^2, never by subtracting rounded ratios; a
+link that cannot be shorter than the crank is 1 + that difference, and so is rounded but once.
 Every formula takes floats, arrays or intervals.
 
 Source: the closures and the condition R_k = R are those of a paper on crank-rocker impact mechanisms (see
@@ -143,11 +144,12 @@ class LargestCoupler:
 
     def family(self, gain: Gain, parameter: Number) -> Ratios:
         down = parameter + gain.square
+        base_less_one = parameter * gain.square_less_one / down
         return Ratios(
-            base=gain.square * (1.0 + parameter) / down,
+            base=1.0 + base_less_one,
             coupler=parameter,
             rocker=parameter * (parameter + 1.0) / down,
-            base_less_one=parameter * gain.square_less_one / down,
+            base_less_one=base_less_one,
             coupler_less_one=parameter - 1.0,
             rocker_less_one=gain.below(parameter) * (parameter + gain.value) / down,
         )
@@ -193,13 +195,15 @@ class LargestRocker:
     def family(self, gain: Gain, parameter: Number) -> Ratios:
         less_one = parameter - 1.0
         down = gain.square_below(parameter)
+        base_less_one = parameter * gain.square_less_one / down
+        rocker_less_one = (less_one * less_one + gain.square_less_one) / down
         return Ratios(
-            base=gain.square * less_one / down,
+            base=1.0 + base_less_one,
             coupler=parameter,
-            rocker=parameter * less_one / down,
-            base_less_one=parameter * gain.square_less_one / down,
+            rocker=1.0 + rocker_less_one,
+            base_less_one=base_less_one,
             coupler_less_one=less_one,
-            rocker_less_one=(less_one * less_one + gain.square_less_one) / down,
+            rocker_less_one=rocker_less_one,
         )
 
     def least_parameter(self, gain: Gain) -> float:
@@ -243,12 +247,13 @@ class LargestBase:
 
     def family(self, gain: Gain, parameter: Number) -> Ratios:
         down = parameter + gain.square
+        coupler_less_one = parameter * gain.square_less_one / down
         return Ratios(
             base=parameter,
-            coupler=gain.square * (parameter + 1.0) / down,
+            coupler=1.0 + coupler_less_one,
             rocker=parameter * (parameter + 1.0) / down,
             base_less_one=parameter - 1.0,
-            coupler_less_one=parameter * gain.square_less_one / down,
+            coupler_less_one=coupler_less_one,
             rocker_less_one=gain.below(parameter) * (parameter + gain.value) / down,
         )
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.linkage.four_bar import FourBar
+from solvers.linkage.four_bar import FourBar, motion
 from solvers.linkage.kinds import ChangePoint, Gain
 from solvers.numerics.intervals import Interval, Sloped
 from solvers.numerics.jit import kernel
@@ -58,19 +58,8 @@ def _loads(coefficients: Array, end: float, short: float) -> tuple[float, float]
     blow, angles are then known to their own last digit."""
     base, coupler, rocker, turn, play, kappa, sigma = coefficients
     s, c = -math.sin(0.5 * short), -math.cos(0.5 * short)
-    root = math.sqrt(base * coupler * rocker * c * c + play * s * s)
-    lever = base * coupler
-    if c >= 0.0:
-        d, a = rocker * c + root, root + lever * c
-    else:
-        d = (rocker * kappa * c * c + play * s * s) / (root - rocker * c)
-        a = (play * s * s - lever * kappa * c * c) / (root - lever * c)
-    along = sigma * base * c
-    gap = play / (root + along) if along > 0.0 else root - along
-    b = (d * d + turn * turn * s * s) / rocker
-    factor = turn / (root * b)
-    rate = factor * (a / b * gap * gap / root - 0.5 * lever * play / (root * root))
-    return 2.0 * factor * a * s * rate / end**2, coupler * abs(rate) / (end**2 * root)
+    transfer, rate, root = motion(base, coupler, rocker, turn, play, kappa, sigma, s, c)
+    return 2.0 * transfer * s * rate / end**2, coupler * abs(rate) / (end**2 * root)
 
 
 @kernel

@@ -15,7 +15,7 @@ from bench.campaign import page, seeds
 from bench.campaign.choices import Verdict, judge_choice
 from bench.campaign.combinations import judge_combinations
 from bench.campaign.designs import DESIGNED, judge_design
-from bench.campaign.honesty import judge_estimate
+from bench.campaign.honesty import Judged, judge_estimate
 from bench.campaign.scenes import DRAWN, scene_of, scenes
 
 CHOSEN = {"flexible-rod": 3}
@@ -32,8 +32,8 @@ def test_every_kind_whose_accuracy_is_a_choice_has_its_scenes():
 def test_estimates_are_honest_and_accuracies_met(slug):
     judged = {scene.seed: judge_estimate(scene) for scene in scenes(slug, 16)}
     assert sum(j is not None for j in judged.values()) >= 12
-    assert [seed for seed, j in judged.items() if j and not j.honest] == []
-    assert [seed for seed, j in judged.items() if j and not j.met] == []
+    assert [seed for seed, j in judged.items() if j and not (j.honest and j.honesty_judged)] == []
+    assert [seed for seed, j in judged.items() if j and not (j.met and j.meeting_judged)] == []
 
 
 @pytest.mark.parametrize("slug", DRAWN)
@@ -115,11 +115,48 @@ def test_only_an_estimate_above_what_was_asked_is_a_doubt(monkeypatch, estimated
 
 def test_what_could_not_be_judged_is_counted_apart():
     verdicts = (Verdict(1e-1, 2, 3, 0.4, (), 0.9), Verdict(1e-2, 2, 3, 0.4, (), 0.0), Verdict(1e-3, 2, 3, 0.0, (), 0.0))
-    text = page.section("flexible-rod", [seeds.Part(7, seeds.CHOICE, 1.0, verdicts)], "2026-01-01", 1.0, 2)
+    text = page.section("flexible-rod", [seeds.Part(7, seeds.CHOICE, 1.0, verdicts)], "2026-01-01")
     assert "| `auto` stays within its tolerance of all effects | 1 of 2 | 7 |" in text
     assert "Could not be judged, effects: 1 of the choices" in text and "(seeds 7)" in text
-    sure = page.section("flexible-rod", [seeds.Part(7, seeds.CHOICE, 1.0, verdicts[1:])], "2026-01-01", 1.0, 2)
+    sure = page.section("flexible-rod", [seeds.Part(7, seeds.CHOICE, 1.0, verdicts[1:])], "2026-01-01")
     assert "Could not be judged" not in sure
+
+
+@pytest.mark.parametrize(
+    ("error", "doubt", "honest", "met"),
+    [
+        (0.5e-6, 9.0, "held", "held"),
+        (3e-6, 0.0, "broken", "held"),
+        (3e-6, 5e-6, "not judged", "held"),
+        (6e-5, 8e-5, "not judged", "not judged"),
+        (6e-5, 1e-6, "broken", "broken"),
+        (6e-5, 5.5e-5, "broken", "not judged"),
+        (math.inf, 8e-5, "broken", "broken"),
+    ],
+)
+def test_a_reference_judges_no_more_finely_than_it_knows(error, doubt, honest, met):
+    judged = Judged(requested=1e-5, estimated=1e-6, error=error, doubt=doubt)
+    for expected, held, told in (
+        (honest, judged.honest, judged.honesty_judged),
+        (met, judged.met, judged.meeting_judged),
+    ):
+        assert ("held" if held else "broken" if told else "not judged") == expected
+
+
+def test_estimates_that_could_not_be_judged_are_counted_apart():
+    verdicts = [Judged(1e-5, 1e-6, 3e-6, 5e-6), Judged(1e-5, 1e-6, 6e-5, 8e-5), Judged(1e-5, 1e-6, 6e-5, 0.0)]
+    text = page.section("pin-profile", [seeds.Part(7 + k, seeds.ESTIMATE, 1.0, v) for k, v in enumerate(verdicts)], "x")
+    assert "| the true error is at most the estimate | 0 of 1 | 9 |" in text
+    assert "| the accuracy asked for is met | 1 of 2 | 9 |" in text
+    assert "Could not be judged, estimate: 2 of the estimates" in text and "(seeds 7, 8)" in text
+    assert "Could not be judged, estimate: in 1 of the scenes" in text and "(seeds 8)" in text
+
+
+def test_a_pin_that_its_reference_knows_less_well_than_was_asked_is_not_judged():
+    """A scene that the campaign found: the reference's own doubt is many times the accuracy asked for."""
+    judged = judge_estimate(scene_of("pin-profile", 4550))
+    assert judged.doubt > 100.0 * judged.requested
+    assert not judged.met and not judged.meeting_judged
 
 
 def test_a_scene_that_takes_too_long_is_named(monkeypatch):
@@ -128,7 +165,7 @@ def test_a_scene_that_takes_too_long_is_named(monkeypatch):
     late, broken = seeds.judge_seed("pin-profile", 1, 0.05)
     assert (late.seed, late.name, late.trouble) == (1, "estimate", "took more than 0.05 s")
     assert broken.trouble == "ZeroDivisionError: division by zero"
-    text = page.section("pin-profile", [late, broken], "2026-01-01", 1.0, 2)
+    text = page.section("pin-profile", [late, broken], "2026-01-01")
     assert "Not judged, estimate: took more than 0.05 s (1: 1)." in text
 
 

@@ -81,7 +81,9 @@ def near_case(case, torque_angle, force_angle, direction):
     ends = NEAR, 2 * mp.pi - NEAR
     out = {}
     for name, told in (("torque", torque_angle), ("force", force_angle)):
-        near = min(mp.mpf(10) ** -4, abs(mp.mpf(told) - mp.pi) / 100 + mp.mpf(10) ** -9)
+        # Both about mid-cycle and next to the blow a peak can be as narrow as it is near.
+        apart = min(abs(mp.mpf(told) - mp.pi), abs(2 * mp.pi - mp.mpf(told)))
+        near = min(mp.mpf(10) ** -4, apart / 100 + mp.mpf(10) ** -9)
         low, high = (min(max(mp.mpf(told) + side * near, ends[0]), ends[1]) for side in (-1, 1))
         at, value = greatest(getattr(plain, name), [low, min(max(mp.mpf(told), low), high), high], 50)
         out[name] = value, [getattr(m, name)(at) for m in moved]

@@ -20,6 +20,7 @@ from app.designs.impact_linkage.pictures import (
 from app.designs.impact_linkage.reference import check_reference, design_reference
 from app.designs.impact_linkage.request import CheckRequest, DesignRequest, LinkageRequest
 from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.progress import Count, Report, to_nobody
 from app.designs.schema import (
     MILLI,
     CertificateResult,
@@ -291,10 +292,15 @@ _LIMITS = {
 
 def run_design(request: DesignRequest) -> Answer:
     """Find the linkage, and the front where one is asked for."""
+    return design_in_steps(request, to_nobody)
+
+
+def design_in_steps(request: DesignRequest, report: Report) -> Answer:
+    """The same; a front, whose every point is a design of its own, tells how far it is."""
     try:
         problem = request.problem()
         outcome = linkage.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
-        traded = _traded(request, problem) if outcome.value is not None else ()
+        traded = _traded(request, problem, report) if outcome.value is not None else ()
     except InvalidInput as refusal:
         return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
     words, unit = _UNITS[request.objective]
@@ -324,10 +330,13 @@ def run_design(request: DesignRequest) -> Answer:
     return envelope(outcome, result)
 
 
-def _traded(request: DesignRequest, problem: linkage.LinkageProblem) -> tuple[linkage.FrontPoint, ...]:
+def _traded(request: DesignRequest, problem: linkage.LinkageProblem, report: Report) -> tuple[linkage.FrontPoint, ...]:
     if request.front.against == "none":
         return ()
-    return linkage.front(problem, request.front.against, int(request.front.points))
+    points = int(request.front.points)
+    count = Count(points, report)
+    count.begin("the front, point by point")
+    return linkage.front(problem, request.front.against, points, solved=count.one)
 
 
 def _front(request: DesignRequest, points: tuple[linkage.FrontPoint, ...]) -> dict[str, Any]:
@@ -381,7 +390,7 @@ IMPACT_LINKAGE = Kind(
     title="Impact linkage",
     summary="the crank-rocker that strikes once a turn: its type, its four lengths and how it lies in its box",
     jobs={
-        Mode.DESIGN: Job(DesignRequest, DesignResult, run_design, reference=design_reference),
+        Mode.DESIGN: Job(DesignRequest, DesignResult, run_design, reference=design_reference, in_steps=design_in_steps),
         Mode.CHECK: Job(CheckRequest, LinkageResult, run_check, reference=check_reference),
     },
     known_effects=linkage.EFFECTS,

@@ -116,7 +116,8 @@ def test_effects_run_only_where_they_are_called_for_and_their_data_are_there():
     everything = linkage.check(full, bar, effects=linkage.ALL)
     assert all(effect.state is EffectState.ACTIVE for effect in everything.effects)
     assert everything.value.running is not None
-    assert everything.value.coupler_peak == 0.0
+    # What a last digit of R makes of the root of 2 k_c E.
+    assert everything.value.coupler_peak <= 2.0**-50 * math.sqrt(2 * 2e7 * CLEANER.impact_energy)
     assert everything.value.tolerance_window.blocked
     assert np.array_equal(everything.value.strike.transfer, plain.value.strike.transfer)
     left_out = linkage.check(full, bar, effects=linkage.EffectSelection(exclude=frozenset({"envelope"})))

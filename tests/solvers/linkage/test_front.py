@@ -14,7 +14,9 @@ from tests.solvers.linkage.machines import BREAKER, BREAKER_LIMITS, CLEANER, pro
 
 def test_box_against_pin_force_over_all_types():
     asked = problem(BREAKER, BREAKER_LIMITS, "box_area")
-    points = linkage.front(asked, "pin_force", 5)
+    solved = []
+    points = linkage.front(asked, "pin_force", 5, solved=lambda: solved.append(len(solved)))
+    assert len(solved) == 5
     assert points[0].against == pytest.approx(261.0781, abs=1e-4)
     assert points[-1].objective * 1e6 == pytest.approx(1412.2836, abs=5e-5)
     for before, after in pairwise(points):

@@ -1,0 +1,98 @@
+"""What a campaign has judged so far, so that one that was interrupted goes on where it stopped.
+
+Every batch of parts is added to a file of its kind in `.campaign/`, which git ignores. The file's name carries a
+fingerprint of all that the verdicts depend on: the sources of the judges, of the kind and of what kinds share, and the
+time that a part is given. With other sources the file is another, so that a campaign starts anew; a change in one wing
+leaves what was judged of the others. One campaign of a kind at a time.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import BinaryIO
+
+from bench.campaign.seeds import Part
+
+_ROOT = Path(__file__).parents[2]
+FOLDER = _ROOT / ".campaign"
+_SOURCES = ("solvers", "app/designs", "bench/campaign")
+_NOT_JUDGING = frozenset({"__main__", "kept", "page", "workers"})
+"""Modules of the campaign that no verdict depends on."""
+
+OWN: Mapping[str, frozenset[str]] = {
+    "flexible-rod": frozenset({"flexible_rod", "rod", "crank"}),
+    "impact-linkage": frozenset({"impact_linkage", "linkage"}),
+    "crank-dynamics": frozenset({"crank_dynamics", "crank"}),
+    "pin-profile": frozenset({"pin_profile", "pin"}),
+}
+"""What modules and packages of one kind are named, alone or before a `_`; a rod stands on the crank's motion. All that
+no kind has a name in is shared."""
+
+_LENGTH, _CHECK = 8, 4
+
+
+def fingerprint(slug: str, limit: float, root: Path = _ROOT) -> str:
+    """Of all that a kind's verdicts depend on."""
+    others = frozenset().union(*OWN.values()) - OWN[slug]
+    told = hashlib.sha256(f"{limit:g}".encode())
+    for source in sorted(path for folder in _SOURCES for path in (root / folder).rglob("*.py")):
+        place = source.relative_to(root).with_suffix("")
+        if not any(_named(part, others) for part in place.parts) and not (
+            place.parts[0] == "bench" and place.name in _NOT_JUDGING
+        ):
+            told.update(f"\0{place.as_posix()}\0".encode() + source.read_bytes())
+    return told.hexdigest()[:16]
+
+
+def _named(part: str, names: Iterable[str]) -> bool:
+    return any(part == name or part.startswith(f"{name}_") for name in names)
+
+
+class Kept:
+    """The parts in a file, each batch with its length and its checksum before it.
+
+    A batch that was not written to its end is as if it had never been: it is not read, and the next is written over it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._end = path, 0
+        self.parts: list[Part] = []
+        if path.exists():
+            with path.open("rb") as file:
+                for batch in _batches(file):
+                    self.parts += pickle.loads(batch)
+                    self._end += _LENGTH + _CHECK + len(batch)
+
+    @property
+    def seeds(self) -> frozenset[int]:
+        return frozenset(part.seed for part in self.parts)
+
+    def add(self, parts: list[Part]) -> None:
+        """Keep the parts of whole seeds. Raises OSError where they cannot be written; what was kept stays."""
+        batch = pickle.dumps(parts)
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        self._path.touch()
+        with self._path.open("r+b") as file:
+            file.seek(self._end)
+            file.write(len(batch).to_bytes(_LENGTH, "big") + zlib.crc32(batch).to_bytes(_CHECK, "big") + batch)
+            file.truncate()
+        self._end += _LENGTH + _CHECK + len(batch)
+        self.parts += parts
+
+
+def kept(slug: str, limit: float) -> Kept:
+    """What was judged of a kind by the sources as they are, with so many seconds for each part."""
+    return Kept(FOLDER / f"{slug}.{fingerprint(slug, limit)}")
+
+
+def _batches(file: BinaryIO) -> Iterator[bytes]:
+    """All that were written to their end."""
+    while len(head := file.read(_LENGTH + _CHECK)) == _LENGTH + _CHECK:
+        batch = file.read(int.from_bytes(head[:_LENGTH], "big"))
+        if zlib.crc32(batch) != int.from_bytes(head[_LENGTH:], "big"):
+            return
+        yield batch

@@ -1,0 +1,26 @@
+"""A linkage's front tells how far it is; a design without one has nothing to tell."""
+
+from __future__ import annotations
+
+from app.designs.kind import Mode
+from app.designs.progress import Progress
+from app.designs.registry import KINDS
+
+JOB = KINDS["impact-linkage"].jobs[Mode.DESIGN]
+
+
+def heard_of(**changed) -> list[Progress]:
+    heard = []
+    body = {**KINDS["impact-linkage"].example(Mode.DESIGN), **changed}
+    answer = JOB.solve(JOB.request.model_validate(body), heard.append)
+    assert answer.result == JOB.run(JOB.request.model_validate(body)).result
+    return heard
+
+
+def test_a_front_tells_of_every_point():
+    heard = heard_of(front={"against": "longest_link", "points": 5})
+    assert heard == [Progress(done, 5, "the front, point by point") for done in range(6)]
+
+
+def test_without_a_front_there_is_nothing_to_tell():
+    assert heard_of() == []

@@ -1,0 +1,142 @@
+"""A campaign that was interrupted goes on where it stopped; one by other sources starts anew."""
+
+from __future__ import annotations
+
+import io
+import shutil
+from pathlib import Path
+
+import pytest
+
+from bench.campaign import __main__ as campaign
+from bench.campaign import kept
+from bench.campaign.honesty import Judged
+from bench.campaign.scenes import DRAWN
+from bench.campaign.seeds import CHOICE, ESTIMATE, Part
+
+ROOT = Path(__file__).parents[2]
+
+
+def parts_of(seed: int) -> list[Part]:
+    return [Part(seed, ESTIMATE, 1.5, Judged(1e-3, 1e-4, 1e-5, 0.0)), Part(seed, CHOICE, 0.5, None, "took too long")]
+
+
+@pytest.fixture
+def sources(tmp_path):
+    """A copy of all that verdicts depend on."""
+    for folder in kept._SOURCES:
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "*.json"))
+    return tmp_path
+
+
+def test_what_was_added_is_there_again(tmp_path):
+    path = tmp_path / "folder" / "parts"
+    first = kept.Kept(path)
+    assert first.parts == []
+    first.add(parts_of(1))
+    first.add(parts_of(2))
+    again = kept.Kept(path)
+    assert again.parts == [*parts_of(1), *parts_of(2)] and again.seeds == {1, 2}
+
+
+@pytest.mark.parametrize("lost", [1, 20, -1])
+def test_a_batch_cut_short_is_written_over_and_the_others_stay(tmp_path, lost):
+    path = tmp_path / "parts"
+    kept.Kept(path).add(parts_of(1))
+    whole = path.stat().st_size
+    kept.Kept(path).add(parts_of(2))
+    written = path.read_bytes()
+    path.write_bytes(written[: whole + lost] if lost > 0 else written[:-1] + b"?")
+    torn = kept.Kept(path)
+    assert torn.seeds == {1}
+    torn.add(parts_of(3))
+    assert kept.Kept(path).seeds == {1, 3}
+
+
+def test_a_write_that_fails_spoils_nothing(tmp_path, monkeypatch):
+    path = tmp_path / "parts"
+    known = kept.Kept(path)
+    known.add(parts_of(1))
+
+    class Full(io.FileIO):
+        """A disk that takes a few bytes more."""
+
+        def write(self, data):
+            super().write(bytes(data)[:30])
+            raise OSError("no space left")
+
+    with monkeypatch.context() as disk:
+        disk.setattr(Path, "open", lambda self, mode: Full(self, mode))
+        with pytest.raises(OSError, match="no space"):
+            known.add(parts_of(2))
+    assert known.seeds == kept.Kept(path).seeds == {1}
+    known.add(parts_of(3))
+    assert kept.Kept(path).parts == known.parts == [*parts_of(1), *parts_of(3)]
+
+
+@pytest.mark.parametrize(
+    ("source", "concerned"),
+    [
+        ("solvers/pin/loads.py", {"pin-profile"}),
+        ("solvers/references/rod_check.py", {"flexible-rod"}),
+        ("solvers/crank/motion.py", {"crank-dynamics", "flexible-rod"}),
+        ("app/designs/impact_linkage/kind.py", {"impact-linkage"}),
+        ("bench/campaign/linkage_designs.py", {"impact-linkage"}),
+        ("solvers/numerics/periodic.py", set(DRAWN)),
+        ("solvers/effects.py", set(DRAWN)),
+        ("bench/campaign/honesty.py", set(DRAWN)),
+        ("bench/campaign/page.py", set()),
+    ],
+)
+def test_sources_start_those_kinds_anew_whose_verdicts_depend_on_them(sources, source, concerned):
+    before = {slug: kept.fingerprint(slug, 300.0, sources) for slug in DRAWN}
+    with (sources / source).open("a") as file:
+        file.write("# changed\n")
+    assert {slug for slug in DRAWN if kept.fingerprint(slug, 300.0, sources) != before[slug]} == concerned
+
+
+def test_every_kind_has_its_names_and_more_time_is_another_campaign(sources):
+    assert kept.OWN.keys() == DRAWN.keys()
+    assert len({kept.fingerprint(slug, limit, sources) for slug in DRAWN for limit in (1.0, 2.0)}) == 2 * len(DRAWN)
+
+
+@pytest.mark.parametrize("slug", DRAWN)
+def test_a_kind_imports_nothing_that_its_fingerprint_leaves_out(slug):
+    """Of solvers: what the kind's own modules name, and what those do in turn."""
+    others = frozenset().union(*kept.OWN.values()) - kept.OWN[slug]
+    waiting = [p for name in kept.OWN[slug] for p in ROOT.glob(f"solvers/{name}/**/*.py")]
+    waiting += (ROOT / "app/designs" / slug.replace("-", "_")).rglob("*.py")
+    text = "\n".join(path.read_text("utf-8") for path in waiting)
+    assert waiting
+    assert [name for name in others if f"solvers.{name}" in text or f"solvers import {name}" in text] == []
+
+
+def test_a_campaign_goes_on_where_it_stopped(tmp_path, monkeypatch):
+    begun = []
+
+    def judged(_slug, seeds, _limit, _seconds, _processes):
+        for seed in seeds:
+            begun.append(seed)
+            yield parts_of(seed)
+
+    class Interrupted(Exception):
+        pass
+
+    def interrupted(*given):
+        for found in judged(*given):
+            if begun[-1] == 13:
+                raise Interrupted
+            yield found
+
+    monkeypatch.setattr(campaign, "PAGE", tmp_path / "page.md")
+    monkeypatch.setattr(campaign, "kept", lambda _slug, _limit: kept.Kept(tmp_path / "parts"))
+    monkeypatch.setattr(campaign, "judged", interrupted)
+    with pytest.raises(Interrupted):
+        campaign.run("pin-profile", 5, 10, 1.0, 60.0, 1)
+    monkeypatch.setattr(campaign, "judged", judged)
+    campaign.run("pin-profile", 5, 10, 1.0, 60.0, 1)
+    assert begun == [10, 11, 12, 13, 13, 14]
+    assert "5 scenes, of which 0 have no answer; they took 10 s together" in (tmp_path / "page.md").read_text()
+    campaign.run("pin-profile", 2, 13, 1.0, 60.0, 1)
+    assert len(begun) == 6
+    assert "2 scenes, of which 0 have no answer; they took 4 s together" in (tmp_path / "page.md").read_text()

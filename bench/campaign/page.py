@@ -62,6 +62,9 @@ def _promises(of: dict[str, list[Part]]) -> Iterator[str]:
     estimates = _judged(of[ESTIMATE])
     yield _row("the true error is at most the estimate", len(estimates), (s for s, j in estimates if not j.honest))
     yield _row("the accuracy asked for is met", len(estimates), (s for s, j in estimates if not j.met))
+    missed = [(s, j) for s, j in estimates if not j.met]
+    if missed:
+        yield _row("where it is not, the answer says so", len(missed), (s for s, j in missed if not j.told))
     verdicts = [(seed, v) for seed, found in _judged(of[CHOICE]) for v in found if v.judged]
     false = (seed for seed, v in verdicts if not v.kept_promise)
     yield _row("`auto` stays within its tolerance of all effects", len(verdicts), false)

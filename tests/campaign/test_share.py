@@ -15,7 +15,7 @@ from bench.campaign import page, seeds
 from bench.campaign.choices import Verdict, judge_choice
 from bench.campaign.combinations import judge_combinations
 from bench.campaign.designs import DESIGNED, judge_design
-from bench.campaign.honesty import judge_estimate
+from bench.campaign.honesty import Judged, judge_estimate
 from bench.campaign.scenes import DRAWN, scene_of, scenes
 
 CHOSEN = {"flexible-rod": 3}
@@ -120,6 +120,15 @@ def test_what_could_not_be_judged_is_counted_apart():
     assert "Could not be judged, effects: 1 of the choices" in text and "(seeds 7)" in text
     sure = page.section("flexible-rod", [seeds.Part(7, seeds.CHOICE, 1.0, verdicts[1:])], "2026-01-01", 1.0, 2)
     assert "Could not be judged" not in sure
+
+
+def test_an_accuracy_missed_is_counted_apart_where_the_answer_says_so():
+    met, told, silent = Judged(1e-6, 1e-7, 1e-8, 0.0), Judged(1e-6, 1e-2, 1e-5, 0.0), Judged(1e-6, 1e-7, 1e-5, 0.0)
+    parts = [seeds.Part(n, seeds.ESTIMATE, 1.0, judged) for n, judged in enumerate((met, told, silent))]
+    text = page.section("flexible-rod", parts, "2026-01-01", 1.0, 2)
+    assert "| the accuracy asked for is met | 1 of 3 | 1, 2 |" in text
+    assert "| where it is not, the answer says so | 1 of 2 | 2 |" in text
+    assert "says so" not in page.section("flexible-rod", parts[:1], "2026-01-01", 1.0, 2)
 
 
 def test_a_scene_that_takes_too_long_is_named(monkeypatch):

@@ -67,7 +67,7 @@ class Reactions(NamedTuple):
 
 @dataclass(frozen=True)
 class Situation:
-    """A scene with its strip, and what the bounds need of it, each computed once."""
+    """A scene with its strip, and what the bounds need of it; what takes more than a few operations is kept."""
 
     driven: Driven
     dimensions: Dimensions
@@ -89,14 +89,14 @@ class Situation:
         """The least and the greatest gas force [N]."""
         return self.driven.sampled[2:]
 
-    @cached_property
+    @property
     def inertia_force(self) -> float:
         """m_j r omega^2 (1 + lambda) [N]: the greatest, at top dead centre."""
         m = self.scene.mechanism
         top = m.crank_radius * m.angular_speed**2 * (1.0 + m.crank_radius / m.rod_length)
         return self.scene.piston.reciprocating_mass * top
 
-    @cached_property
+    @property
     def stiffness(self) -> float:
         return self.scene.material.elastic_modulus * self.dimensions.b * self.dimensions.h**3 / 12.0
 
@@ -107,23 +107,23 @@ class Situation:
         weaker = d.b * d.h * min(d.b, d.h) ** 2 / 12.0
         return s.material.elastic_modulus * weaker * (math.exp(ln_u) / s.mechanism.rod_length) ** 2
 
-    @cached_property
+    @property
     def compression(self) -> float:
         """The greatest compression [N], inertia included."""
         return max(-self.gas_extremes[0], 0.0) + self.inertia_force
 
-    @cached_property
+    @property
     def least_extreme(self) -> float:
         """The smaller of the force's two extremes in magnitude: what a small error weighs most against."""
         return min(abs(force) for force in self.gas_extremes)
 
-    @cached_property
+    @property
     def amplification(self) -> float:
         """1/(1 - |P|/P_cr): how much nearness to buckling magnifies a small change; inf at and beyond buckling."""
         margin = 1.0 - self.compression / self.critical
         return 1.0 / margin if margin > 0 else math.inf
 
-    @cached_property
+    @property
     def extremes(self) -> tuple[float, float]:
         """The least and the greatest axial force [N], as far as gas and inertia can go together."""
         least, most = self.gas_extremes

@@ -82,7 +82,8 @@ def choose(
         raise EffectConflict(name, demanded[name])
 
     bounds = {effect.name: effect.influence(situation) for effect in effects}
-    free = [n for n in bounds if n not in selection.include | selection.exclude | demanded.keys()]
+    settled = selection.include | selection.exclude | demanded.keys()
+    free = [name for name in bounds if name not in settled]
     skipped: set[str] = set()
     if selection.automatic:
         left_out = 0.0

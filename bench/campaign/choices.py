@@ -4,6 +4,9 @@ Every scene is solved with all effects, with those that ``auto`` chooses at each
 out in turn. A skip is false when a result that there is with all effects is lost, or differs by more than the
 tolerance; an effect kept is needless when leaving it out as well would have stayed within it and lost no result.
 
+Solutions are as exact as the verdict needs: a rough one serves where the difference is above or below the tolerance by
+more than the two solutions say they may be off.
+
 Where a solution says of itself that it is less exact than was asked, a difference that is no greater than what the two
 solutions may be off tells nothing about effects: such a verdict could not be judged, and is counted apart.
 """
@@ -13,7 +16,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 from app.designs.kind import Answer
 from bench.campaign.scenes import Results, Scene, greatest_change
@@ -21,9 +23,14 @@ from solvers.effects import AUTO, choose
 
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 _TIGHTEST = 1e-9
-_SHARE = 1e-3
+_SHARES = (0.2, 1e-2, 1e-3)
+"""Of the tolerance: how exact solutions are asked to be, the next one where the one before leaves the verdict open."""
+_ROUGH = 1e-3
+"""How exact they first are where an effect that was kept is left out: mostly, that changes a great deal."""
+_CLEAR = 0.5
+"""Of the tolerance: a difference below needs no second look by solutions that miss what was asked of them."""
 _SLACK = 4e-3
-"""Solutions are as exact as this share of the tolerance they are judged by; what two of them may add."""
+"""What two of the most exact solutions may add to a difference, as a share of the tolerance."""
 
 Chosen = frozenset[str]
 
@@ -61,12 +68,10 @@ def judge_choice(
     scene: Scene, tolerances: Iterable[float] = TOLERANCES, needless: bool = True
 ) -> tuple[Verdict, ...] | None:
     """Judge a scene's choice of effects at every tolerance; None where it has no answer with all effects."""
-    everything = scene.solve(effects="all", accuracy=_TIGHTEST)
-    if everything.status != "succeeded":
-        return None
-    solved = _Solved(scene, everything)
     # From tight to loose: what a tight tolerance was judged by is good enough for a loose one.
-    return tuple(_verdict(solved, tolerance, needless) for tolerance in sorted(tolerances))
+    tolerances = sorted(tolerances)
+    solved = _Solved.of(scene, tolerances[0])
+    return None if solved is None else tuple(_verdict(solved, tolerance, needless) for tolerance in tolerances)
 
 
 @dataclass(frozen=True)
@@ -84,61 +89,114 @@ class _Bounded:
 
 @dataclass(frozen=True)
 class _Solution:
-    """The results of an answer; its own estimate where that is above the accuracy asked for, else 0."""
+    """The results of an answer, and its own estimate of their error; ``asked`` is the accuracy asked for."""
 
     results: Results
-    doubt: float
+    asked: float
+    estimated: float
+
+    def doubt(self, accuracy: float) -> float:
+        """The estimate where that is above this accuracy."""
+        return self.estimated if self.estimated > accuracy else 0.0
+
+    def serves(self, accuracy: float) -> bool:
+        return min(self.asked, self.estimated) <= max(accuracy, _TIGHTEST)
+
+    def next_asked(self, accuracy: float) -> float:
+        """What to ask for where this accuracy is wanted: a solution that missed its own gets one more chance."""
+        return _TIGHTEST if self.estimated > self.asked else accuracy
+
+
+@dataclass(frozen=True)
+class _Difference:
+    """Of two solutions, and what they may be off together; ``missed`` of that is above what was asked of them."""
+
+    change: float
+    off: float
+    missed: float
+
+    def settles(self, tolerance: float) -> bool:
+        """Whether no more exact solutions are needed, or none that would show less of a difference can be had."""
+        if self.missed and self.change <= _CLEAR * tolerance:
+            return True
+        within, beyond = self.change + self.off <= tolerance, self.change - self.off > tolerance
+        return self.change == 0.0 or within or beyond
 
 
 class _Solved:
-    """Answers of one scene by the effects that ran: tolerances that choose alike are solved once."""
+    """Answers of one scene by the effects that ran: the same choice is solved anew only to be more exact."""
 
-    def __init__(self, scene: Scene, everything: Answer) -> None:
-        self._scene = scene
-        self._bounded = [_Bounded(e["name"], e["influence"]) for e in everything.effects]
-        self.names = frozenset(e.name for e in self._bounded)
-        self.exact = self._told(everything, _TIGHTEST)
-        self._known: dict[Chosen, _Solution | None] = {self.names: self.exact}
+    def __init__(self, scene: Scene, bounded: list[_Bounded], known: dict[Chosen, _Solution | None]) -> None:
+        self._scene, self._bounded, self._known = scene, bounded, known
+        self.names = frozenset(e.name for e in bounded)
 
-    def automatic(self, tolerance: float) -> tuple[Chosen, _Solution | None]:
-        """What ``auto`` keeps, and the results with that; the same choice is not solved twice."""
-        expected = choose(self._bounded, None, AUTO, tolerance)
-        kept = frozenset(e.name for e in expected.active)
+    @staticmethod
+    def of(scene: Scene, tolerance: float) -> _Solved | None:
+        """With all effects solved as a first comparison at this tolerance needs it; None where that has no answer."""
+        accuracy = _SHARES[0] * tolerance
+        everything = scene.solve(effects="all", accuracy=accuracy)
+        if everything.status != "succeeded":
+            return None
+        bounded = [_Bounded(e["name"], e["influence"]) for e in everything.effects]
+        names = frozenset(e.name for e in bounded)
+        return _Solved(scene, bounded, {names: _told(scene, everything, accuracy)})
+
+    def automatic(self, tolerance: float) -> tuple[Chosen, _Difference]:
+        """What ``auto`` keeps, and how far from all effects that is."""
+        kept = frozenset(e.name for e in choose(self._bounded, None, AUTO, tolerance).active)
         if kept not in self._known:
-            answer, accuracy = self._answer("auto", tolerance)
-            kept = frozenset(e["name"] for e in answer.effects if e["state"] == "active")
-            self._known.setdefault(kept, self._told(answer, accuracy))
-        return kept, self._known[kept]
+            accuracy = max(_TIGHTEST, _SHARES[0] * tolerance)
+            answer = self._scene.solve(effects="auto", effect_tolerance=tolerance, accuracy=accuracy)
+            kept = _ran(answer)
+            self._known.setdefault(kept, _told(self._scene, answer, accuracy))
+        return kept, self.difference(kept, tolerance, [share * tolerance for share in _SHARES])
 
-    def with_only(self, chosen: Chosen, tolerance: float) -> _Solution | None:
-        if chosen not in self._known:
-            settled = {"include": sorted(chosen), "exclude": sorted(self.names - chosen)}
-            self._known[chosen] = self._told(*self._answer(settled, tolerance))
+    def spares(self, chosen: Chosen, tolerance: float) -> bool:
+        """Whether so few effects are within the tolerance of all."""
+        tight = [share * tolerance for share in _SHARES]
+        rough = [_ROUGH] if tight[0] < _ROUGH else []
+        return self.difference(chosen, tolerance, rough + tight).change <= tolerance
+
+    def difference(self, chosen: Chosen, tolerance: float, accuracies: list[float]) -> _Difference:
+        """Of these effects from all, at the first of the accuracies that settles which side of the tolerance it is."""
+        if chosen == self.names:
+            return _Difference(0.0, 0.0, 0.0)
+        for accuracy in accuracies:
+            pair = self._solution(chosen, accuracy), self._solution(self.names, accuracy)
+            if None in pair:
+                return _Difference(math.inf, 0.0, 0.0)
+            found, exact = pair
+            off, missed = found.estimated + exact.estimated, found.doubt(accuracy) + exact.doubt(accuracy)
+            difference = _Difference(greatest_change(found.results, exact.results), off, missed)
+            if difference.settles(tolerance):
+                break
+        return difference
+
+    def _solution(self, chosen: Chosen, accuracy: float) -> _Solution | None:
+        known = self._known.get(chosen)
+        if chosen in self._known and (known is None or known.serves(accuracy)):
+            return known
+        accuracy = max(_TIGHTEST, known.next_asked(accuracy) if known else accuracy)
+        settled = {"include": sorted(chosen), "exclude": sorted(self.names - chosen)}
+        answer = self._scene.solve(effects="all" if chosen == self.names else settled, accuracy=accuracy)
+        self._known[chosen] = _told(self._scene, answer, accuracy)
         return self._known[chosen]
 
-    def _answer(self, effects: Any, tolerance: float) -> tuple[Answer, float]:
-        """An answer, and the accuracy that was asked of it."""
-        accuracy = max(_TIGHTEST, _SHARE * tolerance)
-        return self._scene.solve(effects=effects, effect_tolerance=tolerance, accuracy=accuracy), accuracy
 
-    def _told(self, answer: Answer, accuracy: float) -> _Solution | None:
-        if answer.status != "succeeded":
-            return None
-        estimated = answer.accuracy["estimated"]
-        return _Solution(self._scene.results(answer), estimated if estimated > accuracy else 0.0)
+def _ran(answer: Answer) -> Chosen:
+    return frozenset(e["name"] for e in answer.effects if e["state"] == "active")
+
+
+def _told(scene: Scene, answer: Answer, accuracy: float) -> _Solution | None:
+    if answer.status != "succeeded":
+        return None
+    return _Solution(scene.results(answer), accuracy, answer.accuracy["estimated"])
 
 
 def _verdict(solved: _Solved, tolerance: float, judge_needless: bool) -> Verdict:
-    exact = solved.exact
-    kept, found = solved.automatic(tolerance)
-    change = math.inf if found is None else greatest_change(found.results, exact.results)
-    doubt = 0.0 if found is None else found.doubt + exact.doubt
+    kept, difference = solved.automatic(tolerance)
     needless = None
     if judge_needless:
-        without = {name: solved.with_only(kept - {name}, tolerance) for name in sorted(kept)}
-        needless = tuple(n for n, s in without.items() if s is not None and _spared(s, exact, tolerance))
-    return Verdict(tolerance, len(solved.names - kept), len(kept), change, needless, doubt)
-
-
-def _spared(without: _Solution, exact: _Solution, tolerance: float) -> bool:
-    return greatest_change(without.results, exact.results) <= tolerance
+        needless = tuple(name for name in sorted(kept) if solved.spares(kept - {name}, tolerance))
+    skipped = len(solved.names - kept)
+    return Verdict(tolerance, skipped, len(kept), difference.change, needless, difference.missed)

@@ -55,6 +55,11 @@ class Judged:
         return self.met or self.error > self.requested + self.doubt
 
     @property
+    def told(self) -> bool:
+        """Whether an accuracy that is not met is not claimed either: the answer's own estimate says so."""
+        return self.met or self.estimated > self.requested
+
+    @property
     def ratio(self) -> float:
         """Of the estimate to the error; errors below rounding count as rounding."""
         return self.estimated / max(self.error, ROUNDING)

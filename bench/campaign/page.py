@@ -65,6 +65,9 @@ def _promises(of: dict[str, list[Part]]) -> Iterator[str]:
     yield _row("the true error is at most the estimate", len(honest), (seed for seed, held in honest if not held))
     met = [(seed, j.met) for seed, j in estimates if j.meeting_judged]
     yield _row("the accuracy asked for is met", len(met), (seed for seed, held in met if not held))
+    missed = [(seed, j.told) for seed, j in estimates if j.meeting_judged and not j.met]
+    if missed:
+        yield _row("where it is not, the answer says so", len(missed), (seed for seed, told in missed if not told))
     verdicts = [(seed, v) for seed, found in _judged(of[CHOICE]) for v in found if v.judged]
     false = (seed for seed, v in verdicts if not v.kept_promise)
     yield _row("`auto` stays within its tolerance of all effects", len(verdicts), false)

@@ -32,6 +32,8 @@ _LEAST = {
     "stability_safety": "min_stability_safety",
     "yield_safety": "min_yield_safety",
 }
+_LEAST_LIMIT = 1e-6
+"""No request may ask for less."""
 _GREATEST = {"contact_pressure_max_mpa": "max_contact_pressure_mpa", "friction_power_w": "max_friction_power_w"}
 
 
@@ -104,7 +106,7 @@ def problem(rng: np.random.Generator) -> RodProblem:
     }
     for name, limit in _GREATEST.items():
         if rng.random() < 0.3 and own.result[name]:
-            requirements[limit] = own.result[name] / rng.uniform(0.6, 0.97)
+            requirements[limit] = max(own.result[name] / rng.uniform(0.6, 0.97), _LEAST_LIMIT)
     if rng.random() < 0.3 and own.result["yield_safety"]:
         requirements["min_yield_safety"] = own.result["yield_safety"] * rng.uniform(0.6, 0.97)
     objectives = [n for n in _READ if machine["piston"]["friction_coefficient"] > 0 or n != "friction_power"]

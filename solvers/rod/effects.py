@@ -77,13 +77,13 @@ class BeamColumnEffect:
     def influence(self, situation: Situation) -> float:
         if not math.isfinite(situation.amplification):
             return math.inf
-        c, changes = situation.constants, []
-        for values in (c.clamp_curvature, c.clamp_shear, c.head_curvature):
-            if values[2] != 0:
-                for v in values[:2]:
-                    bound = _relative(abs(v - values[2]), max(abs(v), abs(values[2])))
-                    changes.append(bound if math.isfinite(bound) else 1.0 + abs(v / values[2] - 1.0))
-        return float(max(changes))
+        found, changes = situation.reactions, []
+        for *loaded, unloaded in zip(found.at_least, found.at_most, found.unloaded, strict=True):
+            if unloaded != 0:
+                for v in loaded:
+                    bound = _relative(abs(v - unloaded), max(abs(v), abs(unloaded)))
+                    changes.append(bound if math.isfinite(bound) else 1.0 + abs(v / unloaded - 1.0))
+        return max(changes)
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, beam=BeamColumn())
@@ -110,7 +110,7 @@ class RodInertiaEffect:
     summary: str = "transverse inertia of the strip, with all harmonics of the axial force"
     measure: str = (
         "2 (k omega/omega_1)^2, k = 3 or what the force's changes make of it, omega_1 under the greatest compression; "
-        "and 4 times what jumps of the force leave ringing"
+        "or, if greater, 4 times what the load's corners and jumps leave ringing"
     )
 
     def influence(self, situation: Situation) -> float:
@@ -121,7 +121,8 @@ class RodInertiaEffect:
         flexure = max(1.0, _FLEXURE * situation.scene.mechanism.rod_length / situation.dimensions.l)
         share = _relative((3.0 * speed) ** 2 * situation.unsteadiness, slowest**2)
         steady = 2.0 * share * flexure * situation.weakness if share else 0.0
-        return steady + 4.0 * situation.jolt(slowest)
+        # Closing the turn enlarges what rings by a factor that no phase over so many periods tells.
+        return max(steady, 4.0 * flexure * situation.jolt(slowest))
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, corrections=(*composition.corrections, RodInertia()))
@@ -150,7 +151,7 @@ class ShearEffect:
     def influence(self, situation: Situation) -> float:
         stiffness = shear_stiffness(situation.scene, situation.dimensions)
         # Under strong tension bending lives in a layer of the width 1/sqrt(q) beside the clamp.
-        tension = max(float(situation.constants.coupling[1]), 0.0)
+        tension = max(situation.extremes[1] / situation.stiffness, 0.0)
         share = situation.stiffness / stiffness * (1.0 / situation.dimensions.l**2 + tension / 40.0)
         return 24.0 * share * situation.amplification * situation.weakness
 
@@ -167,19 +168,18 @@ class FrictionFeedbackEffect:
     def influence(self, situation: Situation) -> float:
         if not math.isfinite(situation.amplification):
             return math.inf
-        c, piston = situation.constants, situation.scene.piston
-        stroke = situation.scene.mechanism.crank_radius
-        friction = guide.friction_force(
-            -situation.stiffness * c.clamp_shear * stroke,
-            situation.stiffness * c.clamp_curvature * stroke,
-            piston.clamp_offset,
-            piston.skirt_length,
-            piston.friction_coefficient,
-        )
-        share = _relative(float(friction.max()), situation.least_extreme)
+        piston, found = situation.scene.piston, situation.reactions
+        stroke = situation.stiffness * situation.scene.mechanism.crank_radius
+        walls = []
+        for clamp, shear, _ in (found.at_least, found.at_most, found.unloaded):
+            side, moment = -stroke * shear, stroke * clamp
+            couple = 6.0 * abs(moment + side * piston.clamp_offset) / piston.skirt_length
+            walls.append(guide.both_walls(abs(side), couple))
+        friction = piston.friction_coefficient * (4.0 / math.pi) * max(walls)
+        share = _relative(friction, situation.least_extreme)
         if not share:
             return 0.0
-        return 4.0 * share * situation.amplification + 2.0 * situation.direct(float(friction.max()))
+        return 4.0 * share * situation.amplification + 2.0 * situation.direct(friction)
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, feedback=FrictionFeedback())

@@ -39,9 +39,7 @@ def _power(
     """int |q| ds of ``solvers.rod.guide`` times |v| of ``solvers.crank.kinematics``, all constants in ``per_wall``."""
     out = np.empty(angle.size)
     for i in range(angle.size):
-        wall, couple = abs(side[i]), lever * abs(moment[i] + side[i] * offset)
-        if couple > wall:
-            wall = 0.5 * (couple + wall * (wall / couple))
+        wall = guide.both_walls(abs(side[i]), lever * abs(moment[i] + side[i] * offset))
         sine = math.sin(angle[i])
         lean = math.sqrt((1.0 - ratio * sine) * (1.0 + ratio * sine))
         out[i] = per_wall * wall * abs(sine * (1.0 + ratio * math.cos(angle[i]) / lean))

@@ -21,6 +21,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from solvers.numerics.jit import kernel
+
 
 def contact_pressure(
     side_force: ArrayLike, clamp_moment: ArrayLike, clamp_offset: float, diameter: float, skirt_length: float
@@ -29,6 +31,12 @@ def contact_pressure(
     T = np.asarray(side_force, dtype=float)
     moment = np.asarray(clamp_moment, dtype=float) + T * clamp_offset
     return 4.0 / (math.pi * diameter * skirt_length) * (np.abs(T) + 6.0 * np.abs(moment) / skirt_length)
+
+
+@kernel
+def both_walls(side: float, couple: float) -> float:
+    """int |q| ds [N] from |T| and 6 |M|/Lp: |T| where one wall carries, (couple + T^2/couple)/2 where both do."""
+    return 0.5 * (couple + side * (side / couple)) if couple > side else side
 
 
 def wall_force(

@@ -176,8 +176,10 @@ class TableLoad:
         return self._curve(start + np.mod(np.asarray(angle, dtype=float) - start, TURN))
 
     def reference_pressure(self) -> float:
-        if self.back_pressure is not None:
-            return self.back_pressure
+        return self._mean if self.back_pressure is None else self.back_pressure
+
+    @cached_property
+    def _mean(self) -> float:
         return float(self._curve.integrate(self.angle[0], self.angle[0] + TURN)) / TURN
 
     def sharp_angles(self) -> NDArray[np.float64]:
@@ -185,6 +187,10 @@ class TableLoad:
         return sharpest(np.asarray(self.angle), np.asarray(self.values))
 
     def curve(self) -> PressureCurve:
+        return self._middle
+
+    @cached_property
+    def _middle(self) -> PressureCurve:
         # The middle one of the three turns that the curve is made of.
         points = len(self.angle)
         pieces = np.ascontiguousarray(self._curve.c[:, points : 2 * points])

@@ -92,13 +92,17 @@ def _integrated(widths: Array, rate: Array, pace: Array) -> NDArray[np.complex12
 
 def _without_ringing(widths: Array, rate: Array, pace: Array) -> NDArray[np.complex128]:
     """B at both ends of each element, shape (elements, 2)."""
-    term = rate / (1j * pace)
-    total = term[:, [0, -1]].copy()
-    size, open_ = np.abs(term).max(axis=1), np.ones(widths.size, dtype=np.bool_)
+    # Every term is a real number times a power of i, beginning with 1/i.
+    term, power = rate / pace, -1j
+    total = power * term[:, [0, -1]]
+    size, rows, span = np.abs(term).max(axis=1), np.arange(widths.size), pace * widths[:, None]
     for _ in range(_TERMS):
-        term = -(term @ _DERIVATIVE.T) / (1j * pace * widths[:, None])
+        term, power = (term @ _DERIVATIVE.T) / span[rows], 1j * power
         now = np.abs(term).max(axis=1)
-        open_ &= now < size
-        size = now
-        total[open_] += term[open_][:, [0, -1]]
+        falls = now < size[rows]
+        rows, term = rows[falls], term[falls]
+        if not rows.size:
+            break
+        size[rows] = now[falls]
+        total[rows] += power * term[:, [0, -1]]
     return total

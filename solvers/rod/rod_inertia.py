@@ -147,7 +147,9 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
         driven = strip.driven(edges)
         found = strip.solve(driven, strip.pace.size)
         following = _following(strip, driven, found, wanted, found.amplification)
-        if strip.tail(found) <= max(wanted, 0.5 * following.missed):
+        # Where every mode known well enough to be followed is, and that is too few, more polynomials let more be.
+        short = following.missed > wanted and following.modes == _followable(strip)
+        if strip.tail(found) <= (wanted if short else max(wanted, 0.5 * following.missed)):
             break
     found, error = _refined(strip, found, following, wanted)
     base, closing = found, following.closing
@@ -196,7 +198,7 @@ def _following(strip: StripModes, driven: Driven, found: Motion, wanted: float, 
     best, cheapest = _Following(0, WIDEST, 0.0, float(unknown.sum()), 1.0), np.inf
     if best.missed <= wanted:
         return best
-    for modes in range(1, strip.pace.size // 2 + 2):
+    for modes in range(1, _followable(strip) + 1):
         others = float(np.sum(unknown[modes:] + np.sum(across[:modes, modes:], axis=0)))
         late = dephasing[:modes, modes:].sum(axis=1)
         for width in _widths(strip.pace[:modes]):
@@ -211,6 +213,11 @@ def _following(strip: StripModes, driven: Driven, found: Motion, wanted: float, 
                 best = _Following(modes, width, phase, others, float(closing[:modes].max()))
                 cheapest = work if good else np.inf
     return best
+
+
+def _followable(strip: StripModes) -> int:
+    """The slower half of the modes: of the others the paces are not known well enough."""
+    return strip.pace.size // 2 + 1
 
 
 def _widths(pace: Array) -> Array:

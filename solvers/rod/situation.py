@@ -5,62 +5,69 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.numerics import periodic
 from solvers.numerics.jit import kernel
-from solvers.numerics.periodic import grid
-from solvers.rod import beam_column, strip_kernels
-from solvers.rod.drive import Drive, axial_forces, drive_of
+from solvers.numerics.periodic import TURN, grid
+from solvers.rod import strip_kernels
+from solvers.rod.drive import Drive, axial_force, drive_of, pressure
 from solvers.rod.enclosures import critical_parameter
-from solvers.rod.envelope import beam_constants
+from solvers.rod.jolts import left_ringing, pieces_of
 from solvers.rod.scene import Dimensions, Scene
 
 Array = NDArray[np.float64]
 
-_EVEN, _FINE = grid(64), grid(512)
+_EVEN = grid(128)
+"""Close enough for second differences of what changes evenly; pieces between a load's own angles are ``jolts``."""
 
 
 @dataclass(frozen=True)
 class Driven:
-    """A scene's forces as every strip in it feels them, each sampled once."""
+    """A scene's forces as every strip in it feels them, sampled once."""
 
     scene: Scene
 
     @cached_property
-    def _angles(self) -> Array:
-        return np.concatenate([_EVEN, self.scene.load.sharp_angles()])
+    def drive(self) -> Drive:
+        """Gas load and all inertia."""
+        return drive_of(self.scene, self.scene.piston.reciprocating_mass)
 
     @cached_property
-    def _gas(self) -> Drive:
-        return drive_of(self.scene, 0.0)
+    def sharp(self) -> Array:
+        return self.scene.load.sharp_angles()
 
     @cached_property
-    def gas_extremes(self) -> tuple[float, float]:
-        """The least and the greatest gas force [N]."""
-        force = axial_forces(self._gas, self._angles)
-        return float(force.min()), float(force.max())
+    def sampled(self) -> tuple[Array, Array, float, float]:
+        """Axial force [N] with all inertia, and sin(phi), first at even angles, then where the load is sharp; the least
+        and the greatest gas force [N]."""
+        return _sampled(self.drive, np.concatenate([_EVEN, self.sharp]) if self.sharp.size else _EVEN)
 
-    @cached_property
-    def coarse(self) -> tuple[Array, Array]:
-        """Axial force [N] with all inertia, and sin(phi), at angles that show the load's extremes."""
-        return self.at(self._angles)
 
-    @cached_property
-    def fine(self) -> tuple[Array, Array]:
-        """The same at evenly spaced angles, close enough for second differences."""
-        return self.at(_FINE)
+class Reactions(NamedTuple):
+    """What the strip's closed forms give at the sampled angles, and at a few forces."""
 
-    def at(self, angles: Array) -> tuple[Array, Array]:
-        """Axial force [N] with all inertia, and sin(phi), at these angles."""
-        return axial_forces(self._gas._replace(mass=self.scene.piston.reciprocating_mass), angles), np.sin(angles)
+    side: float
+    """Greatest side force [N]."""
+    moment: float
+    """Greatest clamp moment [N m]."""
+    contact: float
+    """Greatest contact load |T| + 6 |M0 + T e|/Lp [N]."""
+    unsteadiness: float
+    """Greatest acceleration of the strip's middle, beside that of one that follows the stroke's sine."""
+    at_least: tuple[float, float, float]
+    """V''(0), V'''(0), V''(l) per unit stroke at the least force, inertia included."""
+    at_most: tuple[float, float, float]
+    """The same at the greatest force."""
+    unloaded: tuple[float, float, float]
+    """The same at no force."""
 
 
 @dataclass(frozen=True)
 class Situation:
-    """A scene with its strip, and what the bounds need of it, each computed once."""
+    """A scene with its strip, and what the bounds need of it; what takes more than a few operations is kept."""
 
     driven: Driven
     dimensions: Dimensions
@@ -80,16 +87,16 @@ class Situation:
     @property
     def gas_extremes(self) -> tuple[float, float]:
         """The least and the greatest gas force [N]."""
-        return self.driven.gas_extremes
+        return self.driven.sampled[2:]
 
-    @cached_property
+    @property
     def inertia_force(self) -> float:
         """m_j r omega^2 (1 + lambda) [N]: the greatest, at top dead centre."""
         m = self.scene.mechanism
         top = m.crank_radius * m.angular_speed**2 * (1.0 + m.crank_radius / m.rod_length)
         return self.scene.piston.reciprocating_mass * top
 
-    @cached_property
+    @property
     def stiffness(self) -> float:
         return self.scene.material.elastic_modulus * self.dimensions.b * self.dimensions.h**3 / 12.0
 
@@ -100,69 +107,57 @@ class Situation:
         weaker = d.b * d.h * min(d.b, d.h) ** 2 / 12.0
         return s.material.elastic_modulus * weaker * (math.exp(ln_u) / s.mechanism.rod_length) ** 2
 
-    @cached_property
+    @property
     def compression(self) -> float:
         """The greatest compression [N], inertia included."""
         return max(-self.gas_extremes[0], 0.0) + self.inertia_force
 
-    @cached_property
+    @property
     def least_extreme(self) -> float:
         """The smaller of the force's two extremes in magnitude: what a small error weighs most against."""
         return min(abs(force) for force in self.gas_extremes)
 
-    @cached_property
+    @property
     def amplification(self) -> float:
         """1/(1 - |P|/P_cr): how much nearness to buckling magnifies a small change; inf at and beyond buckling."""
         margin = 1.0 - self.compression / self.critical
         return 1.0 / margin if margin > 0 else math.inf
 
-    @cached_property
-    def constants(self) -> beam_column.BeamConstants:
-        """The beam at the least and the greatest force, and at none."""
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """The least and the greatest axial force [N], as far as gas and inertia can go together."""
         least, most = self.gas_extremes
-        coupling = np.array([least - self.inertia_force, most + self.inertia_force, 0.0]) / self.stiffness
-        length, rod_length = self.dimensions.l, self.scene.mechanism.rod_length
-        return beam_column.BeamConstants(
-            coupling, length, rod_length, *strip_kernels.solve(coupling, length, rod_length)
-        )
+        return least - self.inertia_force, most + self.inertia_force
 
     @cached_property
-    def _reactions(self) -> tuple[float, float, float]:
-        """Greatest side force [N], clamp moment [N m] and contact load [N] at the sampled angles."""
-        piston = self.scene.piston
-        lever, offset = 6.0 / piston.skirt_length, piston.clamp_offset
-        m = self.scene.mechanism
-        stroke = self.stiffness * m.crank_radius
-        return _greatest_reactions(
-            *self.driven.coarse, self.stiffness, self.dimensions.l, m.rod_length, stroke, lever, offset
+    def reactions(self) -> Reactions:
+        """What the strip's closed forms give."""
+        force, sine, _, _ = self.driven.sampled
+        m, piston = self.scene.mechanism, self.scene.piston
+        lever = 6.0 / piston.skirt_length
+        found = _reactions(
+            *(force, sine, *self.extremes, self.stiffness, self.dimensions.l, m.rod_length, m.crank_radius),
+            *(lever, piston.clamp_offset),
         )
+        return Reactions(*found[:4], found[4:7], found[7:10], found[10:])
 
-    @cached_property
+    @property
     def unsteadiness(self) -> float:
         """Greatest acceleration of the strip's middle, beside that of one that follows the stroke's sine: 1 or more."""
-        length, rod_length = self.dimensions.l, self.scene.mechanism.rod_length
-        return max(1.0, _middle_acceleration(*self.driven.fine, self.stiffness, length, rod_length))
+        return max(1.0, self.reactions.unsteadiness)
 
     def jolt(self, frequency: float) -> float:
-        """How far a jump of the force sets a mode of this frequency [Hz] ringing, as a share of the greatest reactions.
-
-        A change that takes the time t leaves at most min(1, 1/(pi f t)) of itself as ringing. Only steps between the
-        load's own angles count that even samples do not see; what they see is ``unsteadiness``.
-        """
-        angles = np.unique(np.mod(self.scene.load.sharp_angles(), periodic.TURN))
-        gaps = np.diff(angles)
-        close = np.flatnonzero(gaps < periodic.TURN / _FINE.size)
-        if not close.size:
+        """How far the force sets a mode of this frequency [Hz] ringing, as a share of the greatest reactions."""
+        sharp, m = self.driven.sharp, self.scene.mechanism
+        if not sharp.size:
             return 0.0
-        force, sine = self.driven.at(angles)
-        length, rod_length = self.dimensions.l, self.scene.mechanism.rod_length
-        clamp, shear, _, _ = strip_kernels.solve(force / self.stiffness, length, rod_length)
-        left = 1.0 / np.maximum(1.0, 0.5 * frequency * gaps[close] / self.scene.mechanism.speed)
-        shares = [0.0]
-        for reaction, greatest in zip((shear * sine, clamp * sine), self._reactions[:2], strict=True):
-            change = np.abs(np.diff(reaction)[close]) * self.stiffness * self.scene.mechanism.crank_radius
-            shares.append(float(np.max(change * left)) / greatest if greatest else math.inf)
-        return max(shares)
+        shape = self.stiffness, self.dimensions.l, m.rod_length
+        left = left_ringing(self.driven.drive, pieces_of(sharp), *shape, frequency / m.speed)
+        wholes = self.reactions.side, self.reactions.moment
+        return max(
+            part * self.stiffness * m.crank_radius / whole if whole else math.inf
+            for part, whole in zip(left, wholes, strict=True)
+        )
 
     @cached_property
     def weakness(self) -> float:
@@ -170,48 +165,63 @@ class Situation:
 
         An effect changes them by a share of the latter. The greatest ratio of side forces, moments and contact loads.
         """
-        piston, c, r = self.scene.piston, self.constants, self.scene.mechanism.crank_radius
-        side, moment = -self.stiffness * r * float(c.clamp_shear[2]), self.stiffness * r * float(c.clamp_curvature[2])
+        piston, found = self.scene.piston, self.reactions
+        stroke = self.stiffness * self.scene.mechanism.crank_radius
+        side, moment = -stroke * found.unloaded[1], stroke * found.unloaded[0]
         contact = abs(side) + 6.0 / piston.skirt_length * (abs(moment) + abs(side * piston.clamp_offset))
-        wholes = abs(side), abs(moment), contact
-        return max(1.0, *(w / x if x else math.inf for w, x in zip(wholes, self._reactions, strict=True)))
+        pairs = (abs(side), found.side), (abs(moment), found.moment), (contact, found.contact)
+        return max(1.0, *(w / x if x else math.inf for w, x in pairs))
 
     def direct(self, force: float) -> float:
         """The stress of a small axial force [N], as a share of the amplitude of the bending stress."""
-        bending = 0.5 * self.dimensions.h / self.stiffness * self._reactions[1] * self.scene.material.elastic_modulus
+        bending = 0.5 * self.dimensions.h / self.stiffness * self.reactions.moment * self.scene.material.elastic_modulus
         share = force / (self.dimensions.b * self.dimensions.h)
         return share / bending if bending else math.inf
 
 
 @kernel
-def _greatest_reactions(
-    force: Array, sine: Array, stiffness: float, l: float, rod_length: float, stroke: float, lever: float, offset: float
-) -> tuple[float, float, float]:
-    """Greatest |T|, |M0| and |T| + lever |M0 + T offset|; ``stroke`` is EI r."""
-    most_side, most_moment, most_contact = 0.0, 0.0, 0.0
-    for i in range(force.size):
-        clamp, shear, _, _ = beam_constants(force[i] / stiffness, l, rod_length)
-        side, moment = -shear * stroke * sine[i], clamp * stroke * sine[i]
-        most_side, most_moment = max(most_side, abs(side)), max(most_moment, abs(moment))
-        most_contact = max(most_contact, abs(side) + lever * abs(moment + side * offset))
-    return most_side, most_moment, most_contact
+def _sampled(drive: Drive, angles: Array) -> tuple[Array, Array, float, float]:
+    """Axial force, sin(phi), and the extremes of the force without inertia."""
+    force, sine = np.empty(angles.size), np.empty(angles.size)
+    least, most = np.inf, -np.inf
+    for i in range(angles.size):
+        gas = -(pressure(drive, angles[i]) - drive.back_pressure) * drive.area
+        least, most = min(least, gas), max(most, gas)
+        force[i], sine[i] = axial_force(drive, angles[i]), math.sin(angles[i])
+    return force, sine, least, most
 
 
 @kernel
-def _middle_acceleration(force: Array, sine: Array, stiffness: float, l: float, rod_length: float) -> float:
-    """Greatest second difference of V(l/2) over the turn, beside that of a sine with the stiffness alone."""
-    angles = force.size
-    step = 2.0 * math.pi / angles
-    q = np.zeros(angles + 1)
-    for i in range(angles):
+def _reactions(
+    force: Array, sine: Array, least: float, most: float, stiffness: float, l: float, rod_length: float, radius: float,
+    lever: float, offset: float,
+) -> tuple[float, float, float, float, float, float, float, float, float, float, float, float, float]:  # fmt: skip
+    """The fields of ``Reactions`` one after the other."""
+    q = np.empty(force.size + 3)
+    for i in range(force.size):
         q[i] = force[i] / stiffness
+    q[-3], q[-2], q[-1] = least / stiffness, most / stiffness, 0.0
     clamp, shear, head, _ = strip_kernels.solve(q, l, rod_length)
+    stroke = stiffness * radius
+    most_side, most_moment, most_contact = 0.0, 0.0, 0.0
+    for i in range(force.size):
+        side, moment = -shear[i] * stroke * sine[i], clamp[i] * stroke * sine[i]
+        most_side, most_moment = max(most_side, abs(side)), max(most_moment, abs(moment))
+        most_contact = max(most_contact, abs(side) + lever * abs(moment + side * offset))
+    few = (
+        clamp[-3], shear[-3], head[-3], clamp[-2], shear[-2], head[-2], clamp[-1], shear[-1], head[-1],
+    )  # fmt: skip
+    # The middle, at the even angles and, last of all, with no force.
+    count = _EVEN.size
+    q[count], clamp[count], shear[count], head[count] = q[-1], clamp[-1], shear[-1], head[-1]
+    q, clamp, shear, head = q[: count + 1], clamp[: count + 1], shear[: count + 1], head[: count + 1]
     middle = strip_kernels.deflection(q, l, clamp, shear, head, np.array([0.5 * l]))[0]
-    most = 0.0
-    before, here = middle[angles - 1] * sine[angles - 1], middle[0] * sine[0]
-    for i in range(angles):
-        follows = i + 1 if i < angles - 1 else 0
+    greatest = 0.0
+    before, here = middle[count - 1] * sine[count - 1], middle[0] * sine[0]
+    for i in range(count):
+        follows = i + 1 if i < count - 1 else 0
         after = middle[follows] * sine[follows]
-        most = max(most, abs(before - 2.0 * here + after))
+        greatest = max(greatest, abs(before - 2.0 * here + after))
         before, here = here, after
-    return most / (step * step) / middle[angles]
+    unsteadiness = greatest * (count / TURN) ** 2 / middle[count]
+    return (most_side, most_moment, most_contact, unsteadiness, *few)

@@ -50,8 +50,18 @@ def _coefficients(polynomials: int, order: int) -> Array:
 
 def _derivatives(zeta: Array, polynomials: int, order: int) -> Array:
     """Derivatives d^order/dzeta^order of the polynomials, whose second ones have unit norm: (points, basis)."""
-    values = legendre.legvander(2.0 * np.asarray(zeta) - 1.0, polynomials + 1)
-    return values @ _coefficients(polynomials, order)
+    return _legendre(2.0 * np.asarray(zeta) - 1.0, polynomials + 1) @ _coefficients(polynomials, order)
+
+
+@kernel
+def _legendre(x: Array, degree: int) -> Array:
+    """Legendre's polynomials up to this degree, at least 1, by Bonnet's recursion: (points, degree + 1)."""
+    out = np.empty((x.size, degree + 1))
+    for i in range(x.size):
+        out[i, 0], out[i, 1] = 1.0, x[i]
+        for n in range(2, degree + 1):
+            out[i, n] = ((2 * n - 1) * x[i] * out[i, n - 1] - (n - 1) * out[i, n - 2]) / n
+    return out
 
 
 @lru_cache(maxsize=8)

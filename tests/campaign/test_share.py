@@ -159,6 +159,15 @@ def test_a_pin_that_its_reference_knows_less_well_than_was_asked_is_not_judged()
     assert not judged.met and not judged.meeting_judged
 
 
+def test_an_accuracy_missed_is_counted_apart_where_the_answer_says_so():
+    met, told, silent = Judged(1e-6, 1e-7, 1e-8, 0.0), Judged(1e-6, 1e-2, 1e-5, 0.0), Judged(1e-6, 1e-7, 1e-5, 0.0)
+    parts = [seeds.Part(n, seeds.ESTIMATE, 1.0, judged) for n, judged in enumerate((met, told, silent))]
+    text = page.section("flexible-rod", parts, "2026-01-01")
+    assert "| the accuracy asked for is met | 1 of 3 | 1, 2 |" in text
+    assert "| where it is not, the answer says so | 1 of 2 | 2 |" in text
+    assert "says so" not in page.section("flexible-rod", parts[:1], "2026-01-01")
+
+
 def test_a_scene_that_takes_too_long_is_named(monkeypatch):
     monkeypatch.setattr(seeds, "judge_estimate", lambda _: time.sleep(60.0))
     monkeypatch.setattr(seeds, "judge_choice", lambda _, needless: 1 / 0)

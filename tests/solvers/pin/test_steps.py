@@ -8,11 +8,11 @@ from scipy.optimize import brentq, minimize_scalar
 
 from solvers import pin
 from solvers.pin import bushing
+from solvers.pin.bushing import forms as outsides
 from solvers.pin.bushing import program as outside
-from solvers.pin.bushing.half import Half
 from solvers.pin.program import Physics
 from solvers.pin.stations import NODES
-from solvers.pin.stepped import _Half
+from solvers.pin.stepped import half_of
 from solvers.pin.steps.cells import cells, points
 from solvers.pin.steps.ground import ground
 from solvers.pin.steps.paths import costs
@@ -33,7 +33,7 @@ def designed(steps, limit=LIMIT, scene=VAZ, criterion="tresca_paper", **limits):
 
 def bored():
     """The pin, and its flexibilities written out: bending 1/v, Cowper's shear with the tangent from its knee on."""
-    half = _Half(program(max_deflection=LIMIT))
+    half = half_of(program(max_deflection=LIMIT))
     a, b, knee = half.law.a, half.law.b, half.law.knee
 
     def shear(u):
@@ -58,7 +58,7 @@ def turned(scene):
         k = 6 * 1.3 * (1 + m2) ** 2 / ((7 + 6 * 0.3) * (1 + m2) ** 2 + (20 + 12 * 0.3) * m2)
         return 1 / (k * y)
 
-    return Half(p), lambda y: 1 / ((y + d2) ** 2 - d2**2), shear, 50.0
+    return outsides.half_of(p), lambda y: 1 / ((y + d2) ** 2 - d2**2), shear, 50.0
 
 
 @pytest.mark.parametrize("kind", ["pin", "sleeve", "shaft"])
@@ -195,7 +195,7 @@ def test_a_duality_gap_is_closed():
     most = pin.explain(pin.PinProblem(pin.Scene(geometry, 1.0, steel))).force_limit
     scene = pin.Scene(geometry, 0.5 * most, steel)
     solid = pin.check(scene, pin.Profile((0.0,), (0.0,)), criterion).value.deflection
-    half = _Half(program(scene, criterion, min_wall=0.05 * d, max_deflection=1.3 * solid))
+    half = half_of(program(scene, criterion, min_wall=0.05 * d, max_deflection=1.3 * solid))
     breaks = np.union1d(np.linspace(0.0, 1.0, 601)[1:-1], half.edges[1:-1])
     least = min(half.weigh(np.array([t, 1.0])).volume for t in breaks)
     found = lightest_steps(half, 2)

@@ -19,6 +19,7 @@ from __future__ import annotations
 import heapq
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ from numpy.typing import NDArray
 from solvers.pin.steps.bar import Bar, Sums, Walls
 from solvers.pin.steps.cells import CUT, Cells, cells, finer, points
 from solvers.pin.steps.ground import Around, Ground, ground
+from solvers.pin.steps.paths import AT
 
 Array = NDArray[np.float64]
 
@@ -33,10 +35,12 @@ GAP = 9e-8
 """How close bound and best come, relative, whatever the accuracy asked of the mass itself."""
 _FIRST = {False: 192, True: 96}
 """Cells of the first round, without and with a deflection limit, which makes every pair of cells dearer."""
-_MOST_CELLS = {False: 600, True: 400}
-"""Of one break point."""
-_MOST_WORK = 40_000_000
-"""Costs of steps from cell to cell, a wall that must be sought counted as ten: a second or two."""
+_MOST_PAIRS = {False: 4_000_000, True: 1_600_000}
+"""Of cells of neighbouring break points: what one round may cost."""
+_MOST_WORK = 100_000_000
+"""Costs of steps from cell to cell, a wall that must be sought counted as ten: some seconds."""
+_WEIGHING = 100_000
+"""What finding the walls of one path counts as."""
 _FIRST_LOOKS, _MOST_LOOKS = 32, 4096
 _CLOSER = 8.0
 """How much closer than in the last round f is looked at, at most."""
@@ -118,7 +122,7 @@ class _Search:
     def close(self, gap: float, known: float) -> Steps | None:
         """Bounding, cutting and parting, the part that promises most first."""
         edges = self.ground.edges
-        first = cells(self.bar, edges[:-1], np.diff(edges), _FIRST_LOOKS, self.ground.sums)
+        first = self._worth(cells(self.bar, edges[:-1], np.diff(edges), _FIRST_LOOKS, self.ground.sums))
         whole = _Part([first] * (self.steps - 1), _FIRST_LOOKS, 0.5 if self.limited else 0.0, 4.0, np.zeros_like(edges))
         queue, done, count, width = [(known, 0, whole)], math.inf, 0, whole.width
         while queue:
@@ -180,6 +184,7 @@ class _Search:
             self.work += around.work
             here = None
             for places in {tuple(path): path for path in around.seen[-6:]}.values():
+                self.work += _WEIGHING
                 walls = self.ground.walls(places)
                 if walls is not None and (here is None or walls.volume < here[1].volume):
                     here = places, walls
@@ -206,15 +211,23 @@ class _Search:
             parted = self._parted(part, keep, around)
             if parted:
                 return parted
-        if CUT * max(int(k.sum()) for k in keep) > _MOST_CELLS[self.limited]:
+        counts = [CUT * int(k.sum()) for k in keep]
+        if sum(a * b for a, b in pairwise([1, *counts, 1])) > _MOST_PAIRS[self.limited]:
             return self._parted(part, keep, around) if self.limited else []
         # What the looks miss falls with their distance, and is most of what is left.
         closer = min(1.3 * (volume - bound) / (gap * volume), _CLOSER)
         looks = min(max(math.ceil(part.looks * closer / CUT), _FIRST_LOOKS // 2), _MOST_LOOKS)
         layers = [
-            finer(self.bar, layer, k, looks, self.ground.sums) for layer, k in zip(part.layers, keep, strict=True)
+            self._worth(finer(self.bar, layer, k, looks, self.ground.sums))
+            for layer, k in zip(part.layers, keep, strict=True)
         ]
         return [replace(part, layers=layers, looks=looks)]
+
+    def _worth(self, layer: Cells) -> Cells:
+        """Without a deflection limit a break where f is level is no better than one where f rises again, or at 1."""
+        if self.limited:
+            return layer
+        return layer.taken(~layer.level | (layer.table[AT + 1] >= 1.0))
 
     def _parted(self, part: _Part, keep: list[NDArray[np.bool_]], around: Around) -> list[_Part]:
         """The part's two halves: between the soft and the stiff path's break points, or of its longest stretch."""

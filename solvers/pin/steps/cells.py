@@ -21,7 +21,7 @@ _LOOKS = np.linspace(0.0, 1.0, 17)
 class Cells:
     """Cells [t, t + h] in order, n of them, and ``table`` of shape (ROWS, n) as ``solvers.pin.steps.paths`` reads it.
 
-    ``level`` says in which of them f is the same all over.
+    ``level`` says in which of them f, B and S are the same all over.
     The price of length in it is t itself until ``priced`` says otherwise.
     """
 
@@ -64,12 +64,14 @@ def cells(bar: Bar, t: Array, h: Array, looks: int, sums: Sums | None) -> Cells:
     # f between two looks is no less than at the first of them.
     rise = level[:, -1] - level[:, 0]
     low = np.min(level[:, :-1] - rise[:, None] * part[1:], axis=1)
+    still = np.ones(t.size, dtype=bool)
     flat = low < 0.5 * level[:, 0]
     table[FLOOR] = np.where(flat, level[:, 0], low)
     table[FLOOR + 1] = np.where(flat, level[:, 0], low + rise)
     if sums is not None:
         table[BENT : BENT + 2], table[SHEARED : SHEARED + 2] = _lines_below(grid[:, 0], grid[:, -1], sums)
-    return Cells(t, h, rise <= 0.0, table)
+        still = np.all(sums.upto(grid[:, 0]) == sums.upto(grid[:, -1]), axis=0)
+    return Cells(t, h, (rise <= 0.0) & still, table)
 
 
 def _lines_below(begin: Array, end: Array, sums: Sums) -> Array:

@@ -46,6 +46,7 @@ _CLOSER = 8.0
 """How much closer than in the last round f is looked at, at most."""
 _TRIES = 4
 _AROUND = np.linspace(-1.0, 1.0, 9)
+_NO_GAP = 1e-6
 _SETTLED = 1e-9
 """Break points settle to this share of the half; the mass, flat around them, to its square."""
 _ROUNDING = 1e-12
@@ -122,7 +123,7 @@ class _Search:
     def close(self, gap: float, known: float) -> Steps | None:
         """Bounding, cutting and parting, the part that promises most first."""
         edges = self.ground.edges
-        first = self._worth(cells(self.bar, edges[:-1], np.diff(edges), _FIRST_LOOKS, self.ground.sums))
+        first = _worth(cells(self.bar, edges[:-1], np.diff(edges), _FIRST_LOOKS, self.ground.sums))
         whole = _Part([first] * (self.steps - 1), _FIRST_LOOKS, 0.5 if self.limited else 0.0, 4.0, np.zeros_like(edges))
         queue, done, count, width = [(known, 0, whole)], math.inf, 0, whole.width
         while queue:
@@ -195,8 +196,11 @@ class _Search:
                 self.places, self.walls = here
             price = self.ground.price_of_order(*here)
             changed = not np.array_equal(price, part.price)
-            multiplier = self.walls.multiplier if best or part.settled else around.multiplier
-            part = replace(part, multiplier=multiplier, spread=1.02, price=price, settled=best or part.settled)
+            # The best steps' own multiplier, which is exact, says little across a duality gap (or is it their order?).
+            apart = self.walls.volume - around.value > _NO_GAP * self.walls.volume and not price.any()
+            own = part.settled or (best and not apart)
+            multiplier = self.walls.multiplier if own else around.multiplier
+            part = replace(part, multiplier=multiplier, spread=1.02, price=price, settled=own)
             if not changed or not 0.0 < multiplier < math.inf:
                 break
         return around, part
@@ -218,16 +222,10 @@ class _Search:
         closer = min(1.3 * (volume - bound) / (gap * volume), _CLOSER)
         looks = min(max(math.ceil(part.looks * closer / CUT), _FIRST_LOOKS // 2), _MOST_LOOKS)
         layers = [
-            self._worth(finer(self.bar, layer, k, looks, self.ground.sums))
+            _worth(finer(self.bar, layer, k, looks, self.ground.sums))
             for layer, k in zip(part.layers, keep, strict=True)
         ]
         return [replace(part, layers=layers, looks=looks)]
-
-    def _worth(self, layer: Cells) -> Cells:
-        """Without a deflection limit a break where f is level is no better than one where f rises again, or at 1."""
-        if self.limited:
-            return layer
-        return layer.taken(~layer.level | (layer.table[AT + 1] >= 1.0))
 
     def _parted(self, part: _Part, keep: list[NDArray[np.bool_]], around: Around) -> list[_Part]:
         """The part's two halves: between the soft and the stiff path's break points, or of its longest stretch."""
@@ -255,3 +253,9 @@ class _Search:
             if walls.volume < self.walls.volume:
                 self.places, self.walls = moved, walls
             reach *= 0.25
+
+
+def _worth(layer: Cells) -> Cells:
+    """Without the cells in which a break is no better than at the next place where f rises again or the deflection
+    begins, or at 1: the step before it is the thinner one, and reaches that far with the same wall."""
+    return layer.taken(~layer.level | (layer.table[AT + 1] >= 1.0))

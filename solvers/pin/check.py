@@ -17,7 +17,7 @@ from solvers.pin.capacity import force_limit
 from solvers.pin.effects import choose_for, compose, demands_of
 from solvers.pin.flexibility import ShearFlexibility, cowper, flexibility_values, product
 from solvers.pin.loads import ROUNDING, forces_at
-from solvers.pin.peaks import peaked, utilisation
+from solvers.pin.peaks import peaked
 from solvers.pin.pointwise import Constant
 from solvers.pin.profile import Profile, WholeProfile
 from solvers.pin.program import Physics, Program, assemble, opening_stations, refined
@@ -144,7 +144,8 @@ def on_profile(
         program = assemble(scene, Limits(), criterion, physics, stations, law)
         wall = whole.wall(stations.x, stations.side, scene.geometry.outer_diameter)
         doubt = deflection_doubt(program, solidity_of(wall))
-        rough, between = doubt.sum() > 0.1 * accuracy, peaked(program, wall, 0.1 * accuracy)
+        rough = doubt.sum() > 0.1 * accuracy
+        between = peaked(stations, program.strength_used(wall), 0.1 * accuracy)
         if not (rough or between.any()) or stations.x.size > _MOST_STATIONS:
             break
         stations = refined(program, between | (rough & (doubt > 0.05 * accuracy / stations.left.size)))
@@ -166,7 +167,7 @@ def assess(
 ) -> PinCheck:  # fmt: skip
     """Everything that can be said of walls at a program's stations; ``volume`` is their mass over the solid pin's."""
     scene, g = program.scene, program.scene.geometry
-    equivalent, tangential, use = np.zeros_like(wall), np.zeros_like(wall), utilisation(program, wall)
+    equivalent, tangential, use = np.zeros_like(wall), np.zeros_like(wall), program.strength_used(wall)
     for case in scene.cases:
         forces = forces_at(case, program.stations.x, program.stations.side, program.stations.rest)
         own = section_demands(criterion, forces, g.outer_diameter, scene.material)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.cone_bounds import Rule, deflection_slopes, hollow, second_order, station_slopes
+from solvers.pin.cone_bounds import Box, Rule, deflection_slopes, hollow, second_order, station_slopes
 from solvers.pin.flexibility import bending, cowper, phi
 from solvers.pin.form import Found
 from solvers.pin.program import Program, assemble, bore_of, folded, refined, unfolded
@@ -26,13 +26,15 @@ from solvers.pin.section import solidity_of
 from solvers.pin.stations import NODES
 
 Array = NDArray[np.float64]
-_BOXES = {False: 20_000, True: 2_000}
+_BOXES = {False: 20_000, True: 8_000}
 """How many boxes are looked at without and with a deflection limit, which costs a root for each."""
 _SMALL = 0.02
 """Boxes no wider than this are bounded to second order as well."""
+_SLENDER = 64.0
+"""Boxes this much longer than wide are cut across."""
 _ROOT = 1e-14
 """A size under a deflection limit is known from below, to this."""
-_LOOKS = 4
+_LOOKS = 12
 """How often the best shape is sought anew on stations that lie closer where the last one touched the walls."""
 _ZOOMS, _NEAR, _NARROWEST = 16, 1e-4, 1e-4
 """Halvings of the panels that come this near, relative, to touching; shorter shares of the length are not halved."""
@@ -131,7 +133,7 @@ class _Cones:
         """Volume of the greatest bore of this shape."""
         return self.size(r, c, r, c) ** 2 * hollow(r, c)
 
-    def most(self, box: tuple[float, float, float, float]) -> float:
+    def most(self, box: Box) -> float:
         """No shape of the box holds more."""
         r0, r1, c0, c1 = box
         first = self.size(r0, c0, r1, c1) ** 2 * hollow(r1, c1)
@@ -140,7 +142,7 @@ class _Cones:
             return first
         return min(first, second_order(box, self._rules(box)))
 
-    def _rules(self, box: tuple[float, float, float, float]) -> list[Rule]:
+    def _rules(self, box: Box) -> list[Rule]:
         """The rules that hold the shapes of a box: stations that are the weakest somewhere, deflection, slope."""
         p, g = self.program, self.program.scene.geometry
         r0, r1, c0, c1 = box
@@ -195,22 +197,28 @@ def _best(
             break
         _, (r0, r1, c0, c1) = heapq.heappop(queue)
         looked += 1
-        if (r1 - r0) >= (c1 - c0):
-            m = 0.5 * (r0 + r1)
-            halves = ((r0, m, c0, c1), (m, r1, c0, c1))
-        else:
-            m = 0.5 * (c0 + c1)
-            halves = ((r0, r1, c0, m), (r0, r1, m, c1))
-        for box in halves:
-            most = cones.most(box)
-            if most > found[0]:
-                heapq.heappush(queue, (-most, box))
         middle = (0.5 * (r0 + r1), 0.5 * (c0 + c1))
+        across = (r0, middle[0], c0, c1), (middle[0], r1, c0, c1)
+        along = (r0, r1, c0, middle[1]), (r0, r1, middle[1], c1)
+        wide, long = r1 - r0, c1 - c0
+        if max(wide, long) <= _SMALL and wide < _SLENDER * long and long < _SLENDER * wide:
+            # Near a ridge or on a short cone one side counts most: the better cut is told by trying both.
+            halves = min(_halves(cones, across), _halves(cones, along), key=lambda pair: -sum(lost for lost, _ in pair))
+        else:
+            halves = _halves(cones, across if wide >= long else along)
+        for lost, box in halves:
+            if -lost > found[0]:
+                heapq.heappush(queue, (lost, box))
         gain = cones.gain(*middle)
         if gain > found[0]:
             found = _climb(cones, (gain, *middle), c_range)
     bound = max(-queue[0][0], found[0]) if queue else found[0]
     return float(found[1]), float(found[2]), found[0], bound, looked
+
+
+def _halves(cones: _Cones, boxes: tuple[Box, Box]) -> list[tuple[float, Box]]:
+    """Boxes with what they can hold at most, its sign turned; the one that promises most first."""
+    return sorted((-cones.most(box), box) for box in boxes)
 
 
 def _climb(

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.program import Program
-from solvers.pin.section import v_of
-from solvers.pin.stations import NODES
+from solvers.pin.stations import NODES, Stations
 
 Array = NDArray[np.float64]
 
@@ -15,24 +13,13 @@ _NEAR = 0.02
 """Panels whose stations come this near the greatest use are looked into."""
 
 
-def utilisation(program: Program, wall: Array) -> Array:
-    """Greatest F(w)/v(w) of all demands at the stations, (n,): 1 where the strength is used up, inf without a wall."""
-    out, v = np.zeros_like(wall), v_of(wall)
-    for demand in program.demands:
-        f = demand.value(wall)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            out = np.maximum(out, np.where(f > 0.0, f / v, 0.0))
-    return out
-
-
-def peaked(program: Program, wall: Array, share: float) -> NDArray[np.bool_]:
+def peaked(stations: Stations, use: Array, share: float) -> NDArray[np.bool_]:
     """Panels, (n/NODES,), in which parabolas through three neighbouring stations rise above the greatest use of all by
-    more than this share of it."""
-    use = utilisation(program, wall)
+    more than this share of it; ``use`` of shape (n,) is how much of the strength is used at every station."""
     top = float(use.max())
     if not 0.0 < top < np.inf:
         return np.zeros(use.size // NODES, dtype=bool)
-    x, y = program.stations.x.reshape(-1, NODES), use.reshape(-1, NODES)
+    x, y = stations.x.reshape(-1, NODES), use.reshape(-1, NODES)
     near = np.flatnonzero(y.max(axis=1) >= top * (1.0 - _NEAR))
     at = np.clip(y[near].argmax(axis=1), 1, NODES - 2)[:, None] + np.array([-1, 0, 1])
     (x0, x1, x2), (y0, y1, y2) = (np.take_along_axis(a[near], at, axis=1).T for a in (x, y))

@@ -9,6 +9,7 @@ deflection over its limit: nothing depends on the unit or the size of the pin.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +19,21 @@ from solvers.pin import ring
 from solvers.pin.flexibility import ShearFlexibility, convex_cowper, deflection_terms, flexibility_values, product
 from solvers.pin.loads import InternalForces, breakpoints, forces_at
 from solvers.pin.scene import Limits, Scene
-from solvers.pin.section import Criterion, Demand, least_wall, section_demands, shear_demand, solidity_of, wall_of
+from solvers.pin.section import (
+    Criterion,
+    Demand,
+    least_wall,
+    section_demands,
+    shear_demand,
+    solidity_of,
+    v_of,
+    wall_of,
+)
 from solvers.pin.stations import NODES, Stations, first_stations, panel_edges
 
 Array = NDArray[np.float64]
+Folded = TypeVar("Folded")
+"""The pin's program or another with ``stations``, ``lower``, ``bending``, ``shear`` and ``anchor``."""
 _NEARLY_SOLID = 0.99
 """Of u above this the root of 1 - u has lost a digit."""
 
@@ -71,6 +83,15 @@ class Program:
         bend, shear = flexibility_values(solidity, self.law)
         return float(self.share @ (product(self.bending, bend) + product(self.shear, shear)))
 
+    def strength_used(self, wall: Array) -> Array:
+        """Greatest F(w)/v(w) of all demands, (n,): 1 where the strength is used up, inf without a wall."""
+        out, v = np.zeros_like(wall), v_of(wall)
+        for demand in self.demands:
+            f = demand.value(wall)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                out = np.maximum(out, np.where(f > 0.0, f / v, 0.0))
+        return out
+
     @property
     def solid_mass(self) -> float:
         g = self.scene.geometry
@@ -94,20 +115,18 @@ def refined(program: Program, which: NDArray[np.bool_]) -> Stations:
     return program.stations.halved(which if program.scene.symmetric else which | which[::-1])
 
 
-def folded(program: Program) -> Program:
-    """The program of a pin whose two halves are alike: each station must meet the demands of both."""
-    if program.anchor == program.lower.size:
-        return program
+def folded(program: Folded) -> Folded:
+    """The program of a pin or a bushing whose two halves are alike: each station must meet the demands of both."""
     half = program.anchor
-    panels = half // NODES
-    stations = program.stations.first(panels)
+    if half == program.lower.size:
+        return program
 
     def mean(values: Array) -> Array:
         return 0.5 * (values[:half] + values[half:][::-1])
 
     return replace(
         program,
-        stations=stations,
+        stations=program.stations.first(half // NODES),
         lower=np.maximum(program.lower[:half], program.lower[half:][::-1]),
         bending=mean(program.bending),
         shear=mean(program.shear),

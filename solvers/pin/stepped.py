@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.pin.form import Found
-from solvers.pin.pointwise import Free, Lumped
-from solvers.pin.program import Program, folded, least_walls_at, unfolded
+from solvers.pin.pointwise import Free
+from solvers.pin.program import Program, least_walls_at
 from solvers.pin.section import solidity_of, wall_of
 from solvers.pin.separable import weigh
-from solvers.pin.steps.bar import Law, Sums, Walls, kinks
+from solvers.pin.steps.bar import Law, Walls
+from solvers.pin.steps.half import Half, at_stations, corners_of
 from solvers.pin.steps.search import lightest_steps
 
 Array = NDArray[np.float64]
@@ -22,58 +22,18 @@ Array = NDArray[np.float64]
 MOST_STEPS = 12
 
 
-@dataclass(frozen=True)
-class _Half:
+def half_of(program: Program) -> Half[Program]:
     """Half a pin, as the search for steps sees it."""
+    law = program.law
 
-    program: Program
+    def least_at(x: Array) -> Array:
+        return solidity_of(least_walls_at(program.scene, program.criterion, program.floor, x))
 
-    @cached_property
-    def half(self) -> Program:
-        return folded(self.program)
-
-    @property
-    def law(self) -> Law:
-        law = self.program.law
-        return Law(-1.0, law.a, law.b, law.knee)
-
-    @cached_property
-    def edges(self) -> Array:
-        return kinks(self.program.scene.cases, self.program.scene.geometry.length, self.program.scene.reference)
-
-    @cached_property
-    def _peaks(self) -> Array:
-        return np.maximum.accumulate(self.half.lower)
-
-    def least(self, t: Array) -> Array:
-        p = self.program
-        middle = 0.5 * p.scene.geometry.length
-        x = t * middle
-        before = np.clip(np.searchsorted(self.half.stations.x, x, side="right") - 1, 0, None)
-        own = solidity_of(least_walls_at(p.scene, p.criterion, p.floor, x))
-        return np.maximum.accumulate(np.maximum(self._peaks[before], own))
-
-    @cached_property
-    def _sums(self) -> Sums | None:
-        half = self.half
-        if half.limit is None:
-            return None
-        return Sums(half.stations, half.bending / half.limit, half.shear / half.limit)
-
-    def sums(self) -> Sums | None:
-        return self._sums
-
-    def weigh(self, places: Array) -> Walls | None:
-        low, share = self.least(places), np.diff(places, prepend=0.0)
-        sums = np.diff(self._sums.upto(np.concatenate([[0.0], places])), axis=1)
-        mean = np.divide(sums, share, out=np.zeros_like(sums), where=share > 0.0) * self.half.limit
-        lumped = Lumped(np.concatenate([[0.0], places[:-1]]), places, share)
-        reduced = replace(
-            self.half, stations=lumped, lower=low, bending=np.maximum(mean[0], 0.0), shear=np.maximum(mean[1], 0.0),
-            anchor=places.size,
-        )  # fmt: skip
+    def lightest(reduced: Program) -> Walls | None:
         found = weigh(reduced, None, True)
         return None if found is None else Walls(found.solidity, reduced.volume(found.solidity), found.multiplier)
+
+    return Half(program, Law(-1.0, law.a, law.b, law.knee), least_at, lightest)
 
 
 @dataclass(frozen=True)
@@ -90,35 +50,15 @@ class Stepped:
     def find(self, program: Program, gap: float) -> Found | None:
         if program.limits.max_slope is not None and self.steps > 1:
             raise InvalidInput("limits.max_slope", "a step has no slope", "no slope limit with a stepped bore")
-        half = _Half(program)
         # No steps are lighter than the bore that may narrow all the way.
         smooth = Free(drillable=True).find(program, gap) if program.limit is not None else None
-        found = lightest_steps(half, self.steps, 0.0 if smooth is None else smooth.bound)
+        found = lightest_steps(half_of(program), self.steps, 0.0 if smooth is None else smooth.bound)
         if found is None:
             return None
-        walls, bound = found.walls, found.bound
-        middle = 0.5 * program.scene.geometry.length
-        return self._found(
-            program, half.half, found.places * middle, walls.levels, walls.volume, bound, found.method, found.evidence
-        )
-
-    def _found(
-        self, program: Program, half: Program, places: Array, walls: Array, volume: float, bound: float,
-        method: str, evidence: dict[str, float | int | str],
-    ) -> Found:  # fmt: skip
-        g = program.scene.geometry
-        x = half.stations.x
-        # A station on a break belongs to the side of its panel.
-        inside = 0.5 * (half.stations.left + half.stations.right)
-        step = np.searchsorted(places[:-1], np.repeat(inside, x.size // inside.size), side="right")
-        bores = g.outer_diameter * (1.0 - wall_of(walls))
-        corners = []
-        begin = 0.0
-        for place, bore in zip(places, bores, strict=True):
-            corners += [(begin, float(bore)), (float(place), float(bore))]
-            begin = float(place)
-        corners += [(g.length - p, bore) for p, bore in reversed(corners)]
+        g, walls = program.scene.geometry, found.walls
+        places = found.places * 0.5 * g.length
         return Found(
-            unfolded(program, walls[np.minimum(step, walls.size - 1)]), float(volume), float(min(bound, volume)),
-            method, evidence, corners=tuple(corners),
+            at_stations(program, places, walls.levels), float(walls.volume), float(min(found.bound, walls.volume)),
+            found.method, found.evidence,
+            corners=corners_of(places, g.outer_diameter * (1.0 - wall_of(walls.levels)), g.length),
         )  # fmt: skip

@@ -22,6 +22,7 @@ from solvers.pin.bushing.section import pulls, utilisation
 from solvers.pin.check import Pressures, RingResult
 from solvers.pin.effects import compose
 from solvers.pin.loads import ROUNDING, forces_at
+from solvers.pin.peaks import peaked
 from solvers.pin.profile import Profile, WholeProfile
 from solvers.pin.program import Physics
 from solvers.pin.scene import NO_LIMITS, Limits
@@ -114,7 +115,10 @@ def _gap(scene: BushingScene, whole: WholeProfile, program: BushingProgram) -> A
 def _on_outside(
     scene: BushingScene, whole: WholeProfile, criterion: Criterion, physics: Physics, accuracy: float
 ) -> tuple[BushingProgram, Array, float]:
-    """A program on stations that suit this outside, t there, and quadrature's doubt of the deflection, relative."""
+    """A program on stations that suit this outside, t there, and quadrature's doubt of the deflection, relative.
+
+    Panels are halved where the deflection asks for it, and where the strength is used most between two stations.
+    """
     stations = opening_stations(scene, whole.places)
     for _ in range(_PASSES):
         program = assemble(scene, Limits(), criterion, physics, stations)
@@ -124,9 +128,10 @@ def _on_outside(
         doubt = np.zeros(stations.left.size)
         if math.isfinite(total) and total > 0.0:
             doubt = stations.doubt(density) / total
-        if doubt.sum() <= 0.1 * accuracy or stations.x.size > _MOST_STATIONS:
+        rough, between = doubt.sum() > 0.1 * accuracy, peaked(stations, program.strength_used(gap), 0.1 * accuracy)
+        if not (rough or between.any()) or stations.x.size > _MOST_STATIONS:
             break
-        stations = refined(program, doubt > 0.05 * accuracy / stations.left.size)
+        stations = refined(program, between | (rough & (doubt > 0.05 * accuracy / stations.left.size)))
     return program, gap, float(doubt.sum())
 
 
@@ -145,12 +150,11 @@ def assess(
     """Everything that can be said of t = D - d at a program's stations."""
     scene, g = program.scene, program.scene.geometry
     x, outer = program.stations.x, g.bore + gap
-    use, equivalent, tangential = np.zeros_like(gap), np.zeros_like(gap), np.zeros_like(gap)
+    use, equivalent, tangential = program.strength_used(gap), np.zeros_like(gap), np.zeros_like(gap)
     for case in scene.cases:
         forces = forces_at(case, x, program.stations.side, program.stations.rest)
         for pull in pulls(forces, program.criterion, scene.material):
             share = utilisation(pull, g.bore, gap)
-            use = np.maximum(use, share)
             if pull.name == "allowable_shear":
                 tangential = np.maximum(tangential, share * pull.stress)
             else:

@@ -9,13 +9,15 @@ from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.pin.bushing.dual import bound, strength_bound, weigh
-from solvers.pin.bushing.half import Half
 from solvers.pin.bushing.program import BushingProgram
+from solvers.pin.bushing.section import least_gaps
 from solvers.pin.form import Found
 from solvers.pin.pointwise import missed_by_order
 from solvers.pin.separable import rising
 from solvers.pin.slope import missed_by_slope
 from solvers.pin.stepped import MOST_STEPS
+from solvers.pin.steps.bar import Law, Walls
+from solvers.pin.steps.half import Half, at_stations, corners_of
 from solvers.pin.steps.search import lightest_steps
 
 Array = NDArray[np.float64]
@@ -110,6 +112,22 @@ def _length(program: BushingProgram) -> float:
     return program.scene.geometry.length
 
 
+def half_of(program: BushingProgram) -> Half[BushingProgram]:
+    """Half a bushing, as the search for steps sees it."""
+    scene, length = program.scene, _length(program)
+
+    def least_at(x: Array) -> Array:
+        places = (x,) if scene.symmetric else (x, length - x)
+        gaps = [least_gaps(scene, program.criterion, program.floor, at, at) for at in places]
+        return program.y_of(np.max(gaps, axis=0))
+
+    def lightest(reduced: BushingProgram) -> Walls:
+        found = weigh(reduced, reduced.lower, True)
+        return Walls(found.y, reduced.volume(found.y), found.multiplier)
+
+    return Half(program, Law(program.kappa, program.a, program.b, 1.0), least_at, lightest)
+
+
 @dataclass(frozen=True)
 class Stepped:
     """``steps`` different outer diameters from each end to the middle."""
@@ -128,20 +146,11 @@ class Stepped:
             raise InvalidInput("limits.max_slope", "a step has no slope", "no slope limit with steps")
         # No steps are lighter than the outside that may widen all the way.
         smooth = 0.0 if program.limit is None else Turned(one_way=True).find(program, gap).bound
-        found = lightest_steps(Half(program), self.steps, smooth)
-        levels, volume, below = found.walls.levels, found.walls.volume, found.bound
-        places = found.places * 0.5 * _length(program)
-        outer = program.scene.geometry.bore + program.gap_of(levels)
-        corners, begin = [], 0.0
-        for place, diameter in zip(places, outer, strict=True):
-            corners += [(begin, float(diameter)), (float(place), float(diameter))]
-            begin = float(place)
-        corners += [(_length(program) - p, d) for p, d in reversed(corners)]
-        y = self._at(program, places, levels)
-        return Found(y, volume, float(min(below, volume)), found.method, found.evidence, corners=tuple(corners))
-
-    def _at(self, program: BushingProgram, places: Array, levels: Array) -> Array:
-        """y at the stations; a panel belongs to the step that holds its middle."""
-        centre = 0.5 * (program.stations.left + program.stations.right)
-        centre = np.repeat(np.minimum(centre, _length(program) - centre), program.lower.size // centre.size)
-        return levels[np.minimum(np.searchsorted(places[:-1], centre, side="right"), levels.size - 1)]
+        found = lightest_steps(half_of(program), self.steps, smooth)
+        walls, length = found.walls, _length(program)
+        places = found.places * 0.5 * length
+        outer = program.scene.geometry.bore + program.gap_of(walls.levels)
+        return Found(
+            at_stations(program, places, walls.levels), walls.volume, float(min(found.bound, walls.volume)),
+            found.method, found.evidence, corners=corners_of(places, outer, length),
+        )  # fmt: skip

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.pin import ring
 from solvers.pin.bushing.scene import BushingScene
-from solvers.pin.bushing.section import Pull, least_gap, pulls_at
+from solvers.pin.bushing.section import Pull, least_gap, pulls_at, utilisation
 from solvers.pin.flexibility import cowper
 from solvers.pin.loads import breakpoints, forces_at
 from solvers.pin.program import Physics
@@ -74,6 +74,11 @@ class BushingProgram:
     def deflection(self, y: Array) -> float:
         """Deflection of the middle [m]."""
         return float(self.share @ self.densities(y))
+
+    def strength_used(self, gap: Array) -> Array:
+        """Greatest G(t) of all demands, (n,): 1 where the strength is used up, inf without a wall."""
+        shares = [utilisation(pull, self.scene.geometry.bore, gap) for pull in self.pulls]
+        return np.max(shares, axis=0)
 
     def gap_of(self, y: Array) -> Array:
         """t = D - d [m], without cancellation: z/(d + sqrt(d^2 + z)), z = y l^2."""

@@ -13,7 +13,7 @@ from solvers.pin.steps.cells import Cells
 from solvers.pin.steps.paths import backward, costs, forward
 
 Array = NDArray[np.float64]
-_OVERHEAD = 3000
+_OVERHEAD = 30_000
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Chain:
     """What steps cost from layer to layer, and the cheapest way to every end of every cell, with where it comes from.
 
     The first and the last layer are one place each. ``work`` counts costs; a wall that had to be sought counts as ten,
-    and whatever else a chain asks for as some thousand.
+    and whatever else a chain asks for as some ten thousand.
     """
 
     layers: list[Cells]

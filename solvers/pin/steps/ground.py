@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 
 _TRIALS = 60
 _CLOSE = 1e-4
+_LOOKS = 8
 
 
 @dataclass(frozen=True)
@@ -125,18 +126,33 @@ class Ground:
 
 def ground(bar: Bar, sums: Sums | None, count: int) -> Ground:
     """Edges at least every ``count``-th of the bar, and where it has kinks."""
-    edges = np.unique(np.concatenate([np.linspace(0.0, 1.0, count + 1), bar.edges, [_end_of_floor(bar)]]))
+    edges = np.union1d(np.linspace(0.0, 1.0, count + 1), bar.edges)
+    edges = np.union1d(edges, _ends_of_plateaus(bar, edges))
     return Ground(bar, sums, edges[np.concatenate([[True], np.diff(edges) > 1e-12])])
 
 
-def _end_of_floor(bar: Bar) -> float:
-    """Up to where the least u stays what it is at the bar's end: where it takes off, f has a kink."""
-    low, high = 0.0, 1.0
+def _ends_of_plateaus(bar: Bar, edges: Array) -> list[float]:
+    """Where the least u ceases to rise and where it takes off again: f has kinks there, and breaks like the latter."""
+    t = np.unique(edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, _LOOKS + 1))
+    level = bar.least(t)
+    flat = np.concatenate([[False], np.diff(level) <= 0.0, [False]])
+    begins, ends = (np.flatnonzero(where) for where in (~flat[:-1] & flat[1:], flat[:-1] & ~flat[1:]))
+    found = []
+    for begin, end in zip(begins, ends, strict=True):
+        top = level[begin]
+        if begin:
+            found.append(_reached(bar, t[begin - 1], t[begin], top, 1.0))
+        if end + 1 < t.size:
+            found.append(_reached(bar, t[end], t[end + 1], top, 1.0 + 1e-14))
+    return found
+
+
+def _reached(bar: Bar, low: float, high: float, top: float, times: float) -> float:
+    """Where f becomes that many times ``top``."""
     while high - low > 1e-15:
         grid = np.linspace(low, high, 65)
-        level = bar.least(np.concatenate([[0.0], grid]))
-        flat = int(np.count_nonzero(level[1:] <= level[0])) - 1
-        if flat < 0 or flat == grid.size - 1:
-            return high if flat > 0 else 0.0
-        low, high = float(grid[flat]), float(grid[flat + 1])
-    return low
+        first = int(np.argmax(bar.least(grid) >= top * times))
+        if first == 0 or (grid[first - 1] <= low and grid[first] >= high):
+            break
+        low, high = float(grid[first - 1]), float(grid[first])
+    return high if times == 1.0 else low

@@ -5,14 +5,19 @@ A step from t0 to t1 costs, with Y the price of length, B and S the deflection's
     psi(t0, t1) = min over u >= f(t1) of u (Y(t1) - Y(t0)) + lambda ((B(t1) - B(t0)) beta(u) + (S(t1) - S(t0)) phi(u)).
 
 With Y, B and S straight in both cells and without f, psi is a minimum of functions that are linear in each of t0 and
-t1: concave, so that it is least at the cells' ends. f is replaced by a straight line L below it: for u that rises with
-L, psi bends upward in t1 by no more than
+t1: concave, so that it is least at the cells' ends. B and S are replaced by straight lines below them, the same for
+the steps on both sides of a break point: with B' for B, the sum over all steps changes by
+
+    lambda sum (B'(t_k) - B(t_k)) (beta(u_k) - beta(u_{k+1})) <= 0
+
+where u rises, and by little where neighbouring walls differ little. f is replaced by a straight line L below it: for
+u that rises with L, psi bends upward in t1 by no more than
 
     k = 2 L' Y' + lambda L'^2 (B beta'' + S phi''),
 
 so that nowhere in the cell it lies more than k h^2/8 below what its ends say. Where no wall at the ends lies on L, L is
-no bound and this is nothing. What B and S lose against their chords costs lambda beta times that loss. So dynamic
-programming over the ends of cells, these losses taken off, bounds all break points in the cells.
+no bound and this is nothing. So dynamic programming over the ends of cells, these losses taken off, bounds all break
+points in the cells.
 """
 
 from __future__ import annotations
@@ -29,9 +34,9 @@ from solvers.pin.tube import place_around, shearing
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-AT, FLOOR, PRICE, BENT, SHEARED, LOST_BENT, LOST_SHEARED = 0, 2, 4, 6, 8, 10, 11
-ROWS = 12
-"""Rows of a table of cells: place, L, Y, B and S at both ends of every cell, and what B and S lose to their chords."""
+AT, FLOOR, PRICE, BENT, SHEARED = 0, 2, 4, 6, 8
+ROWS = 10
+"""Rows of a table of cells: place, L, Y, and the lines below B and S, at both ends of every cell."""
 
 
 @kernel
@@ -67,30 +72,20 @@ def slopes(u: float, kappa: float, a: float, b: float, knee: float) -> tuple[flo
 
 @kernel
 def _loss(
-    lam: float, i: int, j: int, before: Array, after: Array, known: float, fixed: bool, bend: float, shear: float,
+    lam: float, j: int, after: Array, fixed: bool, bend: float, shear: float,
     kappa: float, a: float, b: float, knee: float,
 ) -> float:  # fmt: skip
-    """What psi may lie below its values at the ends of cells i and j; inf: too much to be told.
+    """What psi may lie below its values at the ends of two cells, the second being j; inf: too much to be told.
 
-    No wall in the cells is thinner than ``known``, ``fixed`` says whether any at the ends lies on L, ``bend`` and
-    ``shear`` are the greatest coefficients.
+    ``fixed`` says whether any wall at the ends lies on L, ``bend`` and ``shear`` are the greatest coefficients.
     """
     low, rise = after[FLOOR, j], after[FLOOR + 1, j] - after[FLOOR, j]
     loss = 0.25 * rise * max(after[PRICE + 1, j] - after[PRICE, j], 0.0) if fixed else 0.0
-    if lam == 0.0:
-        return loss
-    if fixed and rise > 0.0 and (bend > 0.0 or shear > 0.0):
+    if lam > 0.0 and fixed and rise > 0.0 and (bend > 0.0 or shear > 0.0):
         if low <= 0.0:
             return np.inf
         _, _, curve, shear_curve = flexibilities(low, kappa, a, b, knee)
         loss += 0.125 * lam * rise * rise * (bend * curve + shear * shear_curve)
-    lost_bend = before[LOST_BENT, i] + after[LOST_BENT, j]
-    lost_shear = before[LOST_SHEARED, i] + after[LOST_SHEARED, j]
-    if lost_bend > 0.0 or lost_shear > 0.0:
-        if known <= 0.0:
-            return np.inf
-        beta, sheared, _, _ = flexibilities(known, kappa, a, b, knee)
-        loss += lam * (lost_bend * beta + lost_shear * sheared)
     return loss
 
 
@@ -111,38 +106,43 @@ def costs(
             for e in range(2):
                 for f in range(2):
                     out[i, j, e, f] = np.inf
-            if before[AT, i] > after[AT + 1, j]:
+            # Two breaks at one place are in one cell: to the next and back again would gain what their lines differ.
+            if before[AT, i] > after[AT, j]:
                 continue
             tips = 2 if after[AT + 1, j] > after[AT, j] else 1
-            thinnest, fixed, bend_most, shear_most = np.inf, False, 0.0, 0.0
-            bend_least, shear_least = np.inf, np.inf
+            fixed, bend_most, shear_most = False, 0.0, 0.0
+            least, known = after[FLOOR, j], False
+            beta_most, shear_most_each = 0.0, 0.0
             for e in range(ends):
                 for f in range(tips):
                     if before[AT + e, i] > after[AT + f, j]:
                         continue
                     width = after[PRICE + f, j] - before[PRICE + e, i]
-                    bend = max(after[BENT + f, j] - before[BENT + e, i], 0.0)
-                    shear = max(after[SHEARED + f, j] - before[SHEARED + e, i], 0.0)
+                    more_bend = after[BENT + f, j] - before[BENT + e, i]
+                    more_shear = after[SHEARED + f, j] - before[SHEARED + e, i]
+                    bend, shear = max(more_bend, 0.0), max(more_shear, 0.0)
                     floor = after[FLOOR + f, j]
                     sought += 1 if lam > 0.0 and (bend > 0.0 or shear > 0.0) else 0
                     u = lightest(lam, width, bend, shear, floor, u, kappa, a, b, knee)
                     fixed = fixed or u <= floor
-                    thinnest = min(thinnest, u)
                     bend_most, shear_most = max(bend_most, bend), max(shear_most, shear)
-                    bend_least, shear_least = min(bend_least, bend), min(shear_least, shear)
                     cost = u * width if u < np.inf else 0.0
                     if lam > 0.0 and (bend > 0.0 or shear > 0.0) and u < np.inf:
                         beta, sheared, _, _ = flexibilities(max(u, 1e-300), kappa, a, b, knee)
                         cost += lam * (bend * beta + shear * sheared)
+                    if lam > 0.0 and (more_bend < 0.0 or more_shear < 0.0):
+                        # Lines of two cells may fall from one to the next: a gain, greatest for the thinnest wall.
+                        if least <= 0.0:
+                            cost = -np.inf
+                        else:
+                            if not known:
+                                beta_most, shear_most_each, _, _ = flexibilities(least, kappa, a, b, knee)
+                                known = True
+                            cost += lam * (min(more_bend, 0.0) * beta_most + min(more_shear, 0.0) * shear_most_each)
                     out[i, j, e, f] = cost
             if ends == 1 and tips == 1:
                 continue
-            known = after[FLOOR, j]
-            if (2.0 * (before[LOST_BENT, i] + after[LOST_BENT, j]) <= bend_least
-                    and 2.0 * (before[LOST_SHEARED, i] + after[LOST_SHEARED, j]) <= shear_least):  # fmt: skip
-                # Half the coefficients still ask for more than a third of the wall.
-                known = max(known, thinnest / 3.0)
-            loss = _loss(lam, i, j, before, after, known, fixed, bend_most, shear_most, kappa, a, b, knee)
+            loss = _loss(lam, j, after, fixed, bend_most, shear_most, kappa, a, b, knee)
             for e in range(ends):
                 for f in range(tips):
                     if out[i, j, e, f] < np.inf:

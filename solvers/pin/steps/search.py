@@ -19,6 +19,7 @@ from __future__ import annotations
 import heapq
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ from numpy.typing import NDArray
 from solvers.pin.steps.bar import Bar, Sums, Walls
 from solvers.pin.steps.cells import CUT, Cells, cells, finer, points
 from solvers.pin.steps.ground import Around, Ground, ground
+from solvers.pin.steps.paths import AT
 
 Array = NDArray[np.float64]
 
@@ -33,15 +35,18 @@ GAP = 9e-8
 """How close bound and best come, relative, whatever the accuracy asked of the mass itself."""
 _FIRST = {False: 192, True: 96}
 """Cells of the first round, without and with a deflection limit, which makes every pair of cells dearer."""
-_MOST_CELLS = {False: 600, True: 400}
-"""Of one break point."""
-_MOST_WORK = 40_000_000
-"""Costs of steps from cell to cell, a wall that must be sought counted as ten: a second or two."""
+_MOST_PAIRS = {False: 4_000_000, True: 1_600_000}
+"""Of cells of neighbouring break points: what one round may cost."""
+_MOST_WORK = 100_000_000
+"""Costs of steps from cell to cell, a wall that must be sought counted as ten: some seconds."""
+_WEIGHING = 100_000
+"""What finding the walls of one path counts as."""
 _FIRST_LOOKS, _MOST_LOOKS = 32, 4096
 _CLOSER = 8.0
 """How much closer than in the last round f is looked at, at most."""
 _TRIES = 4
 _AROUND = np.linspace(-1.0, 1.0, 9)
+_NO_GAP = 1e-6
 _SETTLED = 1e-9
 """Break points settle to this share of the half; the mass, flat around them, to its square."""
 _ROUNDING = 1e-12
@@ -118,7 +123,7 @@ class _Search:
     def close(self, gap: float, known: float) -> Steps | None:
         """Bounding, cutting and parting, the part that promises most first."""
         edges = self.ground.edges
-        first = cells(self.bar, edges[:-1], np.diff(edges), _FIRST_LOOKS, self.ground.sums)
+        first = _worth(cells(self.bar, edges[:-1], np.diff(edges), _FIRST_LOOKS, self.ground.sums))
         whole = _Part([first] * (self.steps - 1), _FIRST_LOOKS, 0.5 if self.limited else 0.0, 4.0, np.zeros_like(edges))
         queue, done, count, width = [(known, 0, whole)], math.inf, 0, whole.width
         while queue:
@@ -180,6 +185,7 @@ class _Search:
             self.work += around.work
             here = None
             for places in {tuple(path): path for path in around.seen[-6:]}.values():
+                self.work += _WEIGHING
                 walls = self.ground.walls(places)
                 if walls is not None and (here is None or walls.volume < here[1].volume):
                     here = places, walls
@@ -190,8 +196,11 @@ class _Search:
                 self.places, self.walls = here
             price = self.ground.price_of_order(*here)
             changed = not np.array_equal(price, part.price)
-            multiplier = self.walls.multiplier if best or part.settled else around.multiplier
-            part = replace(part, multiplier=multiplier, spread=1.02, price=price, settled=best or part.settled)
+            # The best steps' own multiplier, which is exact, says little across a duality gap (or is it their order?).
+            apart = self.walls.volume - around.value > _NO_GAP * self.walls.volume and not price.any()
+            own = part.settled or (best and not apart)
+            multiplier = self.walls.multiplier if own else around.multiplier
+            part = replace(part, multiplier=multiplier, spread=1.02, price=price, settled=own)
             if not changed or not 0.0 < multiplier < math.inf:
                 break
         return around, part
@@ -206,13 +215,15 @@ class _Search:
             parted = self._parted(part, keep, around)
             if parted:
                 return parted
-        if CUT * max(int(k.sum()) for k in keep) > _MOST_CELLS[self.limited]:
+        counts = [CUT * int(k.sum()) for k in keep]
+        if sum(a * b for a, b in pairwise([1, *counts, 1])) > _MOST_PAIRS[self.limited]:
             return self._parted(part, keep, around) if self.limited else []
         # What the looks miss falls with their distance, and is most of what is left.
         closer = min(1.3 * (volume - bound) / (gap * volume), _CLOSER)
         looks = min(max(math.ceil(part.looks * closer / CUT), _FIRST_LOOKS // 2), _MOST_LOOKS)
         layers = [
-            finer(self.bar, layer, k, looks, self.ground.sums) for layer, k in zip(part.layers, keep, strict=True)
+            _worth(finer(self.bar, layer, k, looks, self.ground.sums))
+            for layer, k in zip(part.layers, keep, strict=True)
         ]
         return [replace(part, layers=layers, looks=looks)]
 
@@ -242,3 +253,9 @@ class _Search:
             if walls.volume < self.walls.volume:
                 self.places, self.walls = moved, walls
             reach *= 0.25
+
+
+def _worth(layer: Cells) -> Cells:
+    """Without the cells in which a break is no better than at the next place where f rises again or the deflection
+    begins, or at 1: the step before it is the thinner one, and reaches that far with the same wall."""
+    return layer.taken(~layer.level | (layer.table[AT + 1] >= 1.0))

@@ -74,3 +74,22 @@ def test_cones_with_cylinders_are_proven_under_a_deflection_limit(limit):
     outcome = pin.design(pin.PinProblem(VAZ, pin.Limits(max_deflection=limit), form), accuracy=1e-6)
     assert 0.0 <= outcome.certificate.gap <= 1e-7
     assert outcome.value.check.deflection <= limit * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("geometry", "force", "criterion"),
+    [
+        (pin.Geometry(1.574e-3, 3.457e-6, 1.794e-3), 214.0, "fibre"),
+        (pin.Geometry(87.8e-3, 93.06e-6, 52.7e-3), 1e6, "fibre"),
+        (pin.Geometry(5.65e-3, 2.93e-3, 11.94e-3), 500.0, "tresca_paper"),
+    ],
+)
+def test_cones_of_unlike_sides_are_proven(geometry, force, criterion):
+    """A cone of 0.4 % of the half, whose volume hardly knows its length; one that touches strength between stations."""
+    scene = pin.Scene(geometry, force, pin.PinMaterial(250e6, 210e9, 0.3, 7850.0))
+    solid = pin.check(scene, pin.Profile((0.0,), (0.0,)), pin.CRITERIA[criterion]).value.deflection
+    limits = pin.Limits(max_deflection=2.0 * solid)
+    outcome = pin.design(pin.PinProblem(scene, limits, pin.Cone(cylinder=True), pin.CRITERIA[criterion]))
+    assert 0.0 <= outcome.certificate.gap <= 1e-7
+    assert outcome.value.check.strength_utilisation <= 1.0 + 1e-6
+    assert outcome.certificate.bound >= outcome.value.free_mass * (1.0 - 1e-6)

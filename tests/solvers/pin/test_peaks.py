@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from solvers import pin
+from solvers.pin import bushing
+from solvers.pin.loads import forces_at
 from solvers.pin.program import demands_at
 
 PAPER = "tresca_paper"
@@ -35,3 +37,39 @@ def test_no_dense_look_finds_more_of_the_strength_used(seed, accuracy):
     scene, end, middle = cone(seed)
     told = pin.check(scene, pin.Profile((0.0, 0.5 * scene.geometry.length), (end, middle)), accuracy=accuracy).value
     assert told.strength_utilisation >= strength_used(scene, end, middle) * (1.0 - accuracy)
+
+
+# The bushing's check, against the textbook's stresses of a tube of the outer diameter at hand.
+
+
+def sleeve(seed):
+    """A bushing, its outside straight from the end to the middle, under a load that bends and shears it alike."""
+    rng = np.random.default_rng(seed)
+    bore = 10 ** rng.uniform(-2.5, -0.7)
+    boss, small = bore * 10 ** rng.uniform(-0.3, 0.6, 2) * np.array([1.0, 2.0])
+    geometry = bushing.BushingGeometry(bore, boss, small, bore * rng.uniform(0.01, 0.2))
+    scene = bushing.BushingScene(geometry, 1e6 * bore**2, pin.PinMaterial(1e8, 2e11, 0.3, 7850.0))
+    return scene, bore * rng.uniform(1.02, 1.2), bore * rng.uniform(1.2, 1.7)
+
+
+def strength_used_outside(scene, end, middle, count=200_001):
+    """The third theory with the greatest bending and Zhuravsky's greatest shear stress taken together."""
+    half, d = 0.5 * scene.geometry.length, scene.geometry.bore
+    kinks = [place for place, _ in scene.geometry.places if 0.0 < place < half]
+    x = np.sort(np.concatenate([np.linspace(0.0, half, count)[1:], kinks]))
+    outer = end + (middle - end) * x / half
+    forces = forces_at(scene.cases[0], x, x)
+    ring = outer**4 - d**4
+    bending = 32.0 * forces.moment_total * outer / (np.pi * ring)
+    shear = 16.0 * forces.shear_total * (outer**2 + outer * d + d**2) / (3.0 * np.pi * ring)
+    return np.hypot(bending, 2.0 * shear).max() / scene.material.allowable_stress
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-7])
+@pytest.mark.parametrize("seed", range(12))
+def test_no_dense_look_finds_more_of_a_bushings_strength_used(seed, accuracy):
+    scene, end, middle = sleeve(seed)
+    outside = pin.Profile((0.0, 0.5 * scene.geometry.length), (end, middle))
+    told = bushing.check(scene, outside, accuracy=accuracy).value
+    dense = strength_used_outside(scene, end, middle)
+    assert dense * (1.0 - accuracy) <= told.strength_utilisation <= dense * (1.0 + 1e-9)

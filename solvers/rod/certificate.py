@@ -31,7 +31,7 @@ _FIRST_BOXES = 2000
 _ROUNDS = 12
 _LEAST_GAP = 5e-9
 _MOST_ANGLES = 48
-_NEARLY = 0.9
+_NEARLY, _TIED = 0.9, 1e-3
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,8 @@ def governing(machine: Machine, d: Dimensions, focus: Focus, angles: Array, look
                 sections.append(eta[j] + _vertex(*values[fibre, j - 1 : j + 2]) * (eta[j + 1] - eta[j]))
             elif j == 0:
                 sections.append(eta[0])
-            wanted.update((int(table[fibre, j].argmax()), int(table[fibre, j].argmin())))
+            stress, tied = table[fibre, j], _TIED * (high[fibre, j] - low[fibre, j])
+            wanted.update(np.flatnonzero((stress >= high[fibre, j] - tied) | (stress <= low[fibre, j] + tied)))
     governed = angles[sorted(wanted)]
     if looked_at.reactions:
         governed = np.concatenate([governed, machine.reaction_peaks(d.b, d.h, d.l)])

@@ -19,6 +19,8 @@ _FINE = 21
 _ZOOM = 17
 _SECTION_SPAN = 0.04
 _HUMP = 0.8
+_SAMPLED, _TIED = 0.02, 1e-3
+"""How far below the greatest a peak may lie that is another's equal: among samples, and when it has been climbed."""
 
 
 class Matters(NamedTuple):
@@ -70,7 +72,7 @@ class Machine:
             chosen += _apart(_inner_peaks(np.maximum(high, -low), eta))
         columns = [0] + [int(np.argmin(np.abs(eta - section))) for section in chosen]
         peaks = table[:, columns].reshape(-1, self.angle.size)
-        index = np.unique(np.concatenate([peaks.argmax(axis=1), peaks.argmin(axis=1)]))
+        index = np.flatnonzero(_humps(peaks) | _humps(-peaks))
         middles = self._climb(index, b, h, l, np.array([1.0, *chosen]))
         stations = [1.0]
         for n, section in enumerate(chosen):
@@ -140,17 +142,26 @@ class Machine:
         table = table.reshape(2 * eta.size, index.size, _FINE)
         step = 2.5 * span / (_FINE - 1)
         found = set()
-        for sign in (1.0, -1.0):
+        for values in (table, -table):
             # A window that has the peak at its very end only says on which side it lies.
-            peaks = (sign * table[:, :, 1:-1]).max(axis=2)
-            best = peaks.argmax(axis=1)
-            for row, which in enumerate(best):
-                values = sign * table[row, which]
-                at = 1 + int(values[1:-1].argmax())
-                bend = 2.0 * values[at] - values[at - 1] - values[at + 1]
-                shift = 0.5 * (values[at + 1] - values[at - 1]) / bend if bend > 0 else 0.0
+            tops = values[:, :, 1:-1].max(axis=2)
+            level = tops.max(axis=1, keepdims=True)
+            for row, which in np.argwhere(tops >= level - _TIED * np.abs(level)):
+                here = values[row, which]
+                at = 1 + int(here[1:-1].argmax())
+                if not here[at - 1] <= here[at] >= here[at + 1] and tops[row, which] < level[row, 0]:
+                    continue
+                bend = 2.0 * here[at] - here[at - 1] - here[at + 1]
+                shift = 0.5 * (here[at + 1] - here[at - 1]) / bend if bend > 0 else 0.0
                 found.add(round(float(around[which, at] + step * min(max(shift, -1.0), 1.0)), 5))
         return np.array(sorted(found))
+
+
+def _humps(values: Array) -> NDArray[np.bool_]:
+    """The angles at which any row of values has a peak that may be its greatest once it is looked at closely."""
+    level = values.max(axis=1, keepdims=True)
+    near = values >= level - _SAMPLED * (level - values.min(axis=1, keepdims=True))
+    return np.any(near & (values >= np.roll(values, 1, axis=1)) & (values >= np.roll(values, -1, axis=1)), axis=0)
 
 
 def _apart(sections: list[float]) -> list[float]:

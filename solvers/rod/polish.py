@@ -96,15 +96,22 @@ def constraint_rows(limits: Limits, groups: int) -> tuple[Array, Array]:
 def polish(
     machine: Machine, objective: Objective, limits: Limits, bounds: Bounds, start: Dimensions
 ) -> Polished | None:
-    """The best strip near ``start`` that meets the limits, to the safe side by 1e-9, or None if none is reached."""
+    """The best strip near ``start`` that meets the limits, to the safe side by 1e-9, or None if none is reached.
+
+    Not worse than ``start``: a greatest pressure or side force that two angles share is a kink, before which a run may
+    stop short.
+    """
     box = np.log([bounds.b, bounds.h, bounds.l])
     x = np.clip(np.log([start.b, start.h, start.l]), box[:, 0], box[:, 1])
     wanted = matters(objective, limits)
     focus, angles = machine.focus_at(*np.exp(x), wanted)
+    unmoved, (cost, violation) = (x, focus, angles), _measured(_Memory(focus), objective, limits, x)
+    least = cost if violation <= _VIOLATION else math.inf
     for _ in range(_ROUNDS):
         moved, cost, violation = _run(_Memory(focus), objective, limits, box, x)
         if not np.all(np.isfinite(moved)):
-            return None
+            violation = math.inf
+            break
         if violation > _VIOLATION:
             moved, cost, violation = _restored(_Memory(focus), objective, limits, box, moved)
         still = float(np.max(np.abs(moved - x))) < _STILL
@@ -114,8 +121,10 @@ def polish(
         focus, angles = joined(machine.focus_at(*np.exp(x), wanted), (focus, angles))
     else:
         cost, violation = _measured(_Memory(focus), objective, limits, x)
-    if violation > _VIOLATION:
-        return None
+    if violation > _VIOLATION or cost > least:
+        if least == math.inf:
+            return None
+        (x, focus, angles), cost = unmoved, least
     b, h, l = (
         min(max(math.exp(v), low), high) for v, (low, high) in zip(x, (bounds.b, bounds.h, bounds.l), strict=True)
     )

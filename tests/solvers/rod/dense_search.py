@@ -55,7 +55,9 @@ class Sampled:
 
     def admissible(self, r, margin):
         keep = 1 + margin
-        ok = (self.fatigue >= r.min_fatigue_safety * keep) & (self.stability >= r.min_stability_safety * (1 + 1e-9))
+        ok = (self.fatigue >= r.min_fatigue_safety * keep) & (
+            self.stability >= r.min_stability_safety * (1 + min(margin, 1e-9))
+        )
         if r.min_yield_safety is not None:
             ok &= self.strength >= r.min_yield_safety * keep
         if r.max_contact_pressure is not None:

@@ -46,6 +46,7 @@ def main(count: int = CASES) -> None:
         with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:
             exact = list(pool.map(kind.reference, cases, chunksize=4))
         curves = measure(list(kind.methods()), cases, exact)
+        print(f"{kind.TITLE}: {len(cases)} cases", flush=True)
         (DOCS / f"accuracy-{slug}.svg").write_text(diagram(kind.TITLE, curves), "utf-8")
         lines += [f"## {kind.TITLE}", "", kind.__doc__.strip(), "", f"![{kind.TITLE}](accuracy-{slug}.svg)", ""]
         lines += [*table(curves), ""]

@@ -81,7 +81,7 @@ def _run(solve: Callable[[Case], Results], case: Case, truth: Results, repeats: 
         least = min(least, time.perf_counter() - started)
         if least > 0.1 or found is None:
             break
-    if found is None:
+    if found is None or None in found.values():
         return least, math.inf
     return least, max(abs(found[n] - x) / abs(x) if x else abs(found[n]) for n, x in truth.items())
 

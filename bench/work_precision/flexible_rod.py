@@ -55,7 +55,8 @@ def cases(count: int) -> list[RodCase]:
     """So many random machines under Schmidt's load, a quarter of them hard, all far enough from buckling to bend."""
     found: list[RodCase] = []
     for scene in scenes("flexible-rod", 10 * count, first_seed=50_000):
-        if scene.body["load"]["kind"] == "schmidt" and scene.solve(effects=_CORE).status == "succeeded":
+        # A strip beyond buckling has no stresses to be judged.
+        if scene.body["load"]["kind"] == "schmidt" and scene.solve(effects=_CORE).result["fatigue_safety"] is not None:
             found.append(RodCase(scene))
         if len(found) == count:
             break

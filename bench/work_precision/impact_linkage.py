@@ -30,6 +30,8 @@ JUDGED = ("u31_max", "peak_torque_nm", "box_area_mm2")
 _CORE = {"include": ["envelope"], "exclude": ["impact_dynamics", "coupler_elasticity", "tolerances"]}
 _LADDER = (1e-2, 1e-6, 1e-12)
 _DIGITS = 40
+_NEAR = 0.7
+"""How near to the greatest sample a peak has to come to be closed in on."""
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -94,11 +96,13 @@ def _angles(reach: float, opening: float) -> list[mp.mpf]:
 
 
 def _greatest(value: Callable[[mp.mpf], mp.mpf], at: list[mp.mpf]) -> mp.mpf:
-    """Greatest value over a list of places and about the best of them."""
+    """Greatest value over a list of places and about all peaks among them that come near it."""
     values = [value(x) for x in at]
-    top = max(range(len(at)), key=values.__getitem__)
-    low, high = at[max(top - 1, 0)], at[min(top + 1, len(at) - 1)]
-    return max(values[top], -_least(lambda x: -value(x), low, high))
+    best = max(values)
+    for k in range(1, len(at) - 1):
+        if _NEAR * max(values) < values[k] >= max(values[k - 1], values[k + 1]):
+            best = max(best, -_least(lambda x: -value(x), at[k - 1], at[k + 1]))
+    return best
 
 
 def _least(value: Callable[[mp.mpf], mp.mpf], low: mp.mpf, high: mp.mpf) -> mp.mpf:

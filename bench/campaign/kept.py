@@ -21,7 +21,7 @@ _ROOT = Path(__file__).parents[2]
 FOLDER = _ROOT / ".campaign"
 _SOURCES = ("solvers", "app/designs", "bench/campaign")
 _NOT_JUDGING = frozenset({"__main__", "kept", "page", "workers"})
-"""Modules of the campaign that no verdict depends on."""
+"""Modules of the campaign that no verdict depends on; pictures are others."""
 
 OWN: Mapping[str, frozenset[str]] = {
     "flexible-rod": frozenset({"flexible_rod", "rod", "crank"}),
@@ -41,9 +41,9 @@ def fingerprint(slug: str, limit: float, root: Path = _ROOT) -> str:
     told = hashlib.sha256(f"{limit:g}".encode())
     for source in sorted(path for folder in _SOURCES for path in (root / folder).rglob("*.py")):
         place = source.relative_to(root).with_suffix("")
-        if not any(_named(part, others) for part in place.parts) and not (
-            place.parts[0] == "bench" and place.name in _NOT_JUDGING
-        ):
+        drawn = any(part.endswith(("picture", "pictures")) for part in place.parts)
+        judging = not drawn and not (place.parts[0] == "bench" and place.name in _NOT_JUDGING)
+        if judging and not any(_named(part, others) for part in place.parts):
             told.update(f"\0{place.as_posix()}\0".encode() + source.read_bytes())
     return told.hexdigest()[:16]
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, decades_around
-from bench.work_precision.curves import LEAST_ERROR, Curve
+from bench.work_precision.curves import LEAST_ERROR, Curve, Point
 
 _COLORS = (BLUE, RED, GREEN, "#9a6700", "#7b3fa0", GREY)
 _TARGETS = (1e-3, 1e-6, 1e-9)
@@ -14,24 +14,27 @@ _TARGETS = (1e-3, 1e-6, 1e-9)
 
 def diagram(title: str, curves: Sequence[Curve]) -> str:
     """SVG of the median error against the median time of every method, both logarithmic."""
-    points = [p for curve in curves for p in curve.points if math.isfinite(p.error)]
+    points = [p for curve in curves for p in curve.points if _answered(p)]
+    answering = [(c, color) for c, color in zip(curves, _COLORS, strict=False) if any(map(_answered, c.points))]
     chart = Chart(
         title,
         decades_around([p.time * 1e3 for p in points]),
         decades_around([max(p.error, LEAST_ERROR) for p in points]),
         "time per case, median, ms",
         "greatest relative error, median",
+        legend=[(curve.name, color) for curve, color in answering],
     )
-    for curve, color in zip(curves, _COLORS, strict=False):
-        found = [p for p in curve.points if math.isfinite(p.error)]
-        if not found:
-            continue
+    for curve, color in answering:
+        found = [p for p in curve.points if _answered(p)]
         xs, ys = [p.time * 1e3 for p in found], [max(p.error, LEAST_ERROR) for p in found]
         chart.line(xs, ys, color)
-        for x, y in zip(xs[:-1], ys[:-1], strict=True):
+        for x, y in zip(xs, ys, strict=True):
             chart.mark(x, y, "", color)
-        chart.mark(xs[-1], ys[-1], curve.name, color)
     return chart.svg()
+
+
+def _answered(point: Point) -> bool:
+    return math.isfinite(point.error)
 
 
 def table(curves: Sequence[Curve]) -> Iterator[str]:

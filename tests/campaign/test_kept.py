@@ -86,6 +86,8 @@ def test_a_write_that_fails_spoils_nothing(tmp_path, monkeypatch):
         ("solvers/effects.py", set(DRAWN)),
         ("bench/campaign/honesty.py", set(DRAWN)),
         ("bench/campaign/page.py", set()),
+        ("app/designs/pictures/chart.py", set()),
+        ("app/designs/impact_linkage/mechanism_picture.py", set()),
     ],
 )
 def test_sources_start_those_kinds_anew_whose_verdicts_depend_on_them(sources, source, concerned):

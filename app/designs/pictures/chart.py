@@ -14,6 +14,7 @@ from typing import Protocol
 
 WIDTH, HEIGHT = 560, 380
 LEFT, RIGHT, TOP, BOTTOM = 70, 20, 20, 52
+_LEGEND_ROW = 20
 
 BLUE, RED, GREEN, GREY = "#1a5fb4", "#b3261e", "#1c7c54", "#5b6472"
 
@@ -89,12 +90,22 @@ def decades_around(values: Iterable[float]) -> Logarithmic:
 
 class Chart:
     """One pair of axes, ``left`` of which is the room for the words beside the upright one; every method adds a layer
-    above the ones before."""
+    above the ones before. ``legend`` names the colors below the axes, for lines too close to have words beside them."""
 
-    def __init__(self, title: str, x: Scale, y: Scale, x_label: str, y_label: str, left: int = LEFT) -> None:
+    def __init__(
+        self,
+        title: str,
+        x: Scale,
+        y: Scale,
+        x_label: str,
+        y_label: str,
+        left: int = LEFT,
+        legend: Sequence[tuple[str, str]] = (),
+    ) -> None:
         self._x, self._y, self._left = x, y, left
+        height = HEIGHT + _LEGEND_ROW * len(legend)
         self._layers = [
-            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" class="plot" '
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" role="img" class="plot" '
             'font-family="system-ui, sans-serif" font-size="13">',
             f"<title>{escape(title)}</title>",
         ]
@@ -113,6 +124,10 @@ class Chart:
             f'<text transform="translate(16 {middle}) rotate(-90)" text-anchor="middle" fill="currentColor">'
             f"{escape(y_label)}</text>",
         ]
+        for number, (name, color) in enumerate(legend):
+            down = HEIGHT + _LEGEND_ROW * (number + 0.5)
+            self._layers.append(f'<circle cx="{LEFT}" cy="{down:.1f}" r="5" fill="{color}"/>')
+            self._layers.append(_words(LEFT + 12, f"{down + 4:.1f}", name, "start", color))
 
     def line(self, xs: Sequence[float], ys: Sequence[float], color: str = BLUE, dashes: str = "") -> None:
         """A line through points."""

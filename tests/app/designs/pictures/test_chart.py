@@ -69,6 +69,17 @@ def test_scales_around_values_hold_them(values):
         assert decades.low < decades.high
 
 
+def test_a_legend_names_every_color_below_the_axes_and_the_picture_is_as_high_as_it_takes():
+    named = [("first way", "#111111"), ("second way", "#222222"), ("third way", "#333333")]
+    chart = Chart("t", Linear(0, 10), Linear(0, 1), "x", "y", legend=named)
+    root = ElementTree.fromstring(chart.svg())
+    height = float(root.attrib["viewBox"].split()[3])
+    shown = [(e.text, e.attrib["fill"], float(e.attrib["y"])) for e in root if e.text and "way" in e.text]
+    assert [(name, color) for name, color, _ in shown] == named
+    rows = [HEIGHT, *(y for _, _, y in shown), height]
+    assert rows == sorted(set(rows))
+
+
 def test_words_are_escaped_and_the_svg_is_well_formed():
     chart = Chart("a < b & c", around([1.0, 2.0]), around([0.0]), "<x>", "y & z")
     chart.line([1.0, 2.0], [0.0, 0.0], dashes="4 3")

@@ -138,24 +138,24 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
         if looked >= boxes or (key in tried and found is None):
             break
         tried.add(key)
-        if found is not None and found is incumbent:
-            view.add(*governing(machine, found.dimensions, found.focus, found.angles, looked_at))
-        else:
-            view.add(
-                *governing(
-                    machine, candidate, *machine.focus_at(candidate.b, candidate.h, candidate.l, looked_at), looked_at
-                )
-            )
+        better = found is not None and found is incumbent
+        strip = found.dimensions if better else candidate
+        seen = (found.focus, found.angles) if better else machine.focus_at(strip.b, strip.h, strip.l, looked_at)
+        # What a second relaxation still believes in misses an angle, maybe one that only ties.
+        view.add(*governing(machine, strip, *seen, looked_at, _TIED if turn > 1 or not better else 0.0))
     if incumbent is not None:
         bound = min(bound, incumbent.log_cost)
     return Proof(incumbent, bound, looked, turn + 1, len(view.angles))
 
 
-def governing(machine: Machine, d: Dimensions, focus: Focus, angles: Array, looked_at: Matters) -> tuple[Array, Array]:
+def governing(
+    machine: Machine, d: Dimensions, focus: Focus, angles: Array, looked_at: Matters, tied: float = 0.0
+) -> tuple[Array, Array]:
     """The angles and sections (eta) that govern a strip: where a fibre's cycle is nearly as bad as the worst.
 
     Where the greatest stress matters beside the utilisation, at the sections of both; where reactions do, the angles
-    of greatest side force and contact pressure too.
+    of greatest side force and contact pressure too. ``tied`` is the share of its range by which a stress may miss its
+    extreme at an angle that is named as well.
     """
     eta = focus.eta
     table = np.empty((2, eta.size, angles.size))
@@ -171,8 +171,8 @@ def governing(machine: Machine, d: Dimensions, focus: Focus, angles: Array, look
                 sections.append(eta[j] + _vertex(*values[fibre, j - 1 : j + 2]) * (eta[j + 1] - eta[j]))
             elif j == 0:
                 sections.append(eta[0])
-            stress, tied = table[fibre, j], _TIED * (high[fibre, j] - low[fibre, j])
-            wanted.update(np.flatnonzero((stress >= high[fibre, j] - tied) | (stress <= low[fibre, j] + tied)))
+            stress, room = table[fibre, j], tied * (high[fibre, j] - low[fibre, j])
+            wanted.update(np.flatnonzero((stress >= high[fibre, j] - room) | (stress <= low[fibre, j] + room)))
     governed = angles[sorted(wanted)]
     if looked_at.reactions:
         governed = np.concatenate([governed, machine.reaction_peaks(d.b, d.h, d.l)])

@@ -105,22 +105,24 @@ def polish(
     x = np.clip(np.log([start.b, start.h, start.l]), box[:, 0], box[:, 1])
     wanted = matters(objective, limits)
     focus, angles = machine.focus_at(*np.exp(x), wanted)
-    unmoved, (cost, violation) = (x, focus, angles), _measured(_Memory(focus), objective, limits, x)
+    memory = _Memory(focus)
+    unmoved, (cost, violation) = (x, focus, angles), _measured(memory, objective, limits, x)
     least = cost if violation <= _VIOLATION else math.inf
     for _ in range(_ROUNDS):
-        moved, cost, violation = _run(_Memory(focus), objective, limits, box, x)
+        moved, cost, violation = _run(memory, objective, limits, box, x)
         if not np.all(np.isfinite(moved)):
             violation = math.inf
             break
         if violation > _VIOLATION:
-            moved, cost, violation = _restored(_Memory(focus), objective, limits, box, moved)
+            moved, cost, violation = _restored(memory, objective, limits, box, moved)
         still = float(np.max(np.abs(moved - x))) < _STILL
         x = moved
         if still:
             break
         focus, angles = joined(machine.focus_at(*np.exp(x), wanted), (focus, angles))
+        memory = _Memory(focus)
     else:
-        cost, violation = _measured(_Memory(focus), objective, limits, x)
+        cost, violation = _measured(memory, objective, limits, x)
     if violation > _VIOLATION or cost > least:
         if least == math.inf:
             return None

@@ -191,8 +191,11 @@ def _secant(before: tuple[Limits, Limits] | None, now: tuple[Limits, Limits]) ->
     for name in Limits.__dataclass_fields__:
         points = [getattr(limits, name) for limits in (*before, *now)]
         values[name] = points[3]
-        if None not in points and points[0] != points[2]:
-            x0, g0, x1, g1 = map(math.log, points)
+        if None in points:
+            continue
+        x0, g0, x1, g1 = map(math.log, points)
+        # Neighbouring floats may have the same logarithm.
+        if x0 != x1:
             slope = min(max((g1 - g0) / (x1 - x0), -_STEEPEST), _STEEPEST)
             values[name] = math.exp(x1 + (g1 - x1) / (1.0 - slope))
     return Limits(**values | {"stability": max(values["stability"], _SAFE)})

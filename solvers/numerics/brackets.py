@@ -27,8 +27,10 @@ Rows = NDArray[np.intp]
 NEAR = 0.02
 _ALIKE = 2.0
 """How much the bends of neighbouring parabolas may differ, as a ratio, where a function counts as smooth."""
-_SAFETY = 8.0
+_SAFETY = 4.0
 """Over the gain that a parabola foretells: what its neighbours' bends may add to it, and some."""
+_FURTHER = 2.0
+"""Of what a cubic adds to the slope: what higher powers may, and some."""
 MOST_ROUNDS = 60
 _EPS = np.finfo(float).eps
 
@@ -140,7 +142,10 @@ def narrow(place: Array, value: Array, points: Array, heights: Array) -> float:
             before, after = _bend(a2, fa2, a, fa, c, fc), _bend(c, fc, b, fb, b2, fb2)
             if bend < 0.0 and bend * _ALIKE <= min(before, after) and max(before, after) * _ALIKE <= bend:
                 # The parabola's slope at c, from the mean of the chords' slopes weighted by the far ends.
-                slope = ((fc - fa) / (c - a) * (b - c) + (fb - fc) / (b - c) * (c - a)) / (b - a)
+                slope = abs((fc - fa) / (c - a) * (b - c) + (fb - fc) / (b - c) * (c - a)) / (b - a)
+                # How much the bend changes tells how far off that is, a slope that cancels as well as any other.
+                change = max(abs(bend - before) / (b - a2), abs(after - bend) / (b2 - a))
+                slope += _FURTHER * change * (c - a) * (b - c)
                 missing = min(missing, _SAFETY * slope * slope / (-4.0 * bend))
     place[0], place[1], place[2] = a, c, b
     value[0], value[1], value[2] = fa, fc, fb

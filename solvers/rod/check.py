@@ -24,6 +24,7 @@ from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.turn import Turn
 from solvers.rod.vibration import natural_frequency
 
+_FEW = periodic.grid(256)
 _ROUNDING = 1e-14
 _COARSEST = 1e-2
 _LAST_DIGITS = 4.0 * float(np.finfo(float).eps)
@@ -93,10 +94,10 @@ def check(
     composition = compose(choice)
     criterion = criterion or serensen(scene.material)
 
-    # Corrections of the shape have no part in the axial force, and beyond buckling there is no shape to correct.
-    turn = turn_of(Cycle(scene, dimensions, replace(composition, corrections=())), 0.1 * accuracy)
-    pushed, pulled = greatest(turn, weights({FORCE: -1.0}, {FORCE: 1.0}))
     critical = _critical_force(scene, dimensions, choice.has("shear"))
+    # Corrections of the shape have no part in the axial force, and beyond buckling there is no shape to correct.
+    plain = Cycle(scene, dimensions, replace(composition, corrections=()))
+    turn, pushed, pulled = _forces(plain, critical, 0.1 * accuracy)
     compression = max(pushed.value, 0.0)
     safety = critical / compression if compression > 0 else None
     stresses, error = None, max(pushed.relative_error, pulled.relative_error)
@@ -123,7 +124,7 @@ def check(
         natural_frequency=natural_frequency(scene, dimensions, mean_force),
         criterion=criterion.name,
         stresses=stresses,
-        warnings=_warnings(scene, stresses, choice.has("large_displacement")) + _unreached(accuracy, error),
+        warnings=_warnings(scene, stresses, safety, choice.has("large_displacement")) + _unreached(accuracy, error),
     )
     settings = {"angles": turn.instants.angle.size, "stations": STATIONS, "tolerance": turn.tolerance}
     return Outcome(
@@ -133,6 +134,30 @@ def check(
         accuracy=Accuracy(accuracy, error, settings),
         timing={"solve_s": time.perf_counter() - started},
     )
+
+
+def _forces(cycle: Cycle, critical: float, tolerance: float) -> tuple[Turn, Extreme, Extreme]:
+    """The turn, and the greatest compression and tension [N] in it.
+
+    Beyond buckling there is no shape that would tell the friction: these are the forces without it. Where it takes
+    friction to buckle the strip, the compression is the critical force, at which shapes end.
+    """
+    if cycle.composition.feedback is None:
+        return _extremes(cycle, tolerance)
+    # A buckled strip is mostly known from a few angles, and a force that ends there is dear to follow.
+    if np.min(cycle.axial_force(_FEW)) > -critical:
+        turn, pushed, pulled = _extremes(cycle, tolerance)
+        if pushed.value < critical:
+            return turn, pushed, pulled
+    composition = replace(cycle.composition, feedback=None)
+    turn, pushed, pulled = _extremes(replace(cycle, composition=composition), tolerance)
+    return turn, (pushed if pushed.value >= critical else Extreme(critical, 0.0)), pulled
+
+
+def _extremes(cycle: Cycle, tolerance: float) -> tuple[Turn, Extreme, Extreme]:
+    turn = turn_of(cycle, tolerance)
+    pushed, pulled = greatest(turn, weights({FORCE: -1.0}, {FORCE: 1.0}))
+    return turn, pushed, pulled
 
 
 def _critical_force(scene: Scene, dimensions: Dimensions, with_shear: bool) -> float:
@@ -249,10 +274,11 @@ def _top(parts: list[Extreme]) -> Extreme:
     return Extreme(value, max(part.value + part.error - value for part in parts))
 
 
-def _warnings(scene: Scene, stresses: Stresses | None, large: bool) -> tuple[str, ...]:
+def _warnings(scene: Scene, stresses: Stresses | None, safety: float | None, large: bool) -> tuple[str, ...]:
     out = []
     if stresses is None:
-        out.append("the strip buckles under the greatest compression of the cycle; stresses have no meaning there")
+        cause = "the greatest compression of the cycle" if safety < 1 else "what friction adds to its compression"
+        out.append(f"the strip buckles under {cause}; stresses have no meaning there")
     if scene.mechanism.crank_radius / scene.mechanism.rod_length > SMALL_DISPLACEMENT_LIMIT:
         out.append("r/L exceeds 0.15: beyond what experiments confirm for the small-displacement theory")
     if stresses is not None and stresses.deflection_ratio > SMALL_DISPLACEMENT_LIMIT and not large:

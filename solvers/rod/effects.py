@@ -19,11 +19,7 @@ from solvers.rod.large_displacement import LargeDisplacement
 from solvers.rod.rod_inertia import RodInertia
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.shear import ShearFlexible, shear_stiffness
-from solvers.rod.situation import Situation
-from solvers.rod.vibration import natural_frequency
-
-_FLEXURE = 0.35
-"""Of L/l: how much more a short flexure's reactions feel a force on the strip than its first frequency tells."""
+from solvers.rod.situation import Situation, relative
 
 
 class RodEffect(Protocol):
@@ -38,11 +34,6 @@ class RodEffect(Protocol):
     def join(self, composition: Composition) -> Composition: ...
 
 
-def _relative(part: float, whole: float) -> float:
-    """part/(whole - part): a change relative to the changed value; inf when it may cancel it."""
-    return part / (whole - part) if part < whole else (0.0 if part == 0 else math.inf)
-
-
 @dataclass(frozen=True)
 class ReciprocatingInertia:
     name: str = "reciprocating_inertia"
@@ -50,10 +41,7 @@ class ReciprocatingInertia:
     measure: str = "m_j r omega^2 (1 + lambda) / least extreme of the gas force, and its own stress"
 
     def influence(self, situation: Situation) -> float:
-        share = _relative(situation.inertia_force, situation.least_extreme)
-        if not share:
-            return 0.0
-        return 4.0 * share * situation.amplification + 2.0 * situation.direct(situation.inertia_force)
+        return situation.by_force(situation.inertia_force)
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, moving=(*composition.moving, self))
@@ -81,7 +69,7 @@ class BeamColumnEffect:
         for *loaded, unloaded in zip(found.at_least, found.at_most, found.unloaded, strict=True):
             if unloaded != 0:
                 for v in loaded:
-                    bound = _relative(abs(v - unloaded), max(abs(v), abs(unloaded)))
+                    bound = relative(abs(v - unloaded), max(abs(v), abs(unloaded)))
                     changes.append(bound if math.isfinite(bound) else 1.0 + abs(v / unloaded - 1.0))
         return max(changes)
 
@@ -114,15 +102,7 @@ class RodInertiaEffect:
     )
 
     def influence(self, situation: Situation) -> float:
-        if not math.isfinite(situation.amplification):
-            return math.inf
-        slowest = natural_frequency(situation.scene, situation.dimensions, -situation.compression)
-        speed = situation.scene.mechanism.speed
-        flexure = max(1.0, _FLEXURE * situation.scene.mechanism.rod_length / situation.dimensions.l)
-        share = _relative((3.0 * speed) ** 2 * situation.unsteadiness, slowest**2)
-        steady = 2.0 * share * flexure * situation.weakness if share else 0.0
-        # Closing the turn enlarges what rings by a factor that no phase over so many periods tells.
-        return max(steady, 4.0 * flexure * situation.jolt(slowest))
+        return situation.vibration
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, corrections=(*composition.corrections, RodInertia()))
@@ -136,7 +116,7 @@ class LargeDisplacementEffect:
 
     def influence(self, situation: Situation) -> float:
         slope = situation.scene.mechanism.crank_radius / situation.dimensions.l
-        return 2.0 * slope**2 * situation.amplification * situation.weakness
+        return 2.0 * slope**2 * situation.sensitivity * situation.weakness
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, corrections=(LargeDisplacement(), *composition.corrections))
@@ -153,7 +133,7 @@ class ShearEffect:
         # Under strong tension bending lives in a layer of the width 1/sqrt(q) beside the clamp.
         tension = max(situation.extremes[1] / situation.stiffness, 0.0)
         share = situation.stiffness / stiffness * (1.0 / situation.dimensions.l**2 + tension / 40.0)
-        return 24.0 * share * situation.amplification * situation.weakness
+        return 24.0 * share * situation.sensitivity * situation.weakness
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, beam=ShearFlexible(composition.beam))
@@ -176,10 +156,7 @@ class FrictionFeedbackEffect:
             couple = 6.0 * abs(moment + side * piston.clamp_offset) / piston.skirt_length
             walls.append(guide.both_walls(abs(side), couple))
         friction = piston.friction_coefficient * (4.0 / math.pi) * max(walls)
-        share = _relative(friction, situation.least_extreme)
-        if not share:
-            return 0.0
-        return 4.0 * share * situation.amplification + 2.0 * situation.direct(friction)
+        return situation.by_force(friction)
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, feedback=FrictionFeedback())

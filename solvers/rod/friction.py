@@ -6,14 +6,18 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.rod import guide
+from solvers.rod import guide, stability
 from solvers.rod.cycle import Array, BeamModel, Cycle, Shape
 from solvers.rod.scene import Dimensions, Scene
 
 _MOST_ITERATIONS = 60
 _CONVERGED = 4.0 * np.finfo(float).eps
+
+
+Index = NDArray[np.int64]
 
 
 def force(scene: Scene, shape: Shape) -> Array:
@@ -58,32 +62,42 @@ def pressure(cycle: Cycle, angle: Array) -> Array:
 class FrictionFeedback:
     """The friction force acts along the cylinder and so changes the axial force that causes it.
 
-    P = P_0 + sign(v) F(P): friction opposes the piston, so it relieves compression on the way down. F is small beside
-    P and grows slowly with it, so the map contracts; secant steps on the scalar equation at every angle finish it.
-    At the dead centres the stroke, and with it F, vanishes: the loop closes without a jump.
+    P = P_0 + sign(v) F(P): friction opposes the piston, so it relieves compression on the way down and adds to it on
+    the way up. There F grows toward buckling as 1/(P_cr + P), a convex function, so that secants from P_0 fall short of
+    the first solution, never beyond it; where they find none, the friction buckles the strip. At the dead centres the
+    stroke, and with it F, vanishes: the loop closes without a jump.
     """
 
     def axial_force(self, scene: Scene, dimensions: Dimensions, beam: BeamModel, angle: Array, force: Array) -> Array:
+        """P [N] at the angles; twice the critical compression where friction buckles the strip."""
         stroke = scene.mechanism.crank_radius * np.sin(angle)
         # cos(beta) + lambda cos(phi) > 0 for every crank shorter than its rod: v has the sign of the stroke.
         direction = np.sign(stroke)
 
-        def closed(total: Array) -> Array:
-            return force + direction * _friction(scene, beam.bend(scene, dimensions, total, stroke))
+        def missing(live: Index, total: Array) -> Array:
+            shape = beam.bend(scene, dimensions, total, stroke[live])
+            return force[live] + direction[live] * _friction(scene, shape) - total
 
-        previous, image = force, closed(force)
-        current = image
+        buckled = -2.0 * stability.critical_force(
+            *(scene.material.elastic_modulus, dimensions.b, dimensions.h, dimensions.l, scene.mechanism.rod_length)
+        )
+        found, live = np.full(force.size, buckled), np.arange(force.size)
+        before, gap = force, missing(live, force)
+        slope = np.ones(force.size)
         for _ in range(_MOST_ITERATIONS):
-            next_image = closed(current)
-            step = next_image - current
-            if np.all(np.abs(step) <= _CONVERGED * (np.abs(force) + np.abs(current))):
-                return next_image
-            slope = np.where(
-                current != previous, (next_image - image) / np.where(current != previous, current - previous, 1.0), 0.0
-            )
-            slope = np.where(np.abs(slope) < 0.9, slope, 0.0)
-            previous, image, current = current, next_image, current + step / (1.0 - slope)
-        return current
+            step = gap / slope
+            here = before + step
+            closed = np.abs(step) <= _CONVERGED * (np.abs(force[live]) + np.abs(here))
+            found[live[closed]] = here[closed]
+            going = ~closed & (here > buckled)
+            if not going.any():
+                break
+            live, before, here, gap_before = live[going], before[going], here[going], gap[going]
+            gap = missing(live, here)
+            slope = (gap_before - gap) / (here - before)
+            # Without a slope to follow, as beyond the place where there is a solution, a plain step.
+            slope, before = np.where(slope > 0.0, slope, 1.0), here
+        return found
 
 
 _friction = force

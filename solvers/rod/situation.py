@@ -12,16 +12,26 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN, grid
-from solvers.rod import strip_kernels
+from solvers.rod import guide, strip_kernels
 from solvers.rod.drive import Drive, axial_force, drive_of, pressure
 from solvers.rod.enclosures import critical_parameter
 from solvers.rod.jolts import left_ringing, pieces_of
 from solvers.rod.scene import Dimensions, Scene
+from solvers.rod.vibration import natural_frequency
 
 Array = NDArray[np.float64]
 
 _EVEN = grid(128)
 """Close enough for second differences of what changes evenly; pieces between a load's own angles are ``jolts``."""
+
+_FLEXURE = 0.35
+"""Of L/l: how much more a short flexure's reactions feel a force on the strip than its first frequency tells."""
+_LIVELIEST = 10.0
+
+
+def relative(part: float, whole: float) -> float:
+    """part/(whole - part): a change relative to the changed value; inf when it may cancel it."""
+    return part / (whole - part) if part < whole else (0.0 if part == 0 else math.inf)
 
 
 @dataclass(frozen=True)
@@ -55,6 +65,9 @@ class Reactions(NamedTuple):
     """Greatest clamp moment [N m]."""
     contact: float
     """Greatest contact load |T| + 6 |M0 + T e|/Lp [N]."""
+    clearance: float
+    """Least sqrt(m (m - 4 F)) [N], m what the compression leaves of P_cr and F the friction force; 0 where friction may
+    buckle the strip."""
     unsteadiness: float
     """Greatest acceleration of the strip's middle, beside that of one that follows the stroke's sine."""
     at_least: tuple[float, float, float]
@@ -124,6 +137,19 @@ class Situation:
         return 1.0 / margin if margin > 0 else math.inf
 
     @property
+    def sensitivity(self) -> float:
+        """How much a small change of the strip's flexibility is magnified in what the guide feels.
+
+        By nearness to buckling; the friction force F, which adds to the compression, grows with it as 1/(P_cr - P), and
+        the fixed point of P = P_0 + F(P) moves P_cr/sqrt(m (m - 4 F)) times as fast as P_cr, m = P_cr - P_0. Where the
+        strip's inertia matters, it may magnify the change once more, or lessen what it is compared with.
+        """
+        clearance = self.reactions.clearance
+        if not clearance:
+            return math.inf
+        return max(self.amplification, self.critical / clearance) * min(1.0 + self.vibration, _LIVELIEST)
+
+    @property
     def extremes(self) -> tuple[float, float]:
         """The least and the greatest axial force [N], as far as gas and inertia can go together."""
         least, most = self.gas_extremes
@@ -137,14 +163,26 @@ class Situation:
         lever = 6.0 / piston.skirt_length
         found = _reactions(
             *(force, sine, *self.extremes, self.stiffness, self.dimensions.l, m.rod_length, m.crank_radius),
-            *(lever, piston.clamp_offset),
+            *(lever, piston.clamp_offset, piston.friction_coefficient, self.critical),
         )
-        return Reactions(*found[:4], found[4:7], found[7:10], found[10:])
+        return Reactions(*found[:5], found[5:8], found[8:11], found[11:])
 
     @property
     def unsteadiness(self) -> float:
         """Greatest acceleration of the strip's middle, beside that of one that follows the stroke's sine: 1 or more."""
         return max(1.0, self.reactions.unsteadiness)
+
+    @cached_property
+    def vibration(self) -> float:
+        """Bound of what the strip's own inertia changes, as a share of the reactions."""
+        if not math.isfinite(self.amplification):
+            return math.inf
+        slowest, mechanism = natural_frequency(self.scene, self.dimensions, -self.compression), self.scene.mechanism
+        flexure = max(1.0, _FLEXURE * mechanism.rod_length / self.dimensions.l)
+        share = relative((3.0 * mechanism.speed) ** 2 * self.unsteadiness, slowest**2)
+        steady = 2.0 * share * flexure * self.weakness if share else 0.0
+        # Closing the turn enlarges what rings by a factor that no phase over so many periods tells.
+        return max(steady, 4.0 * flexure * self.jolt(slowest))
 
     def jolt(self, frequency: float) -> float:
         """How far the force sets a mode of this frequency [Hz] ringing, as a share of the greatest reactions."""
@@ -172,8 +210,15 @@ class Situation:
         pairs = (abs(side), found.side), (abs(moment), found.moment), (contact, found.contact)
         return max(1.0, *(w / x if x else math.inf for w, x in pairs))
 
-    def direct(self, force: float) -> float:
-        """The stress of a small axial force [N], as a share of the amplitude of the bending stress."""
+    def by_force(self, force: float) -> float:
+        """What a small axial force [N] changes: a share of the others, of reactions that these nearly cancel, and its
+        own stress beside the amplitude of the bending stress."""
+        if not force:
+            return 0.0
+        share = max(relative(force, self.least_extreme), force / self.critical * self.weakness)
+        return 4.0 * share * self.sensitivity + 2.0 * self._direct(force)
+
+    def _direct(self, force: float) -> float:
         bending = 0.5 * self.dimensions.h / self.stiffness * self.reactions.moment * self.scene.material.elastic_modulus
         share = force / (self.dimensions.b * self.dimensions.h)
         return share / bending if bending else math.inf
@@ -194,8 +239,8 @@ def _sampled(drive: Drive, angles: Array) -> tuple[Array, Array, float, float]:
 @kernel
 def _reactions(
     force: Array, sine: Array, least: float, most: float, stiffness: float, l: float, rod_length: float, radius: float,
-    lever: float, offset: float,
-) -> tuple[float, float, float, float, float, float, float, float, float, float, float, float, float]:  # fmt: skip
+    lever: float, offset: float, coefficient: float, critical: float,
+) -> tuple[float, ...]:  # fmt: skip
     """The fields of ``Reactions`` one after the other."""
     q = np.empty(force.size + 3)
     for i in range(force.size):
@@ -203,11 +248,16 @@ def _reactions(
     q[-3], q[-2], q[-1] = least / stiffness, most / stiffness, 0.0
     clamp, shear, head, _ = strip_kernels.solve(q, l, rod_length)
     stroke = stiffness * radius
-    most_side, most_moment, most_contact = 0.0, 0.0, 0.0
+    most_side, most_moment, most_contact, clearance = 0.0, 0.0, 0.0, np.inf
     for i in range(force.size):
         side, moment = -shear[i] * stroke * sine[i], clamp[i] * stroke * sine[i]
         most_side, most_moment = max(most_side, abs(side)), max(most_moment, abs(moment))
-        most_contact = max(most_contact, abs(side) + lever * abs(moment + side * offset))
+        couple = lever * abs(moment + side * offset)
+        most_contact = max(most_contact, abs(side) + couple)
+        # On the way up it adds to the compression, on the way down it relieves it.
+        friction = math.copysign(coefficient * 4.0 / np.pi * guide.both_walls(abs(side), couple), -sine[i])
+        left = critical + force[i]
+        clearance = min(clearance, left * (left - 4.0 * friction) if left > 0.0 else 0.0)
     few = (
         clamp[-3], shear[-3], head[-3], clamp[-2], shear[-2], head[-2], clamp[-1], shear[-1], head[-1],
     )  # fmt: skip
@@ -224,4 +274,4 @@ def _reactions(
         greatest = max(greatest, abs(before - 2.0 * here + after))
         before, here = here, after
     unsteadiness = greatest * (count / TURN) ** 2 / middle[count]
-    return (most_side, most_moment, most_contact, unsteadiness, *few)
+    return (most_side, most_moment, most_contact, math.sqrt(max(clearance, 0.0)), unsteadiness, *few)

@@ -75,9 +75,22 @@ def test_a_table_that_jumps_makes_the_strip_ring():
     assert all(v.kept_promise for v in judge_choice(scene_of("flexible-rod", 28), (1e-1,), needless=False))
 
 
+@pytest.mark.parametrize(("seed", "tolerance"), [(701, 1e-3), (1351, 1e-1), (608, 1e-1)])
+def test_effects_that_enlarge_each_other_are_not_left_out(seed, tolerance):
+    """Scenes that the campaign found: shear in a strip whose inertia and friction feed on it; friction beside a side
+    force that nearly vanishes; a strip that its friction buckles."""
+    assert all(v.kept_promise for v in judge_choice(scene_of("flexible-rod", seed), (tolerance,), needless=False))
+
+
+def test_a_lopsided_peak_is_no_flatter_than_it_is():
+    """A scene that the campaign found: the greatest contact pressure 2e-8 too low, told as known to 5e-9."""
+    judged = judge_estimate(scene_of("flexible-rod", 887))
+    assert judged.honest and judged.met
+
+
 def test_solutions_that_miss_their_accuracy_judge_no_choice():
-    """A scene that the campaign found: a jagged table that rings at 709 cycles a turn, known to about one half."""
-    judged = judge_choice(scene_of("flexible-rod", 11020), (1e-1, 1e-2), needless=False)
+    """A scene that the campaign found: a jagged table that rings, known to no more than its order."""
+    judged = judge_choice(scene_of("flexible-rod", 241), (1e-1, 1e-2), needless=False)
     in_doubt = [v for v in judged if not v.judged]
     assert in_doubt
     assert all(v.doubt > 0.1 and v.tolerance < v.change <= 2.0 * v.doubt for v in in_doubt)

@@ -89,3 +89,17 @@ def test_a_kink_keeps_the_bound_of_its_chords():
             1e-5,
         )
         assert 1.0 - found.value[0] <= max(found.error[0], 1e-15)
+
+
+def test_a_skewed_peak_whose_slope_cancels_hides_nothing():
+    """Of many lopsided brackets some are such that the parabola's vertex falls on a point beside the peak."""
+    rng = np.random.default_rng(11)
+    skews, widths = rng.uniform(-0.6, 0.6, 4000), rng.uniform(0.05, 0.5, (4000, 2))
+    starts = rng.uniform(-0.04, 0.04, 4000)
+    places = np.stack([-widths[:, 0], starts, widths[:, 1]], axis=1)
+
+    def evaluate(points, rows):
+        return 1.0 - points**2 + skews[rows, None] * points**3
+
+    found = brackets.climb(evaluate, places, evaluate(places, np.arange(4000)), np.full(4000, 1e-5))
+    assert np.all(1.0 - found.value <= found.error + 1e-15)

@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from solvers import rod
 from solvers.rod.cycle import BeamColumn, Composition, Cycle
 from solvers.rod.friction import FrictionFeedback
-from tests.solvers.rod.machines import PAPER, STRIP
+from solvers.rod.friction import force as friction_force
+from solvers.rod.stability import critical_force
+from tests.solvers.rod.machines import CORE, PAPER, STRIP
 
 ANGLES = np.linspace(0.0, 2 * np.pi, 25)
 
@@ -46,3 +49,75 @@ def test_friction_opposes_the_piston():
     up = np.sin(ANGLES) < -1e-9
     assert np.all(closed[down] > plain[down])
     assert np.all(closed[up] < plain[up])
+
+
+PUSHED = replace(
+    PAPER,
+    mechanism=rod.Mechanism(crank_radius=6e-3, rod_length=60e-3, speed=10.0),
+    piston=replace(PAPER.piston, diameter=10e-3),
+    load=rod.ConstantLoad(0.8e6),
+)
+"""A steady load of some two thirds of what its strip can bear."""
+THIN = rod.Dimensions(b=7e-3, h=0.4e-3, l=30e-3)
+FED_BACK = rod.EffectSelection(
+    include=frozenset({"beam_column", "friction", "friction_feedback"}),
+    exclude=frozenset({"reciprocating_inertia", "rod_inertia", "large_displacement", "shear"}),
+)
+
+
+def critical():
+    length = PUSHED.mechanism.rod_length
+    return float(critical_force(PUSHED.material.elastic_modulus, THIN.b, THIN.h, THIN.l, length))
+
+
+def first_solution(coefficient, angle):
+    """On the way up, by marching from the gas force to buckling and bisection; None where there is none."""
+    stroke = PUSHED.mechanism.crank_radius * np.sin(angle)
+    scene = replace(PUSHED, piston=replace(PUSHED.piston, friction_coefficient=coefficient))
+    plain = float(Cycle(scene, THIN, Composition(beam=BeamColumn())).axial_force(np.array([angle]))[0])
+
+    def residual(total):
+        total = np.atleast_1d(total)
+        return total - plain + friction_force(scene, BeamColumn().bend(scene, THIN, total, np.full(total.size, stroke)))
+
+    path = np.linspace(plain, -critical() * (1 - 1e-6), 20001)
+    passed = np.flatnonzero(residual(path) < 0)
+    if not passed.size:
+        return None
+    return brentq(lambda x: float(residual(x)[0]), path[passed[0] - 1], path[passed[0]], xtol=1e-12)
+
+
+def test_friction_is_followed_up_to_where_it_buckles_the_strip():
+    """Beside the coefficient at which the two solutions meet and vanish."""
+    angles = np.linspace(np.pi, 2 * np.pi, 13)[1:-1]
+    low, high = 0.0, 2.0
+    while high - low > 1e-5:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if any(first_solution(middle, a) is None for a in angles) else (middle, high)
+    assert 0.01 < low < 1.0
+    for coefficient in (0.5 * low, 0.9 * low, 0.99 * low, 0.9999 * low):
+        scene = replace(PUSHED, piston=replace(PUSHED.piston, friction_coefficient=coefficient))
+        found = Cycle(scene, THIN, Composition(beam=BeamColumn(), feedback=FrictionFeedback())).axial_force(angles)
+        assert found == pytest.approx([first_solution(coefficient, a) for a in angles], rel=1e-10)
+    scene = replace(PUSHED, piston=replace(PUSHED.piston, friction_coefficient=1.001 * high))
+    found = Cycle(scene, THIN, Composition(beam=BeamColumn(), feedback=FrictionFeedback())).axial_force(angles)
+    assert found.min() < -critical()
+
+
+@pytest.mark.parametrize("coefficient", [1.0, 5.0])
+def test_where_friction_buckles_the_strip_there_are_no_stresses(coefficient):
+    scene = replace(PUSHED, piston=replace(PUSHED.piston, friction_coefficient=coefficient))
+    value = rod.check(scene, THIN, FED_BACK).value
+    assert value.stresses is None
+    assert value.stability_safety == 1.0
+    assert value.axial_force_min == pytest.approx(-critical(), rel=1e-14)
+    assert any("friction" in warning for warning in value.warnings)
+
+
+def test_beyond_buckling_forces_are_those_without_friction():
+    slender = replace(THIN, h=0.3e-3)
+    plain, closed = (rod.check(PUSHED, slender, effects).value for effects in (CORE, FED_BACK))
+    assert plain.stability_safety < 1
+    assert (closed.stability_safety, closed.axial_force_min, closed.axial_force_max) == (
+        plain.stability_safety, plain.axial_force_min, plain.axial_force_max,
+    )  # fmt: skip

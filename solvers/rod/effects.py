@@ -112,7 +112,7 @@ class RodInertiaEffect:
 class LargeDisplacementEffect:
     name: str = "large_displacement"
     summary: str = "second order of V/l: the elastica's first correction"
-    measure: str = "2 (r/l)^2, amplified near buckling and where the reactions are small"
+    measure: str = "2 (r/l)^2, amplified near buckling, by friction and inertia, and where the reactions are small"
 
     def influence(self, situation: Situation) -> float:
         slope = situation.scene.mechanism.crank_radius / situation.dimensions.l
@@ -126,7 +126,7 @@ class LargeDisplacementEffect:
 class ShearEffect:
     name: str = "shear"
     summary: str = "shear flexibility of the strip (Engesser)"
-    measure: str = "24 EI/(kGA l^2), amplified near buckling and where the reactions are small"
+    measure: str = "24 EI/(kGA l^2), amplified near buckling, by friction and inertia, and where reactions are small"
 
     def influence(self, situation: Situation) -> float:
         stiffness = shear_stiffness(situation.scene, situation.dimensions)

@@ -241,6 +241,53 @@ def held_case(case):
     return {name: (reading(machine), condition(case, reading)) for name, reading in readings.items()}
 
 
+def friction_at(machine, phi, force):
+    """F [N] of the strip under another axial force than the load's."""
+    machine.bend = lambda _: Bent(force / machine.stiffness, machine.x["l"], machine.x["rod_length"])
+    side, couple = abs(machine.side_force(phi)), machine.couple(phi)
+    wall = side if couple <= side else (couple + side**2 / couple) / 2
+    return machine.x["friction_coefficient"] * 4 / mp.pi * wall
+
+
+def closed_force(machine, phi):
+    """The solution of P = P_0 + sign(v) F(P) that P_0 leads to.
+
+    Where friction adds to the compression, Newton's method from P_0 falls short of it and comes ever nearer; where it
+    relieves it, P_0 and a little more than one step of the map have it between them.
+    """
+    plain, direction = machine.force(phi), mp.sign(mp.sin(phi))
+
+    def excess(force):
+        return force - plain - direction * friction_at(machine, phi, force)
+
+    if direction > 0:
+        between = plain, plain - mp.mpf("1.01") * excess(plain)
+        return mp.findroot(excess, between, solver="anderson", tol=mp.mpf(10) ** (20 - 2 * DIGITS))
+    force, step = plain, excess(plain)
+    while abs(step) > abs(force) * mp.mpf(10) ** (10 - DIGITS):
+        if step < 0:
+            raise ValueError("friction buckles the strip")
+        width = abs(force) * mp.mpf(10) ** (-DIGITS // 2)
+        slope = (excess(force + width) - excess(force - width)) / (2 * width)
+        step = excess(force) / slope
+        force -= step
+    return force
+
+
+def loop_case(case):
+    """The axial force with friction fed back, at one angle."""
+    phi = mp.mpf(case["angle"])
+    return {"axial_force": (closed_force(Machine(case["scene"]), phi), loop_condition(case["scene"], phi))}
+
+
+def loop_condition(scene, phi):
+    """That of ``condition``, and of the coefficient of friction."""
+    coefficient = scene["piston"]["friction_coefficient"]
+    slipperier = {**scene, "piston": {**scene["piston"], "friction_coefficient": mp.mpf(coefficient) * (1 + STEP)}}
+    plain, other = (closed_force(Machine(s), phi) for s in (scene, slipperier))
+    return condition(scene, lambda m: closed_force(m, phi)) + abs(other / plain - 1) / STEP
+
+
 def kernel_case(case):
     """C, D, V''(l), and V'', V at shares of the length, per unit stroke, each with its condition in q, l and L."""
 
@@ -279,7 +326,7 @@ def merged(base, changes):
 
 def load_cases():
     text = json.loads((HERE / "rod_cases.json").read_text())
-    for case in text["checks"]:
+    for case in text["checks"] + text["loops"]:
         case["scene"] = {**merged(text["base"], case["changes"]), "effects": case.get("effects", [])}
     return text
 
@@ -290,6 +337,7 @@ def main(names):
     cases = load_cases()
     jobs = [(c["name"], kernel_case, c) for c in cases["kernels"]]
     jobs += [(c["name"], check_case, c["scene"]) for c in cases["checks"]]
+    jobs += [(c["name"], loop_case, c) for c in cases["loops"]]
     for name, make, case in jobs:
         if names and name not in names:
             continue

@@ -15,13 +15,15 @@ import pytest
 
 from solvers import rod
 from solvers.rod import beam_column, envelope, strip_kernels
+from solvers.rod.cycle import BeamColumn, Composition, Cycle
 from solvers.rod.effects import EFFECTS
+from solvers.rod.friction import FrictionFeedback
 from tests.hard_cases.make_rod_references import load_cases
 
 EPS = 2.0**-52
 CASES = load_cases()
 REFERENCES = json.loads((Path(__file__).parent / "rod_references.json").read_text())
-KERNEL_LIMIT, CHECK_LIMIT = 3.0, 30.0
+KERNEL_LIMIT, CHECK_LIMIT, LOOP_LIMIT = 3.0, 30.0, 3.0
 
 
 def units(found, reference, scale=None):
@@ -65,7 +67,7 @@ def answers(case, accuracy):
 
 def test_there_are_enough_cases():
     assert len(CASES["checks"]) >= 30 and len(CASES["kernels"]) >= 25
-    assert set(REFERENCES) == {case["name"] for case in CASES["checks"] + CASES["kernels"]}
+    assert set(REFERENCES) == {case["name"] for cases in ("checks", "kernels", "loops") for case in CASES[cases]}
 
 
 @pytest.mark.parametrize("case", CASES["checks"], ids=lambda case: case["name"])
@@ -125,3 +127,15 @@ def kernel_errors(case, reference):
 def test_kernels(case):
     for name, error in kernel_errors(case, REFERENCES[case["name"]]):
         assert error <= KERNEL_LIMIT, name
+
+
+def fed_back(case):
+    """The axial force at the case's angle."""
+    scene, dimensions = scene_of(case)
+    cycle = Cycle(scene, dimensions, Composition(beam=BeamColumn(), feedback=FrictionFeedback()))
+    return float(cycle.axial_force(np.array([case["angle"]]))[0])
+
+
+@pytest.mark.parametrize("case", CASES["loops"], ids=lambda case: case["name"])
+def test_friction_fed_back(case):
+    assert units(fed_back(case), REFERENCES[case["name"]]["axial_force"]) <= LOOP_LIMIT

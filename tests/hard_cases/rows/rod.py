@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tests.hard_cases.rows.section import Measured, Row, Section, figure, relative
-from tests.hard_cases.test_rod import CASES, REFERENCES, answers, kernels, scene_of, units
+from tests.hard_cases.test_rod import CASES, REFERENCES, answers, fed_back, kernels, scene_of, units
 from tests.hard_cases.textbook import rod as textbook
 
 
@@ -30,6 +30,13 @@ def check_row(case) -> Row:
     return Row(case, measured, figure(max(relative(v, reference[n]) for n, v in by_book.items() if n in reference)))
 
 
+def loop_row(case) -> Row:
+    reference = REFERENCES[case["name"]]["axial_force"]
+    measured = Measured(units(fed_back(case), reference), reference["condition"])
+    by_book = textbook.fed_back(*scene_of(case), case["angle"])
+    return Row(case, (measured,), figure(relative(by_book, reference)))
+
+
 SECTIONS = (
     Section(
         "The flexible rod's check",
@@ -44,5 +51,11 @@ SECTIONS = (
         "families as above.",
         CASES["kernels"],
         kernel_row,
+    ),
+    Section(
+        "Friction fed back into the axial force",
+        f"The textbook puts the friction force into the axial force that it comes from, {textbook.REPEATS} times over.",
+        CASES["loops"],
+        loop_row,
     ),
 )

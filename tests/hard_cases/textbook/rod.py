@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-ANGLES, SECTIONS = 720, 41
+ANGLES, SECTIONS, REPEATS = 720, 41, 100
 
 
 def families(q, z):
@@ -69,3 +69,19 @@ def check(scene, strip):
             "side_force_max": abs(stiffness * v[3][0] * stroke).max(),
             "clamp_moment_max": abs(stiffness * v[2][0] * stroke).max(),
         }
+
+
+def fed_back(scene, strip, angle):
+    """The axial force at an angle with the friction force in it, by repetition."""
+    piston = scene.piston
+    plain = -float(scene.load.pressure(np.array([angle]))[0] - scene.load.reference_pressure()) * piston.area
+    stiffness = scene.material.elastic_modulus * strip.b * strip.h**3 / 12
+    stroke, force = scene.mechanism.crank_radius * np.sin(angle), plain
+    with np.errstate(all="ignore"):
+        for _ in range(REPEATS):
+            _, _, second, third = bent(force / stiffness, strip.l, scene.mechanism.rod_length, np.zeros(1))
+            side, moment = -stiffness * third[0] * stroke, stiffness * second[0] * stroke
+            couple = 6 * abs(moment + side * piston.clamp_offset) / piston.skirt_length
+            wall = abs(side) if couple <= abs(side) else (couple + side**2 / couple) / 2
+            force = plain + np.sign(stroke) * piston.friction_coefficient * 4 / np.pi * wall
+    return force

@@ -43,6 +43,11 @@ class Sizes:
     step_b: float | None = None
     step_l: float | None = None
 
+    @property
+    def discrete(self) -> bool:
+        """Whether some size may not be chosen at will."""
+        return self.stock_h is not None or self.step_b is not None or self.step_l is not None
+
     def slices(self) -> Array:
         """The boxes (b1, b2, h1, h2) that together hold every size; with a step of b but no stock, one per width."""
         (b1, b2), (h1, h2) = self.bounds.b, self.bounds.h

@@ -33,8 +33,9 @@ Array = NDArray[np.float64]
 
 ANGLE_STEP = 0.01
 SECTION_STEP = 0.006
+SIDEWAYS, STRESS, FIRST_GROUP = COUNT, COUNT + 1, COUNT + 2
+"""Rows beyond those of ``rows``: sideways stability, greatest stress, from there on fibres by groups of sections."""
 _TRUSTED = 1.0
-FIXED_ROWS = COUNT
 _STEP = 1e-6
 _BUCKLED = 40.0
 
@@ -103,11 +104,24 @@ def reaction(force: float, stroke: float, f: Focus, l: float, scale: float) -> t
 
 
 @kernel
-def rows_at(f: Focus, b: float, h: float, l: float, table: Array, out: Array) -> None:
-    """Logarithms of all results: those of ``rows``, sideways stability, stress, then utilisations.
+def first_peak(f: Focus) -> int:
+    """The first row beyond the groups' fibres: side force and contact pressure at each of their peaks follow."""
+    return FIRST_GROUP + 2 * (1 + (f.eta.size - 1) // 3)
 
-    out[UTILISATION] is the greatest; out[FIXED_ROWS], out[FIXED_ROWS + 1] are ln(compression/sideways critical force)
-    and ln(greatest stress); from FIXED_ROWS + 2 on, two fibres for every group of sections. Stability is
+
+@kernel
+def row_count(f: Focus) -> int:
+    """Of all rows."""
+    return first_peak(f) + 2 * (f.react_force.size // 3)
+
+
+@kernel
+def rows_at(f: Focus, b: float, h: float, l: float, table: Array, out: Array) -> None:
+    """Logarithms of all results: those of ``rows``, sideways stability, stress, utilisations, reactions.
+
+    out[UTILISATION], out[SIDE] and out[PRESSURE] are the greatest; out[SIDEWAYS], out[STRESS] are
+    ln(compression/sideways critical force) and ln(greatest stress); from FIRST_GROUP on, two fibres for every group of
+    sections; from ``first_peak`` on, side force and contact pressure for every peak of theirs. Stability is
     ln(compression/critical force); side force, pressure and power are 0 where the focus does not look at them.
     ``table`` is room of shape (angles, sections).
     """
@@ -119,11 +133,11 @@ def rows_at(f: Focus, b: float, h: float, l: float, table: Array, out: Array) ->
     if f.compression > 0.0:
         ln_u, _ = critical_parameter(l, L)
         euler = 2.0 * ln_u + math.log(f.modulus / (12.0 * L * L * f.compression))
-        out[STABILITY], out[FIXED_ROWS] = math.log(tau) - euler, -math.log(h * b * b * b) - euler
+        out[STABILITY], out[SIDEWAYS] = math.log(tau) - euler, -math.log(h * b * b * b) - euler
     else:
-        out[STABILITY] = out[FIXED_ROWS] = NEVER_COMPRESSED
+        out[STABILITY] = out[SIDEWAYS] = NEVER_COMPRESSED
     if out[STABILITY] >= 0.0:
-        for r in range(FIXED_ROWS + 1, out.size):
+        for r in range(STRESS, out.size):
             out[r] = _BUCKLED
         out[UTILISATION] = out[SIDE] = out[PRESSURE] = out[POWER] = _BUCKLED
         return
@@ -150,20 +164,23 @@ def rows_at(f: Focus, b: float, h: float, l: float, table: Array, out: Array) ->
             worst = max(worst, top)
             most = strength[0] if g == 0 else peak(strength[0], strength[1], strength[2])
             greatest = max(greatest, most)
-            out[FIXED_ROWS + 2 + 2 * g + fibre] = math.log(max(top, 1e-300))
-    out[UTILISATION], out[FIXED_ROWS + 1] = math.log(max(worst, 1e-300)), math.log(max(greatest, 1e-300))
+            out[FIRST_GROUP + 2 * g + fibre] = math.log(max(top, 1e-300))
+    out[UTILISATION], out[STRESS] = math.log(max(worst, 1e-300)), math.log(max(greatest, 1e-300))
     _, diameter, skirt, friction = f.guide
     if f.react_force.size > 0:
-        side, pressure = 0.0, 0.0
+        side, pressure, row = 0.0, 0.0, first_peak(f)
+        per_force = 4.0 / (math.pi * diameter * skirt)
         sides, pressures = np.empty(3), np.empty(3)
         for i in range(f.react_force.size):
             sides[i % 3], couple = reaction(f.react_force[i], f.react_stroke[i], f, l, scale)
             pressures[i % 3] = sides[i % 3] + couple
             if i % 3 == 2:
-                side = max(side, peak(sides[0], sides[1], sides[2]))
-                pressure = max(pressure, peak(pressures[0], pressures[1], pressures[2]))
-        out[SIDE] = math.log(max(side, 1e-300))
-        out[PRESSURE] = math.log(max(pressure * 4.0 / (math.pi * diameter * skirt), 1e-300))
+                this_side = peak(sides[0], sides[1], sides[2])
+                this_pressure = per_force * peak(pressures[0], pressures[1], pressures[2])
+                side, pressure = max(side, this_side), max(pressure, this_pressure)
+                out[row], out[row + 1] = math.log(max(this_side, 1e-300)), math.log(max(this_pressure, 1e-300))
+                row += 2
+        out[SIDE], out[PRESSURE] = math.log(max(side, 1e-300)), math.log(max(pressure, 1e-300))
     n = f.cycle_force.size
     if n > 0:
         power = 0.0

@@ -13,9 +13,9 @@ import numpy as np
 
 from solvers.outcome import ActiveConstraint
 from solvers.rod import rows
-from solvers.rod.focus import FIXED_ROWS, rows_and_slopes
+from solvers.rod.focus import SIDEWAYS, STRESS, row_count, rows_and_slopes
 from solvers.rod.machine import Machine
-from solvers.rod.polish import Limits, Polished
+from solvers.rod.polish import Limits, Polished, parts_of
 from solvers.rod.problem import Bounds, Objective
 
 _ACTIVE = 1e-6
@@ -31,8 +31,7 @@ def active_constraints(
     there is named ``h_size`` and so on, its sensitivity that to the size itself.
     """
     d, focus = best.dimensions, best.focus
-    groups = 1 + (focus.eta.size - 1) // 3
-    values = np.empty(FIXED_ROWS + 2 + 2 * groups)
+    values = np.empty(row_count(focus))
     slopes = np.empty((values.size, 3))
     table = np.empty((focus.force.size, focus.eta.size))
     rows_and_slopes(focus, np.log([d.b, d.h, d.l]), table, values, slopes)
@@ -40,7 +39,6 @@ def active_constraints(
     names: list[str] = []
     signs: list[float] = []
     columns: list[np.ndarray] = []
-    fatigue_rows = range(FIXED_ROWS + 2, values.size)
 
     def offer(name: str, row: int, log_limit: float, sign: float) -> None:
         if abs(values[row] - log_limit) < _ACTIVE:
@@ -48,15 +46,16 @@ def active_constraints(
             signs.append(sign)
             columns.append(np.append(slopes[row], 0.0))
 
-    for row in (rows.STABILITY, FIXED_ROWS):
+    for row in (rows.STABILITY, SIDEWAYS):
         offer("min_stability_safety", row, -math.log(limits.stability), -1.0)
     if limits.fatigue is not None:
-        for row in fatigue_rows:
+        for row in parts_of(focus, rows.UTILISATION):
             offer("min_fatigue_safety", row, -math.log(limits.fatigue), -1.0)
     if limits.stress is not None:
-        offer("min_yield_safety", FIXED_ROWS + 1, math.log(limits.stress), -1.0)
+        offer("min_yield_safety", STRESS, math.log(limits.stress), -1.0)
     if limits.pressure is not None:
-        offer("max_contact_pressure", rows.PRESSURE, math.log(limits.pressure), 1.0)
+        for row in parts_of(focus, rows.PRESSURE):
+            offer("max_contact_pressure", row, math.log(limits.pressure), 1.0)
     if limits.power is not None:
         offer("max_friction_power", rows.POWER, math.log(limits.power), 1.0)
     for index, name in enumerate(("b", "h", "l")):
@@ -75,13 +74,14 @@ def active_constraints(
                 columns.append(np.append(sign * np.eye(3)[index], 0.0))
     weights = dict(objective.weights)
     target = np.zeros(4)
-    target[3] = weights.pop(rows.UTILISATION, 0.0)
+    topped = next((row for row in weights if len(parts_of(focus, row)) > 1), None)
+    target[3] = weights.pop(topped, 0.0)
     for row, weight in weights.items():
         target[:3] -= weight * slopes[row]
     if target[3]:
-        # A greatest of several utilisations: shares of those that govern, which add up to one.
-        for row in fatigue_rows:
-            if values[rows.UTILISATION] - values[row] < _ACTIVE:
+        # A greatest of several: shares of those that govern, which add up to one.
+        for row in parts_of(focus, topped):
+            if values[topped] - values[row] < _ACTIVE:
                 names.append("")
                 signs.append(0.0)
                 columns.append(np.append(slopes[row], 1.0))

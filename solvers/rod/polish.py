@@ -1,8 +1,9 @@
 """From a good strip to the best one nearby: sequential quadratic programming in logarithms of b, h, l.
 
 The worst of many sections is a kinked function; every fibre of the clamp and of each governing inner section is a
-constraint of its own here, so that a kink becomes a corner where smooth constraints meet. A fatigue objective is
-written with one more variable that all utilisations stay below. After each run the governing angles and sections are
+constraint of its own here, and so is every peak of the reactions, so that a kink becomes a corner where smooth
+constraints meet. An objective that is the greatest of several is written with one more variable that all of them stay
+below. After each run the governing angles and sections are
 looked for again and join the earlier ones, until the strip stays where it is: an exchange as E. Remez's (1934), which
 cannot go round in circles between strips whose worst sections are each other's harmless ones. What a strip is said to
 cost, it costs at its own worst sections. Source: D. Kraft (1988), as scipy's SLSQP.
@@ -16,10 +17,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers.rod import rows
-from solvers.rod.focus import FIXED_ROWS, Array, Focus, joined, rows_and_slopes
+from solvers.rod.focus import (
+    FIRST_GROUP,
+    SIDEWAYS,
+    STRESS,
+    Array,
+    Focus,
+    first_peak,
+    joined,
+    row_count,
+    rows_and_slopes,
+)
 from solvers.rod.machine import Machine, Matters
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.scene import Dimensions
+from solvers.rod.tilt import Tilt
 
 _TOLERANCE = 1e-13
 _VIOLATION = 0.9e-9
@@ -28,7 +40,6 @@ _STILL = 1e-4
 _ROUNDS = 12
 _STEPS_BACK = 4
 _NEAR_ENOUGH = 1e-2
-_SIDEWAYS, _STRESS, _FIRST_GROUP = FIXED_ROWS, FIXED_ROWS + 1, FIXED_ROWS + 2
 
 
 @dataclass(frozen=True)
@@ -55,20 +66,22 @@ class Polished:
 
 @dataclass
 class _Memory:
-    """One focus and the rows at the last place asked for."""
+    """One focus and the rows at the last place asked for, tilted where they are."""
 
     focus: Focus
+    tilt: Tilt | None
     at: Array | None = None
 
     def __post_init__(self) -> None:
-        groups = 1 + (self.focus.eta.size - 1) // 3
         self.table = np.empty((self.focus.force.size, self.focus.eta.size))
-        self.values = np.empty(_FIRST_GROUP + 2 * groups)
+        self.values = np.empty(row_count(self.focus))
         self.slopes = np.empty((self.values.size, 3))
 
     def look(self, x: Array) -> tuple[Array, Array]:
         if self.at is None or not np.array_equal(x, self.at):
             rows_and_slopes(self.focus, x, self.table, self.values, self.slopes)
+            if self.tilt is not None:
+                self.tilt.apply(x, self.focus, self.values, self.slopes)
             self.at = x.copy()
         return self.values, self.slopes
 
@@ -80,32 +93,52 @@ def matters(objective: Objective, limits: Limits) -> Matters:
     return Matters(limits.stress is not None, pressed, limits.power is not None or rows.POWER in weighed)
 
 
-def constraint_rows(limits: Limits, groups: int) -> tuple[Array, Array]:
+def parts_of(focus: Focus, row: int) -> range:
+    """The rows that a row is the greatest of, or the row itself."""
+    peaks, count = first_peak(focus), row_count(focus)
+    greatest_of = {
+        rows.UTILISATION: range(FIRST_GROUP, peaks),
+        rows.SIDE: range(peaks, count, 2),
+        rows.PRESSURE: range(peaks + 1, count, 2),
+    }
+    return greatest_of.get(row, range(row, row + 1))
+
+
+def constraint_rows(limits: Limits, focus: Focus) -> tuple[Array, Array]:
     """The rows that are limited and the logarithms of their limits."""
-    which, limit = [rows.STABILITY, _SIDEWAYS], [-math.log(limits.stability)] * 2
-    if limits.fatigue is not None:
-        which += range(_FIRST_GROUP, _FIRST_GROUP + 2 * groups)
-        limit += [-math.log(limits.fatigue)] * (2 * groups)
-    for row, greatest in ((_STRESS, limits.stress), (rows.PRESSURE, limits.pressure), (rows.POWER, limits.power)):
+    which, limit = [rows.STABILITY, SIDEWAYS], [-math.log(limits.stability)] * 2
+    for row, greatest in (
+        (rows.UTILISATION, limits.fatigue and 1.0 / limits.fatigue),
+        (STRESS, limits.stress),
+        (rows.PRESSURE, limits.pressure),
+        (rows.POWER, limits.power),
+    ):
         if greatest is not None:
-            which.append(row)
-            limit.append(math.log(greatest))
+            parts = parts_of(focus, row)
+            which += parts
+            limit += [math.log(greatest)] * len(parts)
     return np.array(which), np.array(limit)
 
 
 def polish(
-    machine: Machine, objective: Objective, limits: Limits, bounds: Bounds, start: Dimensions
+    machine: Machine,
+    objective: Objective,
+    limits: Limits,
+    bounds: Bounds,
+    start: Dimensions,
+    tilt: Tilt | None = None,
 ) -> Polished | None:
     """The best strip near ``start`` that meets the limits, to the safe side by 1e-9, or None if none is reached.
 
-    Not worse than ``start``: a greatest pressure or side force that two angles share is a kink, before which a run may
-    stop short.
+    With a ``tilt`` limits and cost are those of tilted rows.
+
+    Not worse than ``start``.
     """
     box = np.log([bounds.b, bounds.h, bounds.l])
     x = np.clip(np.log([start.b, start.h, start.l]), box[:, 0], box[:, 1])
     wanted = matters(objective, limits)
     focus, angles = machine.focus_at(*np.exp(x), wanted)
-    memory = _Memory(focus)
+    memory = _Memory(focus, tilt)
     unmoved, (cost, violation) = (x, focus, angles), _measured(memory, objective, limits, x)
     least = cost if violation <= _VIOLATION else math.inf
     for _ in range(_ROUNDS):
@@ -120,7 +153,7 @@ def polish(
         if still:
             break
         focus, angles = joined(machine.focus_at(*np.exp(x), wanted), (focus, angles))
-        memory = _Memory(focus)
+        memory = _Memory(focus, tilt)
     else:
         cost, violation = _measured(memory, objective, limits, x)
     if violation > _VIOLATION or cost > least:
@@ -135,7 +168,7 @@ def polish(
 
 def _measured(memory: _Memory, objective: Objective, limits: Limits, x: Array) -> tuple[float, float]:
     """ln objective and the greatest violation."""
-    which, limit = constraint_rows(limits, 1 + (memory.focus.eta.size - 1) // 3)
+    which, limit = constraint_rows(limits, memory.focus)
     values = memory.look(x)[0]
     cost = float(sum(weight * values[row] for row, weight in objective.weights))
     return cost, float(np.max(values[which] - limit + _SAFE_SIDE))
@@ -145,8 +178,7 @@ def _restored(
     memory: _Memory, objective: Objective, limits: Limits, box: Array, x: Array
 ) -> tuple[Array, float, float]:
     """The least steps that take the violated limits back, where the run stopped outside: as ``_run`` returns."""
-    groups = 1 + (memory.focus.eta.size - 1) // 3
-    which, limit = constraint_rows(limits, groups)
+    which, limit = constraint_rows(limits, memory.focus)
     limit = limit - _SAFE_SIDE
     for _ in range(_STEPS_BACK):
         values, slopes = memory.look(x)
@@ -171,13 +203,13 @@ def _run(memory: _Memory, objective: Objective, limits: Limits, box: Array, x: A
     """One run of SLSQP on one focus: where it ends, ln objective, greatest violation."""
     from scipy.optimize import minimize
 
-    groups = 1 + (memory.focus.eta.size - 1) // 3
-    which, limit = constraint_rows(limits, groups)
+    which, limit = constraint_rows(limits, memory.focus)
     limit = limit - _SAFE_SIDE
     free = np.flatnonzero(box[:, 1] > box[:, 0])
     weights = dict(objective.weights)
-    above = weights.pop(rows.UTILISATION, 0.0)
-    inner = np.arange(_FIRST_GROUP, _FIRST_GROUP + 2 * groups)
+    topped = next((row for row in weights if len(parts_of(memory.focus, row)) > 1), None)
+    above = weights.pop(topped, 0.0)
+    inner = np.array(parts_of(memory.focus, topped) if above else [], dtype=int)
 
     def place(y: Array) -> Array:
         at = x.copy()

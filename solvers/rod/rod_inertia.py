@@ -140,9 +140,8 @@ class _Following:
 def _vibration(cycle: Cycle) -> SteadyVibration:
     wanted = max(0.25 * cycle.tolerance, LEAST_ERROR)
     edges, mean = smooth_pieces(cycle, wanted), float(np.mean(cycle.axial_force(grid(_MEAN_SAMPLES))))
-    for polynomials in LADDER[_first_rung(wanted) :]:
-        if polynomials > LADDER[0] and _work(edges.size, polynomials) > MOST_WORK:
-            break
+    rungs = [n for n in LADDER if _work(edges.size, n) <= MOST_WORK] or [LADDER[0]]
+    for polynomials in rungs[min(_first_rung(wanted), len(rungs) - 1) :]:
         strip = StripModes.of(cycle, polynomials, mean)
         driven = strip.driven(edges)
         found = strip.solve(driven, strip.pace.size)

@@ -70,6 +70,14 @@ def test_cones_hold_between_stations_and_are_not_held_back_by_a_tangent(seed):
     assert found.proven and found.admissible and found.bounded and found.honest
 
 
+@pytest.mark.parametrize("seed", [950, 1200])
+def test_what_the_proof_leaves_out_moves_the_strip(seed):
+    """Problems that the campaign found: a better strip where friction and inertia change with it, and one of another
+    stock thickness, between which gas load and beam-column alone do not tell."""
+    found = judge_design("flexible-rod", seed)
+    assert found.admissible and found.bounded and found.honest and found.closest > 0.0
+
+
 def test_a_table_that_jumps_makes_the_strip_ring():
     """A scene that the campaign found: pressures a tenth of a degree apart, the strip stiff otherwise."""
     assert all(v.kept_promise for v in judge_choice(scene_of("flexible-rod", 28), (1e-1,), needless=False))

@@ -11,7 +11,7 @@ import pytest
 
 from solvers import rod
 from solvers.outcome import Status
-from solvers.rod.design import _secant
+from solvers.rod.full_model import _secant
 from solvers.rod.polish import Limits
 from tests.solvers.rod.dense_search import MISSED, dense_search, sample
 from tests.solvers.rod.machines import CORE

@@ -195,10 +195,8 @@ def _stresses(turn: Turn, criterion: FatigueCriterion, contact: bool) -> tuple[S
     amplitude, mean = 0.5 * (fatigue.high - fatigue.low), mean + 0.5 * (fatigue.high + fatigue.low)
     side, moment, pressure = _guide(turn, contact)
     errors = [x.relative_error for x in (fatigue, strength, bent, side, moment, *([pressure] if pressure else []))]
-    # The amplitude is never the smaller part of a stress cycle that changes sign; the mean may be as small as it likes,
-    # so both are judged against the greater of the two.
-    scale = max(amplitude, abs(mean))
-    errors.append(fatigue.extremes_error / scale if scale else 0.0)
+    # The amplitude is judged by itself, however great the mean beside it; a mean as small as it likes is not.
+    errors.append(fatigue.extremes_error / amplitude if amplitude else 0.0)
     power = None
     if contact:
         corners = np.concatenate([turn.cycle.corners(), _second_wall(turn)])

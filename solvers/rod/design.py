@@ -20,6 +20,7 @@ from solvers.rod.full_model import BOXES, Found, limits_of, on_full_model
 from solvers.rod.multipliers import active_constraints
 from solvers.rod.problem import OBJECTIVES, Objective, RodProblem
 from solvers.rod.scene import Dimensions
+from solvers.rod.scout import STRIPS
 from solvers.rod.survey import ANGLES, survey
 
 _LIMITED_BY = {
@@ -111,8 +112,8 @@ def _certificate(
         if (name := _LIMITED_BY.get(constraint.name)) is not None:
             ratio = getattr(found.shifted, name) / getattr(found.limits, name)
             owed += abs(constraint.sensitivity * math.log(ratio))
-    # A strip that the full model moved may be better than the search's own, but no bound comes nearer by that.
-    own = max(found.best.log_cost, proof.best.log_cost)
+    # The last strip found may be better than the search's own, but no bound comes nearer by that.
+    own = found.best.log_cost if proof.best is None else max(found.best.log_cost, proof.best.log_cost)
     gap = max(own - proof.log_bound, 0.0) + owed + found.rough
     if not active - _CORE and value:
         # The search's own physics: where its value is not the check's, its bound may be as wrong.
@@ -141,7 +142,8 @@ def _infeasible(proof: Proof, active: frozenset[str]) -> Certificate | None:
     if math.isfinite(proof.log_bound):
         return None
     evidence = {"boxes": proof.boxes, "rests_on": "every box of (tau, l) violates a requirement"}
-    evidence |= _beyond(active, "equal to those at the last strip looked at")
+    if beyond := _beyond(active, "equal to those at the last strip looked at"):
+        evidence |= beyond | {"scouted": f"{STRIPS} strips spread over all sizes, and what lies near the best of them"}
     return Certificate("branch and bound over (ln tau, ln l)", math.inf, 0.0, evidence)
 
 

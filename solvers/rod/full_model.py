@@ -20,9 +20,10 @@ from solvers.rod.certificate import Proof, Sizes, search
 from solvers.rod.check import RodCheck
 from solvers.rod.focus import SIDEWAYS, STRESS
 from solvers.rod.machine import Machine
-from solvers.rod.polish import Limits, Polished, polish
+from solvers.rod.polish import Limits, Polished, matters, polish
 from solvers.rod.problem import Bounds, Objective, Requirements, RodProblem
 from solvers.rod.scene import Dimensions
+from solvers.rod.scout import scout
 from solvers.rod.tilt import Tilt, logarithms, measured, own_rows
 
 BOXES = 20_000
@@ -33,9 +34,10 @@ _GUARD = 0.1
 _AGREED = 0.25
 """Shares of the accuracy: how far to the safe side limits are shifted, and how far apart shifts may be in the end."""
 _STEEPEST = 0.5
-_SETTLING, _REACH, _LESS, _FAR, _ROUGH = 8, 0.15, 0.25, 0.02, 1e-5
-"""Settling: looks at the full model, how far one may go in logarithms, by what less after a step that failed, how far
-slopes hold, and how exact the looks are that they come from."""
+_SETTLING, _FAILURES, _SHORT, _REACH, _LESS, _FAR, _ROUGH = 24, 5, 2, 0.15, 0.25, 0.02, 1e-5
+"""Settling: looks at the full model, how many of them may be no better, how many in a row short of a limit, how far one
+may go in logarithms, by what less after a step that failed, how far slopes hold, and how exact the looks are that they
+come from."""
 _SAFE = 1.0 + 1e-9
 
 Evaluate = Callable[[Dimensions, float], Outcome[RodCheck]]
@@ -108,9 +110,26 @@ def on_full_model(
             best = proof.best
         else:
             best = polish(machine, objective, limits, sizes.around(best.dimensions), best.dimensions)
-    if found is not None and beyond_core:
-        found = _settled(problem, machine, sizes, found, evaluate, accuracy)
+    if beyond_core:
+        found = found or _scouted(problem, machine, sizes, evaluate, accuracy)
+        found = found and _settled(problem, machine, sizes, found, evaluate, accuracy)
     return found, proof
+
+
+def _scouted(problem: RodProblem, machine: Machine, sizes: Sizes, evaluate: Evaluate, accuracy: float) -> Found | None:
+    """An admissible strip that no search led to."""
+    objective = problem.objective
+    strip = scout(lambda d: evaluate(d, _COARSE[0]).value, sizes, problem.requirements, objective)
+    if strip is None:
+        return None
+    outcome = evaluate(strip, min(accuracy, 1e-6))
+    if outcome.value.stresses is None or not _meets(outcome.value, problem.requirements):
+        return None
+    focus, angles = machine.focus_at(strip.b, strip.h, strip.l, matters(objective, limits_of(problem)))
+    best = Polished(strip, 0.0, focus, angles)
+    best = replace(best, log_cost=_own_cost(objective, best))
+    limits = _shifted(problem, best, outcome.value, 0.0)
+    return Found(best, outcome, limits, search(machine, objective, limits, sizes, accuracy, BOXES), limits)
 
 
 @dataclass
@@ -128,7 +147,7 @@ def _settled(
 ) -> Found:
     """The strip moved to where the full model's own slopes balance, as far as that makes it better."""
     objective, density = problem.objective, problem.scene.material.density
-    reach = _REACH
+    reach, failures, short = _REACH, 0, 0
 
     def step(here: _Stand) -> Polished | None:
         """The best strip of sizes that are to be had, near the best one of any size."""
@@ -139,12 +158,13 @@ def _settled(
         strip = best.dimensions
         return polish(machine, objective, here.limits, sizes.around(strip), strip, tilt)
 
-    here = home = _Stand(found.best, found.outcome.value, found.shifted)
+    start, here = found, _Stand(found.best, found.outcome.value, found.shifted)
+    home = here
     for _ in range(_SETTLING):
         if here.tilt is None:
             strip, look = here.strip, lambda d: evaluate(d, _ROUGH).value
             here.tilt = measured(strip.focus, strip.dimensions, here.full, look, sizes.bounds)
-        best = step(here)
+        best = step(here) if failures < _FAILURES else None
         moved = 0.0 if best is None else float(np.max(np.abs(logarithms(best.dimensions) - here.tilt.at)))
         # A strip that does not meet the limits yet may be short of them by less than that.
         if best is None or (moved < _AGREED * accuracy and here is home):
@@ -152,7 +172,7 @@ def _settled(
         outcome = evaluate(best.dimensions, min(accuracy, 1e-6))
         full = outcome.value
         if full.stresses is None:
-            here, reach = home, _LESS * moved
+            here, reach, failures = home, _LESS * moved, failures + 1
             continue
         meets = _meets(full, problem.requirements)
         if meets and _cost(objective, full) >= _cost(objective, home.full):
@@ -161,7 +181,7 @@ def _settled(
                 foretold = best.log_cost - here.strip.log_cost
                 found_out = objective.log_cost(full, density) - objective.log_cost(here.full, density)
                 found = replace(found, rough=abs(found_out - foretold))
-            here, reach = home, _LESS * moved
+            here, reach, failures = home, _LESS * moved, failures + 1
             continue
         tilted, shifted = (
             _tilted(here.limits, here.tilt, best.dimensions),
@@ -171,10 +191,15 @@ def _settled(
         tilt = here.tilt._replace(at=logarithms(best.dimensions)) if moved <= _FAR else None
         found = Found(strip, outcome, tilted, found.proof, shifted) if meets else found
         here = _Stand(strip, full, shifted, tilt)
-        home = here if meets else home
+        home, short = (here, 0) if meets else (home, short + 1)
+        if short > _SHORT:
+            here, reach, failures, short = home, _LESS * reach, failures + 1, 0
         if meets and _apart(shifted, tilted) <= _AGREED * accuracy:
             break
-    return found
+    if home.strip is start.best:
+        return found
+    # The bound is one of the search's physics with limits as the full model shifts them at the answer.
+    return replace(found, limits=found.shifted, proof=search(machine, objective, found.shifted, sizes, accuracy, BOXES))
 
 
 def _within(box: Bounds, d: Dimensions, reach: float) -> Bounds:

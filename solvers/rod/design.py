@@ -16,7 +16,8 @@ from solvers.rod.cycle import BeamColumn, Composition
 from solvers.rod.diagnosis import diagnose
 from solvers.rod.effects import ReciprocatingInertia
 from solvers.rod.effects_over_box import choose_over_box
-from solvers.rod.full_model import BOXES, Found, limits_of, on_full_model
+from solvers.rod.found import BOXES, Found, limits_of
+from solvers.rod.full_model import on_full_model
 from solvers.rod.multipliers import active_constraints
 from solvers.rod.problem import OBJECTIVES, Objective, RodProblem
 from solvers.rod.scene import Dimensions

@@ -2,14 +2,16 @@
 
 A scene has core physics and may call for effects beyond it. Each effect names itself and bounds, before anything is
 solved, what leaving it out would change; ``auto`` leaves effects out, the smallest bounds first, only as long as the
-bounds of all that is left out add up to less than the effect tolerance. An effect left out is not computed at all.
+bounds of all that is left out add up to less than the effect tolerance. An effect left out is not computed at all; a
+bound that decides nothing is computed when the manifest's line is read.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Generic, Protocol, TypeVar
 
 from solvers.errors import EffectConflict, InvalidInput
@@ -81,17 +83,15 @@ def choose(
     for name in selection.exclude & demanded.keys():
         raise EffectConflict(name, demanded[name])
 
-    bounds = {effect.name: effect.influence(situation) for effect in effects}
     settled = selection.include | selection.exclude | demanded.keys()
-    free = [name for name in bounds if name not in settled]
-    skipped: set[str] = set()
-    if selection.automatic:
-        left_out = 0.0
-        for name in sorted(free, key=bounds.__getitem__):
-            left_out += bounds[name]
-            if left_out > tolerance:
-                break
-            skipped.add(name)
+    undecided = [effect for effect in effects if selection.automatic and effect.name not in settled]
+    bounds = {effect.name: effect.influence(situation) for effect in undecided}
+    skipped, left_out = set(), 0.0
+    for name in sorted(bounds, key=bounds.__getitem__):
+        left_out += bounds[name]
+        if left_out > tolerance:
+            break
+        skipped.add(name)
 
     def reason(name: str) -> tuple[EffectState, str]:
         if name in selection.exclude:
@@ -111,10 +111,15 @@ def choose(
             )
         return EffectState.ACTIVE, f"leaving it out could change the results by more than {tolerance:g} allows"
 
+    def bound(effect: E) -> Callable[[], float]:
+        if effect.name in bounds:
+            return partial(bounds.__getitem__, effect.name)
+        return partial(effect.influence, situation)
+
     manifest, active = [], []
     for effect in effects:
         state, why = reason(effect.name)
-        manifest.append(EffectReport(effect.name, state, bounds[effect.name], why))
+        manifest.append(EffectReport(effect.name, state, bound(effect), why))
         if state is EffectState.ACTIVE:
             active.append(effect)
     return Choice(tuple(active), tuple(manifest))

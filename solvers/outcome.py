@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
@@ -25,13 +26,27 @@ class EffectState(StrEnum):
 class EffectReport:
     """One line of the effects manifest.
 
-    ``influence`` is the a-priori bound on the relative change that the effect makes to the main results.
+    ``bound`` computes ``influence``. What a request settles needs no bound to be decided: one that nobody reads is not
+    computed.
     """
 
     name: str
     state: EffectState
-    influence: float
+    bound: Callable[[], float] = field(repr=False, compare=False)
     why: str
+
+    @cached_property
+    def influence(self) -> float:
+        """The a-priori bound on the relative change that the effect makes to the main results."""
+        return self.bound()
+
+    def __reduce__(self) -> tuple[Callable[..., EffectReport], tuple[str, EffectState, float, str]]:
+        """To other processes goes the number."""
+        return _told, (self.name, self.state, self.influence, self.why)
+
+
+def _told(name: str, state: EffectState, influence: float, why: str) -> EffectReport:
+    return EffectReport(name, state, lambda: influence, why)
 
 
 @dataclass(frozen=True)

@@ -111,5 +111,5 @@ def choose_for(
     reports = {report.name: report for report in choice.manifest}
     for effect in missing:
         why = f"the scene does not give the {effect.needs.replace('_', ' ')} that it needs"
-        reports[effect.name] = EffectReport(effect.name, EffectState.SKIPPED, 0.0, why)
+        reports[effect.name] = EffectReport(effect.name, EffectState.SKIPPED, lambda: 0.0, why)
     return Choice(choice.active, tuple(reports[effect.name] for effect in EFFECTS))

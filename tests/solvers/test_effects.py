@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from dataclasses import dataclass
 
 import pytest
@@ -92,3 +93,28 @@ def test_the_manifest_names_every_effect_with_state_bound_and_reason():
         ("unbounded", EffectState.ACTIVE, math.inf),
     ]
     assert manifest[0].why == "excluded by the request"
+
+
+def test_a_bound_that_decides_nothing_is_computed_when_it_is_read_and_once():
+    asked = []
+
+    @dataclass(frozen=True)
+    class Counted:
+        name: str
+        summary: str = ""
+        measure: str = ""
+
+        def influence(self, situation):
+            asked.append((self.name, situation))
+            return 0.25
+
+    effects = [Counted("in"), Counted("out"), Counted("free")]
+    selection = EffectSelection(include=frozenset({"in"}), exclude=frozenset({"out"}))
+    manifest = choose(effects, "scene", selection, 0.5).manifest
+    assert asked == [("free", "scene")]
+    assert [report.influence for report in manifest] == [0.25] * 3
+    assert [report.influence for report in pickle.loads(pickle.dumps(manifest))] == [0.25] * 3
+    assert sorted(asked) == [("free", "scene"), ("in", "scene"), ("out", "scene")]
+    asked.clear()
+    choose(effects, "scene", EffectSelection(automatic=False), 0.5)
+    assert asked == []

@@ -2,8 +2,8 @@
 
 Where effects beyond the search's physics change from strip to strip, as near a resonance, shifting the search's limits
 may lead nowhere although there are admissible strips. Then strips spread evenly over all sizes (I. M. Sobol's sequence)
-are put to the full model, and from the one that misses the requirements least the miss is made smaller by a
-derivative-free search (T. M. Ragonneau's COBYQA, as scipy's).
+are put to the full model, and from the one that misses the requirements least, if that is not by far, the miss is made
+smaller by a derivative-free search (T. M. Ragonneau's COBYQA, as scipy's).
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from solvers.rod.check import RodCheck
 from solvers.rod.problem import Objective, Requirements
 from solvers.rod.scene import Dimensions
 
-STRIPS = 32
-_LOOKS = 40
+STRIPS = 16
+_LOOKS, _HOPELESS = 24, 0.3
+"""Further looks, and from which miss on none are taken."""
 _FIRST, _LAST = 0.05, 1e-3
 """First and last radius of the derivative-free search, in logarithms."""
 _ROOM = 1e-3
@@ -63,7 +64,7 @@ def scout(look: Look, sizes: Sizes, requirements: Requirements, objective: Objec
     for start in starts:
         missed(start)
     least = min(range(STRIPS), key=lambda k: seen[k][:2])
-    if seen[least][0] > 0.0 and np.any(high > low):
+    if 0.0 < seen[least][0] < _HOPELESS and np.any(high > low):
         minimize(
             missed,
             starts[least],

@@ -27,7 +27,7 @@ Rows = NDArray[np.intp]
 NEAR = 0.02
 _ALIKE = 2.0
 """How much the bends of neighbouring parabolas may differ, as a ratio, where a function counts as smooth."""
-_SAFETY = 4.0
+_SAFETY = 8.0
 """Over the gain that a parabola foretells: what its neighbours' bends may add to it, and some."""
 _FURTHER = 2.0
 """Of what a cubic adds to the slope: what higher powers may, and some."""

@@ -90,9 +90,10 @@ def test_effects_that_enlarge_each_other_are_not_left_out(seed, tolerance):
     assert all(v.kept_promise for v in judge_choice(scene_of("flexible-rod", seed), (tolerance,), needless=False))
 
 
-def test_a_lopsided_peak_is_no_flatter_than_it_is():
-    """A scene that the campaign found: the greatest contact pressure 2e-8 too low, told as known to 5e-9."""
-    judged = judge_estimate(scene_of("flexible-rod", 887))
+@pytest.mark.parametrize("seed", [887, 5793, 7752])
+def test_a_lopsided_peak_is_no_flatter_than_it_is(seed):
+    """Scenes that the campaign found: one with the greatest contact pressure 2e-8 too low, told as known to 5e-9."""
+    judged = judge_estimate(scene_of("flexible-rod", seed))
     assert judged.honest and judged.met
 
 

@@ -144,7 +144,7 @@ def _infeasible(proof: Proof, active: frozenset[str]) -> Certificate | None:
         return None
     evidence = {"boxes": proof.boxes, "rests_on": "every box of (tau, l) violates a requirement"}
     if beyond := _beyond(active, "equal to those at the last strip looked at"):
-        evidence |= beyond | {"scouted": f"{STRIPS} strips spread over all sizes, and what lies near the best of them"}
+        evidence |= beyond | {"scouted": f"{STRIPS} strips spread over all sizes, none of them admissible"}
     return Certificate("branch and bound over (ln tau, ln l)", math.inf, 0.0, evidence)
 
 

@@ -3,10 +3,10 @@
 The worst of many sections is a kinked function; every fibre of the clamp and of each governing inner section is a
 constraint of its own here, and so is every peak of the reactions, so that a kink becomes a corner where smooth
 constraints meet. An objective that is the greatest of several is written with one more variable that all of them stay
-below. After each run the governing angles and sections are
-looked for again and join the earlier ones, until the strip stays where it is: an exchange as E. Remez's (1934), which
-cannot go round in circles between strips whose worst sections are each other's harmless ones. What a strip is said to
-cost, it costs at its own worst sections. Source: D. Kraft (1988), as scipy's SLSQP.
+below. After each run the governing angles and sections are looked for again and join the earlier ones, until the strip
+stays where it is: an exchange as E. Remez's (1934), which cannot go round in circles between strips whose worst
+sections are each other's harmless ones. What a strip is said to cost, it costs at its own worst sections.
+Source: D. Kraft (1988), as scipy's SLSQP.
 """
 
 from __future__ import annotations
@@ -130,9 +130,7 @@ def polish(
 ) -> Polished | None:
     """The best strip near ``start`` that meets the limits, to the safe side by 1e-9, or None if none is reached.
 
-    With a ``tilt`` limits and cost are those of tilted rows.
-
-    Not worse than ``start``.
+    Not worse than ``start``. With a ``tilt`` limits and cost are those of tilted rows.
     """
     box = np.log([bounds.b, bounds.h, bounds.l])
     x = np.clip(np.log([start.b, start.h, start.l]), box[:, 0], box[:, 1])

@@ -140,9 +140,10 @@ class Situation:
     def sensitivity(self) -> float:
         """How much a small change of the strip's flexibility is magnified in what the guide feels.
 
-        By nearness to buckling; the friction force F, which adds to the compression, grows with it as 1/(P_cr - P), and
-        the fixed point of P = P_0 + F(P) moves P_cr/sqrt(m (m - 4 F)) times as fast as P_cr, m = P_cr - P_0. Where the
-        strip's inertia matters, it may magnify the change once more, or lessen what it is compared with.
+        Reactions go as 1/(P_cr - P), and so does the friction force F, which adds to the compression: with
+        P = P_0 + F m/(P_cr - P) closed, m = P_cr - P_0, they change by P_cr/sqrt(m (m - 4 F)) times the share by which
+        P_cr does; too little within a tenth of the friction that buckles the strip, which comes a little sooner. Where
+        the strip's inertia matters, it may magnify the change once more, or lessen what it is compared with.
         """
         clearance = self.reactions.clearance
         if not clearance:

@@ -96,11 +96,14 @@ def settled(
             break
     if home.strip is start.best:
         return found
-    # The bound is one of the search's physics with limits as the full model shifts them at the answer, and a little
-    # less, so that the answer is within them.
-    limits = shifted_limits(problem, found.best, found.outcome.value, -GUARD * accuracy)
-    proof = search(machine, objective, limits, sizes, accuracy, BOXES)
-    return found if proof.best is None else replace(found, proof=proof)
+    # The bound is one of the search's physics with limits as the full model shifts them at the answer; a little less
+    # where sizes that are to be had leave nothing else.
+    for guard in (GUARD, -GUARD):
+        limits = shifted_limits(problem, found.best, found.outcome.value, guard * accuracy)
+        proof = search(machine, objective, limits, sizes, accuracy, BOXES)
+        if proof.best is not None:
+            return replace(found, proof=proof)
+    return found
 
 
 def _within(box: Bounds, d: Dimensions, reach: float) -> Bounds:

@@ -271,6 +271,35 @@ def _foretold(values: Array, between: Array, wanted: float) -> bool:
     return True
 
 
+# Written out: a fresh machine compiles loops several times faster than numpy's reductions.
+@kernel
+def sampled_range(samples: Array) -> tuple[float, float]:
+    """The least and the greatest sample."""
+    least, most = samples[0], samples[0]
+    for n in range(1, samples.size):
+        least, most = min(least, samples[n]), max(most, samples[n])
+    return least, most
+
+
+@kernel
+def foretold_range(angles: Array, values: Array) -> tuple[float, float]:
+    """The least and the greatest value that parabolas through three neighbouring samples of one turn foretell."""
+    count = angles.size
+    least, most = np.inf, -np.inf
+    for i in range(count):
+        before, after = i - 1 if i > 0 else count - 1, i + 1 if i < count - 1 else 0
+        back = angles[i] - angles[before] + (TURN if i == 0 else 0.0)
+        on = angles[after] - angles[i] + (TURN if after == 0 else 0.0)
+        falls, rises = (values[i] - values[before]) / back, (values[after] - values[i]) / on
+        turns = 0.0
+        if falls * rises <= 0.0 and falls != rises:
+            # The vertex lies between the neighbours where the chords' slopes change their sign.
+            slope = (falls * on + rises * back) / (back + on)
+            turns = -0.25 * slope * slope * (back + on) / (rises - falls)
+        least, most = min(least, values[i] + min(turns, 0.0)), max(most, values[i] + max(turns, 0.0))
+    return least, most
+
+
 def maximum(function: Periodic, tolerance: float, angles: NDArray[np.float64], values: NDArray[np.float64]) -> Estimate:
     """Greatest value over one turn, to ``tolerance`` times the function's largest magnitude.
 

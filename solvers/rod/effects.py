@@ -112,11 +112,11 @@ class RodInertiaEffect:
 class LargeDisplacementEffect:
     name: str = "large_displacement"
     summary: str = "second order of V/l: the elastica's first correction"
-    measure: str = "2 (r/l)^2, amplified near buckling, by friction and inertia, and where the reactions are small"
+    measure: str = "1.5 (r/l)^2, amplified near buckling, by friction and inertia, and where the reactions are small"
 
     def influence(self, situation: Situation) -> float:
         slope = situation.scene.mechanism.crank_radius / situation.dimensions.l
-        return 2.0 * slope**2 * situation.sensitivity * situation.weakness
+        return 1.5 * slope**2 * situation.sensitivity * situation.weakness
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, corrections=(LargeDisplacement(), *composition.corrections))

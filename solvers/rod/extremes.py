@@ -116,17 +116,14 @@ class _SectionSearch:
     def _brackets(self) -> tuple[Rows, Rows, Array]:
         """Owner, layer and three stations of every bracket that may hold its contest's worst section."""
         stations, count = np.linspace(0.0, self.length, STATIONS), self.layers.shape[0]
-        high, low = self.turn.sampled(Gauges(np.tile(self.layers, (STATIONS, 1)), np.repeat(stations, count)))
-        high, low = high.reshape(STATIONS, count).T, low.reshape(STATIONS, count).T
-        owner, layer, at = [], [], []
-        for k, contest in enumerate(self.contests):
-            rows, columns = _contenders(high, low, np.array(contest.layers), *contest.severity)
-            owner.append(np.full(rows.size, k))
-            layer.append(rows)
-            at.append(columns)
-        middle = np.concatenate(at)[:, None]
-        places = stations[np.clip(middle + np.array([-1, 0, 1]), 0, STATIONS - 1)]
-        return np.concatenate(owner), np.concatenate(layer), places
+        found = self.turn.sampled(Gauges(np.tile(self.layers, (STATIONS, 1)), np.repeat(stations, count)))
+        high, low, *foretold = (part.reshape(STATIONS, count).T for part in found)
+        marks = np.zeros((len(self.contests), count, STATIONS), dtype=np.bool_)
+        for mine, contest in zip(marks, self.contests, strict=True):
+            for profile in ((high, low), foretold):
+                _mark_contenders(*profile, np.array(contest.layers), *contest.severity, mine)
+        owner, layer, middle = np.nonzero(marks)
+        return owner, layer, stations[np.clip(middle[:, None] + np.array([-1, 0, 1]), 0, STATIONS - 1)]
 
     def _severities(self, owner: Rows, high: Array, low: Array) -> Array:
         """Each row's severity is that of its contest; ``high`` and ``low`` have one row an owner, owners in order."""
@@ -187,8 +184,10 @@ class _SectionSearch:
 
 
 @kernel
-def _contenders(high: Array, low: Array, layers: Rows, lines: Array, parabola: Array) -> tuple[Rows, Rows]:
-    """Layer and station of every sample that leaves room for the greatest severity of all these layers."""
+def _mark_contenders(
+    high: Array, low: Array, layers: Rows, lines: Array, parabola: Array, marks: NDArray[np.bool_]
+) -> None:
+    """Mark, by layer and station, every sample that leaves room for the greatest severity of all these layers."""
     rows, count = layers.size, high.shape[1]
     table, peaks, top = np.empty((rows, count)), np.zeros((rows, count), dtype=np.bool_), -np.inf
     for row in range(rows):
@@ -197,16 +196,12 @@ def _contenders(high: Array, low: Array, layers: Rows, lines: Array, parabola: A
             top = max(top, table[row, j])
         mark_humps(table[row], RESOLVED, False, peaks[row])
     need = top - 2.0 * RESOLVED * abs(top)
-    owner, at = np.empty(rows * count, dtype=np.intp), np.empty(rows * count, dtype=np.intp)
-    found = 0
     for row in range(rows):
         for j in range(count):
             here, before, after = table[row, j], table[row, abs(j - 1)], table[row, j + 1 if j < count - 1 else j - 1]
             # What a parabola through the three, four times as bent, lets the peak reach: layers compete.
             if peaks[row, j] and here + 0.5 * abs(before - 2.0 * here + after) >= need:
-                owner[found], at[found] = layers[row], j
-                found += 1
-    return owner[:found], at[:found]
+                marks[layers[row], j] = True
 
 
 @kernel

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.brackets import MOST_ROUNDS, mark_humps, narrow, trial_points
 from solvers.numerics.jit import kernel, reducing_kernel
-from solvers.numerics.periodic import CROSSING
+from solvers.numerics.periodic import CROSSING, foretold_range, sampled_range
 from solvers.rod.cycle import BeamColumn, Cycle, Instants, PlainBending, bending_stiffness
 from solvers.rod.drive import Drive, axial_force
 from solvers.rod.envelope import FORWARD_LIMIT, _long_series, beam_constants
@@ -59,7 +59,7 @@ class PlainTurn:
             [now.angle, now.force, now.stroke, c.coupling, c.clamp_curvature, c.clamp_shear, c.head_curvature]
         )
 
-    def sampled(self, gauges: Gauges) -> tuple[Array, Array]:
+    def sampled(self, gauges: Gauges) -> tuple[Array, Array, Array, Array]:
         return _sampled_extremes(self._strip, self._states, gauges.weights, gauges.stations)
 
     def greatest(self, gauges: Gauges, relative: float, floor: float) -> tuple[Array, Array]:
@@ -168,27 +168,21 @@ def _needs_bending(weights: Array) -> bool:
     return bends
 
 
-# Written out: a fresh machine compiles loops several times faster than numpy's reductions.
 @kernel
-def _range(samples: Array) -> tuple[float, float]:
-    """The least and the greatest sample."""
-    least, most = samples[0], samples[0]
-    for n in range(1, samples.size):
-        least, most = min(least, samples[n]), max(most, samples[n])
-    return least, most
-
-
-@kernel
-def _sampled_extremes(strip: Array, states: Array, weights: Array, stations: Array) -> tuple[Array, Array]:
+def _sampled_extremes(
+    strip: Array, states: Array, weights: Array, stations: Array
+) -> tuple[Array, Array, Array, Array]:
+    """As ``Turn.sampled``."""
     count = states.shape[1]
     curvature, deflection, samples = np.zeros(count), np.zeros(count), np.empty(count)
-    high, low = np.empty(stations.size), np.empty(stations.size)
+    found = np.empty((4, stations.size))
     for row in range(stations.size):
         if row == 0 or stations[row] != stations[row - 1]:
             _bend_all(states, strip[2], stations[row], curvature, deflection)
         _read_all(strip, states, weights[row], curvature, deflection, samples)
-        low[row], high[row] = _range(samples)
-    return high, low
+        found[1, row], found[0, row] = sampled_range(samples)
+        found[3, row], found[2, row] = foretold_range(states[0], samples)
+    return found[0], found[1], found[2], found[3]
 
 
 @kernel
@@ -244,7 +238,7 @@ def _greatest(
         if bends:
             _bend_all(states, strip[2], z, curvature, deflection)
         _read_all(strip, states, weight, curvature, deflection, samples)
-        least, most = _range(samples)
+        least, most = sampled_range(samples)
         wanted = relative * max(abs(most), floor * max(most, -least))
         best[row], error[row] = _top(drive, strip, weight, z, states[0], samples, wanted)
     return best, error
@@ -263,7 +257,7 @@ def _extremes(
         z, weight = stations[row], weights[row]
         _bend_all(states, strip[2], z, curvature, deflection)
         _read_all(strip, states, weight, curvature, deflection, samples)
-        least, most = _range(samples)
+        least, most = sampled_range(samples)
         wanted = relative * max(most, -least)
         high[row], high_error[row] = _top(drive, strip, weight, z, angle, samples, wanted)
         for n in range(count):

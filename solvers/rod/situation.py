@@ -26,7 +26,10 @@ _EVEN = grid(128)
 
 _FLEXURE = 0.35
 """Of L/l: how much more a short flexure's reactions feel a force on the strip than its first frequency tells."""
-_LIVELIEST = 10.0
+_LIVELIEST = 20.0
+"""How much the strip's inertia is taken to magnify at the most: where it may cancel the reactions no bound holds."""
+_TOLD = 1e-6
+"""Of the critical force: a force whose effect on the reactions has digits left."""
 
 
 def relative(part: float, whole: float) -> float:
@@ -68,6 +71,8 @@ class Reactions(NamedTuple):
     clearance: float
     """Least sqrt(m (m - 4 F)) [N], m what the compression leaves of P_cr and F the friction force; 0 where friction may
     buckle the strip."""
+    steepness: float
+    """Greatest change of these reactions between no force and the present one, per newton, as a share of theirs."""
     unsteadiness: float
     """Greatest acceleration of the strip's middle, beside that of one that follows the stroke's sine."""
     at_least: tuple[float, float, float]
@@ -142,13 +147,14 @@ class Situation:
 
         Reactions go as 1/(P_cr - P), and so does the friction force F, which adds to the compression: with
         P = P_0 + F m/(P_cr - P) closed, m = P_cr - P_0, they change by P_cr/sqrt(m (m - 4 F)) times the share by which
-        P_cr does; too little within a tenth of the friction that buckles the strip, which comes a little sooner. Where
-        the strip's inertia matters, it may magnify the change once more, or lessen what it is compared with.
+        P_cr does; too little within a tenth of the friction that buckles the strip, which comes a little sooner. The
+        strip's inertia may magnify the change once more, or cancel what it is compared with.
         """
         clearance = self.reactions.clearance
         if not clearance:
             return math.inf
-        return max(self.amplification, self.critical / clearance) * min(1.0 + self.vibration, _LIVELIEST)
+        lively = 1.0 / max(1.0 - self.vibration, 1.0 / _LIVELIEST)
+        return max(self.amplification, self.critical / clearance) * lively
 
     @property
     def extremes(self) -> tuple[float, float]:
@@ -166,7 +172,7 @@ class Situation:
             *(force, sine, *self.extremes, self.stiffness, self.dimensions.l, m.rod_length, m.crank_radius),
             *(lever, piston.clamp_offset, piston.friction_coefficient, self.critical),
         )
-        return Reactions(*found[:5], found[5:8], found[8:11], found[11:])
+        return Reactions(*found[:6], found[6:9], found[9:12], found[12:])
 
     @property
     def unsteadiness(self) -> float:
@@ -216,8 +222,9 @@ class Situation:
         own stress beside the amplitude of the bending stress."""
         if not force:
             return 0.0
-        share = max(relative(force, self.least_extreme), force / self.critical * self.weakness)
-        return 4.0 * share * self.sensitivity + 2.0 * self._direct(force)
+        reactions = max(self.weakness / self.critical, self.reactions.steepness)
+        share = max(relative(force, self.least_extreme), force * reactions)
+        return 3.0 * share * self.sensitivity + 2.0 * self._direct(force)
 
     def _direct(self, force: float) -> float:
         bending = 0.5 * self.dimensions.h / self.stiffness * self.reactions.moment * self.scene.material.elastic_modulus
@@ -250,11 +257,16 @@ def _reactions(
     clamp, shear, head, _ = strip_kernels.solve(q, l, rod_length)
     stroke = stiffness * radius
     most_side, most_moment, most_contact, clearance = 0.0, 0.0, 0.0, np.inf
+    steep_side, steep_moment, steep_contact = 0.0, 0.0, 0.0
     for i in range(force.size):
         side, moment = -shear[i] * stroke * sine[i], clamp[i] * stroke * sine[i]
         most_side, most_moment = max(most_side, abs(side)), max(most_moment, abs(moment))
         couple = lever * abs(moment + side * offset)
         most_contact = max(most_contact, abs(side) + couple)
+        reach = stroke * abs(sine[i]) / max(abs(force[i]), _TOLD * critical)
+        by_side, by_moment = reach * (shear[i] - shear[-1]), reach * (clamp[-1] - clamp[i])
+        steep_side, steep_moment = max(steep_side, abs(by_side)), max(steep_moment, abs(by_moment))
+        steep_contact = max(steep_contact, abs(by_side) + lever * abs(by_moment + by_side * offset))
         # On the way up it adds to the compression, on the way down it relieves it.
         friction = math.copysign(coefficient * 4.0 / np.pi * guide.both_walls(abs(side), couple), -sine[i])
         left = critical + force[i]
@@ -275,4 +287,7 @@ def _reactions(
         greatest = max(greatest, abs(before - 2.0 * here + after))
         before, here = here, after
     unsteadiness = greatest * (count / TURN) ** 2 / middle[count]
-    return (most_side, most_moment, most_contact, math.sqrt(max(clearance, 0.0)), unsteadiness, *few)
+    steepness = 0.0
+    for steep, most in ((steep_side, most_side), (steep_moment, most_moment), (steep_contact, most_contact)):
+        steepness = max(steepness, steep / most if most > 0.0 else (np.inf if steep > 0.0 else 0.0))
+    return (most_side, most_moment, most_contact, math.sqrt(max(clearance, 0.0)), steepness, unsteadiness, *few)

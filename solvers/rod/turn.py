@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics import brackets, periodic
+from solvers.numerics.jit import kernel
 from solvers.rod.cycle import Array, Cycle, Instants
 from solvers.rod.gauges import CURVATURE, DEFLECTION, TANGENT, Gauges
 
@@ -36,8 +37,12 @@ class Turn(Protocol):
     def instants(self) -> Instants:
         """The cycle at angles that resolve it."""
 
-    def sampled(self, gauges: Gauges) -> tuple[Array, Array]:
-        """Greatest and least value of every gauge at the sampled angles."""
+    def sampled(self, gauges: Gauges) -> tuple[Array, Array, Array, Array]:
+        """Greatest and least value of every gauge at the sampled angles, and those that parabolas foretell.
+
+        Where a gauge is greatest close to a dead centre, at which the strip is straight, the samples do not tell how it
+        goes along the strip; the parabolas do. At a corner it is the other way about.
+        """
 
     def greatest(self, gauges: Gauges, relative: float, floor: float) -> tuple[Array, Array]:
         """Greatest value of every gauge over the continuous turn, and its error.
@@ -76,9 +81,8 @@ class ComposedTurn:
 
         return self.cycle.at(resolving(self.cycle, guide))
 
-    def sampled(self, gauges: Gauges) -> tuple[Array, Array]:
-        samples = _everywhere(self.instants, gauges)
-        return samples.max(axis=1), samples.min(axis=1)
+    def sampled(self, gauges: Gauges) -> tuple[Array, Array, Array, Array]:
+        return _ranges(self.instants.angle, _everywhere(self.instants, gauges))
 
     def greatest(self, gauges: Gauges, relative: float, floor: float) -> tuple[Array, Array]:
         samples, angle = _everywhere(self.instants, gauges), self.instants.angle
@@ -110,6 +114,16 @@ class ComposedTurn:
     def crossings(self, gauges: Gauges) -> Array:
         samples = _everywhere(self.instants, gauges)
         return periodic.crossings(lambda angle: _everywhere(self.cycle.at(angle), gauges), self.instants.angle, samples)
+
+
+@kernel
+def _ranges(angle: Array, samples: Array) -> tuple[Array, Array, Array, Array]:
+    """As ``Turn.sampled``, of samples of the shape (gauges, angles)."""
+    found = np.empty((4, samples.shape[0]))
+    for row in range(samples.shape[0]):
+        found[1, row], found[0, row] = periodic.sampled_range(samples[row])
+        found[3, row], found[2, row] = periodic.foretold_range(angle, samples[row])
+    return found[0], found[1], found[2], found[3]
 
 
 def _everywhere(now: Instants, gauges: Gauges) -> Array:

@@ -88,6 +88,18 @@ def test_clamp_and_bulge_compete_honestly(length):
     assert safeties[2] == pytest.approx(safeties[1], rel=1e-8)
 
 
+def test_stress_beside_a_dead_centre_is_greatest_where_the_strip_bends_most():
+    """The greatest compression comes a degree after top dead centre. At it the strip is straight and all sections are
+    alike; the angles sampled beside it are further off."""
+    strip = rod.Dimensions(17.8e-3, 3.2e-3, 73e-3)
+    piston = dataclasses.replace(PAPER.piston, diameter=32e-3, clamp_offset=11e-3, friction_coefficient=0.0)
+    machine = rod.Mechanism(crank_radius=0.09e-3, rod_length=121e-3, speed=0.5)
+    scene = dataclasses.replace(PAPER, mechanism=machine, piston=piston, load=rod.SchmidtLoad(1.19e6, 0.902, 0.019))
+    outcome = rod.check(scene, strip, CORE, accuracy=1e-8)
+    exact = scene.material.yield_strength / CoreModel(scene, strip).worst(lambda high, low: max(high, -low))
+    assert outcome.value.stresses.yield_safety == pytest.approx(exact, rel=1e-8)
+
+
 def test_the_amplitude_inside_the_span_is_as_accurate_as_asked():
     """At an interior peak the amplitude changes with the place itself, not only to second order."""
     strip = rod.Dimensions(9e-3, 0.44e-3, 23e-3)

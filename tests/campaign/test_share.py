@@ -86,8 +86,8 @@ def test_a_table_that_jumps_makes_the_strip_ring():
 @pytest.mark.parametrize(("seed", "tolerance"), [(701, 1e-3), (1351, 1e-1), (608, 1e-1), (6398, 1e-1), (8982, 1e-1)])
 def test_effects_that_enlarge_each_other_are_not_left_out(seed, tolerance):
     """Scenes that the campaign found: shear in a strip whose inertia and friction feed on it; friction beside a side
-    force that nearly vanishes; a strip that its friction buckles; a side force that vanishes far below buckling; friction
-    whose corners make the strip ring."""
+    force that nearly vanishes; a strip that its friction buckles; a side force that vanishes far below buckling; and
+    friction whose corners make the strip ring."""
     assert all(v.kept_promise for v in judge_choice(scene_of("flexible-rod", seed), (tolerance,), needless=False))
 
 

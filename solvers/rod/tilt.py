@@ -24,10 +24,12 @@ _LEAST_STEP = 1e-5
 
 
 class Tilt(NamedTuple):
-    """``at`` is x of the strip that it was measured at, ``slopes`` those of ln(full/own), shape (FIRST_GROUP, 3)."""
+    """``at`` is x of the strip that it was measured at, ``slopes`` those of ln(full/own), shape (FIRST_GROUP, 3), and
+    ``full`` those of ln(full)."""
 
     at: Array
     slopes: Array
+    full: Array
 
     def change(self, x: Array) -> Array:
         """Of ln(full/own) since ``at``, by row."""
@@ -66,8 +68,8 @@ def measured(
 
     A size at whose neighbour the strip buckles has no slope.
     """
-    x, own, theirs = logarithms(at), own_rows(focus, at)[:FIRST_GROUP], _full_rows(full)
-    slopes = np.zeros((FIRST_GROUP, 3))
+    x, own, theirs = logarithms(at), own_rows(focus, at)[:FIRST_GROUP], full_rows(full)
+    slopes, alone = np.zeros((FIRST_GROUP, 3)), np.zeros((FIRST_GROUP, 3))
     for v, (low, high) in enumerate((bounds.b, bounds.h, bounds.l)):
         up, down = math.log(high) - x[v], x[v] - math.log(low)
         step = min(_STEP, up) if up >= down else -min(_STEP, down)
@@ -78,12 +80,13 @@ def measured(
         strip = Dimensions(*np.exp(beside).tolist())
         found = look(strip)
         if found.stresses is not None:
-            slopes[:, v] = (_full_rows(found) - theirs - own_rows(focus, strip)[:FIRST_GROUP] + own) / step
-    slopes[~np.isfinite(slopes)] = 0.0
-    return Tilt(x, slopes)
+            alone[:, v] = (full_rows(found) - theirs) / step
+            slopes[:, v] = alone[:, v] - (own_rows(focus, strip)[:FIRST_GROUP] - own) / step
+    slopes[~np.isfinite(slopes)], alone[~np.isfinite(alone)] = 0.0, 0.0
+    return Tilt(x, slopes, alone)
 
 
-def _full_rows(check: RodCheck) -> Array:
+def full_rows(check: RodCheck) -> Array:
     """The logarithms of a check's results in the order of the rows, up to constants; nan where there is none."""
     s, out = check.stresses, np.full(FIRST_GROUP, np.nan)
     for row, value, sign in (

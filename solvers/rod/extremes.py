@@ -1,9 +1,9 @@
 """Extremes over the whole turn and over all sections, found together.
 
-All fields that are asked about share their rounds. Along the strip every station whose samples, or the parabolas through
-them, leave room for the greatest value starts a bracket, on both fibres, because the clamp and the bulge inside the span compete, and at the
-best strips they are equal. A round looks at five sections of every bracket; at each of them the turn is climbed
-(``solvers.rod.turn``).
+All fields that are asked about share their rounds. Along the strip every station whose samples, or the parabolas
+through them, leave room for the greatest value starts a bracket, on both fibres, because the clamp and the bulge inside
+the span compete, and at the best strips they are equal. A round looks at five sections of every bracket; at each of
+them the turn is climbed (``solvers.rod.turn``).
 """
 
 from __future__ import annotations

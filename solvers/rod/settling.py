@@ -48,80 +48,130 @@ def settled(
     """The strip moved to where the full model's own slopes balance, as far as that makes it better."""
     if math.isinf(cost(problem.objective, found.outcome.value)):
         return found
-    objective, density = problem.objective, problem.scene.material.density
-    reach, failures, short = _REACH, 0, 0
+    start = _Stand(found.best, found.outcome.value, found.shifted)
+    walk = _Walk(problem, machine, sizes, evaluate, accuracy, found, start, start)
+    for _ in range(_SETTLING):
+        step = walk.next_step()
+        if step is None or not walk.take(step):
+            break
+    return walk.found if walk.home is start else walk.bounded()
 
-    def tilted_step(here: _Stand) -> Polished | None:
+
+@dataclass
+class _Walk:
+    """The way from a strip: ``home`` is the best one that will do, ``here`` the one to go on from, which may be short
+    of a limit; ``reach`` is how far the next step may go, ``straight`` whether it follows the full model's own slopes.
+    """
+
+    problem: RodProblem
+    machine: Machine
+    sizes: Sizes
+    evaluate: Evaluate
+    accuracy: float
+    found: Found
+    home: _Stand
+    here: _Stand
+    reach: float = _REACH
+    failures: int = 0
+    short: int = 0
+    straight: bool = False
+
+    @property
+    def guard(self) -> float:
+        return GUARD * self.accuracy
+
+    def next_step(self) -> Polished | None:
+        """The best strip that the slopes foretell within reach; None where the way ends."""
+        if self.failures >= _FAILURES:
+            return None
+        if self.here.tilt is None:
+            strip, look = self.here.strip, lambda d: self.evaluate(d, _ROUGH).value
+            self.here.tilt = measured(strip.focus, strip.dimensions, self.here.full, look, self.sizes.bounds)
+        best = self._straight_step() if self.straight else None
+        self.straight = best is not None
+        best = best or self._tilted_step()
+        # A strip that does not meet the limits yet may be short of them by less than that.
+        arrived = best is not None and self._moved(best) < AGREED * self.accuracy and self.here is self.home
+        return None if arrived else best
+
+    def take(self, best: Polished) -> bool:
+        """Look at a strip on the full model and go there, or not; False where the way ends with it."""
+        objective, moved = self.problem.objective, self._moved(best)
+        outcome = self.evaluate(best.dimensions, min(self.accuracy, 1e-6))
+        full = outcome.value
+        if full.stresses is None:
+            self._fail(moved)
+            return True
+        will_do = meets(full, self.problem.requirements)
+        if will_do and cost(objective, full) >= cost(objective, self.home.full):
+            # Too far for slopes, or no smooth place.
+            if moved <= _FAR:
+                self.found = replace(self.found, rough=self._mistaken(best, full))
+            self._fail(moved)
+            return True
+        shifted = shifted_limits(self.problem, best, full, self.guard)
+        tilted = shifted if self.straight else _tilted(self.here.limits, self.here.tilt, best.dimensions)
+        strip = replace(best, log_cost=own_cost(objective, best))
+        tilt = self.here.tilt._replace(at=logarithms(best.dimensions)) if moved <= _FAR else None
+        self.here = _Stand(strip, full, shifted, tilt)
+        if will_do:
+            self.found = Found(strip, outcome, tilted, self.found.proof, shifted)
+            self.home, self.short = self.here, 0
+            if self.straight:
+                self.reach = min(_MORE * self.reach, _REACH)
+            return self.straight or apart(shifted, tilted) > AGREED * self.accuracy
+        self.short += 1
+        if self.short > _SHORT:
+            self._fail(self.reach)
+            self.short = 0
+        return True
+
+    def bounded(self) -> Found:
+        """The strip found with a bound of the search's physics, limits as the full model shifts them there; a little
+        less where sizes that are to be had leave nothing else."""
+        for guard in (self.guard, -self.guard):
+            limits = shifted_limits(self.problem, self.found.best, self.found.outcome.value, guard)
+            proof = search(self.machine, self.problem.objective, limits, self.sizes, self.accuracy, BOXES)
+            if proof.best is not None:
+                return replace(self.found, proof=proof)
+        return self.found
+
+    def _tilted_step(self) -> Polished | None:
         """The best strip of sizes that are to be had, near the best one of any size."""
-        at, tilt = here.strip.dimensions, here.tilt
-        best = polish(machine, objective, here.limits, _within(sizes.bounds, at, reach), at, tilt)
+        machine, objective, here, sizes = self.machine, self.problem.objective, self.here, self.sizes
+        at = here.strip.dimensions
+        best = polish(machine, objective, here.limits, _within(sizes.bounds, at, self.reach), at, here.tilt)
         if best is None or not sizes.discrete:
             return best
         strip = best.dimensions
-        return polish(machine, objective, here.limits, sizes.around(strip), strip, tilt)
+        return polish(machine, objective, here.limits, sizes.around(strip), strip, here.tilt)
 
-    def straight_step(here: _Stand) -> Polished | None:
+    def _straight_step(self) -> Polished | None:
         """Of sizes that are to be had there is no straight line."""
-        box = _within(sizes.bounds, here.strip.dimensions, reach)
-        to = None if sizes.discrete else downhill(objective, problem.requirements, guard, here.tilt, here.full, box)
+        if self.sizes.discrete:
+            return None
+        objective, here = self.problem.objective, self.here
+        box = _within(self.sizes.bounds, here.strip.dimensions, self.reach)
+        to = downhill(objective, self.problem.requirements, self.guard, here.tilt, here.full, box)
         if to is None:
             return None
         strip, change = to
-        focus, angles = machine.focus_at(strip.b, strip.h, strip.l, matters(objective, here.limits))
+        focus, angles = self.machine.focus_at(strip.b, strip.h, strip.l, matters(objective, here.limits))
         return Polished(strip, here.strip.log_cost + change, focus, angles)
 
-    guard = GUARD * accuracy
-    start, here = found, _Stand(found.best, found.outcome.value, found.shifted)
-    home, straight = here, False
-    for _ in range(_SETTLING):
-        if here.tilt is None:
-            strip, look = here.strip, lambda d: evaluate(d, _ROUGH).value
-            here.tilt = measured(strip.focus, strip.dimensions, here.full, look, sizes.bounds)
-        best = straight_step(here) if straight and failures < _FAILURES else None
-        straight = best is not None
-        if not straight:
-            best = tilted_step(here) if failures < _FAILURES else None
-        moved = 0.0 if best is None else float(np.max(np.abs(logarithms(best.dimensions) - here.tilt.at)))
-        # A strip that does not meet the limits yet may be short of them by less than that.
-        if best is None or (moved < AGREED * accuracy and here is home):
-            break
-        outcome = evaluate(best.dimensions, min(accuracy, 1e-6))
-        full = outcome.value
-        if full.stresses is None:
-            here, reach, failures, straight = home, _LESS * moved, failures + 1, not straight
-            continue
-        will_do = meets(full, problem.requirements)
-        if will_do and cost(objective, full) >= cost(objective, home.full):
-            # Too far for slopes, or no smooth place.
-            if moved <= _FAR:
-                foretold = best.log_cost - here.strip.log_cost
-                found_out = objective.log_cost(full, density) - objective.log_cost(here.full, density)
-                found = replace(found, rough=abs(found_out - foretold))
-            here, reach, failures, straight = home, _LESS * moved, failures + 1, not straight
-            continue
-        shifted = shifted_limits(problem, best, full, guard)
-        tilted = shifted if straight else _tilted(here.limits, here.tilt, best.dimensions)
-        strip = replace(best, log_cost=own_cost(objective, best))
-        tilt = here.tilt._replace(at=logarithms(best.dimensions)) if moved <= _FAR else None
-        found = Found(strip, outcome, tilted, found.proof, shifted) if will_do else found
-        here = _Stand(strip, full, shifted, tilt)
-        home, short = (here, 0) if will_do else (home, short + 1)
-        if straight and will_do:
-            reach = min(_MORE * reach, _REACH)
-        if short > _SHORT:
-            here, reach, failures, short, straight = home, _LESS * reach, failures + 1, 0, not straight
-        if will_do and not straight and apart(shifted, tilted) <= AGREED * accuracy:
-            break
-    if home.strip is start.best:
-        return found
-    # The bound is one of the search's physics with limits as the full model shifts them at the answer; a little less
-    # where sizes that are to be had leave nothing else.
-    for side in (guard, -guard):
-        limits = shifted_limits(problem, found.best, found.outcome.value, side)
-        proof = search(machine, objective, limits, sizes, accuracy, BOXES)
-        if proof.best is not None:
-            return replace(found, proof=proof)
-    return found
+    def _fail(self, moved: float) -> None:
+        """Back home, with less reach and by the other kind of step."""
+        self.here, self.reach, self.straight = self.home, _LESS * moved, not self.straight
+        self.failures += 1
+
+    def _moved(self, best: Polished) -> float:
+        return float(np.max(np.abs(logarithms(best.dimensions) - self.here.tilt.at)))
+
+    def _mistaken(self, best: Polished, full: RodCheck) -> float:
+        """How far off the slopes foretold a step, in ln objective."""
+        objective, density = self.problem.objective, self.problem.scene.material.density
+        found_out = objective.log_cost(full, density) - objective.log_cost(self.here.full, density)
+        return abs(found_out - (best.log_cost - self.here.strip.log_cost))
 
 
 def _within(box: Bounds, d: Dimensions, reach: float) -> Bounds:

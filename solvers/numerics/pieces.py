@@ -2,7 +2,7 @@
 
 Between breaks Gauss's rule converges geometrically; the change from n to 2n nodes is the error's estimate. A maximum is
 looked for among samples of every piece, both one-sided limits included, and then by looking closer and closer at the
-highest humps.
+humps that may reach highest.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 Rows = Callable[[Array], Array]
 """From angles (n,) to quantities (k, n)."""
 
@@ -23,7 +24,9 @@ LONGEST_PIECE = math.pi / 16.0
 _FEWEST_NODES, _MOST_NODES = 3, 48
 _WITHIN = 6
 CANCELLED = 1e-4
-_HUMPS = 8
+_MOST_HUMPS = 64
+_FINER = 1e-2
+"""Humps are not climbed that would rise above the highest sample by less of the tolerance than this."""
 _LOOKS = 17
 _ROUNDING = 4.0 * np.finfo(float).eps
 
@@ -108,42 +111,74 @@ def samples(breaks: Array) -> Array:
 def maxima(function: Rows, breaks: Array, tolerance: float) -> Maxima:
     """Greatest values over the breaks' whole range; ``tolerance`` is relative to the greatest magnitudes.
 
-    The highest humps of the samples, each within its own piece, are looked at again and again at ``_LOOKS`` places,
-    eight times closer each time; near a smooth maximum the error falls with the square of the distance.
+    Of the humps of the samples, each within its own piece, those are climbed that may reach above the highest sample.
+    How high the samples themselves are does not choose them: among many short pieces any slope has a hump a piece, all
+    of them higher than the samples beside a narrow peak. ``_MOST_HUMPS`` bound the time; what is left out tells its
+    reach as error.
     """
     grid = samples(breaks)
+    values = function(grid.ravel())
+    reach = _reach(values.reshape(len(values), -1, grid.shape[1])).reshape(values.shape)
+    scale, top = np.max(np.abs(values), axis=1), np.argmax(values, axis=1)
+    need = np.max(values, axis=1) + _FINER * tolerance * scale
+    most = min(_MOST_HUMPS, values.shape[1])
+    highest = np.argpartition(-reach, most - 1, axis=1)[:, :most]
+    row, column = np.nonzero(np.take_along_axis(reach, highest, axis=1) > need[:, None])
+    at = highest[row, column]
+    reach[row, at] = -np.inf
+    found = Maxima(np.max(values, axis=1), grid.ravel()[top], np.zeros(len(values)))
+    found = _climb(function, grid, found, row, at, tolerance) if row.size else found
+    left = np.maximum(np.max(reach, axis=1) - found.value, 0.0)
+    return Maxima(found.value, found.place, np.maximum(found.error, left) + _ROUNDING * scale)
+
+
+def _reach(pieces: Array) -> Array:
+    """What a function four times as bent as its samples may reach between each hump and its neighbours.
+
+    With K the bound of its bend over a step and d what the hump's higher neighbour lies below it, K/2 (1/2 - d/K)^2
+    above the hump. From samples (k, pieces, places) to the same shape; -inf where there is no hump.
+    """
+    edge = np.full((*pieces.shape[:2], 1), np.inf)
+    steps = np.diff(pieces, axis=-1)
+    fall = np.minimum(np.dstack([edge, steps]), np.dstack([-steps, edge]))
+    hump, reach = fall >= 0.0, np.full(pieces.shape, -np.inf)
+    bend = np.abs(np.diff(steps, axis=-1))
+    bend = np.dstack([bend[..., :1], bend, bend[..., -1:]])[hump]
+    above = np.maximum(2.0 * bend - fall[hump], 0.0) ** 2 / np.maximum(8.0 * bend, np.finfo(float).tiny)
+    reach[hump] = pieces[hump] + above
+    return reach
+
+
+def _climb(function: Rows, grid: Array, seen_best: Maxima, row: Index, at: Index, tolerance: float) -> Maxima:
+    """The greatest values of each row, of the samples and of what lies near the samples ``at`` of ``row`` (humps,).
+
+    Each hump is looked at again and again at ``_LOOKS`` places, eight times closer each time, as long as it may reach
+    its row's best; near a smooth maximum the error falls with the square of the distance.
+    """
+    value, place = seen_best.value.copy(), seen_best.place.copy()
     places, width = grid.ravel(), grid.shape[1]
-    values = function(places)
-    count = values.shape[0]
-    pieces = values.reshape(count, -1, width)
-    edge = np.full((*pieces.shape[:2], 1), -np.inf)
-    before, after = np.dstack([edge, pieces[..., :-1]]), np.dstack([pieces[..., 1:], edge])
-    height = np.where((pieces >= before) & (pieces >= after), pieces, -np.inf).reshape(count, -1)
-    keep = min(_HUMPS, places.size)
-    at = np.argpartition(-height, keep - 1, axis=1)[:, :keep]
-    best, where = np.take_along_axis(values, at, axis=1), places[at]
     first, last = at - at % width, at - at % width + width - 1
     left, right = places[np.maximum(at - 1, first)], places[np.minimum(at + 1, last)]
-    scale = np.max(np.abs(values), axis=1)
     rounds = max(1, math.ceil(math.log(LONGEST_PIECE / math.sqrt(tolerance), 8.0)))
-    share = np.linspace(0.0, 1.0, _LOOKS)
-    rows = np.arange(count)[:, None, None]
-    missed = np.zeros_like(best)
+    share, hump = np.linspace(0.0, 1.0, _LOOKS), np.arange(at.size)
     for _ in range(rounds):
-        grid = left[..., None] + (right - left)[..., None] * share
-        seen = function(grid.ravel())[rows, np.arange(grid.size).reshape(grid.shape)]
-        top = np.argmax(seen, axis=-1)[..., None]
-        found = np.take_along_axis(seen, top, axis=-1)[..., 0]
-        better = found > best
-        where = np.where(better, np.take_along_axis(grid, top, axis=-1)[..., 0], where)
-        best = np.maximum(best, found)
+        looks = left[:, None] + (right - left)[:, None] * share
+        seen = function(looks.ravel())[row[:, None], np.arange(looks.size).reshape(looks.shape)]
+        top = np.argmax(seen, axis=1)
+        found, where = seen[hump, top], looks[hump, top]
+        before = value.copy()
+        np.maximum.at(value, row, found)
+        wins = (found > before[row]) & (found == value[row])
+        place[row[wins]] = where[wins]
         # A parabola through the best place and its neighbours rises above the best by an eighth of this at most.
         middle = np.clip(top, 1, _LOOKS - 2)
-        bend = np.take_along_axis(seen, middle + np.array([-1, 0, 1]), axis=-1) @ np.array([1.0, -2.0, 1.0])
-        missed = 0.25 * np.abs(bend)
-        left = np.take_along_axis(grid, np.maximum(top - 1, 0), axis=-1)[..., 0]
-        right = np.take_along_axis(grid, np.minimum(top + 1, _LOOKS - 1), axis=-1)[..., 0]
-    winner = np.argmax(best, axis=1)
-    row = np.arange(count)
-    value = best[row, winner]
-    return Maxima(value, where[row, winner], np.max(best + missed, axis=1) - value + _ROUNDING * scale)
+        bend = np.abs(seen[hump, middle - 1] - 2.0 * seen[hump, middle] + seen[hump, middle + 1])
+        keep = found + 0.5 * bend >= value[row]
+        top, row, looks, missed = top[keep], row[keep], looks[keep], (found + 0.25 * bend)[keep]
+        if not row.size:
+            break
+        hump = np.arange(row.size)
+        left, right = looks[hump, np.maximum(top - 1, 0)], looks[hump, np.minimum(top + 1, _LOOKS - 1)]
+    reached = value.copy()
+    np.maximum.at(reached, row, missed)
+    return Maxima(value, place, reached - value)

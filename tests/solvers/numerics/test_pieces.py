@@ -53,3 +53,31 @@ def test_subdivision_keeps_every_break():
     bounds = pieces.subdivide(np.array([0.0, 0.01, 1.0]), 0.1)
     assert {0.0, 0.01, 1.0} <= set(bounds)
     assert np.max(np.diff(bounds)) <= 0.1 + 1e-12
+
+
+CLOSE = np.concatenate([[0.0], 1.0 + 1e-3 * np.arange(-40, 41), [2.5, 2 * math.pi]])
+
+
+@pytest.mark.parametrize("narrow", np.linspace(4.0, 4.2, 23))
+def test_slopes_of_many_humps_do_not_crowd_out_a_narrow_peak(narrow):
+    """Each of the close breaks has a hump, all of them above the samples to either side of the narrow peak."""
+
+    def two(angle):
+        high = (1.0 + 1e-5) * np.exp(-(((angle - narrow) / 0.3) ** 2))
+        return np.where(angle < 2.5, 1.0 - 1e-3 * (angle - 1.0) ** 2, high)[None]
+
+    found = pieces.maxima(two, CLOSE, 1e-10)
+    assert found.value == pytest.approx([1.0 + 1e-5], rel=1e-10)
+    assert found.place == pytest.approx([narrow], abs=1e-5)
+
+
+def test_what_more_humps_than_are_climbed_may_reach_is_told():
+    """Two hundred sharp peaks between samples, each of which might hide more than the one that is highest."""
+    breaks = np.linspace(0.0, 201.0, 202)
+
+    def many(angle):
+        sharp, blunt = np.cos(math.pi * (angle % 1.0 - 0.58)), 1.001 - 0.5 * (angle % 1.0 - 0.58) ** 2
+        return np.where(angle < 200.0, sharp, blunt)[None]
+
+    found = pieces.maxima(many, breaks, 1e-6)
+    assert found.value[0] <= 1.001 <= found.value[0] + found.error[0]

@@ -26,7 +26,8 @@ _WITHIN = 6
 CANCELLED = 1e-4
 _MOST_HUMPS = 64
 _FINER = 1e-2
-"""Humps are not climbed that would rise above the highest sample by less of the tolerance than this."""
+"""Humps are not climbed that may rise above the highest sample by less of it than this share of the tolerance: a
+greatest value far below the greatest magnitude is wanted to its own digits."""
 _LOOKS = 17
 _ROUNDING = 4.0 * np.finfo(float).eps
 
@@ -120,13 +121,14 @@ def maxima(function: Rows, breaks: Array, tolerance: float) -> Maxima:
     values = function(grid.ravel())
     reach = _reach(values.reshape(len(values), -1, grid.shape[1])).reshape(values.shape)
     scale, top = np.max(np.abs(values), axis=1), np.argmax(values, axis=1)
-    need = np.max(values, axis=1) + _FINER * tolerance * scale
+    best = np.max(values, axis=1)
+    need = best + _FINER * tolerance * np.abs(best) + _ROUNDING * scale
     most = min(_MOST_HUMPS, values.shape[1])
     highest = np.argpartition(-reach, most - 1, axis=1)[:, :most]
     row, column = np.nonzero(np.take_along_axis(reach, highest, axis=1) > need[:, None])
     at = highest[row, column]
     reach[row, at] = -np.inf
-    found = Maxima(np.max(values, axis=1), grid.ravel()[top], np.zeros(len(values)))
+    found = Maxima(best, grid.ravel()[top], np.zeros(len(values)))
     found = _climb(function, grid, found, row, at, tolerance) if row.size else found
     left = np.maximum(np.max(reach, axis=1) - found.value, 0.0)
     return Maxima(found.value, found.place, np.maximum(found.error, left) + _ROUNDING * scale)

@@ -17,19 +17,14 @@ from solvers.pin.capacity import force_limit
 from solvers.pin.effects import choose_for, compose, demands_of
 from solvers.pin.flexibility import ShearFlexibility, cowper, flexibility_values, product
 from solvers.pin.loads import ROUNDING, forces_at
-from solvers.pin.peaks import peaked
+from solvers.pin.peaks import doubt as doubt_of_peaks
+from solvers.pin.peaks import risen
 from solvers.pin.pointwise import Constant
 from solvers.pin.profile import Profile, WholeProfile
 from solvers.pin.program import Physics, Program, assemble, opening_stations, refined
 from solvers.pin.scene import NO_LIMITS, Limits, Scene
-from solvers.pin.section import (
-    CRITERIA,
-    Criterion,
-    equivalent_stress,
-    section_demands,
-    shear_demand,
-    solidity_of,
-)
+from solvers.pin.section import CRITERIA, Criterion, solidity_of
+from solvers.pin.stations import NODES
 
 Array = NDArray[np.float64]
 _MOST_STATIONS = 20_000
@@ -113,7 +108,7 @@ def check(
     choice = choose_for(scene, effects, effect_tolerance, demands_of(limits))
     physics = compose(choice)
     whole = profile.along(scene.geometry.length)
-    if not whole.is_symmetric(scene.geometry.length, scene.geometry.outer_diameter):
+    if not whole.is_symmetric(scene.geometry.length, whole.walls(scene.geometry.outer_diameter)):
         scene = replace(scene, mirrored=False)
     program, wall, doubt = on_profile(scene, whole, criterion, physics, cowper(scene.material.poisson), accuracy)
     own = assemble(scene, limits, criterion, physics, program.stations)
@@ -135,7 +130,8 @@ def check(
 def on_profile(
     scene: Scene, whole: WholeProfile, criterion: Criterion, physics: Physics, law: ShearFlexibility, accuracy: float
 ) -> tuple[Program, Array, float]:
-    """A program on stations that suit this bore, walls there, and quadrature's doubt of the deflection, relative.
+    """A program on stations that suit this bore, walls there, and what the deflection and the greatest use of the
+    strength may be off, relative.
 
     Panels are halved where the deflection asks for it, and where the strength is used most between two stations.
     """
@@ -145,11 +141,12 @@ def on_profile(
         wall = whole.wall(stations.x, stations.side, scene.geometry.outer_diameter)
         doubt = deflection_doubt(program, solidity_of(wall))
         rough = doubt.sum() > 0.1 * accuracy
-        between = peaked(stations, program.strength_used(wall), 0.1 * accuracy)
+        rise = risen(stations, program.uses(wall))
+        between = rise > 0.1 * accuracy
         if not (rough or between.any()) or stations.x.size > _MOST_STATIONS:
             break
         stations = refined(program, between | (rough & (doubt > 0.05 * accuracy / stations.left.size)))
-    return program, wall, float(doubt.sum())
+    return program, wall, max(float(doubt.sum()), doubt_of_peaks(rise))
 
 
 def deflection_doubt(program: Program, solidity: Array) -> Array:
@@ -167,13 +164,8 @@ def assess(
 ) -> PinCheck:  # fmt: skip
     """Everything that can be said of walls at a program's stations; ``volume`` is their mass over the solid pin's."""
     scene, g = program.scene, program.scene.geometry
-    equivalent, tangential, use = np.zeros_like(wall), np.zeros_like(wall), program.strength_used(wall)
-    for case in scene.cases:
-        forces = forces_at(case, program.stations.x, program.stations.side, program.stations.rest)
-        own = section_demands(criterion, forces, g.outer_diameter, scene.material)
-        equivalent = np.maximum(equivalent, equivalent_stress(own, wall))
-        for demand in shear_demand(forces, g.outer_diameter, scene.material, criterion.law(scene.material)):
-            tangential = np.maximum(tangential, equivalent_stress((demand,), wall))
+    uses, allowable_shear = program.uses(wall), scene.material.allowable_shear
+    equivalent, use = scene.material.allowable_stress * uses[0], uses.max(axis=0)
     along = _along(program, wall, equivalent, places)
     forces = forces_at(scene.cases[0], program.stations.x, program.stations.side, program.stations.rest)
     worst = int(np.argmax(equivalent))
@@ -192,7 +184,7 @@ def assess(
         max_shear=float(forces.shear_total.max()),
         equivalent_stress_max=_finite(equivalent[worst]),
         worst_section=float(program.stations.x[worst]),
-        shear_stress_max=None if scene.material.allowable_shear is None else _finite(tangential.max()),
+        shear_stress_max=None if allowable_shear is None else _finite(allowable_shear * uses[1].max()),
         strength_utilisation=_finite(use.max()),
         deflection=_finite(deflection),
         ring=found_ring,
@@ -233,7 +225,7 @@ def _along(program: Program, wall: Array, equivalent: Array, places: tuple[float
 
 
 def _ring(scene: Scene, bore: Array) -> RingResult:
-    """The ring in the middle and where the bore is widest; the greatest ratio is the worst."""
+    """The ring in the middle, where the bore is widest, which ovals it most, and where its hoop stress is greatest."""
     g, m = scene.geometry, scene.material
 
     def at(diameter: float) -> ring.Ring:
@@ -245,9 +237,10 @@ def _ring(scene: Scene, bore: Array) -> RingResult:
     own = at(min(middle, g.outer_diameter * (1.0 - _LEAST_RING_WALL)))
     if widest > g.outer_diameter * (1.0 - _LEAST_RING_WALL):
         return RingResult(own.ovalization, None, own.stresses, None, own.model)
-    worst = at(widest)
-    stress = max(worst.stresses.greatest, own.stresses.greatest)
-    return RingResult(own.ovalization, worst.ovalization, own.stresses, stress, own.model)
+    panels = bore.reshape(-1, NODES) / g.outer_diameter
+    worst = ring.most_stressed(panels.min(axis=1), panels.max(axis=1), ring.MOST_STRESSED)
+    stress = max(own.stresses.greatest, *(at(ratio * g.outer_diameter).stresses.greatest for ratio in worst))
+    return RingResult(own.ovalization, at(widest).ovalization, own.stresses, stress, own.model)
 
 
 def _pressures(scene: Scene) -> Pressures:

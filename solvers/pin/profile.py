@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
+from solvers.pin.loads import ROUNDING
 from solvers.pin.scene import Geometry
+from solvers.pin.stations import LEAST_PANEL, merged
 
 Array = NDArray[np.float64]
 
@@ -68,16 +70,24 @@ class WholeProfile:
     def places(self) -> tuple[float, ...]:
         return tuple(sorted(set(self.x)))
 
-    def is_symmetric(self, length: float, diameter: float) -> bool:
-        """Whether one half mirrors the other, to rounding."""
-        grid = np.array(self.x)
-        ahead = self.wall(grid, grid, diameter)
+    def is_symmetric(self, length: float, material: Array) -> bool:
+        """Whether one half mirrors the other, to rounding of ``material``, the walls at the points.
+
+        Between the places of both, either is straight; what it is at their two ends tells all, on both sides of a step.
+        """
         turned = WholeProfile(tuple(length - p for p in reversed(self.x)), self.bore[::-1])
-        return bool(np.allclose(ahead, turned.wall(grid, grid, diameter), rtol=0.0, atol=1e-9))
+        edges = np.array(merged(sorted(self.x + turned.x), LEAST_PANEL * length))
+        side, x = np.concatenate([edges[:-1], edges[:-1]]), np.concatenate([edges[:-1], edges[1:]])
+        ahead, behind = self.between(material, x, side), turned.between(material[::-1], x, side)
+        return bool(np.all(np.abs(ahead - behind) <= ROUNDING * np.maximum(ahead, behind)))
+
+    def walls(self, diameter: float) -> Array:
+        """Twice the walls D - d [m] at the points, of a bore."""
+        return np.maximum(diameter - np.array(self.bore), 0.0)
 
     def wall(self, x: Array, side: Array, diameter: float) -> Array:
         """Relative wall 1 - d/D at stations; at a step that of the panel's own side (``side`` is its left end)."""
-        return np.maximum(self.between(diameter - np.array(self.bore), x, side), 0.0) / diameter
+        return self.between(self.walls(diameter), x, side) / diameter
 
     def between(self, values: Array, x: Array, side: Array) -> Array:
         """Values given at the points, at stations x: straight between two points, stepped where they share a place."""
@@ -94,6 +104,6 @@ class WholeProfile:
         Over a segment u = w (2 - w) with w straight: mean 2 m - (w0^2 + w0 w1 + w1^2)/3, m = (w0 + w1)/2.
         """
         x = np.array(self.x)
-        w = np.maximum(geometry.outer_diameter - np.array(self.bore), 0.0) / geometry.outer_diameter
+        w = self.walls(geometry.outer_diameter) / geometry.outer_diameter
         a, b = w[:-1], w[1:]
         return float(np.sum(np.diff(x) * ((a + b) - (a * a + a * b + b * b) / 3.0)) / geometry.length)

@@ -26,7 +26,7 @@ from solvers.pin.section import (
     section_demands,
     shear_demand,
     solidity_of,
-    v_of,
+    uses,
     wall_of,
 )
 from solvers.pin.stations import NODES, Stations, first_stations, panel_edges
@@ -83,14 +83,9 @@ class Program:
         bend, shear = flexibility_values(solidity, self.law)
         return float(self.share @ (product(self.bending, bend) + product(self.shear, shear)))
 
-    def strength_used(self, wall: Array) -> Array:
-        """Greatest F(w)/v(w) of all demands, (n,): 1 where the strength is used up, inf without a wall."""
-        out, v = np.zeros_like(wall), v_of(wall)
-        for demand in self.demands:
-            f = demand.value(wall)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                out = np.maximum(out, np.where(f > 0.0, f / v, 0.0))
-        return out
+    def uses(self, wall: Array) -> Array:
+        """How much of the strength the criterion and the shear allowable use, (2, n): see ``section.uses``."""
+        return uses(self.demands, wall)
 
     @property
     def solid_mass(self) -> float:

@@ -13,10 +13,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 
+Array = NDArray[np.float64]
 CLASSICAL_LIMIT = 0.8
 """d/D up to which the factor K is used."""
 
@@ -30,8 +33,6 @@ they have at the top to 2/pi - 1, and with 2 n/(n^2 - 1), in which neighbours ca
 """
 _MOST, _NEGLIGIBLE = 5000, 1e-18
 """Harmonics at most, and the share of a sum below which a further one is left out."""
-_LOOKS = 32
-"""Steps in which the formula's first excess is looked for."""
 
 
 @dataclass(frozen=True)
@@ -168,25 +169,55 @@ def ring(force: float, diameter: float, length: float, ratio: float, modulus: fl
     return thick_ring(force, diameter, length, ratio, modulus, poisson)
 
 
+def _summit(carried: float) -> float:
+    """Where the formula's greatest hoop stress, that at the inner side, times alpha^``carried`` is greatest.
+
+    It is K (0.19 + 1.57 alpha - 0.62 alpha^2)/(alpha (1 - alpha)^2) times P/(D l); it rises from 0.3 on, and falls
+    again toward the end of the formula's range, as K does.
+    """
+    low, high = 0.5, CLASSICAL_LIMIT
+    for _ in range(60):
+        a = 0.5 * (low + high)
+        steepness = (
+            -45.0 * (a - 0.4) ** 2 / load_factor(a) + (1.57 - 1.24 * a) / (0.19 + (1.57 - 0.62 * a) * a)
+            + (carried - 1.0) / a + 2.0 / (1.0 - a)
+        )  # fmt: skip
+        low, high = (a, high) if steepness > 0.0 else (low, a)
+    return low
+
+
+MOST_STRESSED, MOST_STRESSED_AROUND = _summit(0.0), _summit(1.0)
+"""d/D at which the formula's hoop stress is greatest, of all bores in one outer diameter, and of all rings around one
+bore."""
+
+
+def most_stressed(low: Array, high: Array, summit: float) -> tuple[float, ...]:
+    """Of bores whose d/D take all values of some ranges, those whose hoop stress may be the greatest from 0.3 on.
+
+    Beyond the formula's range the stress rises, and is everywhere more than within it.
+    """
+    widest = float(high.max())
+    if widest > CLASSICAL_LIMIT:
+        return (widest,)
+    nearest = np.clip(summit, low, high)
+    below, above = nearest[nearest <= summit], nearest[nearest >= summit]
+    return (*([float(below.max())] if below.size else []), *([float(above.min())] if above.size else []))
+
+
 def _crossing(
-    ring_at: Callable[[float], Ring], measure: Callable[[Ring], float], limit: float, start: float, tolerance: float
-) -> float:
+    ring_at: Callable[[float], Ring], measure: Callable[[Ring], float], limit: float, start: float, summit: float,
+    tolerance: float,
+) -> float:  # fmt: skip
     """The greatest d/D up to which ``measure`` stays within ``limit``, from ``start`` on, where it does.
 
-    The formula's values need not rise all the way (its K falls), so its first excess is looked for step by step; those
-    of the elastic ring do.
+    The formula's values rise up to ``summit``, those of the elastic ring all the way.
     """
 
     def fits(ratio: float) -> bool:
         return measure(ring_at(ratio)) <= limit
 
-    steps = [start + (CLASSICAL_LIMIT - start) * k / _LOOKS for k in range(_LOOKS)] + [CLASSICAL_LIMIT]
     # Thinner than 1e-6 of the diameter no ring is asked for: it yields by the cube of what is left.
-    low, high = CLASSICAL_LIMIT, 1.0 - 1e-6
-    for before, after in pairwise(steps):
-        if not fits(after):
-            low, high = before, after
-            break
+    low, high = (CLASSICAL_LIMIT, 1.0 - 1e-6) if fits(summit) else (start, summit)
     while high - low > tolerance:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if fits(middle) else (low, middle)
@@ -201,7 +232,9 @@ def greatest_ratio(
     def at(ratio: float) -> Ring:
         return ring(force, diameter, length, ratio, modulus, poisson)
 
-    return None if at(0.0).ovalization > limit else _crossing(at, lambda found: found.ovalization, limit, 0.0, 2e-16)
+    if at(0.0).ovalization > limit:
+        return None
+    return _crossing(at, lambda found: found.ovalization, limit, 0.0, CLASSICAL_LIMIT, 2e-16)
 
 
 def ratio_at_stress(
@@ -218,4 +251,4 @@ def ratio_at_stress(
     least = 0.3
     if at(least).stresses.greatest > stress:
         return least
-    return _crossing(at, lambda found: found.stresses.greatest, stress, least, 1e-6)
+    return _crossing(at, lambda found: found.stresses.greatest, stress, least, MOST_STRESSED, 1e-6)

@@ -25,6 +25,10 @@ from solvers.pin.walls import demanded, least_walls
 Array = NDArray[np.float64]
 
 
+ALLOWABLE_SHEAR = "allowable_shear"
+"""The demand of a limit on the shear stress, apart from the criterion's."""
+
+
 @dataclass(frozen=True)
 class ShearLaw:
     """Greatest shear stress of a tube: tau = Q s(w)/(D^2 v), s = c0 + c1 w + c2 w^2."""
@@ -160,7 +164,7 @@ def shear_demand(forces: InternalForces, diameter: float, material: PinMaterial,
     if material.allowable_shear is None:
         return ()
     only = InternalForces(np.zeros_like(forces.moment), forces.shear, 0.0, forces.torque)
-    return (_demand("allowable_shear", only, diameter, material.allowable_shear, law, 1.0),)
+    return (_demand(ALLOWABLE_SHEAR, only, diameter, material.allowable_shear, law, 1.0),)
 
 
 def v_of(wall: Array) -> Array:
@@ -192,12 +196,12 @@ def least_wall(demands: Sequence[Demand], floor: float, stations: int) -> Array:
     return found
 
 
-def equivalent_stress(demands: tuple[Demand, ...], wall: Array) -> Array:
-    """Greatest equivalent stress of the demands [Pa] at relative walls (n,): stress F/v; 0 where nothing acts."""
-    v = v_of(wall)
-    out = np.zeros_like(wall)
+def uses(demands: Sequence[Demand], wall: Array) -> Array:
+    """Greatest F(w)/v(w) at relative walls (n,), of the criterion's demands and of the separate limit on the shear
+    stress, (2, n): 1 where the strength is used up, inf without a wall, 0 where nothing acts."""
+    out, v = np.zeros((2, wall.size)), v_of(wall)
     for demand in demands:
-        f = demand.value(wall)
+        f, row = demand.value(wall), int(demand.name == ALLOWABLE_SHEAR)
         with np.errstate(divide="ignore", invalid="ignore"):
-            out = np.maximum(out, np.where(f > 0.0, demand.stress * f / v, 0.0))
+            out[row] = np.maximum(out[row], np.where(f > 0.0, f / v, 0.0))
     return out

@@ -191,15 +191,15 @@ def panel_edges(places: Iterable[float], length: float, symmetric: bool) -> list
     """Where panels must begin, rising: the given places, and for a bar of two unlike halves their mirror images.
 
     Places that only rounding tells apart are one edge, the last of them, so that every load that begins there acts on
-    the panel behind it. Both halves get equally many edges.
+    the panel behind it; those that it tells from the bar's ends only are none. Both halves get equally many edges.
     """
     middle, tolerance = 0.5 * length, LEAST_PANEL * length
-    ahead = [p for p in places if p < middle - tolerance]
+    inside = [(p, p, True) if p < middle else (length - p, p, False) for p in places]
+    inside = [edge for edge in inside if tolerance < edge[0] < middle - tolerance]
     if symmetric:
-        return [*_merged(sorted(ahead), tolerance), middle]
-    behind = [p for p in places if p > middle + tolerance]
+        return [*merged(sorted(place for _, place, first in inside if first), tolerance), middle]
     groups: list[tuple[float, list[float], list[float]]] = []
-    for distance, place, first in sorted([*((p, p, True) for p in ahead), *((length - p, p, False) for p in behind)]):
+    for distance, place, first in sorted(inside):
         if not groups or distance - groups[-1][0] > tolerance:
             groups.append((distance, [], []))
         groups[-1][1 if first else 2].append(place)
@@ -208,7 +208,7 @@ def panel_edges(places: Iterable[float], length: float, symmetric: bool) -> list
     return [*left, middle, *reversed(right)]
 
 
-def _merged(places: list[float], tolerance: float) -> list[float]:
+def merged(places: list[float], tolerance: float) -> list[float]:
     """Rising places; of those closer than the tolerance the last."""
     kept: list[float] = []
     for place in places:
@@ -221,7 +221,7 @@ def _merged(places: list[float], tolerance: float) -> list[float]:
 
 def first_stations(places: list[float], end: float, rests: Mapping[float, float] = MappingProxyType({})) -> Stations:
     """Panels on [0, end] that begin and end at the given places; ``rests`` is what rounding left out of some."""
-    edges = np.array([0.0, *(p for p in places if LEAST_PANEL * end < p < end * (1.0 - LEAST_PANEL)), end])
+    edges = np.array([0.0, *(p for p in places if p < end), end])
     rest = np.array([rests.get(edge, 0.0) for edge in edges.tolist()])
     whole = Stations(edges[:-1], edges[1:], left_rest=rest[:-1], right_rest=rest[1:])
     return whole.halved(np.ones(edges.size - 1, dtype=bool))

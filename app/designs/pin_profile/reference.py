@@ -31,10 +31,10 @@ def check_reference(request: CheckRequest, answer: Answer) -> Reference | None:
     """A check's main results; of a bore that differs between the halves not its deflection. No bushing's."""
     if request.seeks_outside:
         return None
-    length = request.scene().geometry.length
-    whole = request.bore().along(length)
+    geometry = request.scene().geometry
+    whole = request.bore().along(geometry.length)
     points = list(zip(whole.x, whole.bore, strict=True))
-    alike = whole.is_symmetric(length, request.scene().geometry.outer_diameter)
+    alike = whole.is_symmetric(geometry.length, whole.walls(geometry.outer_diameter))
 
     def bore(case: dict[str, Any], watch: Watch) -> Found:
         # Imported here: arbitrary precision is of use to studies alone.

@@ -18,15 +18,16 @@ from solvers.pin.bushing.effects import choose_for
 from solvers.pin.bushing.forms import Constant
 from solvers.pin.bushing.program import BushingProgram, assemble, opening_stations, refined
 from solvers.pin.bushing.scene import BushingScene
-from solvers.pin.bushing.section import pulls, utilisation
 from solvers.pin.check import Pressures, RingResult
 from solvers.pin.effects import compose
 from solvers.pin.loads import ROUNDING, forces_at
-from solvers.pin.peaks import peaked
+from solvers.pin.peaks import doubt as doubt_of_peaks
+from solvers.pin.peaks import risen
 from solvers.pin.profile import Profile, WholeProfile
 from solvers.pin.program import Physics
 from solvers.pin.scene import NO_LIMITS, Limits
 from solvers.pin.section import CRITERIA, Criterion
+from solvers.pin.stations import NODES
 
 Array = NDArray[np.float64]
 _MOST_STATIONS = 20_000
@@ -91,7 +92,7 @@ def check(
     choice = choose_for(scene, limits, effects, effect_tolerance)
     physics = compose(choice)
     whole = outside.along(g.length)
-    if not whole.is_symmetric(g.length, max(outside.bore) or 1.0):
+    if not whole.is_symmetric(g.length, _walls(scene, whole)):
         scene = replace(scene, mirrored=False)
     program, gap, doubt = _on_outside(scene, whole, criterion, physics, accuracy)
     own = assemble(scene, limits, criterion, physics, program.stations)
@@ -106,16 +107,21 @@ def check(
     )
 
 
+def _walls(scene: BushingScene, whole: WholeProfile) -> Array:
+    """t = D - d [m] at the points."""
+    return np.maximum(np.array(whole.bore) - scene.geometry.bore, 0.0)
+
+
 def _gap(scene: BushingScene, whole: WholeProfile, program: BushingProgram) -> Array:
     """t = D - d at the stations."""
-    at_points = np.array(whole.bore) - scene.geometry.bore
-    return np.maximum(whole.between(at_points, program.stations.x, program.stations.side), 0.0)
+    return whole.between(_walls(scene, whole), program.stations.x, program.stations.side)
 
 
 def _on_outside(
     scene: BushingScene, whole: WholeProfile, criterion: Criterion, physics: Physics, accuracy: float
 ) -> tuple[BushingProgram, Array, float]:
-    """A program on stations that suit this outside, t there, and quadrature's doubt of the deflection, relative.
+    """A program on stations that suit this outside, t there, and what the deflection and the greatest use of the
+    strength may be off, relative.
 
     Panels are halved where the deflection asks for it, and where the strength is used most between two stations.
     """
@@ -128,17 +134,17 @@ def _on_outside(
         doubt = np.zeros(stations.left.size)
         if math.isfinite(total) and total > 0.0:
             doubt = stations.doubt(density) / total
-        rough, between = doubt.sum() > 0.1 * accuracy, peaked(stations, program.strength_used(gap), 0.1 * accuracy)
+        rise = risen(stations, program.uses(gap))
+        rough, between = doubt.sum() > 0.1 * accuracy, rise > 0.1 * accuracy
         if not (rough or between.any()) or stations.x.size > _MOST_STATIONS:
             break
         stations = refined(program, between | (rough & (doubt > 0.05 * accuracy / stations.left.size)))
-    return program, gap, float(doubt.sum())
+    return program, gap, max(float(doubt.sum()), doubt_of_peaks(rise))
 
 
 def _mass(scene: BushingScene, whole: WholeProfile) -> float:
     """Frustums less the bore: D^2 - d^2 over straight segments, in t = D - d so that thin walls keep their digits."""
-    d = scene.geometry.bore
-    t = np.maximum(np.array(whole.bore) - d, 0.0)
+    d, t = scene.geometry.bore, _walls(scene, whole)
     a, b = t[:-1], t[1:]
     mean = d * (a + b) + (a * a + a * b + b * b) / 3.0
     return scene.material.density * math.pi / 4.0 * float(np.diff(np.array(whole.x)) @ mean)
@@ -150,15 +156,8 @@ def assess(
     """Everything that can be said of t = D - d at a program's stations."""
     scene, g = program.scene, program.scene.geometry
     x, outer = program.stations.x, g.bore + gap
-    use, equivalent, tangential = program.strength_used(gap), np.zeros_like(gap), np.zeros_like(gap)
-    for case in scene.cases:
-        forces = forces_at(case, x, program.stations.side, program.stations.rest)
-        for pull in pulls(forces, program.criterion, scene.material):
-            share = utilisation(pull, g.bore, gap)
-            if pull.name == "allowable_shear":
-                tangential = np.maximum(tangential, share * pull.stress)
-            else:
-                equivalent = np.maximum(equivalent, share * pull.stress)
+    uses, allowable_shear = program.uses(gap), scene.material.allowable_shear
+    equivalent, use = scene.material.allowable_stress * uses[0], uses.max(axis=0)
     forces = forces_at(scene.cases[0], x, program.stations.side, program.stations.rest)
     worst = int(np.argmax(equivalent))
     deflection = program.deflection(program.y_of(gap))
@@ -174,7 +173,7 @@ def assess(
         max_shear=float(forces.shear_total.max()),
         equivalent_stress_max=_finite(equivalent[worst]),
         worst_section=float(x[worst]),
-        shear_stress_max=None if scene.material.allowable_shear is None else _finite(tangential.max()),
+        shear_stress_max=None if allowable_shear is None else _finite(allowable_shear * uses[1].max()),
         strength_utilisation=_finite(use.max()),
         deflection=_finite(deflection),
         ring=found,
@@ -212,7 +211,7 @@ def _along(program: BushingProgram, outer: Array, equivalent: Array) -> OutsideA
 
 
 def _ring(scene: BushingScene, outer: Array) -> RingResult:
-    """The ring in the middle and where the wall is thinnest."""
+    """The ring in the middle, where the wall is thinnest, which ovals it most, and where its stress is greatest."""
     g, m = scene.geometry, scene.material
 
     def at(diameter: float) -> ring.Ring:
@@ -224,24 +223,34 @@ def _ring(scene: BushingScene, outer: Array) -> RingResult:
     own = at(max(middle, least, 1e-9))
     if thinnest < max(least, 1e-9):
         return RingResult(own.ovalization, None, own.stresses, None, own.model)
-    worst = at(thinnest)
-    stress = max(worst.stresses.greatest, own.stresses.greatest)
-    return RingResult(own.ovalization, worst.ovalization, own.stresses, stress, own.model)
+    panels = outer.reshape(-1, NODES)
+    stress = own.stresses.greatest
+    if g.bore > 0.0:
+        worst = ring.most_stressed(g.bore / panels.max(axis=1), g.bore / panels.min(axis=1), ring.MOST_STRESSED_AROUND)
+        stress = max(stress, *(at(g.bore / ratio).stresses.greatest for ratio in worst))
+    return RingResult(own.ovalization, at(thinnest).ovalization, own.stresses, stress, own.model)
 
 
 def _pressures(program: BushingProgram, outer: Array) -> Pressures | None:
-    """Load over projected area: P/int D dx in the rod, half of it in a boss, and the triangle's peak P x/(a^2 D)."""
+    """Load over projected area: P/int D dx in the rod, half of it in a boss, and the triangle's peak P x/(a^2 D) with x
+    from the boss's own end; of the two bosses the greater ones."""
     scene, g = program.scene, program.scene.geometry
     side, x = program.stations.side, program.stations.x
     weight = program.share * program.stations.span
-    rod = (side >= g.boss_length + g.gap) & (side < g.boss_length + g.gap + g.small_end_length)
-    boss = side < g.boss_length * (1.0 - 1e-12)
-    both = 2.0 if scene.symmetric else 1.0
-    area, bearing = both * float(weight[rod] @ outer[rod]), float(weight[boss] @ outer[boss])
+    begin, end, second = (g.places[k][0] for k in (1, 3, 4))
+    rod = (side >= begin) & (side < end)
+    bosses = [(side < g.boss_length * (1.0 - 1e-12), x)]
+    if not scene.symmetric:
+        bosses.append((side >= second, g.length - x))
+    area = (2.0 if scene.symmetric else 1.0) * float(weight[rod] @ outer[rod])
+    bearing = min(float(weight[boss] @ outer[boss]) for boss, _ in bosses)
     if area <= 0.0 or bearing <= 0.0:
         return None
-    density = np.divide(x[boss], outer[boss], out=np.zeros(int(boss.sum())), where=outer[boss] > 0.0)
-    return Pressures(scene.force / area, 0.5 * scene.force / bearing, scene.force / g.boss_length**2 * density.max())
+    density = max(
+        float(np.max(np.divide(along, outer, out=np.zeros_like(x), where=boss & (outer > 0.0))))
+        for boss, along in bosses
+    )
+    return Pressures(scene.force / area, 0.5 * scene.force / bearing, scene.force / g.boss_length**2 * density)
 
 
 def _warnings(

@@ -24,7 +24,7 @@ from solvers.pin.flexibility import cowper
 from solvers.pin.loads import breakpoints, forces_at
 from solvers.pin.program import Physics
 from solvers.pin.scene import Limits
-from solvers.pin.section import Criterion
+from solvers.pin.section import ALLOWABLE_SHEAR, Criterion
 from solvers.pin.stations import Stations, first_stations, panel_edges
 from solvers.pin.tube import bending, shearing
 
@@ -75,10 +75,14 @@ class BushingProgram:
         """Deflection of the middle [m]."""
         return float(self.share @ self.densities(y))
 
-    def strength_used(self, gap: Array) -> Array:
-        """Greatest G(t) of all demands, (n,): 1 where the strength is used up, inf without a wall."""
-        shares = [utilisation(pull, self.scene.geometry.bore, gap) for pull in self.pulls]
-        return np.max(shares, axis=0)
+    def uses(self, gap: Array) -> Array:
+        """Greatest G(t) of the criterion's demands and of the separate limit on the shear stress, (2, n): 1 where the
+        strength is used up, inf without a wall."""
+        out = np.zeros((2, gap.size))
+        for pull in self.pulls:
+            row = int(pull.name == ALLOWABLE_SHEAR)
+            out[row] = np.maximum(out[row], utilisation(pull, self.scene.geometry.bore, gap))
+        return out
 
     def gap_of(self, y: Array) -> Array:
         """t = D - d [m], without cancellation: z/(d + sqrt(d^2 + z)), z = y l^2."""

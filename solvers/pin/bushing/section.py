@@ -21,7 +21,7 @@ from solvers.numerics.jit import kernel
 from solvers.pin.bushing.scene import BushingScene
 from solvers.pin.loads import InternalForces, forces_at
 from solvers.pin.scene import PinMaterial
-from solvers.pin.section import CombinedCriterion, Criterion, Share, ShearLaw
+from solvers.pin.section import ALLOWABLE_SHEAR, CombinedCriterion, Criterion, Share, ShearLaw
 
 Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
@@ -57,7 +57,7 @@ def pulls(forces: InternalForces, criterion: Criterion, material: PinMaterial) -
     if material.allowable_shear is not None:
         # Shear alone: bending and axial force do not count against it.
         only = InternalForces(np.zeros_like(forces.moment), forces.shear, 0.0, forces.torque)
-        found.append(pull(CombinedCriterion("allowable_shear", 1.0).shares(only)[0], material.allowable_shear))
+        found.append(pull(CombinedCriterion(ALLOWABLE_SHEAR, 1.0).shares(only)[0], material.allowable_shear))
     return tuple(found)
 
 

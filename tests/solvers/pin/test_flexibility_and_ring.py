@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
 
-from solvers.pin import ring
+from solvers import pin
+from solvers.pin import bushing, ring
 from solvers.pin.flexibility import convex_cowper, cowper, flexibility_values, line_from, phi, phi_curvature, phi_slope
 
 FORCE, DIAMETER, LENGTH, MODULUS, POISSON = 15e3, 21.99e-3, 80e-3, 210e9, 0.3
@@ -197,3 +198,53 @@ def test_the_ratio_at_a_stress_is_the_least_although_the_formulas_stress_falls_a
     for limit in (0.7 * stress.max(), 0.99 * stress.max(), 0.5 * (stress.max() + stress[-1])):
         first = ratios[np.argmax(stress > limit)]
         assert ring.ratio_at_stress(limit, *PIN, MODULUS, POISSON) == pytest.approx(first, abs=5e-5)
+
+
+def hoop(ratios, bore=None):
+    """The greatest hoop stress of every ring, of one outer diameter or around one bore."""
+    diameters = [DIAMETER if bore is None else bore / ratio for ratio in ratios]
+    rings = [ring.ring(FORCE, d, LENGTH, r, MODULUS, POISSON) for d, r in zip(diameters, ratios, strict=True)]
+    return np.array([found.stresses.greatest for found in rings])
+
+
+@pytest.mark.parametrize(("bore", "summit"), [(None, ring.MOST_STRESSED), (14e-3, ring.MOST_STRESSED_AROUND)])
+def test_the_hoop_stress_rises_to_its_summit_falls_to_the_seam_and_rises_beyond(bore, summit):
+    before, behind, beyond = (
+        np.linspace(0.3, summit, 200),
+        np.linspace(summit, 0.8, 50),
+        np.linspace(0.8001, 0.9999, 500),
+    )
+    assert np.all(np.diff(hoop(before, bore)) > 0)
+    assert np.all(np.diff(hoop(behind, bore)) < 0)
+    assert np.all(np.diff(hoop(beyond, bore)) > 0)
+    assert hoop([0.8001], bore)[0] > hoop([summit], bore)[0]
+
+
+@pytest.mark.parametrize("ends", [(0.5, 0.799), (0.79, 0.6), (0.77, 0.8), (0.4, 0.76), (0.5, 0.85), (0.9, 0.81)])
+def test_no_ring_along_a_pin_or_a_bushing_is_stressed_more_than_told(ends):
+    """The widest bore is not the most stressed where the formula's load factor falls faster than the wall."""
+    ratios = np.linspace(*ends, 2001)
+    scene = pin.Scene(
+        pin.Geometry(DIAMETER, 24e-3, 30e-3, 1e-3), FORCE, pin.PinMaterial(150e6, MODULUS, POISSON, 7850.0)
+    )
+    tapered = pin.Profile((0.0, 0.5 * LENGTH), tuple(DIAMETER * r for r in ends))
+    told = pin.check(scene, tapered, effects=pin.ALL).value.ring
+    assert told.stress_max == pytest.approx(hoop(ratios).max(), rel=1e-5)
+    widest = ring.ring(*PIN, max(ends), MODULUS, POISSON)
+    assert told.ovalization_max == pytest.approx(widest.ovalization, rel=1e-12)
+    around = bushing.BushingScene(bushing.BushingGeometry(14e-3, 24e-3, 30e-3, 1e-3), FORCE, scene.material)
+    outside = pin.Profile((0.0, 0.5 * LENGTH), tuple(14e-3 / r for r in ends))
+    assert bushing.check(around, outside, effects=pin.ALL).value.ring.stress_max == pytest.approx(
+        hoop(ratios, 14e-3).max(), rel=1e-5
+    )
+
+
+def test_two_bores_on_either_side_of_the_summit_compete():
+    scene = pin.Scene(
+        pin.Geometry(DIAMETER, 24e-3, 30e-3, 1e-3), FORCE, pin.PinMaterial(150e6, MODULUS, POISSON, 7850.0)
+    )
+    for ratios in ((0.798, 0.74, 0.5), (0.798, 0.7, 0.5), (0.79, 0.76, 0.775)):
+        wide, narrow, middle = (DIAMETER * r for r in ratios)
+        stepped = pin.Profile((0.0, 0.01, 0.01, 0.02, 0.02), (wide, wide, narrow, narrow, middle))
+        told = pin.check(scene, stepped, effects=pin.ALL).value.ring
+        assert told.stress_max == pytest.approx(hoop(ratios).max(), rel=1e-12)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -35,8 +37,22 @@ def strength_used(scene, end, middle, count=100_001):
 @pytest.mark.parametrize("seed", range(12))
 def test_no_dense_look_finds_more_of_the_strength_used(seed, accuracy):
     scene, end, middle = cone(seed)
-    told = pin.check(scene, pin.Profile((0.0, 0.5 * scene.geometry.length), (end, middle)), accuracy=accuracy).value
-    assert told.strength_utilisation >= strength_used(scene, end, middle) * (1.0 - accuracy)
+    told = pin.check(scene, pin.Profile((0.0, 0.5 * scene.geometry.length), (end, middle)), accuracy=accuracy)
+    doubt = told.accuracy.estimated + 1e-9
+    assert doubt < accuracy
+    assert told.value.strength_utilisation >= strength_used(scene, end, middle) * (1.0 - doubt)
+
+
+@pytest.mark.parametrize("allowable", [1e6, 3e7, 4e8])
+@pytest.mark.parametrize("seed", range(6))
+def test_each_strength_has_a_greatest_use_of_its_own(seed, allowable):
+    """A limit on the shear stress that is used most elsewhere must not hide where the criterion is."""
+    scene, end, middle = cone(seed)
+    limited = replace(scene, material=replace(scene.material, allowable_shear=allowable))
+    profile = pin.Profile((0.0, 0.5 * scene.geometry.length), (end, middle))
+    told = pin.check(limited, profile, accuracy=1e-6)
+    dense = strength_used(scene, end, middle) * scene.material.allowable_stress
+    assert dense * (1.0 - told.accuracy.estimated - 1e-9) <= told.value.equivalent_stress_max <= dense * (1.0 + 1e-4)
 
 
 # The bushing's check, against the textbook's stresses of a tube of the outer diameter at hand.

@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.pin.loads import ROUNDING
+from solvers.pin.peaks import risen
 from solvers.pin.program import demands_at, opening_stations
 from solvers.pin.scene import Scene
 from solvers.pin.section import Criterion
 
 Array = NDArray[np.float64]
-_ZOOMS = 4
-_GRID = 129
+_PASSES = 60
 _EDGE_STEPS = 60
 
 
@@ -36,21 +37,16 @@ def solid_utilisation(scene: Scene, criterion: Criterion, x: Array, side: Array)
 
 
 def greatest_utilisation(scene: Scene, criterion: Criterion) -> tuple[float, float]:
-    """(utilisation, place) of the solid pin's worst section: stations first, then grids that narrow around the best."""
+    """(utilisation, place) of the solid pin's worst section: panels are halved where it may lie between stations."""
     stations = opening_stations(scene)
-    values = solid_utilisation(scene, criterion, stations.x, stations.side)
+    for _ in range(_PASSES):
+        values = solid_utilisation(scene, criterion, stations.x, stations.side)
+        between = risen(stations, values[None]) > ROUNDING
+        if not between.any():
+            break
+        stations = stations.halved(between)
     best = int(np.argmax(values))
-    place, side, value = float(stations.x[best]), float(stations.side[best]), float(values[best])
-    panel = int(np.searchsorted(stations.left, side))
-    low, high = float(stations.left[panel]), float(stations.right[panel])
-    width = high - low
-    for _ in range(_ZOOMS):
-        grid = np.linspace(max(place - width, low), min(place + width, high), _GRID)
-        values = solid_utilisation(scene, criterion, grid, np.full_like(grid, side))
-        if values.max() >= value:
-            value, place = float(values.max()), float(grid[np.argmax(values)])
-        width *= 4.0 / _GRID
-    return value, place
+    return float(values[best]), float(stations.x[best])
 
 
 def force_limit(scene: Scene, criterion: Criterion) -> float:

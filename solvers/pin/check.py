@@ -17,9 +17,8 @@ from solvers.pin.capacity import force_limit
 from solvers.pin.effects import choose_for, compose, demands_of
 from solvers.pin.flexibility import ShearFlexibility, cowper, flexibility_values, product
 from solvers.pin.loads import ROUNDING, forces_at
-from solvers.pin.peaks import doubt as doubt_of_peaks
 from solvers.pin.peaks import risen
-from solvers.pin.pointwise import Constant
+from solvers.pin.pointwise import lightest_constant
 from solvers.pin.profile import Profile, WholeProfile
 from solvers.pin.program import Physics, Program, assemble, opening_stations, refined
 from solvers.pin.scene import NO_LIMITS, Limits, Scene
@@ -111,9 +110,8 @@ def check(
     if not whole.is_symmetric(scene.geometry.length, whole.walls(scene.geometry.outer_diameter)):
         scene = replace(scene, mirrored=False)
     program, wall, doubt = on_profile(scene, whole, criterion, physics, cowper(scene.material.poisson), accuracy)
-    own = assemble(scene, limits, criterion, physics, program.stations)
     # What a constant bore under the same limits would weigh, where there is one.
-    constant = None if np.isnan(own.lower).any() else Constant().find(own, accuracy)
+    constant = lightest_constant(assemble(scene, limits, criterion, physics, program.stations), accuracy)
     value = assess(
         program, wall, criterion, physics, limits, whole.volume_share(scene.geometry),
         None if constant is None else constant.volume, whole.places,
@@ -122,7 +120,11 @@ def check(
         Status.SUCCEEDED,
         value,
         choice.manifest,
-        Accuracy(accuracy, doubt + ROUNDING, {"stations": int(wall.size)}),
+        Accuracy(
+            accuracy,
+            max(doubt, 0.0 if constant is None else constant.doubted) + ROUNDING,
+            {"stations": int(wall.size)},
+        ),
         timing={"solve_s": time.perf_counter() - started},
     )
 
@@ -146,7 +148,7 @@ def on_profile(
         if not (rough or between.any()) or stations.x.size > _MOST_STATIONS:
             break
         stations = refined(program, between | (rough & (doubt > 0.05 * accuracy / stations.left.size)))
-    return program, wall, max(float(doubt.sum()), doubt_of_peaks(rise))
+    return program, wall, max(float(doubt.sum()), float(rise.max()))
 
 
 def deflection_doubt(program: Program, solidity: Array) -> Array:

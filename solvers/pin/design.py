@@ -17,7 +17,7 @@ from solvers.pin.effects import choose_for, compose, demands_of
 from solvers.pin.flexibility import cowper
 from solvers.pin.form import Form, Found
 from solvers.pin.loads import ROUNDING
-from solvers.pin.pointwise import FREE, Constant
+from solvers.pin.pointwise import FREE, lightest_constant
 from solvers.pin.profile import Profile
 from solvers.pin.program import Physics, Program, assemble, opening_stations, refined, wall_floor, walls_of
 from solvers.pin.scene import NO_LIMITS, Limits, Scene
@@ -88,7 +88,7 @@ def design(
         )
     program, best, doubt = found
     relaxed = replace(program, limits=replace(limits, max_slope=None))
-    constant = Constant().find(relaxed, accuracy)
+    constant = lightest_constant(relaxed, accuracy)
     free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
     shown, wall, places = _as_made(problem, physics, program, best, accuracy)
     value = PinDesign(

@@ -1,4 +1,4 @@
-"""Between the stations of a panel the strength may be used more than at any of them: where that is to be expected."""
+"""Between the stations of a panel a value may be greater than at any of them: where that is to be expected."""
 
 from __future__ import annotations
 
@@ -13,25 +13,19 @@ _DOUBTED = 2.0
 """What a parabola foretells is an estimate itself."""
 
 
-def risen(stations: Stations, uses: Array) -> Array:
-    """By what share of the greatest use of all parabolas through three neighbouring stations rise above it, for every
-    panel, (n/NODES,).
+def risen(stations: Stations, values: Array) -> Array:
+    """What the greatest value of all may be off, relative, for every panel that may hold a greater one, (n/NODES,).
 
-    ``uses`` of shape (k, n) is how much is used at every station of k kinds of strength, each with a greatest use of
-    its own.
+    ``values`` of shape (k, n) are k kinds of values at every station, each with a greatest one of its own, none
+    negative. It is twice the share by which parabolas through three neighbouring stations rise above it.
     """
-    found = np.zeros(uses.shape[1] // NODES)
+    found = np.zeros(values.shape[1] // NODES)
     x = stations.x.reshape(-1, NODES)
-    for use in uses:
-        top = float(use.max())
+    for own in values:
+        top = float(own.max())
         if 0.0 < top < np.inf:
-            found = np.maximum(found, _summits(x, use.reshape(-1, NODES)).max(axis=1) / top - 1.0)
+            found = np.maximum(found, _DOUBTED * (_summits(x, own.reshape(-1, NODES)).max(axis=1) / top - 1.0))
     return found
-
-
-def doubt(rise: Array) -> float:
-    """What the greatest use may be off, relative."""
-    return _DOUBTED * float(rise.max())
 
 
 def _summits(x: Array, y: Array) -> Array:

@@ -12,13 +12,15 @@ from solvers.pin.certificate import least_walls_bound, monotone_bound, pointwise
 from solvers.pin.flexibility import flexibility_values, product
 from solvers.pin.form import Found
 from solvers.pin.interior_point import sloped
-from solvers.pin.program import Program, bore_of, folded, walls_of
+from solvers.pin.peaks import risen
+from solvers.pin.program import Program, assemble, bore_of, folded, refined, walls_of
 from solvers.pin.section import wall_of
 from solvers.pin.separable import Weighed, rising, weigh
 from solvers.pin.slope import gentle, missed_by_slope
 from solvers.pin.stations import Stations
 
 Array = NDArray[np.float64]
+_PASSES = 40
 
 
 def missed_by_order(stations: Stations, lower: Array, anchor: int) -> Array:
@@ -116,7 +118,22 @@ class Constant:
         return Found(
             np.full_like(program.lower, u), u, min(bound, u), "one unknown", {"rounds": weighed.rounds},
             corners=((0.0, bore), (length, bore)),
+            doubt=risen(program.stations, program.lower[None]) * (u if weighed.multiplier == 0.0 else 0.0),
         )  # fmt: skip
+
+
+def lightest_constant(program: Program, accuracy: float) -> Found | None:
+    """The lightest pin of one bore, on the program's panels and halves of those that may hold its weakest section
+    between stations; None where even the solid pin is too weak or too soft."""
+    found = None
+    for _ in range(_PASSES):
+        found = None if np.isnan(program.lower).any() else Constant().find(program, accuracy)
+        between = None if found is None else found.doubt > 0.1 * accuracy * found.volume
+        if between is None or not between.any():
+            break
+        stations = refined(program, between)
+        program = assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law)
+    return found
 
 
 def segments(program: Program, low: Array, parts: list[slice]) -> Program:

@@ -15,13 +15,12 @@ from solvers.errors import InvalidInput
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.pin import ring
 from solvers.pin.bushing.effects import choose_for
-from solvers.pin.bushing.forms import Constant
+from solvers.pin.bushing.forms import lightest_constant
 from solvers.pin.bushing.program import BushingProgram, assemble, opening_stations, refined
 from solvers.pin.bushing.scene import BushingScene
 from solvers.pin.check import Pressures, RingResult
 from solvers.pin.effects import compose
 from solvers.pin.loads import ROUNDING, forces_at
-from solvers.pin.peaks import doubt as doubt_of_peaks
 from solvers.pin.peaks import risen
 from solvers.pin.profile import Profile, WholeProfile
 from solvers.pin.program import Physics
@@ -96,13 +95,16 @@ def check(
         scene = replace(scene, mirrored=False)
     program, gap, doubt = _on_outside(scene, whole, criterion, physics, accuracy)
     own = assemble(scene, limits, criterion, physics, program.stations)
-    constant = Constant().find(own, accuracy).volume * own.mass_unit if np.isfinite(own.lower).all() else None
-    value = assess(program, gap, physics, limits, _mass(scene, whole), constant)
+    constant = lightest_constant(own, physics, accuracy) if np.isfinite(own.lower).all() else None
+    constant_mass, constant_doubt = (
+        (None, 0.0) if constant is None else (constant.volume * own.mass_unit, constant.doubted)
+    )
+    value = assess(program, gap, physics, limits, _mass(scene, whole), constant_mass)
     return Outcome(
         Status.SUCCEEDED,
         value,
         choice.manifest,
-        Accuracy(accuracy, doubt + ROUNDING, {"stations": int(gap.size)}),
+        Accuracy(accuracy, max(doubt, constant_doubt) + ROUNDING, {"stations": int(gap.size)}),
         timing={"solve_s": time.perf_counter() - started},
     )
 
@@ -139,7 +141,7 @@ def _on_outside(
         if not (rough or between.any()) or stations.x.size > _MOST_STATIONS:
             break
         stations = refined(program, between | (rough & (doubt > 0.05 * accuracy / stations.left.size)))
-    return program, gap, max(float(doubt.sum()), doubt_of_peaks(rise))
+    return program, gap, max(float(doubt.sum()), float(rise.max()))
 
 
 def _mass(scene: BushingScene, whole: WholeProfile) -> float:

@@ -14,7 +14,7 @@ from solvers.outcome import Accuracy, Certificate, Outcome, Shortfall, Status
 from solvers.pin import ring
 from solvers.pin.bushing.check import BushingCheck, assess, check
 from solvers.pin.bushing.effects import choose_for
-from solvers.pin.bushing.forms import Constant, Stepped, Turned
+from solvers.pin.bushing.forms import Constant, Stepped, Turned, lightest_constant
 from solvers.pin.bushing.program import BushingProgram, assemble, gap_floor, opening_stations, refined
 from solvers.pin.bushing.scene import BushingScene
 from solvers.pin.effects import compose
@@ -72,7 +72,7 @@ def design(
             diagnosis=(_too_soft_a_ring(scene, limits),), timing={"solve_s": time.perf_counter() - started},
         )  # fmt: skip
     program, best, doubt = _on_refined_stations(problem, physics, accuracy)
-    constant = Constant().find(program, accuracy).volume * program.mass_unit
+    constant = lightest_constant(program, physics, accuracy).volume * program.mass_unit
     mass, plain = (
         program.mass_unit * best.volume,
         Limits(limits.min_wall, limits.max_deflection, limits.max_ovalization),

@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.pin.bushing.dual import bound, strength_bound, weigh
-from solvers.pin.bushing.program import BushingProgram
+from solvers.pin.bushing.program import BushingProgram, assemble, refined
 from solvers.pin.bushing.section import least_gaps
 from solvers.pin.form import Found
+from solvers.pin.peaks import risen
 from solvers.pin.pointwise import missed_by_order
+from solvers.pin.program import Physics
 from solvers.pin.separable import rising
 from solvers.pin.slope import missed_by_slope
 from solvers.pin.stepped import MOST_STEPS
@@ -21,6 +23,7 @@ from solvers.pin.steps.half import Half, at_stations, corners_of
 from solvers.pin.steps.search import lightest_steps
 
 Array = NDArray[np.float64]
+_PASSES = 40
 
 
 def gentle(program: BushingProgram, low: Array) -> Array:
@@ -104,8 +107,22 @@ class Constant:
         y = _one_size(program, float(program.lower.max()))
         outer, length = program.scene.geometry.bore + float(program.gap_of(np.array([y]))[0]), _length(program)
         return Found(
-            np.full_like(program.lower, y), y, y * (1.0 - 1e-12), "one unknown", corners=((0.0, outer), (length, outer))
-        )
+            np.full_like(program.lower, y), y, y * (1.0 - 1e-12), "one unknown",
+            corners=((0.0, outer), (length, outer)),
+            doubt=risen(program.stations, program.lower[None]) * (y if y == program.lower.max() else 0.0),
+        )  # fmt: skip
+
+
+def lightest_constant(program: BushingProgram, physics: Physics, accuracy: float) -> Found:
+    """The lightest bushing of one outer diameter, on the program's panels and halves of those that may hold its weakest
+    section between stations."""
+    for _ in range(_PASSES):
+        found = Constant().find(program, accuracy)
+        between = found.doubt > 0.1 * accuracy * found.volume
+        if not between.any():
+            break
+        program = assemble(program.scene, program.limits, program.criterion, physics, refined(program, between))
+    return found
 
 
 def _length(program: BushingProgram) -> float:

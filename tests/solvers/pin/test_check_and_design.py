@@ -127,6 +127,28 @@ def test_a_load_on_one_side_makes_unlike_halves():
     assert not np.allclose(free.bore, np.interp(LENGTH - free.x, free.x, free.bore), rtol=1e-3)
 
 
+def test_the_worst_section_of_a_further_case_lies_between_stations():
+    """A load that grows in proportion to x between two supports: M = A (x - x^3/L^2)."""
+    whole = 4e3
+    case = pin.LoadCase((pin.MacaulayTerm(whole, 0.0, 0), pin.MacaulayTerm(-3 * whole / LENGTH**2, 0.0, 2)))
+    scene = pin.Scene(GEOMETRY, 1e3, STEEL, (case,))
+    x = np.linspace(0.0, 1.0, 400_001) * LENGTH
+    moment, shear = whole * (x - x**3 / LENGTH**2), np.abs(whole * (1 - 3 * x**2 / LENGTH**2))
+
+    def used(d):
+        bending = 32 * moment * D / (math.pi * (D**4 - d**4))
+        force = 16 * shear * (D**2 + D * d + d**2) / (3 * math.pi * (D**4 - d**4))
+        return float(np.hypot(bending, 2 * force).max()) / 150e6
+
+    assert pin.force_limit(scene, PAPER) == pytest.approx(1e3 / used(0.0), rel=1e-11)
+    outcome = pin.design(pin.PinProblem(scene, form=pin.Constant()), accuracy=1e-6)
+    ((_, bore), _) = outcome.value.corners
+    checked = pin.check(scene, pin.Profile((0.0,), (bore,)), accuracy=1e-6)
+    assert used(bore) == pytest.approx(1.0, abs=5e-7)
+    assert checked.value.constant_bore_mass == pytest.approx(outcome.value.check.mass, rel=1e-6)
+    assert checked.value.strength_utilisation >= used(bore) * (1 - checked.accuracy.estimated - 1e-9)
+
+
 def test_edges_of_unlike_halves_are_mirrored_and_none_is_lost():
     places = [1e-3, LENGTH - 1e-3, 3e-3, LENGTH - (LENGTH - 3e-3), 0.07, 0.04]
     edges = panel_edges(places, LENGTH, symmetric=False)

@@ -143,5 +143,7 @@ def _steady(
     apart = spread(
         bar.coefficients, crank, rocker, steps, work, energy, bar.start, stall, slope, NODES, WEIGHTS, MATRIX
     )
+    if not math.isfinite(apart):
+        raise _Unresolved
     irregularity = apart * first * time / (2.0 * math.pi)
     return (1.0 / time, before * bar.end * tool, irregularity, lost * energy / time), len(steps)

@@ -155,10 +155,11 @@ def _excess(u: float, work: float, energy: float, start: float, crank: float, ro
 
 @kernel
 def _within(
-    coefficients: Array, crank: float, rocker: float, row: Array, share: float, work: float, energy: float,
-    start: float, stall: float, slope: float, nodes: Array, weights: Array, matrix: Array,
+    coefficients: Array, crank: float, rocker: float, row: Array, pull: float, share: float, work: float,
+    energy: float, start: float, stall: float, slope: float, nodes: Array, weights: Array, matrix: Array,
 ) -> tuple[float, float]:  # fmt: skip
-    """omega/omega_0 - 1 and a number of the sign of its slope, a share of a step after its beginning."""
+    """omega/omega_0 - 1 and a number of the sign of its slope, a share of a step after its beginning, where the motor
+    gives the torque ``pull``; NaN where that part of the step has no solution."""
     width = share * row[1]
     angles = np.empty(5)
     for i in range(4):
@@ -167,11 +168,11 @@ def _within(
     if row[0] < 0.0:
         angles[4] = min(angles[4], -1e-300)
     u, change = speeds_of(coefficients, angles)
-    torque = np.full(4, stall)
-    if share > 0.0:
-        _step(crank + rocker * u[:4] ** 2, width, energy + work, stall, slope, matrix, torque)
-        for i in range(4):
-            work += width * weights[i] * torque[i]
+    torque = np.full(4, pull)
+    if not _step(crank + rocker * u[:4] ** 2, width, energy + work, stall, slope, matrix, torque):
+        return math.nan, math.nan
+    for i in range(4):
+        work += width * weights[i] * torque[i]
     speed = math.sqrt(2.0 * (energy + work) / (crank + rocker * u[4] ** 2))
     # J omega omega' = M - J' omega^2/2.
     return _excess(u[4], work, energy, start, crank, rocker), stall - slope * speed - rocker * u[4] * change[
@@ -184,29 +185,33 @@ def spread(
     coefficients: Array, crank: float, rocker: float, steps: Array, work: Array, energy: float, start: float,
     stall: float, slope: float, nodes: Array, weights: Array, matrix: Array,
 ) -> float:  # fmt: skip
-    """(Greatest - least speed over the turn)/(speed after the blow): of the steps' ends and all extremes between."""
+    """(Greatest - least speed over the turn)/(speed after the blow): of the steps' ends and all extremes between; NaN
+    where a part of a step has no solution."""
     count = steps.shape[0]
     angles = np.empty(count + 1)
     angles[:count] = steps[:, 0]
     angles[count] = -1e-300
     u, change = speeds_of(coefficients, angles)
-    rises = np.empty(count + 1)
+    rises, pulls = np.empty(count + 1), np.empty(count + 1)
     greatest, least = -math.inf, math.inf
     for n in range(count + 1):
         value = _excess(u[n], work[n], energy, start, crank, rocker)
         greatest, least = max(greatest, value), min(least, value)
         square = 2.0 * (energy + work[n]) / (crank + rocker * u[n] * u[n])
-        rises[n] = stall - slope * math.sqrt(square) - rocker * u[n] * change[n] * square
+        pulls[n] = stall - slope * math.sqrt(square)
+        rises[n] = pulls[n] - rocker * u[n] * change[n] * square
     for n in range(count):
         if rises[n] * rises[n + 1] >= 0.0:
             continue
-        args = (coefficients, crank, rocker, steps[n])
+        args = (coefficients, crank, rocker, steps[n], pulls[n])
         more = (work[n], energy, start, stall, slope, nodes, weights, matrix)
         low, high = 0.0, 1.0
         # At an extreme the value moves with the square of the place.
         for _ in range(28):
             middle = 0.5 * (low + high)
             value, sign = _within(*args, middle, *more)
+            if math.isnan(value):
+                return math.nan
             greatest, least = max(greatest, value), min(least, value)
             if sign * rises[n] > 0.0:
                 low = middle

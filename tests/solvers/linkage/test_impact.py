@@ -104,6 +104,32 @@ def test_steps_that_were_right_by_chance_do_not_make_the_next_look_better(blow, 
     assert max(abs(a / b - 1) for a, b in zip(told, exact, strict=True)) <= found.error <= max(wanted, 2e-14)
 
 
+@pytest.mark.parametrize(("stall", "inertia"), [(3000.0, 1e-5), (3000.0, 1e-4)])
+def test_a_motor_whose_line_is_steep_is_as_irregular_as_by_another_integrator(stall, inertia):
+    # The motor makes good within a small angle what the blow takes, and its speed has its extremes there.
+    bar = of_family(linkage.LARGEST_COUPLER, 0.01, 1.5)
+    drive = linkage.Drive(linkage.Motor(stall, 2 * math.pi * 27), inertia)
+    found = steady_running(bar, CLEANER, drive, 0.05, 0.01, 1e-7)
+    rocker = rocker_inertia(bar, CLEANER)
+
+    def speeds(phi, energy):
+        u = bar.transfer(np.where(phi > math.pi, np.minimum(phi - 2 * math.pi, -1e-300), phi))
+        return np.sqrt(2 * energy / (inertia + rocker * u * u))
+
+    first = found.impact_speed / (bar.end * 0.05) * (1 + found.jump)
+    turn = solve_ivp(
+        lambda phi, energy: stall - drive.motor.slope * speeds(phi, energy),
+        (0.0, 2 * math.pi),
+        [0.5 * (inertia + rocker * bar.start**2) * first**2],
+        method="Radau",
+        rtol=1e-9,
+        atol=1e-15,
+    )
+    along = speeds(turn.t, turn.y[0])
+    assert along[-1] == pytest.approx(found.impact_speed / (bar.end * 0.05), rel=1e-5)
+    assert found.irregularity == pytest.approx(np.ptp(along) / (2 * math.pi * found.blow_frequency), rel=1e-4)
+
+
 def test_trends():
     def run(**drive: float) -> float:
         made = replace(DRIVE, **drive)

@@ -46,3 +46,26 @@ def test_near_the_second_change_point_a_narrow_peak_is_found():
     near = math.pi + np.geomspace(1e-9, 1.0, 40_001)
     _, force = series(bar, 0.02, 7.0, np.concatenate([near, 2 * math.pi - near]))
     assert found.force >= force.max() * (1 - 1e-9)
+
+
+NEARLY_AS_HIGH = [
+    ("largest_coupler", 0.84, 13.798),
+    ("largest_coupler", 0.59, 4.1557),
+    ("largest_rocker", 0.019, 1.084582),
+    ("largest_base", 0.51, 4.9631),
+    ("largest_base", 0.06, 1.6605),
+]
+"""Mechanisms with two humps of the torque or of the force that differ by less than samples of them do."""
+
+BESIDE_A_QUARTER_TURN = [("largest_base", 0.399, 5.661), ("largest_base", 0.084, 12.855)]
+
+
+@pytest.mark.parametrize(("kind", "restitution", "parameter"), NEARLY_AS_HIGH + BESIDE_A_QUARTER_TURN)
+def test_no_angle_carries_more_than_the_peaks(kind, restitution, parameter):
+    bar = of_family(KINDS[kind], restitution, parameter)
+    found = peaks(bar, 0.02, 7.0)
+    torque, force = series(bar, 0.02, 7.0, np.linspace(0, 2 * math.pi, 400_001))
+    assert found.torque == pytest.approx(np.abs(torque).max(), rel=2e-8)
+    assert found.torque >= np.abs(torque).max() * (1 - 1e-14)
+    assert found.force == pytest.approx(force.max(), rel=2e-8)
+    assert found.force >= force.max() * (1 - 1e-14)

@@ -1,0 +1,85 @@
+"""What a dense look at an impact linkage sees is never worse than what a check says: a look searches for nothing.
+
+Crank angles, directions of the box, centres of the circle and steps of a turn under a motor are taken on fine grids, so
+that a peak which a search passed by would show, though not to many digits.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from bench.campaign.scenes import scene_of
+from solvers import linkage
+from solvers.effects import EffectSelection
+from solvers.linkage.impact import rocker_inertia
+from solvers.linkage.loads import series
+from solvers.linkage.running import MATRIX, NODES, WEIGHTS, inertias, mesh, speeds_of, turn
+
+ACCURACY = 1e-6
+ANGLES, SWEPT, DIRECTIONS, CENTRES, PARTS = 20_000, 1_200, 721, 31, 64
+
+BESIDE_A_QUARTER_TURN = 259, 3343, 4196, 6130, 6544, 7180, 9047
+"""Scenes with their greatest torque or force beside a quarter of a turn before the blow."""
+
+
+@pytest.mark.parametrize("seed", [*range(1000, 1040), *BESIDE_A_QUARTER_TURN])
+def test_nothing_of_a_turn_is_passed_by(seed):
+    request = scene_of("impact-linkage", seed).request()
+    scene, mechanism = request.mechanism()
+    limits = request.limits.to_solver()
+    wanted = {"envelope"} | ({"impact_dynamics"} if scene.drive else set())
+    effects = EffectSelection(frozenset(wanted), automatic=False)
+    outcome = linkage.check(scene, mechanism, limits, effects, accuracy=ACCURACY)
+    told, slack = outcome.value, outcome.accuracy.estimated + 1e-12
+    for name, worst in peaks_seen(scene, mechanism).items():
+        assert getattr(told.strike, name, getattr(told.strike.peaks, name, None)) >= worst * (1.0 - slack), name
+    # Joints that are seen at some angles sweep a little less than they do.
+    area, radius = sizes_seen(mechanism, limits.joint_radius)
+    assert told.box.area <= area * (1.0 + 2e-5)
+    assert told.enclosing_radius <= radius * (1.0 + 1e-3)
+    if scene.drive:
+        assert told.running.irregularity >= irregularity_seen(scene, mechanism, told.running) * (1.0 - slack - 1e-9)
+
+
+def peaks_seen(scene, mechanism):
+    """The greatest |u31|, crank torque and pin force of the grid: even, and closer by the blow and opposite to it."""
+    near = np.geomspace(1e-9, 1.0, 1_000)
+    phi = np.concatenate(
+        [np.linspace(0.0, 2.0 * math.pi, ANGLES), 2.0 * math.pi - near, math.pi - near, math.pi + near]
+    )
+    torque, force = series(mechanism.bar, mechanism.crank, scene.impact_energy, phi)
+    back = np.where(phi > math.pi, np.minimum(phi - 2.0 * math.pi, -1e-300), phi)
+    transfer = mechanism.bar.transfer(back)
+    return {"torque": np.abs(torque).max(), "force": force.max(), "greatest": np.abs(transfer).max()}
+
+
+def sizes_seen(mechanism, pad):
+    """The least box area over directions, and the least radius over centres, around the joints where they were seen."""
+    bar, near = mechanism.bar, np.geomspace(1e-6, 1.0, 60)
+    phi = np.concatenate([np.linspace(-math.pi, math.pi, SWEPT), near, -near, math.pi - near, near - math.pi])
+    pivots = np.array([[0.0, bar.ratios.base], [0.0, 0.0]])
+    points = mechanism.crank * np.hstack([*bar.joints(phi), pivots])
+    along = np.linspace(0.0, 0.5 * math.pi, DIRECTIONS)
+    width = np.ptp(np.stack([np.cos(along), np.sin(along)], axis=1) @ points, axis=1) + 2.0 * pad
+    height = np.ptp(np.stack([-np.sin(along), np.cos(along)], axis=1) @ points, axis=1) + 2.0 * pad
+    xs, ys = (np.linspace(row.min(), row.max(), CENTRES) for row in points)
+    few = np.hstack([points[:, ::3], points[:, -2:]])
+    reach = np.hypot(xs[:, None, None] - few[0], ys[None, :, None] - few[1]).max(axis=2)
+    return (width * height).min(), reach.min() + pad
+
+
+def irregularity_seen(scene, mechanism, running):
+    """(Greatest - least)/mean speed of the crank at the ends of many steps of the turn that the answer tells of."""
+    bar, drive = mechanism.bar, scene.drive
+    rocker, tool = rocker_inertia(bar, scene), mechanism.crank * bar.ratios.rocker
+    first = running.impact_speed / (bar.end * tool) * (1.0 + running.jump)
+    energy = 0.5 * (drive.crank_inertia + rocker * bar.start**2) * first**2
+    steps = mesh(bar.coefficients, PARTS)
+    total = inertias(bar.coefficients, drive.crank_inertia, rocker, steps, NODES)
+    work, _ = turn(total, steps, energy, drive.motor.stall_torque, drive.motor.slope, WEIGHTS, MATRIX)
+    transfer, _ = speeds_of(bar.coefficients, np.append(steps[:, 0], -1e-300))
+    speed = np.sqrt(2.0 * (energy + work) / (drive.crank_inertia + rocker * transfer**2))
+    return np.ptp(speed) / (2.0 * math.pi * running.blow_frequency)

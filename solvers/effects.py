@@ -9,7 +9,7 @@ bound that decides nothing is computed when the manifest's line is read.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Generic, Protocol, TypeVar
@@ -111,24 +111,26 @@ def choose(
             )
         return EffectState.ACTIVE, f"leaving it out could change the results by more than {tolerance:g} allows"
 
-    def bound(effect: E) -> Callable[[], float]:
-        if effect.name in bounds:
-            return partial(bounds.__getitem__, effect.name)
-        return partial(effect.influence, situation)
-
     manifest, active = [], []
     for effect in effects:
         state, why = reason(effect.name)
-        manifest.append(EffectReport(effect.name, state, bound(effect), why))
+        manifest.append(EffectReport(effect.name, state, partial(_bound, bounds, effect, situation), why))
         if state is EffectState.ACTIVE:
             active.append(effect)
     return Choice(tuple(active), tuple(manifest))
 
 
+def _bound(known: dict[str, float], effect: Effect, situation: object) -> float:
+    """An effect's bound, computed once."""
+    if effect.name not in known:
+        known[effect.name] = effect.influence(situation)
+    return known[effect.name]
+
+
 def _check_names(effects: Sequence[Effect], selection: EffectSelection) -> None:
-    known = [effect.name for effect in effects]
+    known = dict.fromkeys(effect.name for effect in effects)
     for field, names in (("include", selection.include), ("exclude", selection.exclude)):
-        for name in sorted(names - set(known)):
+        for name in sorted(names - known.keys()):
             raise InvalidInput(f"effects.{field}", f"there is no effect {name!r}", ", ".join(known))
     for name in sorted(selection.include & selection.exclude):
         raise InvalidInput("effects.exclude", f"the effect {name!r} is included as well", "one of the two")

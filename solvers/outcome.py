@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from functools import cached_property
-from typing import Generic, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 T = TypeVar("T")
 
@@ -22,8 +21,7 @@ class EffectState(StrEnum):
     SKIPPED = "skipped"
 
 
-@dataclass(frozen=True)
-class EffectReport:
+class EffectReport(NamedTuple):
     """One line of the effects manifest.
 
     ``bound`` computes ``influence``. What a request settles needs no bound to be decided: one that nobody reads is not
@@ -32,10 +30,10 @@ class EffectReport:
 
     name: str
     state: EffectState
-    bound: Callable[[], float] = field(repr=False, compare=False)
+    bound: Callable[[], float]
     why: str
 
-    @cached_property
+    @property
     def influence(self) -> float:
         """The a-priori bound on the relative change that the effect makes to the main results."""
         return self.bound()

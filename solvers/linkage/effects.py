@@ -104,7 +104,9 @@ def choose_for(
     for effect in missing:
         if effect.name in selection.include:
             raise InvalidInput(effect.needs, f"the effect {effect.name!r} cannot run without it", "a value")
-    able = tuple(effect for effect in EFFECTS if effect.can_run(scene))
+    if not missing:
+        return choose(EFFECTS, situation, selection, tolerance, demands)
+    able = tuple(effect for effect in EFFECTS if effect not in missing)
     known = {effect.name for effect in missing}
     asked = EffectSelection(selection.include, selection.exclude - known, selection.automatic)
     choice = choose(able, situation, asked, tolerance, demands)

@@ -29,7 +29,7 @@ _ASKED: tuple[tuple[str, Mode, ModuleType], ...] = (
     ("impact-linkage", Mode.CHECK, linkage_effects),
     ("crank-dynamics", Mode.ANALYSIS, crank_effects),
 )
-_ROUNDS = 200
+_ROUNDS = 600
 
 
 @contextmanager

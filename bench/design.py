@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers import rod
-from solvers.rod import envelope, stability
+from solvers.rod.strip import buckling, stress_envelope
 
 ANGLES, SECTIONS = 96, 25
 SCENE = rod.Scene(
@@ -74,10 +74,10 @@ class Model:
         b, h, l = (float(v) for v in self.sizes(np.asarray(scaled)))
         material, rod_length = self.scene.material, self.scene.mechanism.rod_length
         mass = material.density * b * h * l
-        safety = float(stability.critical_force(material.elastic_modulus, b, h, l, rod_length)) / -self.force.min()
+        safety = float(buckling.critical_force(material.elastic_modulus, b, h, l, rod_length)) / -self.force.min()
         if safety <= 1.0:
             return mass, NOTHING, safety
-        envelope.stress_envelope(
+        stress_envelope.stress_envelope(
             self.force, self.stroke, material.elastic_modulus, b, h, l, rod_length, self.high, self.low
         )
         amplitude, mean = 0.5 * (self.high - self.low), np.maximum(0.5 * (self.high + self.low), 0.0)

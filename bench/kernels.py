@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_bvp
 
-from solvers.rod import beam_column, envelope, stability
+from solvers.rod.strip import beam_column, buckling, stress_envelope
 
 ANGLES, STATIONS = 72, 25
 MODULUS, B, H, LENGTH, ROD = 210e9, 9e-3, 0.46e-3, 23e-3, 45.5e-3
@@ -116,9 +116,9 @@ def run() -> list[Row]:
     designs = np.tile([B, H, LENGTH], (2000, 1))
     designs[:, 1] *= np.random.default_rng(0).uniform(0.95, 1.3, 2000)
     many_high, many_low = np.empty((2000, 2, STATIONS)), np.empty((2000, 2, STATIONS))
-    envelope.warm_up()
-    single = lambda: envelope.stress_envelope(force, stroke, MODULUS, B, H, LENGTH, ROD, high, low)  # noqa: E731
-    bulk = lambda: envelope.stress_envelopes(force, stroke, MODULUS, designs, ROD, many_high, many_low)  # noqa: E731
+    stress_envelope.warm_up()
+    single = lambda: stress_envelope.stress_envelope(force, stroke, MODULUS, B, H, LENGTH, ROD, high, low)  # noqa: E731
+    bulk = lambda: stress_envelope.stress_envelopes(force, stroke, MODULUS, designs, ROD, many_high, many_low)  # noqa: E731
     single()
     bending = exact * stroke * 0.5 * MODULUS * H
     stress = force / (B * H) + bending
@@ -126,7 +126,7 @@ def run() -> list[Row]:
     per_unit = python_loop(force, np.ones_like(stroke))
     by_solver = np.array([boundary_value(f, 1e-3) / 1e-3 for f in force]).T
     betas = np.random.default_rng(1).uniform(0.05, 1.0, 100_000)
-    stability.critical_phase(betas[:2])
+    buckling.critical_phase(betas[:2])
     return [
         Row("compiled envelope, 2,000 designs", median_time(bulk, 9) / (2000 * ANGLES), envelope_error),
         Row("compiled envelope, one design", median_time(single, 301) / ANGLES, envelope_error),
@@ -135,5 +135,5 @@ def run() -> list[Row]:
             median_time(lambda: python_loop(force, stroke), 9) / ANGLES, error(per_unit)),
         Row("scipy solve_bvp, default tolerance",
             median_time(lambda: boundary_value(float(force[10]), 1e-3), 21), error(by_solver)),
-        Row("critical load, per design", median_time(lambda: stability.critical_phase(betas), 9) / betas.size, None),
+        Row("critical load, per design", median_time(lambda: buckling.critical_phase(betas), 9) / betas.size, None),
     ]  # fmt: skip

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from solvers.rod.loads import ConstantLoad, Load, SchmidtLoad, TableLoad
-from solvers.rod.stability import critical_coupling
+from solvers.rod.load.gas import ConstantLoad, Load, SchmidtLoad, TableLoad
+from solvers.rod.strip.buckling import critical_coupling
 
 
 def request(rng: np.random.Generator) -> dict[str, Any]:

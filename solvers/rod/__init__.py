@@ -11,8 +11,8 @@ from solvers.materials import CATALOGUE, Material
 from solvers.rod.check import RodCheck, check
 from solvers.rod.design import RodDesign, design
 from solvers.rod.effects import EFFECTS
-from solvers.rod.indicator_load import IndicatorLoad, mended
-from solvers.rod.loads import ConstantLoad, SchmidtLoad, TableLoad
+from solvers.rod.load.gas import ConstantLoad, SchmidtLoad, TableLoad
+from solvers.rod.load.indicator import IndicatorLoad, mended
 from solvers.rod.problem import OBJECTIVES, Bounds, Requirements, RodProblem
 from solvers.rod.scene import Dimensions, Mechanism, Piston, Scene
 

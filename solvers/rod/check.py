@@ -11,18 +11,19 @@ import numpy as np
 from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
+from solvers.fatigue.kernels import GREATEST, diagram_of
 from solvers.numerics import periodic
 from solvers.outcome import Accuracy, Outcome, Status
-from solvers.rod import friction, shear, stability
-from solvers.rod.cycle import Array, Cycle, bending_stiffness
+from solvers.rod.cycle.composition import Array, Cycle, bending_stiffness
+from solvers.rod.cycle.extremes_in_time import Turn
+from solvers.rod.cycle.plain_extremes import PlainTurn, turn_of
+from solvers.rod.cycle.quantities import CURVATURE, DEFLECTION, FORCE, MOMENT, SIDE, TANGENT, Gauges, weights
+from solvers.rod.cycle.worst_section import STATIONS, Contest, Extreme, greatest, worst
 from solvers.rod.effects import choose_for, compose
-from solvers.rod.extremes import STATIONS, Contest, Extreme, greatest, worst
-from solvers.rod.gauges import CURVATURE, DEFLECTION, FORCE, MOMENT, SIDE, TANGENT, Gauges, weights
-from solvers.rod.haigh import GREATEST, diagram_of
-from solvers.rod.plain_turn import PlainTurn, turn_of
+from solvers.rod.piston import friction
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.turn import Turn
-from solvers.rod.vibration import natural_frequency
+from solvers.rod.strip import buckling, shear
+from solvers.rod.vibration.natural_frequencies import natural_frequency
 
 _FEW = periodic.grid(256)
 _ROUNDING = 1e-14
@@ -163,7 +164,7 @@ def _extremes(cycle: Cycle, tolerance: float) -> tuple[Turn, Extreme, Extreme]:
 def _critical_force(scene: Scene, dimensions: Dimensions, with_shear: bool) -> float:
     """P_cr [N] about the weaker axis, with shear where that effect runs (bending in the crank's plane)."""
     material, length = scene.material, scene.mechanism.rod_length
-    plain = float(stability.critical_force(material.elastic_modulus, dimensions.b, dimensions.h, dimensions.l, length))
+    plain = float(buckling.critical_force(material.elastic_modulus, dimensions.b, dimensions.h, dimensions.l, length))
     if not with_shear:
         return plain
     stiffness = bending_stiffness(scene, dimensions)

@@ -10,19 +10,19 @@ from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.outcome import Accuracy, ActiveConstraint, Certificate, EffectState, Outcome, Status
-from solvers.rod.certificate import Proof, Sizes
 from solvers.rod.check import RodCheck, check
-from solvers.rod.cycle import BeamColumn, Composition
-from solvers.rod.diagnosis import diagnose
+from solvers.rod.cycle.composition import BeamColumn, Composition
+from solvers.rod.effect_bounds.over_box import choose_over_box
 from solvers.rod.effects import ReciprocatingInertia
-from solvers.rod.effects_over_box import choose_over_box
-from solvers.rod.found import BOXES, Found, limits_of
-from solvers.rod.full_model import on_full_model
-from solvers.rod.multipliers import active_constraints
+from solvers.rod.optimum.answer.infeasibility import diagnose
+from solvers.rod.optimum.answer.sensitivities import active_constraints
+from solvers.rod.optimum.full_model.found import BOXES, Found, limits_of
+from solvers.rod.optimum.full_model.matching import on_full_model
+from solvers.rod.optimum.full_model.scout import STRIPS
+from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes
+from solvers.rod.optimum.sampled_cycle import ANGLES, survey
 from solvers.rod.problem import OBJECTIVES, Objective, RodProblem
 from solvers.rod.scene import Dimensions
-from solvers.rod.scout import STRIPS
-from solvers.rod.survey import ANGLES, survey
 
 _LIMITED_BY = {
     "min_fatigue_safety": "fatigue",

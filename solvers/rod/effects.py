@@ -12,14 +12,14 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
-from solvers.rod import guide
-from solvers.rod.cycle import BeamColumn, Composition, PlainBending
-from solvers.rod.friction import FrictionFeedback
-from solvers.rod.large_displacement import LargeDisplacement
-from solvers.rod.rod_inertia import RodInertia
+from solvers.rod.cycle.composition import BeamColumn, Composition, PlainBending
+from solvers.rod.effect_bounds.situation import Situation, relative
+from solvers.rod.piston import skirt
+from solvers.rod.piston.friction import FrictionFeedback
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.shear import ShearFlexible, shear_stiffness
-from solvers.rod.situation import Situation, relative
+from solvers.rod.strip.elastica import LargeDisplacement
+from solvers.rod.strip.shear import ShearFlexible, shear_stiffness
+from solvers.rod.vibration.steady_response import RodInertia
 
 
 class RodEffect(Protocol):
@@ -154,7 +154,7 @@ class FrictionFeedbackEffect:
         for clamp, shear, _ in (found.at_least, found.at_most, found.unloaded):
             side, moment = -stroke * shear, stroke * clamp
             couple = 6.0 * abs(moment + side * piston.clamp_offset) / piston.skirt_length
-            walls.append(guide.both_walls(abs(side), couple))
+            walls.append(skirt.both_walls(abs(side), couple))
         friction = piston.friction_coefficient * (4.0 / math.pi) * max(walls)
         return situation.by_force(friction)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from solvers.effects import Demand
 from solvers.errors import InvalidInput
 from solvers.rod.check import RodCheck
-from solvers.rod.rows import LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
+from solvers.rod.optimum.constraints import LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
 from solvers.rod.scene import Scene
 
 Range = tuple[float, float]
@@ -63,8 +63,8 @@ class Requirements:
 class Objective:
     """What is wanted: a result to be made small (``sign`` +1) or great (-1), and the effect it needs, if any.
 
-    ``weights`` are the factors of its logarithm, as made small, in the rows of ``solvers.rod.rows``; a mass is one
-    ``per_density``, ln(mass/density) = ln l - ln tau - 2 ln h.
+    ``weights`` are the factors of its logarithm, as made small, in the rows of ``solvers.rod.optimum.constraints``; a
+    mass is one ``per_density``, ln(mass/density) = ln l - ln tau - 2 ln h.
     """
 
     name: str

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from solvers.errors import require
 from solvers.materials import Material
-from solvers.rod.loads import Load
+from solvers.rod.load.gas import Load
 
 
 @dataclass(frozen=True)

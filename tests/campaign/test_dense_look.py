@@ -13,9 +13,9 @@ from bench.campaign.scenes import scene_of
 from solvers import rod
 from solvers.effects import AUTO, EffectSelection
 from solvers.fatigue import serensen
-from solvers.rod.cycle import Cycle
+from solvers.fatigue.kernels import diagram_of, utilisation_of
+from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import choose_for, compose
-from solvers.rod.haigh import diagram_of, utilisation_of
 
 ACCURACY = 1e-6
 SECTIONS, ANGLES = 97, 3000

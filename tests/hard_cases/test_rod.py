@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from solvers import rod
-from solvers.rod import beam_column, envelope, strip_kernels
-from solvers.rod.cycle import BeamColumn, Composition, Cycle
+from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle
 from solvers.rod.effects import EFFECTS
-from solvers.rod.friction import FrictionFeedback
+from solvers.rod.piston.friction import FrictionFeedback
+from solvers.rod.strip import beam_column, beam_column_kernels, stress_envelope
 from tests.hard_cases.make_rod_references import load_cases
 
 EPS = 2.0**-52
@@ -103,10 +103,12 @@ def kernels(case):
     constants = (plain.clamp_curvature[0], plain.clamp_shear[0], plain.head_curvature[0])
     yield constants, beam_column.curvature(plain, z)[:, 0], beam_column.deflection(plain, z)[:, 0]
     one = np.array([q])
-    clamp, shear, head, _ = strip_kernels.solve(one, l, L)
-    fields = [f(one, l, clamp, shear, head, z)[:, 0] for f in (strip_kernels.curvature, strip_kernels.deflection)]
+    clamp, shear, head, _ = beam_column_kernels.solve(one, l, L)
+    fields = [
+        f(one, l, clamp, shear, head, z)[:, 0] for f in (beam_column_kernels.curvature, beam_column_kernels.deflection)
+    ]
     yield (clamp[0], shear[0], head[0]), *fields
-    yield envelope.beam_constants(q, l, L)[:3], *fields
+    yield stress_envelope.beam_constants(q, l, L)[:3], *fields
 
 
 def kernel_errors(case, reference):

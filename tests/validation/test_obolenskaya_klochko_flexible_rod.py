@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from solvers import rod
-from solvers.rod.stability import critical_parameter
+from solvers.rod.strip.buckling import critical_parameter
 from tests.solvers.rod.brute_force import CoreModel
 from tests.solvers.rod.machines import CORE, PAPER, STRIP
 

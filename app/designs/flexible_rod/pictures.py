@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from app.designs.pictures.chart import BLUE, RED, Chart, Linear
-from solvers.rod.stability import critical_parameter
+from solvers.rod.strip.buckling import critical_parameter
 
 LEAST_RATIO, GREATEST_PARAMETER = 0.1, 16.0
 

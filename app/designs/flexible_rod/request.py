@@ -28,7 +28,7 @@ from solvers.crank.indicator import IndicatorPressure
 from solvers.crank.repair import Repair
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
-from solvers.rod.indicator_load import fields_of_load
+from solvers.rod.load.indicator import fields_of_load
 
 MOST_POINTS = 10_000
 MOST_THICKNESSES = 200

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from solvers.numerics import jit
-from solvers.rod.branch_and_bound import prove
+from solvers.rod.optimum.proof.branch_and_bound import prove
 
 
 def names(module):
@@ -11,15 +11,15 @@ def names(module):
 
 
 def test_sources_reach_the_kernels_that_kernels_call():
-    found = names("solvers.rod.branch_and_bound")
+    found = names("solvers.rod.optimum.proof.branch_and_bound")
     assert {
         f"solvers/rod/{name}.py" for name in ("branch_and_bound", "contraction", "relaxation", "enclosures")
     } < found
-    assert "solvers/rod/check.py" not in names("solvers.rod.enclosures")
+    assert "solvers/rod/check.py" not in names("solvers.rod.optimum.proof.intervals")
 
 
 def test_a_kernel_is_kept_under_the_digest_of_all_its_sources():
-    assert prove._cache._cache_file._source_stamp == jit.stamp("solvers.rod.branch_and_bound")
+    assert prove._cache._cache_file._source_stamp == jit.stamp("solvers.rod.optimum.proof.branch_and_bound")
 
 
 def test_code_kept_under_another_digest_is_not_loaded(tmp_path):

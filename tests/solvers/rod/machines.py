@@ -25,7 +25,7 @@ CORE = rod.EffectSelection(
 
 def random_machine(rng: np.random.Generator, stability: tuple[float, float] = (1.2, 6.0)) -> tuple:
     """A plausible machine and a strip whose stability safety lies in the given range: (scene, dimensions)."""
-    from solvers.rod.stability import critical_coupling
+    from solvers.rod.strip.buckling import critical_coupling
 
     diameter = 10 ** rng.uniform(-2.3, -0.9)
     length = diameter * rng.uniform(1.5, 5.0)

@@ -6,8 +6,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from solvers.rod import beam_column, envelope
-from solvers.rod.stability import critical_coupling, critical_phase
+from solvers.rod.strip import beam_column, stress_envelope
+from solvers.rod.strip.buckling import critical_coupling, critical_phase
 
 L = 45.5e-3
 FRACTIONS = np.linspace(0.0, 1.0, 9)
@@ -119,7 +119,7 @@ def test_compiled_envelope_equals_the_closed_form():
         length, b, h, modulus = L * rng.uniform(0.1, 1.0), 9e-3, 10 ** rng.uniform(-4, -2.7), 210e9
         force, stroke = random_load(rng, length, b, h, modulus)
         high, low = np.empty((2, 25)), np.empty((2, 25))
-        assert envelope.stress_envelope(force, stroke, modulus, b, h, length, L, high, low)
+        assert stress_envelope.stress_envelope(force, stroke, modulus, b, h, length, L, high, low)
         constants = beam_column.solve(12 * force / (modulus * b * h**3), length, L)
         bending = 0.5 * modulus * h * beam_column.curvature(constants, np.linspace(0, length, 25)) * stroke
         direct = force / (b * h)
@@ -133,4 +133,4 @@ def test_compiled_envelope_equals_the_closed_form():
 def test_compiled_envelope_refuses_a_buckled_strip():
     force = np.full(8, -400.0)
     out = np.empty((2, 25))
-    assert not envelope.stress_envelope(force, np.ones(8), 210e9, 9e-3, 0.46e-3, 23e-3, L, out, out.copy())
+    assert not stress_envelope.stress_envelope(force, np.ones(8), 210e9, 9e-3, 0.46e-3, 23e-3, L, out, out.copy())

@@ -9,7 +9,7 @@ import pytest
 
 from solvers import rod
 from solvers.outcome import Status
-from solvers.rod.loads import ConstantLoad
+from solvers.rod.load.gas import ConstantLoad
 from tests.solvers.rod.brute_force import CoreModel
 from tests.solvers.rod.dense_search import MISSED, dense_search, random_problem, sample
 from tests.solvers.rod.machines import CORE, PAPER, random_machine

@@ -11,8 +11,8 @@ import pytest
 
 from solvers import rod
 from solvers.outcome import Status
-from solvers.rod.full_model import _secant
-from solvers.rod.polish import Limits
+from solvers.rod.optimum.full_model.matching import _secant
+from solvers.rod.optimum.sqp import Limits
 from tests.solvers.rod.dense_search import MISSED, dense_search, sample
 from tests.solvers.rod.machines import CORE
 from tests.solvers.rod.test_design import REFERENCE, bound_of, cost_of

@@ -10,7 +10,7 @@ import pytest
 from solvers import rod
 from solvers.crank import kinematics
 from solvers.numerics import periodic
-from solvers.rod import drive
+from solvers.rod.load import axial_force as drive
 from tests.solvers.rod.machines import PAPER
 
 TABLE = rod.TableLoad((0.3, 1.1, 2.0, 3.7, 5.9), (1.1e5, 2.4e5, 1.9e5, 0.6e5, 0.9e5))

@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 
 from solvers import rod
-from solvers.rod import friction, large_displacement, rod_inertia, shear
-from solvers.rod.cycle import BeamColumn, Composition, Cycle, PlainBending
+from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle, PlainBending
 from solvers.rod.effects import EFFECTS, ReciprocatingInertia, choose_for, compose
-from solvers.rod.friction import FrictionFeedback
-from solvers.rod.large_displacement import LargeDisplacement
-from solvers.rod.rod_inertia import RodInertia
-from solvers.rod.shear import ShearFlexible
+from solvers.rod.piston import friction
+from solvers.rod.piston.friction import FrictionFeedback
+from solvers.rod.strip import elastica, shear
+from solvers.rod.strip.elastica import LargeDisplacement
+from solvers.rod.strip.shear import ShearFlexible
+from solvers.rod.vibration import steady_response
+from solvers.rod.vibration.steady_response import RodInertia
 from tests.solvers.rod.machines import PAPER, STRIP, random_machine
 
 NAMES = tuple(effect.name for effect in EFFECTS)
@@ -68,10 +70,10 @@ def count_calls(monkeypatch):
     counted(BeamColumn, "coupling", "beam_column")
     counted(shear.ShearFlexible, "bend", "shear")
     counted(friction.FrictionFeedback, "axial_force", "friction_feedback")
-    counted(large_displacement.LargeDisplacement, "prepare", "large_displacement")
-    counted(large_displacement.ElasticaExpansion, "refine", "large_displacement")
-    counted(rod_inertia.RodInertia, "prepare", "rod_inertia")
-    counted(rod_inertia.SteadyVibration, "refine", "rod_inertia")
+    counted(elastica.LargeDisplacement, "prepare", "large_displacement")
+    counted(elastica.ElasticaExpansion, "refine", "large_displacement")
+    counted(steady_response.RodInertia, "prepare", "rod_inertia")
+    counted(steady_response.SteadyVibration, "refine", "rod_inertia")
     return calls
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from solvers import rod
-from solvers.rod.effects_over_box import choose_over_box, worst_situations
-from solvers.rod.situation import Situation
+from solvers.rod.effect_bounds.over_box import choose_over_box, worst_situations
+from solvers.rod.effect_bounds.situation import Situation
 from tests.solvers.rod.machines import PAPER
 
 LOWER, UPPER = rod.Dimensions(5e-3, 0.2e-3, 15e-3), rod.Dimensions(12e-3, 1.0e-3, 35e-3)

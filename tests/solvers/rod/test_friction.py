@@ -9,11 +9,11 @@ import pytest
 from scipy.optimize import brentq
 
 from solvers import rod
-from solvers.rod.cycle import BeamColumn, Composition, Cycle
-from solvers.rod.friction import FrictionFeedback
-from solvers.rod.friction import force as friction_force
-from solvers.rod.situation import Situation
-from solvers.rod.stability import critical_force
+from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle
+from solvers.rod.effect_bounds.situation import Situation
+from solvers.rod.piston.friction import FrictionFeedback
+from solvers.rod.piston.friction import force as friction_force
+from solvers.rod.strip.buckling import critical_force
 from tests.solvers.rod.machines import CORE, PAPER, STRIP
 
 ANGLES = np.linspace(0.0, 2 * np.pi, 25)

@@ -11,15 +11,15 @@ import pytest
 
 from solvers import rod
 from solvers.fatigue import serensen
-from solvers.rod import rows
-from solvers.rod.certificate import Sizes
-from solvers.rod.cycle import BeamColumn, Composition
-from solvers.rod.focus import SIDEWAYS, STRESS
-from solvers.rod.machine import Matters
+from solvers.rod.cycle.composition import BeamColumn, Composition
+from solvers.rod.optimum import constraints as rows
+from solvers.rod.optimum.full_model.scout import STRIPS, miss, scout
+from solvers.rod.optimum.full_model.tilt import logarithms, measured, own_rows
+from solvers.rod.optimum.machine import Matters
+from solvers.rod.optimum.peak_model import SIDEWAYS, STRESS
+from solvers.rod.optimum.proof.outer_approximation import Sizes
+from solvers.rod.optimum.sampled_cycle import survey
 from solvers.rod.problem import OBJECTIVES, Bounds, Requirements
-from solvers.rod.scout import STRIPS, miss, scout
-from solvers.rod.survey import survey
-from solvers.rod.tilt import logarithms, measured, own_rows
 from tests.solvers.rod.machines import PAPER, STRIP
 
 BOUNDS = Bounds((4e-3, 12e-3), (0.2e-3, 1.0e-3), (15e-3, 35e-3))

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from solvers import rod
-from solvers.rod import beam_column
-from solvers.rod.drive import drive_of
+from solvers.rod.effect_bounds.ringing_bound import left_ringing, pieces_of
+from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.effects import EFFECTS
-from solvers.rod.jolts import left_ringing, pieces_of
-from solvers.rod.situation import Situation
+from solvers.rod.load.axial_force import drive_of
+from solvers.rod.strip import beam_column
 from tests.solvers.rod.machines import PAPER, STRIP
 
 NAMES = frozenset(effect.name for effect in EFFECTS)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
 
-from solvers.rod.cycle import BeamColumn, bending_stiffness
-from solvers.rod.large_displacement import ElasticaExpansion
+from solvers.rod.cycle.composition import BeamColumn, bending_stiffness
+from solvers.rod.strip.elastica import ElasticaExpansion
 from tests.solvers.rod.machines import PAPER, STRIP
 
 E = PAPER.mechanism.rod_length - STRIP.l

@@ -13,7 +13,6 @@ from solvers import rod
 from solvers.crank import kinematics
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
-from solvers.rod import guide
 
 
 @pytest.mark.parametrize("ratio", [1e-6, 0.03, 0.3, 0.999999])
@@ -90,7 +89,7 @@ def test_wall_force_against_quadrature():
         integral = quad(
             lambda s, t=side, m=total, p=skirt: abs(t / p + 12 * m * s / p**3), -skirt / 2, skirt / 2, points=points
         )[0]
-        assert float(guide.wall_force(side, moment, offset, skirt)) == pytest.approx(integral, rel=1e-10)
+        assert float(skirt_load.wall_force(side, moment, offset, skirt)) == pytest.approx(integral, rel=1e-10)
 
 
 MATERIAL = rod.Material(210e9, 480e6, 1.2, 0.25, 1200e6, 7850.0, 0.3, 1500e6)

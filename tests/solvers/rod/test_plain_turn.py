@@ -9,14 +9,14 @@ import pytest
 
 from solvers import rod
 from solvers.fatigue import serensen
-from solvers.rod.cycle import BeamColumn, Composition, Cycle, PlainBending
+from solvers.fatigue.kernels import GREATEST, diagram_of
+from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle, PlainBending
+from solvers.rod.cycle.extremes_in_time import ComposedTurn
+from solvers.rod.cycle.plain_extremes import PlainTurn, turn_of
+from solvers.rod.cycle.quantities import CURVATURE, DEFLECTION, FORCE, MOMENT, SIDE, TANGENT, Gauges, weights
+from solvers.rod.cycle.worst_section import Contest, greatest, worst
 from solvers.rod.effects import ReciprocatingInertia
-from solvers.rod.extremes import Contest, greatest, worst
-from solvers.rod.friction import FrictionFeedback
-from solvers.rod.gauges import CURVATURE, DEFLECTION, FORCE, MOMENT, SIDE, TANGENT, Gauges, weights
-from solvers.rod.haigh import GREATEST, diagram_of
-from solvers.rod.plain_turn import PlainTurn, turn_of
-from solvers.rod.turn import ComposedTurn
+from solvers.rod.piston.friction import FrictionFeedback
 from tests.solvers.rod.machines import PAPER, STRIP, random_machine
 
 TABLE = rod.TableLoad((0.3, 1.1, 2.0, 3.7, 5.9), (1.1e5, 2.4e5, 1.9e5, 0.6e5, 0.9e5))

@@ -11,16 +11,16 @@ import pytest
 from solvers import rod
 from solvers.fatigue import gerber, serensen
 from solvers.materials import Material
-from solvers.rod.contraction import contract
-from solvers.rod.cycle import BeamColumn, Composition
-from solvers.rod.enclosures import bending_ranges, clamp, curvature_and_stiffness
-from solvers.rod.polish import Limits
-from solvers.rod.relaxation import box_bound, fill, point_value, workspace
+from solvers.rod.cycle.composition import BeamColumn, Composition
+from solvers.rod.optimum.proof.bound_tightening import contract
+from solvers.rod.optimum.proof.box_bounds import box_bound, fill, point_value, workspace
+from solvers.rod.optimum.proof.intervals import bending_ranges, clamp, curvature_and_stiffness
+from solvers.rod.optimum.sampled_cycle import survey
+from solvers.rod.optimum.sqp import Limits
 from solvers.rod.scene import Dimensions
-from solvers.rod.survey import survey
 from tests.solvers.rod.machines import PAPER
 
-certificate = importlib.import_module("solvers.rod.certificate")
+certificate = importlib.import_module("solvers.rod.optimum.proof.outer_approximation")
 STEEL = Material(210e9, 480e6, 1.15, 0.12, 1200e6, 7850.0, ultimate_strength=1400e6)
 SLICE = np.array([4e-3, 9e-3, 0.2e-3, 1e-3])
 

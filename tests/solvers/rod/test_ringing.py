@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from solvers.rod.ringing import PLACES, ringing
-from solvers.rod.steady_motion import STAGES, phase_error, steady_motion
+from solvers.numerics.periodic_radau import STAGES, phase_error, steady_motion
+from solvers.rod.vibration.ringing import PLACES, ringing
 
 TURN, CORNER = 2 * np.pi, 2.0
 

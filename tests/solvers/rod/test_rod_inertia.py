@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from solvers import rod
-from solvers.rod.cycle import BeamColumn, Composition, Cycle, bending_stiffness
+from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle, bending_stiffness
 from solvers.rod.effects import EFFECTS
-from solvers.rod.rod_inertia import RodInertia
-from solvers.rod.vibration import natural_frequency
+from solvers.rod.vibration.natural_frequencies import natural_frequency
+from solvers.rod.vibration.steady_response import RodInertia
 from tests.solvers.rod.finite_elements import vibration
 from tests.solvers.rod.machines import PAPER, STRIP
 

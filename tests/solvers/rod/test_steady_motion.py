@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from solvers.rod.steady_motion import STAGES, nodes, steady_motion
+from solvers.numerics.periodic_radau import STAGES, nodes, steady_motion
 
 TURN = 2 * np.pi
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from solvers import rod
-from solvers.rod import rows
-from solvers.rod.focus import FIRST_GROUP, STRESS
+from solvers.rod.optimum import constraints as rows
+from solvers.rod.optimum.full_model.straight import downhill
+from solvers.rod.optimum.full_model.tilt import Tilt, full_rows, logarithms
+from solvers.rod.optimum.peak_model import FIRST_GROUP, STRESS
 from solvers.rod.problem import OBJECTIVES, Bounds, Requirements
-from solvers.rod.straight import downhill
-from solvers.rod.tilt import Tilt, full_rows, logarithms
 from tests.solvers.rod.machines import CORE, PAPER, STRIP
 
 REACH, GUARD = 0.01, 1e-7

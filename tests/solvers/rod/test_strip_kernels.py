@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solvers.rod import beam_column, strip_kernels
+from solvers.rod.strip import beam_column, beam_column_kernels
 
 LENGTH, ROD = 23e-3, 45.5e-3
 
@@ -16,22 +16,22 @@ def test_constants_and_curvature_agree(sign, low, high):
     q = scaled / LENGTH**2
     constants = beam_column.solve(q, LENGTH, ROD)
     assert constants.stable
-    clamp, shear, head, determinant = strip_kernels.solve(q, LENGTH, ROD)
+    clamp, shear, head, determinant = beam_column_kernels.solve(q, LENGTH, ROD)
     for found, expected in (
         (clamp, constants.clamp_curvature), (shear, constants.clamp_shear), (determinant, constants.determinant)
     ):  # fmt: skip
         assert found == pytest.approx(expected, rel=4e-15)
     z = np.linspace(0.0, LENGTH, 25)
     expected = beam_column.curvature(constants, z)
-    found = strip_kernels.curvature(q, LENGTH, clamp, shear, head, z)
+    found = beam_column_kernels.curvature(q, LENGTH, clamp, shear, head, z)
     assert np.all(np.abs(found - expected) <= 1e-14 * np.abs(expected).max(axis=0))
     expected = beam_column.deflection(constants, z)
-    found = strip_kernels.deflection(q, LENGTH, clamp, shear, head, z)
+    found = beam_column_kernels.deflection(q, LENGTH, clamp, shear, head, z)
     assert np.all(np.abs(found - expected) <= 1e-14 * np.abs(expected).max(axis=0))
 
 
 def test_no_load_is_no_special_case():
     q = np.array([-1e-300, 0.0, 1e-300])
-    clamp, shear, head, _ = strip_kernels.solve(q, LENGTH, ROD)
-    found = strip_kernels.curvature(q, LENGTH, clamp, shear, head, np.array([0.0, 0.5 * LENGTH, LENGTH]))
+    clamp, shear, head, _ = beam_column_kernels.solve(q, LENGTH, ROD)
+    found = beam_column_kernels.curvature(q, LENGTH, clamp, shear, head, np.array([0.0, 0.5 * LENGTH, LENGTH]))
     assert np.ptp(found, axis=1) == pytest.approx(0.0, abs=1e-12)

@@ -1,0 +1,1 @@
+"""One turn of the machine and the extremes in it."""

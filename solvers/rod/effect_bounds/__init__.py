@@ -1,0 +1,1 @@
+"""How much an effect may matter, before it is run."""

@@ -1,0 +1,1 @@
+"""What drives the piston: pressure over the crank angle and the axial force it makes."""

@@ -1,0 +1,118 @@
+"""What drives the strip, compiled: axial force and lateral stroke at any crank angle.
+
+    P(phi) = -(p(phi) - p_back) pi D^2/4 + m a(phi),   s(phi) = r sin(phi)
+
+with the pressure as Schmidt's fraction or as pieces of cubics (``solvers.rod.load.gas``) and the acceleration of
+``solvers.crank.kinematics``, the mass m being whatever of the reciprocating one is counted.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.brackets import MOST_ROUNDS, mark_humps, narrow, trial_points
+from solvers.numerics.jit import kernel
+
+if TYPE_CHECKING:
+    from solvers.rod.scene import Scene
+
+Array = NDArray[np.float64]
+_TURN = 2.0 * math.pi
+_EPS = float(np.finfo(float).eps)
+
+
+class Drive(NamedTuple):
+    """The machine as kernels take it, SI units; the first five are those of ``loads.PressureCurve``."""
+
+    level: float
+    sharpness: float
+    phase: float
+    breaks: Array
+    pieces: Array
+    back_pressure: float
+    area: float
+    mass: float
+    crank_radius: float
+    rod_length: float
+    angular_speed: float
+
+
+def drive_of(scene: Scene, mass: float) -> Drive:
+    """The drive of a scene whose axial force holds the inertia of this mass [kg] beside the gas force."""
+    m, load = scene.mechanism, scene.load
+    return Drive(
+        *load.curve(), load.reference_pressure(), scene.piston.area, mass, m.crank_radius, m.rod_length, m.angular_speed
+    )
+
+
+@kernel
+def pressure(d: Drive, angle: float) -> float:
+    """p(phi) [Pa]."""
+    if d.breaks.size == 0:
+        half = math.sin(0.5 * (angle - d.phase))
+        return d.level * (1.0 + d.sharpness) / ((1.0 - d.sharpness) + 2.0 * d.sharpness * half * half)
+    place = angle - d.breaks[0]
+    place = d.breaks[0] + (place - _TURN * math.floor(place / _TURN))
+    low, high = 0, d.breaks.size - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if d.breaks[middle] <= place:
+            low = middle
+        else:
+            high = middle
+    x = place - d.breaks[low]
+    return ((d.pieces[0, low] * x + d.pieces[1, low]) * x + d.pieces[2, low]) * x + d.pieces[3, low]
+
+
+@kernel
+def axial_force(d: Drive, angle: float) -> float:
+    """P(phi) [N], tension positive."""
+    force = -(pressure(d, angle) - d.back_pressure) * d.area
+    if d.mass != 0.0:
+        ratio = d.crank_radius / d.rod_length
+        sine, cosine = math.sin(angle), math.cos(angle)
+        lean = math.sqrt((1.0 - ratio * sine) * (1.0 + ratio * sine))
+        square = sine * sine
+        numerator = (cosine - sine) * (cosine + sine) + ratio * ratio * square * square
+        scale = d.crank_radius * d.angular_speed * d.angular_speed
+        force += d.mass * scale * (cosine + ratio * numerator / (lean * lean * lean))
+    return force
+
+
+@kernel
+def axial_forces(d: Drive, angle: Array) -> Array:
+    """``axial_force`` at many angles, shape (n,)."""
+    out = np.empty(angle.size)
+    for i in range(angle.size):
+        out[i] = axial_force(d, angle[i])
+    return out
+
+
+@kernel
+def least_force(d: Drive, angle: Array, force: Array, tolerance: float) -> tuple[float, float]:
+    """The least axial force [N] and its angle, to ``tolerance`` of the greatest magnitude, from samples in a turn."""
+    count, scale = angle.size, np.abs(force).max()
+    peaks, place, value = np.zeros(count, dtype=np.bool_), np.empty(3), np.empty(3)
+    points, heights = np.empty(5), np.empty(5)
+    mark_humps(-force, 0.0, True, peaks)
+    least, where = np.inf, 0.0
+    for n in range(count):
+        if not peaks[n]:
+            continue
+        before, after = n - 1 if n > 0 else count - 1, n + 1 if n < count - 1 else 0
+        place[0], place[2] = angle[before] - (_TURN if n == 0 else 0.0), angle[after] + (_TURN if after == 0 else 0.0)
+        place[1], value[0], value[1], value[2] = angle[n], -force[before], -force[n], -force[after]
+        for _ in range(MOST_ROUNDS):
+            trial_points(place, value, points)
+            for m in range(5):
+                heights[m] = -axial_force(d, points[m])
+            error = narrow(place, value, points, heights)
+            if error <= tolerance * scale or place[2] - place[0] <= 8.0 * _EPS * max(abs(place[1]), _EPS):
+                break
+        if -value[1] < least:
+            least, where = -value[1], place[1]
+    return least, where

@@ -1,0 +1,1 @@
+"""From the core's optimum to that of the full model."""

@@ -1,0 +1,1 @@
+"""The lower bound: branch and bound over boxes of strips."""

@@ -1,0 +1,147 @@
+"""The search that proves: boxes of (ln tau, ln l), the most promising first, until none can hold anything better.
+
+Bounds of a box come from ``solvers.rod.optimum.proof.box_bounds``; what cannot be better than the best strip known is
+cut off its sides (``solvers.rod.optimum.proof.bound_tightening``) before it is halved.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+
+import numpy as np
+
+from solvers.numerics.jit import kernel
+from solvers.rod.optimum.proof.bound_tightening import contract
+from solvers.rod.optimum.proof.box_bounds import Array, Relaxation, Work, box_bound, point_value
+from solvers.rod.optimum.proof.intervals import critical_parameter
+
+_WORTHWHILE = 0.6
+"""A side that contraction leaves shorter than this share of itself is worth another look before halving."""
+
+
+@kernel
+def snapped(l1: float, l2: float, step: float) -> tuple[float, float]:
+    """The part of [l1, l2] between its first and last multiple of ``step``; empty when the first exceeds the second."""
+    if step <= 0.0:
+        return l1, l2
+    return math.ceil(l1 / step * (1.0 - 1e-12)) * step, math.floor(l2 / step * (1.0 + 1e-12)) * step
+
+
+@kernel
+def snapped_width(x1: float, x2: float, slice_: Array, step: float) -> tuple[float, float]:
+    """The part of [x1, x2] between multiples of ``step`` of b = 1/(tau h^3), where h is fixed."""
+    if step <= 0.0 or slice_[2] < slice_[3]:
+        return x1, x2
+    cube = slice_[2] ** 3
+    b1, b2 = snapped(math.exp(-x2) / cube, math.exp(-x1) / cube, step)
+    if b1 > b2:
+        return 1.0, 0.0
+    return -math.log(b2 * cube), -math.log(b1 * cube)
+
+
+@kernel
+def prove(
+    p: Relaxation,
+    slices: Array,
+    length: Array,
+    steps: Array,
+    incumbent: float,
+    gap: float,
+    nodes: int,
+    work: Work,
+    tolerance: float,
+    best: Array,
+) -> tuple[float, int, int]:
+    """Branch and bound over every slice (b1, b2, h1, h2 bounds) and ``length`` = (l1, l2); ``steps`` of b and l or 0.
+
+    Stops when nothing can beat ``incumbent`` (or the best centre of a box found on the way) by more than ``gap`` in
+    ln objective, or after ``nodes`` boxes. ``best`` receives ln objective, ln tau, l, h and the slice of the best
+    centre. Returns the lower bound of ln objective, the number of boxes looked at, and of those left over.
+    """
+    room = 2 * nodes + slices.shape[0] + 2
+    boxes, origin, count = np.empty((room, 4)), np.empty(room, np.int64), 0
+    heap = [(np.inf, -1)]
+    heap.clear()
+    box = np.empty(4)
+    best[0] = np.inf
+    pruned, looked = np.inf, 0
+    for s in range(slices.shape[0]):
+        x1, x2 = -math.log(slices[s, 1] * slices[s, 3] ** 3), -math.log(slices[s, 0] * slices[s, 2] ** 3)
+        x1, x2 = snapped_width(x1, x2, slices[s], steps[0])
+        l1, l2 = snapped(length[0], length[1], steps[1])
+        if x1 <= x2 and l1 <= l2:
+            boxes[count, 0], boxes[count, 1], boxes[count, 2], boxes[count, 3] = x1, x2, l1, l2
+            origin[count] = s
+            heapq.heappush(heap, (-np.inf, count))
+            count += 1
+    while len(heap) > 0:
+        lower, node = heap[0]
+        target = min(incumbent, best[0]) - gap
+        if lower >= target or looked >= nodes:
+            break
+        heapq.heappop(heap)
+        slice_ = slices[origin[node]]
+        x1, x2, l1, l2 = boxes[node]
+        if lower == -np.inf:
+            children, axis = 1, -1
+        else:
+            # Arguments of the beam go with tau l^2: cut where they change more.
+            children, axis = 2, 1 if 2.0 * math.log(l2 / l1) > x2 - x1 else 0
+        for child in range(children):
+            a1, a2, m1, m2 = x1, x2, l1, l2
+            if axis == 0:
+                middle = 0.5 * (x1 + x2)
+                a1, a2 = (x1, middle) if child == 0 else (middle, x2)
+                a1, a2 = snapped_width(a1, a2, slice_, steps[0])
+            elif axis == 1:
+                middle = math.sqrt(l1 * l2)
+                m1, m2 = (l1, middle) if child == 0 else (middle, l2)
+                m1, m2 = snapped(m1, m2, steps[1])
+            if a1 > a2 or m1 > m2:
+                continue
+            while a1 <= a2 and m1 <= m2:
+                if p.compression > 0.0:
+                    # Nothing beyond the stability that the shortest strip of the box has.
+                    ln_u, _ = critical_parameter(m1, p.rod_length)
+                    most = 2.0 * ln_u - math.log(12.0 * p.rod_length * p.rod_length * p.compression / p.modulus)
+                    if most < a2:
+                        a2 = most + 1e-13
+                        a1, a2 = snapped_width(a1, a2, slice_, steps[0])
+                    if a1 > a2:
+                        break
+                looked += 1
+                bound = box_bound(p, slice_, a1, a2, m1, m2, work, min(incumbent, best[0]) - gap)
+                if bound == np.inf:
+                    break
+                bound = max(bound, lower)
+                # A centre is a candidate only where it lies on the steps that are asked for.
+                sized = (steps[1] <= 0.0 or m1 == m2) and (steps[0] <= 0.0 or slice_[2] < slice_[3] or a1 == a2)
+                if bound < min(incumbent, best[0]) - gap and sized:
+                    middle = 0.5 * (a1 + a2)
+                    l = m1 if m1 == m2 else math.sqrt(m1 * m2)
+                    value, h = point_value(p, slice_, middle, l, work, tolerance)
+                    if value < best[0]:
+                        best[0], best[1], best[2], best[3], best[4] = value, middle, l, h, origin[node]
+                target = min(incumbent, best[0]) - gap
+                if bound >= target or (a2 - a1 < 1e-13 and m2 - m1 < 1e-13 * m2):
+                    pruned = min(pruned, bound)
+                    break
+                # What is cut off from here on is either not admissible or not better than the target.
+                pruned = min(pruned, target)
+                if not contract(p, slice_, a1, a2, m1, m2, work, target, box):
+                    break
+                narrow = box[1] - box[0] < _WORTHWHILE * (a2 - a1)
+                short = math.log(box[3] / box[2]) < _WORTHWHILE * math.log(m2 / m1)
+                a1, a2 = snapped_width(box[0], box[1], slice_, steps[0])
+                m1, m2 = snapped(box[2], box[3], steps[1])
+                if a1 > a2 or m1 > m2:
+                    break
+                if not (narrow or short):
+                    boxes[count, 0], boxes[count, 1], boxes[count, 2], boxes[count, 3] = a1, a2, m1, m2
+                    origin[count] = origin[node]
+                    heapq.heappush(heap, (bound, count))
+                    count += 1
+                    break
+    lower = heap[0][0] if len(heap) > 0 else np.inf
+    return min(min(lower, pruned), min(incumbent, best[0])), looked, len(heap)

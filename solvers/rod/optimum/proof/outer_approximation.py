@@ -1,0 +1,220 @@
+"""The global optimum of a rod's design, and how it is known to be that.
+
+A relaxation (few angles, few sections) is searched exhaustively by branch and bound; its best strip is polished on the
+full cycle; the angles and sections that govern there join the relaxation; and so on until the relaxation holds nothing
+better than the best strip by more than the gap asked for. Since a relaxation can only promise too much, its bound is a
+bound of the problem itself.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.fatigue.kernels import severities
+from solvers.numerics.periodic import grid
+from solvers.rod.optimum import constraints as rows
+from solvers.rod.optimum.machine import Machine, Matters
+from solvers.rod.optimum.peak_model import Array, Focus, stress_table
+from solvers.rod.optimum.proof.box_bounds import Relaxation, workspace
+from solvers.rod.optimum.proof.branch_and_bound import prove
+from solvers.rod.optimum.sqp import Limits, Polished, matters, polish
+from solvers.rod.problem import Bounds, Objective
+from solvers.rod.scene import Dimensions
+
+FIRST_ANGLES, FIRST_REACTIONS = 8, 24
+_FIRST_SECTIONS = (1.0, 0.75, 0.5, 0.25)
+_FIRST_GAP = 1.0
+_FIRST_BOXES = 2000
+_ROUNDS = 12
+_LEAST_GAP = 5e-9
+_MOST_ANGLES = 48
+_NEARLY, _TIED = 0.9, 1e-3
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """The bounds, and what may be had within them: thicknesses of a stock, steps of width and length [m]."""
+
+    bounds: Bounds
+    stock_h: tuple[float, ...] | None = None
+    step_b: float | None = None
+    step_l: float | None = None
+
+    @property
+    def discrete(self) -> bool:
+        """Whether some size may not be chosen at will."""
+        return self.stock_h is not None or self.step_b is not None or self.step_l is not None
+
+    def slices(self) -> Array:
+        """The boxes (b1, b2, h1, h2) that together hold every size; with a step of b but no stock, one per width."""
+        (b1, b2), (h1, h2) = self.bounds.b, self.bounds.h
+        if self.stock_h is not None:
+            return np.array([[b1, b2, h, h] for h in sorted(set(self.stock_h)) if h1 <= h <= h2])
+        if self.step_b is not None:
+            first, last = math.ceil(b1 / self.step_b * (1 - 1e-12)), math.floor(b2 / self.step_b * (1 + 1e-12))
+            return np.array([[n * self.step_b, n * self.step_b, h1, h2] for n in range(first, last + 1)])
+        return np.array([[b1, b2, h1, h2]])
+
+    def around(self, d: Dimensions) -> Bounds:
+        """The bounds of what stays continuous when the sizes nearest to a strip are taken."""
+        b, h, l = self.bounds.b, self.bounds.h, self.bounds.l
+        if self.stock_h is not None:
+            nearest = min((s for s in self.stock_h if h[0] <= s <= h[1]), key=lambda s: abs(s - d.h))
+            h = (nearest, nearest)
+        if self.step_b is not None:
+            b = (_to_step(d.b, self.step_b, b),) * 2
+        if self.step_l is not None:
+            l = (_to_step(d.l, self.step_l, l),) * 2
+        return Bounds(b, h, l)
+
+
+def _to_step(value: float, step: float, within: tuple[float, float]) -> float:
+    first, last = math.ceil(within[0] / step * (1 - 1e-12)), math.floor(within[1] / step * (1 + 1e-12))
+    # n step may exceed a bound by one unit in the last place.
+    return min(max(min(max(round(value / step), first), last) * step, within[0]), within[1])
+
+
+@dataclass(frozen=True)
+class Proof:
+    """The best strip found, a lower bound of ln objective over everything admissible, and what it took.
+
+    ``best`` is None where none was found; the bound is then inf if it is proven that there is none.
+    """
+
+    best: Polished | None
+    log_bound: float
+    boxes: int
+    rounds: int
+    angles: int
+
+
+@dataclass
+class _View:
+    """The angles and sections that a relaxation looks at; grows from round to round."""
+
+    angles: list[float]
+    sections: list[float]
+
+    def add(self, angles: Array, sections: Array) -> None:
+        for known, new, apart in ((self.angles, angles, 1e-7), (self.sections, sections, 1e-6)):
+            for value in map(float, new):
+                if all(abs(value - other) > apart for other in known):
+                    known.append(value)
+
+
+def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int) -> Proof:
+    """The global optimum with its bound: as close as ``gap`` (in ln objective) or as ``boxes`` boxes come."""
+    view = _View([*grid(FIRST_ANGLES), machine.hardest], list(_FIRST_SECTIONS))
+    slices, length = sizes.slices(), np.array(_length_range(machine, sizes))
+    steps = np.array([sizes.step_b or 0.0, sizes.step_l or 0.0])
+    incumbent: Polished | None = None
+    looked_at = matters(objective, limits)
+    # Half of the gap is left to the relaxation's own best strip, which may lie a little below the best of all.
+    gap = max(0.45 * gap, _LEAST_GAP)
+    # Relaxations measure stability by its limit.
+    by_limit = dict(objective.weights).get(rows.STABILITY, 0.0) * math.log(limits.stability) * (machine.compression > 0)
+    looked, bound, tried = 0, -math.inf, set()
+    for turn in range(_ROUNDS):
+        p = _relaxation(machine, objective, limits, view)
+        work, best = workspace(p), np.empty(5)
+        known = math.inf if incumbent is None else incumbent.log_cost + by_limit
+        wanted = _FIRST_GAP if incumbent is None and turn == 0 else gap
+        room = _FIRST_BOXES if incumbent is None else max(boxes - looked, 200)
+        lower, count, left = prove(p, slices, length, steps, known, wanted, room, work, 0.0, best)
+        looked += count
+        bound = max(bound, lower - by_limit)
+        if not math.isfinite(best[0]):
+            if left == 0 or incumbent is not None:
+                break
+            # The boxes ran out before any centre was admissible: nothing to start from.
+            return Proof(None, bound, looked, turn + 1, len(view.angles))
+        if incumbent is not None and best[0] >= known - gap:
+            break
+        candidate = Dimensions(math.exp(-best[1]) / best[3] ** 3, best[3], best[2])
+        key = tuple(round(math.log(v), 6) for v in (candidate.b, candidate.h, candidate.l))
+        found = polish(machine, objective, limits, sizes.around(candidate), candidate)
+        if found is not None and (incumbent is None or found.log_cost < incumbent.log_cost):
+            incumbent = found
+            if turn == 0 or len(view.angles) > _MOST_ANGLES:
+                view = _View([0.0, machine.hardest], [1.0])
+        if looked >= boxes or (key in tried and found is None):
+            break
+        tried.add(key)
+        better = found is not None and found is incumbent
+        strip = found.dimensions if better else candidate
+        seen = (found.focus, found.angles) if better else machine.focus_at(strip.b, strip.h, strip.l, looked_at)
+        # What a second relaxation still believes in misses an angle, maybe one that only ties.
+        view.add(*governing(machine, strip, *seen, looked_at, _TIED if turn > 1 or not better else 0.0))
+    if incumbent is not None:
+        bound = min(bound, incumbent.log_cost)
+    return Proof(incumbent, bound, looked, turn + 1, len(view.angles))
+
+
+def governing(
+    machine: Machine, d: Dimensions, focus: Focus, angles: Array, looked_at: Matters, tied: float = 0.0
+) -> tuple[Array, Array]:
+    """The angles and sections (eta) that govern a strip: where a fibre's cycle is nearly as bad as the worst.
+
+    Where the greatest stress matters beside the utilisation, at the sections of both; where reactions do, the angles
+    of greatest side force and contact pressure too. ``tied`` is the share of its range by which a stress may miss its
+    extreme at an angle that is named as well.
+    """
+    eta = focus.eta
+    table = np.empty((2, eta.size, angles.size))
+    stress_table(focus.force[1::3], focus.stroke[1::3], machine.modulus, machine.rod_length, d.b, d.h, d.l, eta, table)
+    high, low = table.max(axis=2), table.min(axis=2)
+    severity = np.empty_like(high)
+    severities(high, low, machine.lines, machine.parabola, severity)
+    wanted: set[int] = set()
+    sections: list[float] = []
+    for values in (severity, np.maximum(high, -low)) if looked_at.stress else (severity,):
+        for fibre, j in np.argwhere(values > _NEARLY * values.max()):
+            if j % 3 == 2:
+                sections.append(eta[j] + _vertex(*values[fibre, j - 1 : j + 2]) * (eta[j + 1] - eta[j]))
+            elif j == 0:
+                sections.append(eta[0])
+            stress, room = table[fibre, j], tied * (high[fibre, j] - low[fibre, j])
+            wanted.update(np.flatnonzero((stress >= high[fibre, j] - room) | (stress <= low[fibre, j] + room)))
+    governed = angles[sorted(wanted)]
+    if looked_at.reactions:
+        governed = np.concatenate([governed, machine.reaction_peaks(d.b, d.h, d.l)])
+    return governed, np.array(sections)
+
+
+def _vertex(left: float, middle: float, right: float) -> float:
+    """Where the parabola through three samples peaks, in steps from the middle one, at most one."""
+    bend = 2.0 * middle - left - right
+    return min(max(0.5 * (right - left) / bend, -1.0), 1.0) if bend > 0.0 else 0.0
+
+
+def _length_range(machine: Machine, sizes: Sizes) -> tuple[float, float]:
+    return sizes.bounds.l[0], min(sizes.bounds.l[1], machine.rod_length)
+
+
+def _relaxation(machine: Machine, objective: Objective, limits: Limits, view: _View) -> Relaxation:
+    angles = np.array(view.angles)
+    force, stroke = machine.cycle.axial_force(angles), machine.crank_radius * np.sin(angles)
+    react, swing, speed = np.empty(0), np.empty(0), np.empty(0)
+    looked_at = matters(objective, limits)
+    if looked_at.power:
+        # Power is a mean: it needs the whole cycle.
+        whole_force, whole_stroke, whole_speed = machine.whole
+        react, swing = np.append(force, whole_force), np.append(stroke, whole_stroke)
+        speed = np.append(np.zeros(angles.size), whole_speed / whole_speed.size)
+    elif looked_at.reactions:
+        step = machine.force.size // FIRST_REACTIONS
+        react, swing = np.append(force, machine.force[::step]), np.append(stroke, machine.stroke[::step])
+        speed = np.zeros(react.size)
+    weights = np.zeros(rows.COUNT)
+    for row, weight in objective.weights:
+        weights[row] = weight
+    none = math.inf
+    return Relaxation(
+        force, stroke, react, swing, speed, np.array(view.sections), machine.lines, machine.parabola,
+        np.array([1.0 / limits.fatigue if limits.fatigue else 1e300, limits.stress or none, limits.pressure or none,
+                  limits.power or none]),
+        machine.compression * limits.stability, machine.guide, weights, machine.modulus, machine.rod_length,
+    )  # fmt: skip

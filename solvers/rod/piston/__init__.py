@@ -1,0 +1,1 @@
+"""The piston in its cylinder: contact of the skirt and friction."""

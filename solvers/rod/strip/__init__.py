@@ -1,0 +1,1 @@
+"""The strip under given force and stroke: beam-column, buckling, shear, elastica."""

@@ -1,0 +1,137 @@
+"""The strip as a beam-column: clamped in the piston, carrying a rigid head that is hinged on the crank pin.
+
+    EI V'''' - P V'' = 0 on [0, l],   q = P/EI (signed, tension positive), e = L - l
+    V(0) = V'(0) = 0,   V(l) + e V'(l) = s,   V''(l) + e V'''(l) = 0
+
+with the lateral stroke s = r sin(phi) of the crank pin. With S_k(z) = z^k c_k(-q z^2) and Stumpff's c_k,
+
+    V = C S2 + D S3,  V' = C S1 + D S2,  V'' = C S0 + D S1,  V''' = q C S1 + D S0,
+    det = l^3 (c2 - c3) + e L l c1,   C = s (l c1 + e c0)/det,   D = -s (c0 + e q l c1)/det
+
+all c_k at t = -q l^2. The determinant in this form is a sum of positive terms from the strongest tension down to
+half-way to buckling, and its first zero is the stability boundary. Because c0^2 + t c1^2 = 1, the curvature at the
+head is V''(l) = s e/det; the equilibrium of the whole rod is C + L D + q s = 0.
+
+Everything here is per unit stroke (s = 1): curvatures in 1/m^2, slopes in 1/m. The small-displacement theory is
+linear in the stroke. Validity: P above the first buckling load (det > 0), V/l < 0.15.
+
+Source: T. A. Obolenskaya, A. S. Klochko, flexible rod of a crank-slider mechanism (2014), equations (1)-(4); the
+constants were rebuilt from the boundary conditions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from solvers.numerics.stumpff import stumpff, stumpff_scaled
+
+FORWARD_LIMIT = 4.0
+"""q l^2 up to which V'' is built up from the clamp.
+
+From the clamp, a decaying solution is the small difference of two growing ones and loses a factor cosh(sqrt(q l^2));
+above the limit V'' comes from its values at the two ends, where both parts are positive and decay inward.
+"""
+
+
+@dataclass(frozen=True)
+class BeamConstants:
+    """The solution per unit stroke, one entry per value of q (shape (n,)).
+
+    clamp_curvature   C = V''(0) [1/m^2]
+    clamp_shear       D = V'''(0) [1/m^3]; the transverse force is -EI D
+    head_curvature    V''(l) [1/m^2]
+    determinant       det exp(-sqrt(max(q, 0)) l) [m^3]; not positive at and beyond buckling
+    """
+
+    coupling: NDArray[np.float64]
+    length: float
+    rod_length: float
+    clamp_curvature: NDArray[np.float64]
+    clamp_shear: NDArray[np.float64]
+    head_curvature: NDArray[np.float64]
+    determinant: NDArray[np.float64]
+
+    @property
+    def stable(self) -> bool:
+        """Whether every q lies above the first buckling load (see ``solvers.rod.strip.buckling``)."""
+        return bool(np.all(self.determinant > 0))
+
+
+def solve(coupling: ArrayLike, length: float, rod_length: float) -> BeamConstants:
+    """The constants C, D and V''(l) per unit stroke for each coupling q = P/EI [1/m^2], shape (n,)."""
+    q = np.atleast_1d(np.asarray(coupling, dtype=float))
+    l, e = length, rod_length - length
+    c = stumpff_scaled(-q * l * l)
+    det = l**3 * (c.c2 - c.c3) + e * rod_length * l * c.c1
+    # Half the decay at a time: all of it may be too small a number to keep its digits.
+    half = np.exp(-0.5 * np.sqrt(np.maximum(q, 0.0)) * l)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return BeamConstants(
+            coupling=q,
+            length=length,
+            rod_length=rod_length,
+            clamp_curvature=(l * c.c1 + e * c.c0) / det,
+            clamp_shear=-(c.c0 + e * q * l * c.c1) / det,
+            head_curvature=e * half / det * half,
+            determinant=det,
+        )
+
+
+def curvature(constants: BeamConstants, stations: ArrayLike) -> NDArray[np.float64]:
+    """V''(z) per unit stroke at the stations z in [0, l]: shape (stations, couplings)."""
+    z = np.atleast_1d(np.asarray(stations, dtype=float))[:, None]
+    q, l = constants.coupling, constants.length
+    strong = q * l * l > FORWARD_LIMIT
+    out = np.empty((z.shape[0], q.size))
+    weak = ~strong
+    if weak.any():
+        c = stumpff(-q[weak] * z * z)
+        out[:, weak] = constants.clamp_curvature[weak] * c.c0 + constants.clamp_shear[weak] * z * c.c1
+    if strong.any():
+        k = np.sqrt(q[strong])
+        span = -np.expm1(-2.0 * k * l)
+        from_clamp = np.exp(-k * z) * -np.expm1(-2.0 * k * (l - z)) / span
+        from_head = np.exp(-k * (l - z)) * -np.expm1(-2.0 * k * z) / span
+        out[:, strong] = constants.clamp_curvature[strong] * from_clamp + constants.head_curvature[strong] * from_head
+    return out
+
+
+def _integrals(constants: BeamConstants, stations: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """V' and V per unit stroke at the stations, each of shape (stations, couplings)."""
+    z = np.atleast_1d(np.asarray(stations, dtype=float))[:, None]
+    q, l = constants.coupling, constants.length
+    strong = q * l * l > FORWARD_LIMIT
+    weak = ~strong
+    slope = np.empty((z.shape[0], q.size))
+    deflection = np.empty_like(slope)
+    if weak.any():
+        c = stumpff(-q[weak] * z * z)
+        first, second = constants.clamp_curvature[weak], constants.clamp_shear[weak]
+        slope[:, weak] = first * z * c.c1 + second * z**2 * c.c2
+        deflection[:, weak] = first * z**2 * c.c2 + second * z**3 * c.c3
+    if strong.any():
+        # Integrated once and twice: q V' = V''' - D, q V = V'' - C - D z, with V'' from its two ends.
+        k = np.sqrt(q[strong])
+        span = -np.expm1(-2.0 * k * l)
+        clamp, shear = constants.clamp_curvature[strong], constants.clamp_shear[strong]
+        head = constants.head_curvature[strong]
+        down, up = np.exp(-k * z), np.exp(-k * (l - z))
+        down_image, up_image = np.exp(-k * (2.0 * l - z)), np.exp(-k * (l + z))
+        third = k * (head * (up + up_image) - clamp * (down + down_image)) / span
+        second = (clamp * (down - down_image) + head * (up - up_image)) / span
+        slope[:, strong] = (third - shear) / q[strong]
+        deflection[:, strong] = (second - clamp - shear * z) / q[strong]
+    return slope, deflection
+
+
+def slope(constants: BeamConstants, stations: ArrayLike) -> NDArray[np.float64]:
+    """V'(z) per unit stroke at the stations: shape (stations, couplings)."""
+    return _integrals(constants, stations)[0]
+
+
+def deflection(constants: BeamConstants, stations: ArrayLike) -> NDArray[np.float64]:
+    """V(z) per unit stroke (dimensionless) at the stations: shape (stations, couplings)."""
+    return _integrals(constants, stations)[1]

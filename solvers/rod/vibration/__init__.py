@@ -1,0 +1,1 @@
+"""The strip's own inertia: natural frequencies, modes, steady response."""

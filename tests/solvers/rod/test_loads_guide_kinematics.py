@@ -89,7 +89,7 @@ def test_wall_force_against_quadrature():
         integral = quad(
             lambda s, t=side, m=total, p=skirt: abs(t / p + 12 * m * s / p**3), -skirt / 2, skirt / 2, points=points
         )[0]
-        assert float(skirt_load.wall_force(side, moment, offset, skirt)) == pytest.approx(integral, rel=1e-10)
+        assert float(wall_force(side, moment, offset, skirt)) == pytest.approx(integral, rel=1e-10)
 
 
 MATERIAL = rod.Material(210e9, 480e6, 1.2, 0.25, 1200e6, 7850.0, 0.3, 1500e6)

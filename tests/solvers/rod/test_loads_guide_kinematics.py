@@ -13,6 +13,7 @@ from solvers import rod
 from solvers.crank import kinematics
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
+from solvers.rod.piston.skirt import wall_force
 
 
 @pytest.mark.parametrize("ratio", [1e-6, 0.03, 0.3, 0.999999])

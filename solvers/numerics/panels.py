@@ -87,8 +87,9 @@ def resolve(
 ) -> tuple[Panels, Array, float]:
     """Panels that resolve what ``sample`` gives, its values at their points, and the greatest error left.
 
-    ``sample`` takes angles (m,) and gives (quantities, m), of which the first ``checked`` decide: a panel is halved until
-    their errors are below ``tolerance`` times the greatest magnitude of each over the turn, as far as ``most_panels`` go.
+    ``sample`` takes angles (m,) and gives (quantities, m), of which the first ``checked`` decide: a panel is halved
+    until their errors are below ``tolerance`` times the greatest magnitude of each over the turn, as far as
+    ``most_panels`` go.
     """
     left, right = edges[:-1], edges[1:]
     n = rule.points.size

@@ -68,7 +68,12 @@ class SampledCycle:
     @staticmethod
     def of(cycle: Cycle, tolerance: float) -> SampledCycle:
         """Sample a cycle so that its quantities are known to ``tolerance`` of their greatest magnitudes."""
-        sampler = _Sampler(cycle, strip_of(cycle))
+        strip = strip_of(cycle)
+        if strip.couples and _buckles(cycle.drive, strip):
+            # Nothing but the force has a meaning there.
+            cycle = cycle.without_feedback()
+            strip = strip_of(cycle)
+        sampler = _Sampler(cycle, strip)
         edges = panel_edges(cycle.drive, sampler.strip, cycle.scene.load.sharp_angles())
         panels, rows, error = resolve(sampler, edges, _rule(edges.size - 1), _CHECKED, tolerance, _MOST_PANELS)
         states = rows[_CHECKED : _CHECKED + ROWS]
@@ -114,7 +119,7 @@ class _Sampler:
 
     def __init__(self, cycle: Cycle, strip: Strip) -> None:
         self.strip, self._cycle = strip, cycle
-        self._corrections = tuple(c.series_of(cycle) for c in cycle.composition.corrections)
+        self._corrections = cycle.refinements
         self.bent_terms = max((c.bent_terms for c in self._corrections), default=0)
         self.sunk_terms = max((c.sunk_terms for c in self._corrections), default=0)
         self.inclined = any(c.inclines for c in self._corrections)
@@ -153,6 +158,13 @@ def strip_of(cycle: Cycle) -> Strip:
         offset=piston.clamp_offset,
         buckled=-2.0 * critical,
     )
+
+
+def _buckles(drive: Drive, strip: Strip) -> bool:
+    """Whether an even sample of the turn, friction included, goes beyond the critical load."""
+    states = np.empty((ROWS, _GRID.size))
+    fill_states(drive, strip, _GRID, states)
+    return float(states[FORCE].min()) <= 0.5 * strip.buckled
 
 
 def panel_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:

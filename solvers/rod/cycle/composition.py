@@ -143,6 +143,7 @@ class PlainBending:
     """The strip bends as if the axial force did not: q = 0."""
 
     couples: float = 0.0
+    shears: bool = False
 
     def coupling(self, scene: Scene, dimensions: Dimensions, force: Array) -> Array:
         return np.zeros_like(force)
@@ -156,6 +157,7 @@ class BeamColumn:
     """The axial force stiffens or softens the strip: q = P/EI."""
 
     couples: float = 1.0
+    shears: bool = False
 
     def coupling(self, scene: Scene, dimensions: Dimensions, force: Array) -> Array:
         return force / bending_stiffness(scene, dimensions)

@@ -41,7 +41,7 @@ def serve(
     os.environ["CRANKWRIGHT_DATABASE_URL"] = database_url
     typer.echo(f"Crankwright      http://{host}:{port}/")
     typer.echo(f"API reference    http://{host}:{port}/docs")
-    uvicorn.run("app.main:create_app", factory=True, host=host, port=port, log_level="warning")
+    uvicorn.run("app.main:create_app", factory=True, host=host, port=port, log_config=None)
 
 
 @app.command()

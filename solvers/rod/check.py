@@ -11,7 +11,7 @@ import numpy as np
 from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
-from solvers.fatigue.kernels import GREATEST, diagram_of
+from solvers.fatigue.kernels import GREATEST
 from solvers.numerics import periodic
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.rod.cycle.composition import Array, Cycle, bending_stiffness
@@ -190,7 +190,7 @@ def _stresses(turn: Turn, criterion: FatigueCriterion, contact: bool) -> tuple[S
     scene, length = turn.cycle.scene, turn.cycle.dimensions.l
 
     layers, mean = _layers(turn)
-    diagram, magnitude = diagram_of(criterion).with_mean(mean), GREATEST.with_mean(mean)
+    diagram, magnitude = criterion.diagram().with_mean(mean), GREATEST.with_mean(mean)
     contests = Contest(diagram, (0, 1), located=True), Contest(magnitude, (0, 1)), Contest(GREATEST, (2,))
     fatigue, strength, bent = worst(turn, layers, contests)
     amplitude, mean = 0.5 * (fatigue.high - fatigue.low), mean + 0.5 * (fatigue.high + fatigue.low)

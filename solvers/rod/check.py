@@ -11,7 +11,7 @@ import numpy as np
 from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
-from solvers.fatigue.kernels import GREATEST, diagram_of
+from solvers.fatigue.kernels import GREATEST
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.rod.cycle.composition import Cycle, bending_stiffness
 from solvers.rod.cycle.guide_loads import friction_power, guide_loads
@@ -191,7 +191,7 @@ def _read_stresses(sampled: SampledCycle, criterion: FatigueCriterion, contact: 
     if not field.inclined and np.ptp(force) == 0.0:
         # A force that nothing changes would hide a small amplitude: the criterion counts its stress by itself.
         field, mean = field._replace(direct=0.0), field.direct * float(force[0])
-    diagram, magnitude = diagram_of(criterion).with_mean(mean), GREATEST.with_mean(mean)
+    diagram, magnitude = criterion.diagram().with_mean(mean), GREATEST.with_mean(mean)
     table = station_table(field, STATIONS, tolerance)
     fatigue = worst(field, table, FIBRES, diagram, tolerance, located=True)
     strength = worst(field, table, FIBRES, magnitude, tolerance)

@@ -120,7 +120,7 @@ def check(
         natural_frequency=natural_frequency(scene, dimensions, mean_force),
         criterion=criterion.name,
         stresses=stresses,
-        warnings=_warnings(scene, stresses, safety, choice.has("large_displacement")) + _unreached(accuracy, error),
+        warnings=_warnings(scene, stresses, safety, choice.has("large_displacement")),
     )
     settings = {"angles": sampled.force.size, "stations": STATIONS, "tolerance": sampled.tolerance}
     return Outcome(
@@ -250,9 +250,3 @@ def _warnings(scene: Scene, stresses: Stresses | None, safety: float | None, lar
     if stresses is not None and stresses.deflection_ratio > SMALL_DISPLACEMENT_LIMIT and not large:
         out.append("V/l exceeds 0.15: the small-displacement theory may be wrong by more than 5 %")
     return tuple(out)
-
-
-def _unreached(wanted: float, estimated: float) -> tuple[str, ...]:
-    if estimated <= wanted:
-        return ()
-    return (f"the accuracy of {wanted:g} is not reached: the estimated error is {estimated:.1g}",)

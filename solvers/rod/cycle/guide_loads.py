@@ -23,7 +23,9 @@ from solvers.rod.piston.friction import power_at
 Array = NDArray[np.float64]
 
 _WIDE = 0.6
-_FINE, _COARSE = legendre.leggauss(16), legendre.leggauss(10)
+_FINE, _COARSE = legendre.leggauss(20), legendre.leggauss(14)
+_EIGHTHS = 0.125 * TURN * np.arange(8)
+"""The dead centres, and as many angles more as keep |v| close to a polynomial between them."""
 
 
 def guide_loads(sampled: SampledCycle, contact: bool) -> tuple[Extreme, Extreme, Extreme | None]:
@@ -54,7 +56,7 @@ def friction_power(sampled: SampledCycle) -> tuple[float, float]:
     first = sampled.panels.edges[0]
     mechanism = sampled.cycle.scene.mechanism
     steep = _steep(mechanism.crank_radius / mechanism.rod_length)
-    corners = np.concatenate([[0.0, 0.5 * TURN], steep, sampled.zeros(couple - side), sampled.zeros(couple + side)])
+    corners = np.concatenate([_EIGHTHS, steep, sampled.zeros(couple - side), sampled.zeros(couple + side)])
     corners = first + np.mod(corners - first, TURN)
     ends = np.unique(np.concatenate([sampled.panels.edges, corners]))
     both = np.stack([side, moment])

@@ -28,7 +28,7 @@ from solvers.rod.strip import buckling, shear
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 _WHOLE = periodic.grid(256)
-"""Angles of the mean of friction power: what they miss is the same for strips near each other, and exact checks tell it."""
+"""Of the mean of friction power: what they miss is the same for strips near each other, and checks tell it."""
 _STEP, _COARSE_STEP = 1e-5, 1e-4
 """Of forward differences in ln b, ln h, ln l: for closed forms, and where time meshes may change between strips."""
 _KEPT = 4

@@ -4,8 +4,8 @@
     P = P0 + sign(s) (4/pi) mu int |q_wall| ds                       friction opposes the piston
     psi = C S1(z) + D S2(z),  V' = psi/m - g D,  m = 1 + g q,  q_s = q/m,  g = EI/(kGA)
 
-(S_k: ``strip.beam_column``; shear: ``strip.shear``; the wall force: ``piston.skirt``.) An effect that a scene leaves out
-has the parameter that leaves its term out: no mass, no coupling, g = 0, mu = 0.
+(S_k: ``strip.beam_column``; shear: ``strip.shear``; the wall force: ``piston.skirt``.) An effect that a scene leaves
+out has the parameter that leaves its term out: no mass, no coupling, g = 0, mu = 0.
 
 Near buckling the friction force grows as 1/(P_cr + P), a convex function of P, so secants started from P0 fall short of
 the first solution and never pass it; where there is none, friction buckles the strip. At the dead centres the stroke,
@@ -26,17 +26,18 @@ from solvers.rod.piston.skirt import both_walls
 
 Array = NDArray[np.float64]
 
-ANGLE, FORCE, STROKE, COUPLING, CLAMP, SHEAR, HEAD, SOFTENING = range(8)
+ANGLE, FORCE, STROKE, COUPLING, CLAMP, SHEAR, HEAD, SOFTENING, SIDE, MOMENT = range(10)
 """Rows of a table of states, one column an angle: phi [rad], P [N], s [m], q_s [1/m^2], s C [1/m], s D [1/m^2], psi'(l)
-[1/m], m."""
+[1/m], m, T [N], M0 [N m]."""
 
-ROWS = 8
+ROWS = 10
 
 _SERIES_LIMIT = 1.0
 _C2 = tuple((-1.0) ** j / math.factorial(2 * j + 2) for j in range(11))
 _C3 = tuple((-1.0) ** j / math.factorial(2 * j + 3) for j in range(11))
 _MOST_SECANTS = 60
-_CLOSED = 4.0 * float(np.finfo(float).eps)
+_EPS = float(np.finfo(float).eps)
+_CLOSED = 4.0 * _EPS
 
 
 class Strip(NamedTuple):
@@ -144,3 +145,41 @@ def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None
         states[ANGLE, i], states[FORCE, i], states[STROKE, i] = angle[i], force, stroke
         states[COUPLING, i], states[SOFTENING, i] = q, m
         states[CLAMP, i], states[SHEAR, i], states[HEAD, i] = clamp * stroke, shear * stroke, head * stroke
+        states[SIDE, i] = -strip.stiffness * m * shear * stroke
+        states[MOMENT, i] = strip.stiffness * clamp * stroke
+
+
+@kernel
+def _both_walls_begin(drive: Drive, strip: Strip, angle: float) -> float:
+    """6 |M|/Lp - |T| per unit stroke and unit EI: the piston bears on both walls where it is positive."""
+    force = axial_force(drive, angle)
+    force = closed_force(strip, force, drive.crank_radius * math.sin(angle))
+    q = strip.couples / strip.stiffness * force
+    _, m, clamp, shear, _ = constants(q, strip.length, strip.rod_length, strip.compliance)
+    side = -m * shear
+    return strip.lever * abs(clamp + side * strip.offset) - abs(side)
+
+
+@kernel
+def friction_corners(drive: Drive, strip: Strip, angle: Array) -> Array:
+    """Angles [rad] between those given, rising, at which the piston begins or ceases to bear on both walls.
+
+    There alone the second derivative of the friction force jumps: where T or M change sign it is smooth.
+    """
+    found = [0.0 for _ in range(0)]
+    before = _both_walls_begin(drive, strip, angle[0])
+    for i in range(1, angle.size):
+        here = _both_walls_begin(drive, strip, angle[i])
+        if before * here < 0.0:
+            left, right, sign = angle[i - 1], angle[i], math.copysign(1.0, here)
+            while right - left > 4.0 * _EPS * max(abs(left), 1.0):
+                middle = 0.5 * (left + right)
+                if middle <= left or middle >= right:
+                    break
+                if _both_walls_begin(drive, strip, middle) * sign > 0.0:
+                    right = middle
+                else:
+                    left = middle
+            found.append(0.5 * (left + right))
+        before = here
+    return np.array(found)

@@ -14,7 +14,6 @@ import numpy as np
 
 from solvers.effects import EffectSelection
 from solvers.fatigue import FatigueCriterion
-from solvers.fatigue.kernels import diagram_of
 from solvers.numerics import periodic
 from solvers.outcome import Outcome
 from solvers.rod.check import RodCheck, check
@@ -30,7 +29,7 @@ from solvers.rod.strip import buckling, shear
 MEAN_ANGLES = 256
 """Of the mean of friction power: what they miss is the same for strips near each other, and exact checks tell it."""
 _STEP, _COARSE_STEP = 1e-5, 1e-4
-"""Of forward differences in ln b, ln h, ln l: for closed forms, and where a time mesh may change from strip to strip."""
+"""Of forward differences in ln b, ln h, ln l: of closed forms, and where a time mesh may change from strip to strip."""
 _KEPT = 4
 
 Watch = Callable[[], None]
@@ -88,7 +87,7 @@ class FullModel:
         """Where a strip's results peak; it must not buckle."""
         strip = self.strip(d)
         pushed = compression_peaks(strip.cycle.axial_force)
-        return peaks_of(strip, diagram_of(self.criterion), self.wanted)._replace(pushed=pushed)
+        return peaks_of(strip, self.criterion.diagram(), self.wanted)._replace(pushed=pushed)
 
     def following(self, peaks: Peaks) -> FullRows:
         """The rows of strips near the one with these peaks."""
@@ -144,7 +143,7 @@ class FullRows:
     def values(self, x: Array) -> Array:
         """All rows, shape (rows,)."""
         out = np.zeros(self.layout.size)
-        scene, diagram = self.model.scene, diagram_of(self.model.criterion)
+        scene, diagram = self.model.scene, self.model.criterion.diagram()
         strip = self.model.strip(dimensions_of(x, scene))
         d, piston = strip.dimensions, scene.piston
         out[rows.TAU], out[rows.LENGTH] = -math.log(d.b * d.h**3), math.log(d.l)

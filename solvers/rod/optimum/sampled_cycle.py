@@ -10,7 +10,7 @@ import numpy as np
 
 from solvers.crank import kinematics
 from solvers.fatigue import FatigueCriterion
-from solvers.fatigue.kernels import Diagram, diagram_of
+from solvers.fatigue.kernels import Diagram
 from solvers.numerics import periodic
 from solvers.rod.load.axial_force import Drive, axial_forces, drive_of, least_force
 from solvers.rod.optimum import peak_model
@@ -137,7 +137,7 @@ def sampled_cycle(scene: Scene, criterion: FatigueCriterion, mass: float) -> Sam
         drive=drive,
         modulus=scene.material.elastic_modulus,
         guide=np.array([piston.clamp_offset, piston.diameter, piston.skirt_length, piston.friction_coefficient]),
-        diagram=diagram_of(criterion),
+        diagram=criterion.diagram(),
         angle=angle,
         force=force,
         stroke=m.crank_radius * np.sin(angle),

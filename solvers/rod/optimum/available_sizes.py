@@ -99,7 +99,7 @@ def _improved(context: Context, best: Local, tried: set[tuple[float, ...]]) -> b
 def _expected(
     context: Context, strip: Dimensions, around: Dimensions, limits: Limits
 ) -> tuple[float, Dimensions] | None:
-    """The least ln objective that sizes may have by the corrected core, and its strip; None if surely inadmissible."""
+    """The least ln objective that sizes may have by the corrected core, and its strip; None if inadmissible."""
     doubt = _WRONG * float(np.max(np.abs(logarithms(strip) - logarithms(around))))
     loose = {row: limit + doubt for row, limit in limits.items()}
     found = polish(context.cycle, context.problem.objective, loose, _within(context, strip), strip)

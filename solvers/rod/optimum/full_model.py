@@ -17,19 +17,20 @@ from solvers.fatigue import FatigueCriterion
 from solvers.numerics import periodic
 from solvers.outcome import Outcome
 from solvers.rod.check import RodCheck, check
-from solvers.rod.cycle.composition import Array, Composition, Cycle, bending_stiffness
+from solvers.rod.cycle.composition import Array, Composition, Cycle
 from solvers.rod.optimum import rows
 from solvers.rod.optimum.peak_model import buckled_rows, sampled_rows
 from solvers.rod.optimum.peaks import Peaks, Wanted, compression_peaks, peaks_of
 from solvers.rod.optimum.rows import Layout
-from solvers.rod.piston import friction
+from solvers.rod.piston.friction import power_at
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling, shear
+from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
-MEAN_ANGLES = 256
-"""Of the mean of friction power: what they miss is the same for strips near each other, and exact checks tell it."""
+_WHOLE = periodic.grid(256)
+"""Angles of the mean of friction power: what they miss is alike for strips near each other, and exact checks tell it."""
 _STEP, _COARSE_STEP = 1e-5, 1e-4
-"""Of forward differences in ln b, ln h, ln l: of closed forms, and where a time mesh may change from strip to strip."""
+"""Of forward differences in ln b, ln h, ln l: for closed forms, and where time meshes may change between strips."""
 _KEPT = 4
 
 Watch = Callable[[], None]
@@ -119,7 +120,9 @@ class FullStrip:
 
     def friction_power(self) -> float:
         """The mean over equal steps of the turn [W]."""
-        return float(np.mean(friction.power(self.cycle, periodic.grid(MEAN_ANGLES))))
+        now = self.cycle.at(_WHOLE)
+        power = power_at(self.cycle.scene, _WHOLE, now.shape.side_force(), now.shape.clamp_moment())
+        return float(np.mean(power))
 
     @cached_property
     def critical(self) -> tuple[float, float]:
@@ -127,8 +130,8 @@ class FullStrip:
         d, scene, length = self.dimensions, self.cycle.scene, self.cycle.scene.mechanism.rod_length
         stiffness, plain = bending_stiffness(scene, d), float(buckling.critical_coupling(d.l, length))
         inside = plain
-        if isinstance(self.cycle.composition.beam, shear.ShearFlexible):
-            inside = shear.critical_coupling(d.l, length, stiffness / shear.shear_stiffness(scene, d))
+        if self.cycle.composition.beam.shears:
+            inside = shear.critical_coupling(d.l, length, stiffness / shear_stiffness(scene, d))
         return -stiffness * inside, -stiffness * plain * (d.b / d.h) ** 2
 
 

@@ -1,1 +1,0 @@
-"""Rivals of designs that want to win: local searches on the check itself."""

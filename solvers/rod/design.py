@@ -259,7 +259,10 @@ class _Design:
         told = certificate.full_certificate(
             p.objective, p.objective.read(result), proof, widened, influence, beyond, optimum, density
         )
-        short = optimum.local.gain + certificate.owed(dict.fromkeys(self.limits, context.task.guard), active)
+        # What is not worth another step, what the model still promises along the limits, and the distance from them.
+        short = max(optimum.local.gain, context.task.enough)
+        short += 0.0 if optimum.second_order is None else optimum.second_order.gain
+        short += certificate.owed(dict.fromkeys(self.limits, context.task.guard), active)
         estimated = best.outcome.accuracy.estimated + short
         if not math.isfinite(estimated):
             # All that is known is how far the answer may be from the bound.

@@ -89,8 +89,8 @@ def full_certificate(
     if optimum.conditions is not None:
         evidence["kkt_residual"] = optimum.conditions.kkt_residual
         evidence["free_directions"] = len(optimum.conditions.tangent)
-    if optimum.curvature is not None:
-        evidence["least_curvature"] = optimum.curvature
+    if optimum.second_order is not None and optimum.second_order.curvature is not None:
+        evidence["least_curvature"] = optimum.second_order.curvature
     evidence |= {"local_searches": optimum.starts, "local_optima": optimum.ends}
     if math.isfinite(optimum.local.gain):
         evidence["gain_still_promised"] = optimum.local.gain

@@ -49,7 +49,7 @@ ABOVE = {
     "solvers.crank": ("solvers.rod", "solvers.pin", "solvers.linkage"),
     "solvers.rod.scene": ("solvers.rod.check", "solvers.rod.design", "solvers.rod.effects"),
     "solvers.rod.effects": ("solvers.rod.check", "solvers.rod.design"),
-    "solvers.rod.check": ("solvers.rod.design", "solvers.rod.optimum.sampled_cycle"),
+    "solvers.rod.check": ("solvers.rod.design", "solvers.rod.optimum.core_cycle"),
     "solvers.pin.scene": ("solvers.pin.program", "solvers.pin.check", "solvers.pin.design", "solvers.pin.effects"),
     "solvers.pin.program": ("solvers.pin.check", "solvers.pin.design", "solvers.pin.effects", "solvers.pin.separable"),
     "solvers.pin.effects": ("solvers.pin.check", "solvers.pin.design"),

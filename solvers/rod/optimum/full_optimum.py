@@ -19,10 +19,10 @@ from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum import rows
 from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
+from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of
 from solvers.rod.optimum.local_search import Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
-from solvers.rod.optimum.sampled_cycle import SampledCycle
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 
@@ -65,7 +65,7 @@ class Context:
     """A problem with its core and its full model."""
 
     problem: RodProblem
-    cycle: SampledCycle
+    cycle: CoreCycle
     model: FullModel
     task: Task
     sizes: Sizes

@@ -277,8 +277,8 @@ class _Design:
         self, check: RodCheck, active: tuple[ActiveConstraint, ...], estimated: float, told: Certificate
     ) -> Outcome[RodDesign]:
         if self.out_of_time:
-            told_late = "the time budget ended the search: this is the best admissible strip found so far"
-            check = replace(check, warnings=(*check.warnings, told_late))
+            said = "the time budget ended the search: this is the best admissible strip found so far"
+            check = replace(check, warnings=(*check.warnings, said))
         return Outcome(
             Status.SUCCEEDED,
             RodDesign(check, self.problem.objective.name, active),

@@ -27,7 +27,7 @@ _GRID = TURN / 128 * np.arange(129)
 _WIDEST = TURN / 4
 _APART = 1e-9
 """Breaks closer than this [rad] are one."""
-_SMOOTH, _PIECES, _MANY = 16, 8, 5
+_SMOOTH, _PIECES, _MANY = 16, 8, 6
 """Points of a panel for a load of one piece, of some, of many."""
 _SOME, _MOST_SOME = 24, 256
 _MOST_PANELS = 6000

@@ -9,8 +9,7 @@ large_displacement  theta_3'' - q theta_3 - k_3 = f = -q theta^3/6 - k theta^2/2
 rod_inertia         ``rod_vibration``
 
 Extremes are taken from a grid and then from ever smaller windows around its best points; the friction power by Gauss'
-rule between the corners of the wall force. Judged results are good to some 1e-11. Validity: strips that do not buckle,
-sqrt(q) l up to about 12.
+rule between the corners of the wall force. Validity: strips that do not buckle, sqrt(q) l up to about 12.
 """
 
 from __future__ import annotations
@@ -59,9 +58,8 @@ def families(q: Array, z: Array) -> tuple[Array, Array, Array, Array]:
 
 @dataclass(frozen=True)
 class Bent:
-    """The strip at some angles, every field (angles,): P [N], s [m], q_s [1/m^2], m, C [1/m], D [1/m^2]; A and k_3 of
-    the large displacement; amplitudes of the moving strip (functions, angles) and its T [N] and M0 [N m] beyond the
-    still one's; T and M0 of all together."""
+    """The strip at some angles, every field (angles,): phi [rad], P [N], s [m], q_s [1/m^2], m, s C [1/m], s D [1/m^2];
+    A [1/m] and k_3 [1/m^2] of the large displacement; T [N] and M0 [N m] with all effects."""
 
     angle: Array
     force: Array
@@ -294,14 +292,16 @@ class RodModel:
         ends = np.unique(np.concatenate([np.arange(49) * TURN / 48, corners]))
         half = 0.5 * np.diff(ends)
         angle = (0.5 * (ends[1:] + ends[:-1])[:, None] + half[:, None] * _PANEL).ravel()
-        return float(half @ (self.power_at(self.bent(angle)).reshape(half.size, -1) @ _PANEL_WEIGHTS)) / TURN
+        bent = self.bent(angle)
+        power = self.power_at(angle, bent.side, bent.moment)
+        return float(half @ (power.reshape(half.size, -1) @ _PANEL_WEIGHTS)) / TURN
 
-    def power_at(self, bent: Bent) -> Array:
-        """Friction power [W] at the angles."""
-        m, angle = self.scene.mechanism, bent.angle
+    def power_at(self, angle: Array, side: Array, moment: Array) -> Array:
+        """Friction power [W] at the angles under T [N] and M0 [N m]."""
+        m = self.scene.mechanism
         ratio, sine = m.crank_radius / m.rod_length, np.sin(angle)
         speed = TURN * m.speed * m.crank_radius * sine * (1 + ratio * np.cos(angle) / np.sqrt(1 - (ratio * sine) ** 2))
-        wall = self.scene.piston.friction_coefficient * 4.0 / math.pi * self.wall(bent.side, bent.moment)
+        wall = self.scene.piston.friction_coefficient * 4.0 / math.pi * self.wall(side, moment)
         return wall * np.abs(speed)
 
     def corners(self, at: Callable[[Array], Bent]) -> Array:

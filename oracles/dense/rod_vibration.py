@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,9 +26,11 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 TURN = 2.0 * math.pi
 FUNCTIONS, STAGES = 18, 9
-LEAST_ELEMENTS, MOST_ELEMENTS = 96, 1000
-_FOLLOWED, _RADIANS = 2, 4.0
-"""Elements are so narrow that this mode turns by so many radians in one, as far as there are elements enough."""
+LEAST_ELEMENTS, MOST_ELEMENTS = 96, 1500
+_FOLLOWED, _RINGING, _RADIANS = 2, 4, 4.0
+"""Elements are so narrow that this mode, behind corners of the force that one, turns by so many radians in one, as far
+as there are elements enough."""
+_AT_ONCE = 50
 
 
 @dataclass(frozen=True)
@@ -120,41 +123,33 @@ def periodic_motion(
     corners = model.corners(model.still) if "friction_feedback" in model.effects else np.empty(0)
     if elements is None:
         mean = model.axial_force(np.arange(64) * TURN / 64).mean()
-        pace = eigh(
-            model.stiffness * np.eye(n) + mean * geometric[own, own], inertia[own, own], eigvals_only=True
-        )[_FOLLOWED - 1]
+        system = model.stiffness * np.eye(n) + mean * geometric[own, own]
+        pace = eigh(system, inertia[own, own], eigvals_only=True)[(_RINGING if corners.size else _FOLLOWED) - 1]
         elements = int(np.clip(TURN * math.sqrt(pace) / _RADIANS, LEAST_ELEMENTS, MOST_ELEMENTS))
     ends = np.unique(np.concatenate([[0.0], corners, [TURN]]))
     edges = np.unique(np.concatenate([
-        np.linspace(a, b, math.ceil(elements * (b - a) / TURN) + 1) for a, b in zip(ends[:-1], ends[1:], strict=True)
+        np.linspace(a, b, math.ceil(elements * (b - a) / TURN) + 1) for a, b in pairwise(ends)
     ]))  # fmt: skip
     c, once = radau(stages)
-    twice, points = once @ once, np.concatenate([[0.0], c])
+    points = np.concatenate([[0.0], c])
     width = np.diff(edges)
     angle = edges[:-1, None] + width[:, None] * points
     force = model.axial_force(angle.ravel()).reshape(angle.shape)
     stroke = model.stroke(angle)
 
-    # M y'' + K(phi) y = right at the points; the acceleration is the unknown.
-    stiff = model.stiffness * np.eye(n) + force[:, 1:, None, None] * geometric[own, own]
     right = stroke[:, 1:, None] * (inertia[own, n] - force[:, 1:, None] * geometric[own, n])
     if model.compliance:
         right -= _shear_forcing(model, angle, width, points, z, mass * shapes[:, own] * weights[:, None])
-    size = edges.size - 1
-    system = np.einsum("ij,eiab->eiajb", twice, stiff) * (width**2)[:, None, None, None, None]
-    system = system.reshape(size, stages * n, stages * n)
-    system += np.kron(np.eye(stages), inertia[own, own])
-    # Columns: unit y at the element's start, unit y' there, what drives it.
-    columns = np.zeros((size, stages, n, 2 * n + 1))
-    columns[..., :n] = -stiff
-    columns[..., n : 2 * n] = -stiff * (width[:, None] * c)[..., None, None]
-    columns[..., -1] = right
-    acceleration = np.linalg.solve(system, columns.reshape(size, stages * n, -1)).reshape(size, stages, n, -1)
-    moved = np.einsum("ij,ejab->eiab", twice, acceleration) * (width**2)[:, None, None, None]
-    moved[..., :n] += np.eye(n)
-    moved[..., n : 2 * n] += np.eye(n) * (width[:, None] * c)[..., None, None]
-    sped = np.einsum("j,ejab->eab", once[-1], acceleration) * width[:, None, None]
-    sped[..., n : 2 * n] += np.eye(n)
+    size, some = edges.size - 1, range(0, edges.size - 1, _AT_ONCE)
+    parts = [
+        _transfers(
+            c, once, width[i : i + _AT_ONCE], inertia[own, own],
+            model.stiffness * np.eye(n) + force[i : i + _AT_ONCE, 1:, None, None] * geometric[own, own],
+            right[i : i + _AT_ONCE],
+        )
+        for i in some
+    ]  # fmt: skip
+    moved, sped = (np.concatenate(part) for part in zip(*parts, strict=True))
     step = np.concatenate([moved[:, -1], sped], axis=1)
 
     closed = np.eye(2 * n + 1)[: 2 * n]
@@ -169,6 +164,25 @@ def periodic_motion(
         amplitudes[i, 0, :n], amplitudes[i, 1:, :n] = start[:n], moved[i] @ state
         start = step[i] @ state
     return PeriodicMotion(basis, edges, points, amplitudes)
+
+
+def _transfers(c: Array, once: Array, width: Array, mass: Array, stiff: Array, right: Array) -> tuple[Array, Array]:
+    """M y'' + K(phi) y = right on elements: y at the points and y' at the end by the start's y and y' and a column for
+    what drives it, (elements, points, functions, 2 functions + 1) and (elements, functions, 2 functions + 1)."""
+    (size, stages, n), twice = right.shape, once @ once
+    system = np.einsum("ij,eiab->eiajb", twice, stiff) * (width**2)[:, None, None, None, None]
+    system = system.reshape(size, stages * n, stages * n) + np.kron(np.eye(stages), mass)
+    columns = np.zeros((size, stages, n, 2 * n + 1))
+    columns[..., :n] = -stiff
+    columns[..., n : 2 * n] = -stiff * (width[:, None] * c)[..., None, None]
+    columns[..., -1] = right
+    acceleration = np.linalg.solve(system, columns.reshape(size, stages * n, -1)).reshape(columns.shape)
+    moved = np.einsum("ij,ejab->eiab", twice, acceleration) * (width**2)[:, None, None, None]
+    moved[..., :n] += np.eye(n)
+    moved[..., n : 2 * n] += np.eye(n) * (width[:, None] * c)[..., None, None]
+    sped = np.einsum("j,ejab->eab", once[-1], acceleration) * width[:, None, None]
+    sped[..., n : 2 * n] += np.eye(n)
+    return moved, sped
 
 
 def _shear_forcing(model: RodModel, angle: Array, width: Array, points: Array, z: Array, weighted: Array) -> Array:

@@ -58,7 +58,8 @@ def measure(
 ) -> list[Curve]:
     """Run all settings of all methods, case by case, so that a machine that slows down slows all of them alike.
 
-    The time of a case is the processor's, the least of ``repeats`` runs; of one where it takes over a tenth of a second.
+    The time of a case is the processor's, the least of ``repeats`` runs (one where a run takes over a tenth of a
+    second).
     """
     times = {(m.part, m.name, s): [] for m in methods for s in m.settings}
     errors = {key: [] for key in times}

@@ -13,7 +13,7 @@ from typing import Protocol
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.rod.cycle.composition import BeamColumn, Composition, PlainBending
-from solvers.rod.effect_bounds.situation import Situation, relative
+from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.piston import skirt
 from solvers.rod.piston.friction import FrictionFeedback
 from solvers.rod.scene import Dimensions, Scene

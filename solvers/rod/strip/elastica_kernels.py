@@ -242,3 +242,24 @@ def third_orders(
     for i in range(count):
         side[i], clamp[i] = third_order(q[i], shear[i], head, slope[i], tables, room, bend[i], rise[i])
     return bend, rise, side, clamp
+
+
+@kernel
+def third_orders_of(
+    states: Array, stiffness: float, l: float, head: float, couples: float, compliance: float, tables: Collocation
+) -> tuple[Array, Array, Array]:
+    """``third_order`` of a table of states (``cycle.state``): bend (n + 2, angles), Q_3 and theta_3'(0), (angles,)."""
+    n, count = tables.nodes.size - 1, states.shape[1]
+    bend, side, clamp = np.empty((n + 2, count)), np.empty(count), np.empty(count)
+    slope, bent, rise, room = np.empty(n + 1), np.empty(n + 2), np.empty(n + 2), np.empty((6, n + 3))
+    per_force = l * l / stiffness
+    for i in range(count):
+        # Rows of the table: P, q_s, s C, s D, psi'(l), m and T.
+        c, d, h, m = states[4, i], states[5, i], states[6, i], states[7, i]
+        linear_slope(states[3, i], c, d, h, l, tables.nodes, 1.0 / m, -compliance * d, slope)
+        side[i], clamp[i] = third_order(
+            couples * per_force * states[1, i], -per_force * states[8, i], head / l, slope, tables, room, bent, rise
+        )
+        for k in range(n + 2):
+            bend[k, i] = bent[k]
+    return bend, side, clamp

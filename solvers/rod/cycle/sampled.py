@@ -55,6 +55,7 @@ class SampledCycle:
 
     ``table`` has the rows of ``state`` and behind them those of ``field``'s series; ``side`` and ``moment`` hold T [N]
     and M0 [N m] with all corrections. ``error`` is what the panels leave, relative to the greatest of each quantity.
+    Where the strip ``buckles`` there is only the force, without what friction would add to it.
     """
 
     cycle: Cycle
@@ -64,11 +65,18 @@ class SampledCycle:
     side: Array
     moment: Array
     error: float
+    buckles: bool
 
     @staticmethod
     def of(cycle: Cycle, tolerance: float) -> SampledCycle:
         """Sample a cycle so that its quantities are known to ``tolerance`` of their greatest magnitudes."""
-        sampler = _Sampler(cycle, strip_of(cycle))
+        strip = strip_of(cycle)
+        buckles = bool(strip.couples) and _buckles(cycle.drive, strip)
+        if buckles:
+            # Nothing but the force has a meaning there.
+            cycle = cycle.without_feedback()
+            strip = strip_of(cycle)
+        sampler = _Sampler(cycle, strip)
         edges = panel_edges(cycle.drive, sampler.strip, cycle.scene.load.sharp_angles())
         panels, rows, error = resolve(sampler, edges, _rule(edges.size - 1), _CHECKED, tolerance, _MOST_PANELS)
         states = rows[_CHECKED : _CHECKED + ROWS]
@@ -87,7 +95,7 @@ class SampledCycle:
             bending=0.5 * cycle.scene.material.elastic_modulus * d.h,
             inclined=sampler.inclined,
         )
-        return SampledCycle(cycle, tolerance, panels, field, rows[1], rows[2], error)
+        return SampledCycle(cycle, tolerance, panels, field, rows[1], rows[2], error, buckles)
 
     @property
     def force(self) -> Array:
@@ -114,7 +122,7 @@ class _Sampler:
 
     def __init__(self, cycle: Cycle, strip: Strip) -> None:
         self.strip, self._cycle = strip, cycle
-        self._corrections = tuple(c.series_of(cycle) for c in cycle.composition.corrections)
+        self._corrections = cycle.refinements
         self.bent_terms = max((c.bent_terms for c in self._corrections), default=0)
         self.sunk_terms = max((c.sunk_terms for c in self._corrections), default=0)
         self.inclined = any(c.inclines for c in self._corrections)
@@ -153,6 +161,13 @@ def strip_of(cycle: Cycle) -> Strip:
         offset=piston.clamp_offset,
         buckled=-2.0 * critical,
     )
+
+
+def _buckles(drive: Drive, strip: Strip) -> bool:
+    """Whether an even sample of the turn, friction included, goes beyond the critical load."""
+    states = np.empty((ROWS, _GRID.size))
+    fill_states(drive, strip, _GRID, states)
+    return float(states[FORCE].min()) <= 0.5 * strip.buckled
 
 
 def panel_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:

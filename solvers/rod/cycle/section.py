@@ -6,19 +6,20 @@ At the section z, with kappa = psi' and the corrections' series added to it,
 
 Along the strip every station whose severity, or the parabola through it and its neighbours, leaves room for the
 greatest one starts a bracket, on both fibres: the clamp and the bulge inside the span compete, and at the best strips
-they are equal. A round looks at five sections of a bracket (``solvers.numerics.brackets``); at each of them the extremes
-over the turn are those of polynomials (``solvers.numerics.panels``).
+they are equal. A round looks at five sections of a bracket (``solvers.numerics.brackets``); at each of them the
+extremes over the turn are those of polynomials (``solvers.numerics.panels``).
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.fatigue.kernels import utilisation_of
+from solvers.fatigue.kernels import Diagram, utilisation_of
 from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest
@@ -29,6 +30,10 @@ Array = NDArray[np.float64]
 
 UPPER, LOWER, SUNK = range(3)
 """Layers: the fibre at +h/2, the one at -h/2, the deflection."""
+FIBRES, DEFLECTION = (UPPER, LOWER + 1), (SUNK, SUNK + 1)
+"""First layer and the one behind the last."""
+STATIONS = 25
+"""At which a strip is looked at first."""
 
 VALUE, ERROR, LAYER, SECTION, HIGH, LOW, HIGH_ANGLE, LOW_ANGLE, MOVED = range(9)
 """Columns of a table of peaks: severity and its error, layer, section z [m], the greatest and least value over the turn
@@ -40,6 +45,26 @@ _POWERS = np.vander(_STEPS, 5, increasing=True)
 _QUARTIC = np.ascontiguousarray(np.linalg.pinv(_POWERS))
 _WIDEST, _NARROWEST = 2e-3, 1e-6
 _NEWTON_STEPS = 20
+_NEARLY = 1e-6
+"""How far below the greatest a peak may lie that is climbed to its end."""
+
+
+@dataclass(frozen=True)
+class Worst:
+    """Where a severity is greatest: value and absolute error, layer, section [m], the greatest and the least value over
+    the turn there, and how far amplitude or mean of these may be off."""
+
+    value: float
+    error: float
+    layer: int
+    section: float
+    high: float
+    low: float
+    extremes_error: float
+
+    @property
+    def relative_error(self) -> float:
+        return self.error / abs(self.value) if self.value else 0.0
 
 
 class Field(NamedTuple):
@@ -65,6 +90,20 @@ class Field(NamedTuple):
     direct: float
     bending: float
     inclined: bool
+
+
+def worst(
+    field: Field, table: Array, layers: tuple[int, int], severity: Diagram, tolerance: float, located: bool = False
+) -> Worst:
+    """Where a severity of some layers is greatest along the strip, from a ``station_table``."""
+    found = peaks(field, table, *layers, *severity, _NEARLY, tolerance, located)
+    best = found[int(found[:, VALUE].argmax())]
+    # A lower peak matters as far as its own error lets it reach above the highest.
+    error = max(float(np.max(found[:, VALUE] + found[:, ERROR]) - best[VALUE]), float(best[ERROR]))
+    return Worst(
+        float(best[VALUE]), error, int(best[LAYER]), float(best[SECTION]), float(best[HIGH]), float(best[LOW]),
+        float(best[MOVED]),
+    )  # fmt: skip
 
 
 @kernel

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, STROKE
-from solvers.rod.strip.elastica_kernels import Collocation, bent_by
+from solvers.rod.strip.elastica_kernels import Collocation, bent_by, scratch
 
 Array = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ _LEAST_SINE = 1e-3
 def quasi_static(states: Array, per_force: float, head: float, tables: Collocation) -> Array:
     """Legendre coefficients of V over the strip's length at all angles, (angles, NODES + 2)."""
     n, count = NODES, states.shape[1]
-    room, none, bend, out = np.empty((4, n + 3)), np.zeros(n), np.empty(n + 2), np.empty((count, n + 2))
+    room, none, bend, out = scratch(n), np.zeros(n), np.empty(n + 2), np.empty((count, n + 2))
     for i in range(count):
         bent_by(per_force * states[FORCE, i], head, states[STROKE, i], 0.0, none, none, tables, room, bend, out[i])
     return out
@@ -54,7 +54,7 @@ def first_iterate(
     ``inertia`` rho A omega^2 l^4/EI.
     """
     n = NODES
-    room, load, none = np.empty((4, n + 3)), np.zeros(n), np.zeros(n)
+    room, load, none = scratch(n), np.zeros(n), np.zeros(n)
     out, shape = np.empty((n + 4, count)), np.zeros(n + 2)
     bend, sunk, moved = np.empty(n + 2), np.empty(n + 2), np.empty(n + 2)
     scale, greatest, where = inertia * (count / _TURN) ** 2, -1.0, 0

@@ -19,9 +19,9 @@ from solvers.rod.effect_bounds.main_results import SIDE as MOST_SIDE
 from solvers.rod.effect_bounds.main_results import Judged, Section, Skirt, change, judge
 from solvers.rod.effect_bounds.ringing_bound import left_ringing, pieces_of
 from solvers.rod.load.axial_force import Drive, drive_of
-from solvers.rod.optimum.proof.intervals import critical_parameter
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip.elastica_kernels import collocation, nodes_for, third_orders_of
+from solvers.rod.strip.buckling import log_critical_parameter
+from solvers.rod.strip.elastica_kernels import collocation
 from solvers.rod.strip.shear import shear_stiffness
 from solvers.rod.vibration.natural_frequencies import natural_frequency
 
@@ -123,7 +123,7 @@ class Situation:
 
     @cached_property
     def _critical_in_plane(self) -> float:
-        ln_u, _ = critical_parameter(self.dimensions.l, self.scene.mechanism.rod_length)
+        ln_u, _ = log_critical_parameter(self.dimensions.l, self.scene.mechanism.rod_length)
         return self.stiffness * (math.exp(ln_u) / self.scene.mechanism.rod_length) ** 2
 
     @cached_property

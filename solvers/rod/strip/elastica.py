@@ -25,8 +25,23 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike
 
+from solvers.numerics.jit import kernel
+from solvers.numerics.periodic import grid
 from solvers.rod.cycle.composition import Array, Cycle, Shape, bending_stiffness
-from solvers.rod.strip.elastica_kernels import at_stations, collocation, nodes_for, third_orders
+from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SIDE, SOFTENING
+from solvers.rod.strip.elastica_kernels import (
+    Collocation,
+    at_stations,
+    collocation,
+    linear_slope,
+    nodes_for,
+    scratch,
+    third_order,
+    third_orders,
+)
+from solvers.rod.strip.shear import shear_stiffness
+
+_FEW = grid(64)
 
 
 @dataclass(frozen=True)
@@ -74,11 +89,17 @@ class LargeDisplacement:
     """Adds the third-order correction to whatever linear shape it is given."""
 
     def prepare(self, cycle: Cycle) -> ElasticaExpansion:
+        stiffness = bending_stiffness(cycle.scene, cycle.dimensions)
+        beam = cycle.composition.beam
+        couples = beam.couples
+        q = couples * cycle.axial_force(_FEW) * cycle.dimensions.l**2 / stiffness
         return ElasticaExpansion(
-            stiffness=bending_stiffness(cycle.scene, cycle.dimensions),
+            stiffness=stiffness,
             length=cycle.dimensions.l,
             head=cycle.scene.mechanism.rod_length - cycle.dimensions.l,
-            couples=cycle.composition.beam.couples,
+            couples=couples,
+            compliance=stiffness / shear_stiffness(cycle.scene, cycle.dimensions) if beam.shears else 0.0,
+            nodes=nodes_for(float(q.min()), float(q.max())),
         )
 
 
@@ -93,8 +114,39 @@ class ElasticaExpansion:
     length: float
     head: float
     couples: float
+    compliance: float
+    nodes: int
     error: float = 0.0
     lasting_error: float = 0.0
+    inclines = True
+
+    @property
+    def bent_terms(self) -> int:
+        """Legendre coefficients of V''."""
+        return self.nodes + 2
+
+    @property
+    def sunk_terms(self) -> int:
+        """Legendre coefficients of V."""
+        return self.nodes + 2
+
+    def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
+        """Add the correction to the series of V'' and V at the states' angles; what it adds to T [N] and M0 [N m]."""
+        side, moment = np.empty(states.shape[1]), np.empty(states.shape[1])
+        _add(
+            states,
+            self.stiffness,
+            self.length,
+            self.head,
+            self.couples,
+            self.compliance,
+            collocation(self.nodes),
+            bent,
+            sunk,
+            side,
+            moment,
+        )
+        return side, moment
 
     def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
         per_force = self.length**2 / self.stiffness
@@ -105,3 +157,28 @@ class ElasticaExpansion:
             q, shape.side_force() * -per_force, self.head / self.length, turn, tables
         )
         return CorrectedShape(shape, self.length, self.stiffness, bend, rise, shear, clamp)
+
+
+@kernel
+def _add(
+    states: Array, stiffness: float, l: float, head: float, couples: float, compliance: float,
+    tables: Collocation, bent: Array, sunk: Array, side: Array, moment: Array,
+) -> None:  # fmt: skip
+    """``ElasticaExpansion.add`` on arrays."""
+    n, per_force = tables.nodes.size - 1, l * l / stiffness
+    slope, room, bend, rise = np.empty(n + 1), scratch(n), np.empty(n + 2), np.empty(n + 2)
+    for i in range(states.shape[1]):
+        m = states[SOFTENING, i]
+        sheared = -compliance * states[SHEAR, i]
+        linear_slope(
+            states[COUPLING, i], states[CLAMP, i], states[SHEAR, i], states[HEAD, i], l, tables.nodes, 1.0 / m, sheared,
+            slope,
+        )  # fmt: skip
+        q = couples * states[FORCE, i] * per_force
+        third_side, third_clamp = third_order(
+            q, -states[SIDE, i] * per_force, head / l, slope, tables, room, bend, rise
+        )
+        for k in range(n + 2):
+            bent[k, i] += bend[k] / l
+            sunk[k, i] += rise[k] * l
+        side[i], moment[i] = -third_side / per_force, stiffness / l * third_clamp

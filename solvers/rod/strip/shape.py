@@ -3,9 +3,9 @@
     psi' = C S0 + D S1,  psi = C S1 + D S2,  V' = psi/m - g D,  V = (C S2 + D S3)/m - g D z
 
 (``strip.beam_column``, ``strip.shear``). Up to q z^2 = 4 the S_k come from series alone, of a quarter of the argument
-and doubled once, which the processor takes several angles at a time. Beyond, in tension, a decaying solution built up from the clamp would be the small difference
-of two growing ones; there psi' comes from its values at the two ends, where both parts decay inward, and psi and V from
-the equation itself, q V'' = V'''', integrated.
+and doubled once, which the processor takes several angles at a time. Beyond, in tension, a decaying solution built up
+from the clamp would be the small difference of two growing ones; there psi' comes from its values at the two ends,
+where both parts decay inward, and psi and V from the equation itself, q V'' = V'''', integrated.
 """
 
 from __future__ import annotations

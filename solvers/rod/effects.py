@@ -7,18 +7,17 @@ effect out is known to be harmless by proof, the docstring says so.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Protocol
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.rod.cycle.composition import BeamColumn, Composition, PlainBending
+from solvers.rod.effect_bounds import first_order
 from solvers.rod.effect_bounds.situation import Situation
-from solvers.rod.piston import skirt
 from solvers.rod.piston.friction import FrictionFeedback
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.elastica import LargeDisplacement
-from solvers.rod.strip.shear import ShearFlexible, shear_stiffness
+from solvers.rod.strip.shear import ShearFlexible
 from solvers.rod.vibration.steady_response import RodInertia
 
 
@@ -41,7 +40,7 @@ class ReciprocatingInertia:
     measure: str = "m_j r omega^2 (1 + lambda) / least extreme of the gas force, and its own stress"
 
     def influence(self, situation: Situation) -> float:
-        return situation.by_force(situation.inertia_force)
+        return first_order.reciprocating_inertia(situation)
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, moving=(*composition.moving, self))
@@ -63,15 +62,7 @@ class BeamColumnEffect:
     measure: str = "greatest change of V''(0), V'''(0), V''(l) between the extreme forces and none"
 
     def influence(self, situation: Situation) -> float:
-        if not math.isfinite(situation.amplification):
-            return math.inf
-        found, changes = situation.reactions, []
-        for *loaded, unloaded in zip(found.at_least, found.at_most, found.unloaded, strict=True):
-            if unloaded != 0:
-                for v in loaded:
-                    bound = relative(abs(v - unloaded), max(abs(v), abs(unloaded)))
-                    changes.append(bound if math.isfinite(bound) else 1.0 + abs(v / unloaded - 1.0))
-        return max(changes)
+        return first_order.beam_column(situation)
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, beam=BeamColumn())
@@ -102,7 +93,7 @@ class RodInertiaEffect:
     )
 
     def influence(self, situation: Situation) -> float:
-        return situation.vibration
+        return first_order.rod_inertia(situation)
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, corrections=(*composition.corrections, RodInertia()))
@@ -115,8 +106,7 @@ class LargeDisplacementEffect:
     measure: str = "1.5 (r/l)^2, amplified near buckling, by friction and inertia, and where the reactions are small"
 
     def influence(self, situation: Situation) -> float:
-        slope = situation.scene.mechanism.crank_radius / situation.dimensions.l
-        return 1.5 * slope**2 * situation.sensitivity * situation.weakness
+        return first_order.large_displacement(situation)
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, corrections=(LargeDisplacement(), *composition.corrections))
@@ -129,11 +119,7 @@ class ShearEffect:
     measure: str = "24 EI/(kGA l^2), amplified near buckling, by friction and inertia, and where reactions are small"
 
     def influence(self, situation: Situation) -> float:
-        stiffness = shear_stiffness(situation.scene, situation.dimensions)
-        # Under strong tension bending lives in a layer of the width 1/sqrt(q) beside the clamp.
-        tension = max(situation.extremes[1] / situation.stiffness, 0.0)
-        share = situation.stiffness / stiffness * (1.0 / situation.dimensions.l**2 + tension / 40.0)
-        return 24.0 * share * situation.sensitivity * situation.weakness
+        return first_order.shear(situation)
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, beam=ShearFlexible(composition.beam))
@@ -146,17 +132,7 @@ class FrictionFeedbackEffect:
     measure: str = "greatest friction force of the plain cycle / least extreme of the gas force, and its own stress"
 
     def influence(self, situation: Situation) -> float:
-        if not math.isfinite(situation.amplification):
-            return math.inf
-        piston, found = situation.scene.piston, situation.reactions
-        stroke = situation.stiffness * situation.scene.mechanism.crank_radius
-        walls = []
-        for clamp, shear, _ in (found.at_least, found.at_most, found.unloaded):
-            side, moment = -stroke * shear, stroke * clamp
-            couple = 6.0 * abs(moment + side * piston.clamp_offset) / piston.skirt_length
-            walls.append(skirt.both_walls(abs(side), couple))
-        friction = piston.friction_coefficient * (4.0 / math.pi) * max(walls)
-        return situation.by_force(friction)
+        return first_order.friction_feedback(situation)
 
     def join(self, composition: Composition) -> Composition:
         return _with(composition, feedback=FrictionFeedback())

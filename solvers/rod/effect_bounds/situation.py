@@ -1,35 +1,50 @@
-"""A scene with its strip as the influences of effects see it: turns sampled in closed form, with and without each."""
+"""A scene with its strip as the influences of effects see it: one turn with every effect in closed form, and what is
+needed to take one away."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.fatigue import serensen
-from solvers.fatigue.kernels import Diagram, diagram_of
 from solvers.numerics.periodic import TURN, grid
-from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, STROKE, Strip, constants, fill_states
-from solvers.rod.effect_bounds.inertia import NODES, corner_ringing, first_iterate, own_motion, quasi_static, share_of
-from solvers.rod.effect_bounds.main_results import MOMENT as MOST_MOMENT
-from solvers.rod.effect_bounds.main_results import SIDE as MOST_SIDE
-from solvers.rod.effect_bounds.main_results import Judged, Section, Skirt, change, judge
-from solvers.rod.effect_bounds.ringing_bound import left_ringing, pieces_of
-from solvers.rod.load.axial_force import Drive, drive_of
+from solvers.rod.cycle.state import MOMENT, Strip
+from solvers.rod.effect_bounds.inertia import Motion, motion_of
+from solvers.rod.effect_bounds.main_results import Judged, Judging, change_without, sampled_turn
+from solvers.rod.load.axial_force import Drive, axial_forces, drive_of
+from solvers.rod.load.gas import sharpest
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import log_critical_parameter
-from solvers.rod.strip.elastica_kernels import collocation
-from solvers.rod.strip.shear import shear_stiffness
+from solvers.rod.strip.shear import critical_coupling, shear_stiffness
 from solvers.rod.vibration.natural_frequencies import natural_frequency
 
 Array = NDArray[np.float64]
 
-EVEN = 128
-FASTEST = 40.0
-_NO_SERIES = np.empty((0, 0))
+_EVEN, _MOST_EVEN = 128, 1024
+"""Even angles, as many times more as it takes to resolve the clamp moment."""
+
+_BENT = 0.06
+"""Second difference of the clamp moment at even angles, as a share of its greatest, up to which they resolve it."""
+
+_FEW, _MANY = 32, 256
+"""Pieces of a load up to which each is sampled inside as well, and up to which all of their ends are."""
+
+_APART = 1e-6
+
+
+class Sampling(NamedTuple):
+    """Crank angles [rad], the first ``even`` of them even; indices that put them in rising order; |dx/dphi| [m] at them
+    times each one's share of the turn."""
+
+    angle: Array
+    even: int
+    order: NDArray[np.intp]
+    travel: Array
 
 
 @dataclass(frozen=True)
@@ -37,6 +52,7 @@ class Driven:
     """A scene's turn as every strip in it feels it, sampled once."""
 
     scene: Scene
+    _samplings: dict[int, Sampling] = field(default_factory=dict, repr=False, compare=False)
 
     @cached_property
     def drive(self) -> Drive:
@@ -45,58 +61,54 @@ class Driven:
 
     @cached_property
     def sharp(self) -> Array:
-        return self.scene.load.sharp_angles()
+        """Angles [rad] where the load is sharp, with three between the ends of each piece where there are few."""
+        sharp = self.scene.load.sharp_angles()
+        if not sharp.size:
+            return sharp
+        ends = np.unique(np.mod(sharp, TURN))
+        if ends.size > _MANY:
+            ends = sharpest(ends, axial_forces(self.drive, ends), _MANY)
+        if ends.size > _FEW:
+            return ends
+        width = np.diff(ends, append=ends[0] + TURN)
+        return np.mod((ends[:, None] + width[:, None] * np.arange(4) / 4).ravel(), TURN)
 
-    @cached_property
-    def angles(self) -> Array:
-        """Even angles, then those where the load is sharp [rad]."""
-        return _told_apart(grid(EVEN), self.sharp)
+    def sampling(self, even: int) -> Sampling:
+        """So many even angles, and behind them the sharp ones."""
+        if even not in self._samplings:
+            step = TURN / even
+            beside = np.mod(self.sharp + 0.5 * step, step) - 0.5 * step
+            angle = np.concatenate([grid(even), self.sharp[np.abs(beside) > _APART]])
+            order = np.argsort(angle)
+            self._samplings[even] = Sampling(angle, even, order, self._travel(angle, order))
+        return self._samplings[even]
 
-    @cached_property
-    def speeds(self) -> Array:
-        """|dx/dphi| [m] at the angles, times each one's share of the turn."""
-        m, angle = self.scene.mechanism, np.mod(self.angles, TURN)
-        order = np.argsort(angle)
-        rising = angle[order]
-        width = np.empty(angle.size)
+    def _travel(self, angle: Array, order: NDArray[np.intp]) -> Array:
+        m, rising, width = self.scene.mechanism, angle[order], np.empty(order.size)
         width[order] = 0.5 * (np.append(rising[1:], rising[0] + TURN) - np.append(rising[-1] - TURN, rising[:-1]))
         sine, ratio = np.sin(angle), m.crank_radius / m.rod_length
         lean = np.sqrt((1.0 - ratio * sine) * (1.0 + ratio * sine))
         return np.abs(m.crank_radius * sine * (1.0 + ratio * np.cos(angle) / lean)) * width / TURN
 
-    @cached_property
-    def order(self) -> NDArray[np.intp]:
-        """Indices that put the angles in rising order."""
-        return np.argsort(np.mod(self.angles, TURN))
 
-    @cached_property
-    def rising(self) -> Array:
-        return np.mod(self.angles, TURN)[self.order]
+class Turn(NamedTuple):
+    """A sampled turn: its strip, what results are made with, the states (``cycle.state``), and the main results."""
 
-    @cached_property
-    def diagram(self) -> Diagram:
-        return diagram_of(serensen(self.scene.material))
-
-
-def _told_apart(even: Array, sharp: Array) -> Array:
-    """Even angles, and behind them sharp ones and what divides the pieces between these, none twice."""
-    if not sharp.size:
-        return even
-    ends = np.unique(np.mod(sharp, TURN))
-    ends = np.append(ends, ends[0] + TURN)
-    if ends.size <= 33:
-        ends = (ends[:-1, None] + np.diff(ends)[:, None] * np.arange(4) / 4).ravel()
-    more = np.mod(ends, TURN)
-    gap = np.mod(more, TURN / EVEN)
-    return np.concatenate([even, more[np.minimum(gap, TURN / EVEN - gap) > 1e-6]])
+    sampling: Sampling
+    strip: Strip
+    judging: Judging
+    states: Array
+    judged: Judged
 
 
 @dataclass(frozen=True)
 class Situation:
-    """A scene with its strip; turns are sampled when they are asked for."""
+    """A scene with its strip; what is derived from them is found when it is first asked for."""
 
     driven: Driven
     dimensions: Dimensions
+    known: dict[str, float] = field(default_factory=dict, repr=False, compare=False)
+    """Influences that others need."""
 
     @staticmethod
     def of(scene: Scene, dimensions: Dimensions) -> Situation:
@@ -115,181 +127,117 @@ class Situation:
         """EI [N m^2]."""
         return self.scene.material.elastic_modulus * self.dimensions.b * self.dimensions.h**3 / 12.0
 
-    @cached_property
-    def critical(self) -> float:
-        """P_cr [N] about the weaker axis, rigid in shear."""
-        d = self.dimensions
-        return self._critical_in_plane * min(1.0, (d.b / d.h) ** 2)
+    @property
+    def compliance(self) -> float:
+        """g = EI/(kGA) [m^2]."""
+        return self.stiffness / shear_stiffness(self.scene, self.dimensions)
 
     @cached_property
-    def _critical_in_plane(self) -> float:
-        ln_u, _ = log_critical_parameter(self.dimensions.l, self.scene.mechanism.rod_length)
-        return self.stiffness * (math.exp(ln_u) / self.scene.mechanism.rod_length) ** 2
+    def in_plane(self) -> float:
+        """P_cr [N] of bending in the crank's plane, rigid in shear."""
+        length = self.scene.mechanism.rod_length
+        return self.stiffness * (math.exp(log_critical_parameter(self.dimensions.l, length)[0]) / length) ** 2
+
+    @property
+    def critical(self) -> float:
+        """P_cr [N] about the weaker axis, rigid in shear."""
+        return self.in_plane * min(1.0, (self.dimensions.b / self.dimensions.h) ** 2)
 
     @cached_property
     def critical_with_shear(self) -> float:
         """P_cr [N] about the weaker axis, bending in the crank's plane with shear."""
-        compliance = self._compliance
-        rigid = -self._critical_in_plane / self.stiffness
-        length = self.dimensions.l, self.scene.mechanism.rod_length
-
-        def left(q: float) -> float:
-            return 1.0 / constants(q, *length, compliance)[2]
-
-        before, here = 0.95 * rigid / (1.0 - compliance * rigid), rigid / (1.0 - compliance * rigid)
-        value = left(before)
-        for _ in range(4):
-            value_here = left(here)
-            if value_here == value:
-                break
-            before, here, value = here, here - value_here * (here - before) / (value_here - value), value_here
-        return min(self.critical, -here * self.stiffness)
-
-    @property
-    def _compliance(self) -> float:
-        return self.stiffness / shear_stiffness(self.scene, self.dimensions)
+        length = self.scene.mechanism.rod_length
+        return min(self.critical, -self.stiffness * critical_coupling(self.dimensions.l, length, self.compliance))
 
     @cached_property
+    def gas_and_inertia(self) -> Array:
+        """The axial force [N] without friction at the sampled angles."""
+        return axial_forces(self.driven.drive, self.driven.sampling(_EVEN).angle)
+
+    @property
     def compression(self) -> float:
-        """The greatest compression [N] of gas and inertia at the sampled angles."""
-        from solvers.rod.load.axial_force import axial_forces
+        """The greatest compression [N] without friction."""
+        return max(-float(self.gas_and_inertia.min()), 0.0)
 
-        return max(-float(axial_forces(self.driven.drive, self.driven.angles).min()), 0.0)
-
-    def strip(self, couples: float = 1.0, shears: bool = True, rubs: bool = True) -> Strip:
+    @cached_property
+    def strip(self) -> Strip:
+        """The strip with every effect in closed form: coupling, shear, friction that acts back."""
         piston = self.scene.piston
         return Strip(
             stiffness=self.stiffness,
             length=self.dimensions.l,
             rod_length=self.scene.mechanism.rod_length,
-            couples=couples,
-            compliance=self._compliance if shears else 0.0,
-            friction=4.0 / math.pi * piston.friction_coefficient if rubs else 0.0,
+            couples=1.0,
+            compliance=self.compliance,
+            friction=4.0 / math.pi * piston.friction_coefficient,
             lever=6.0 / piston.skirt_length,
             offset=piston.clamp_offset,
             buckled=-2.0 * self.critical,
         )
 
-    def sampled(self, strip: Strip, drive: Drive | None = None) -> Array:
-        states = np.empty((ROWS, self.driven.angles.size))
-        fill_states(drive or self.driven.drive, strip, self.driven.angles, states)
-        return states
+    @cached_property
+    def turn(self) -> Turn:
+        """The turn with every effect in closed form."""
+        return self._resolved(self.driven.drive, self.strip)
 
     @cached_property
-    def section(self) -> Section:
-        d, e = self.dimensions, self.scene.material.elastic_modulus
-        return Section(1.0 / (d.b * d.h), 0.5 * e * d.h, *self.driven.diagram)
+    def upright(self) -> Turn | None:
+        """The turn, or where the strip buckles in it one without friction, or without inertia too: what corrections of
+        the shape are judged by. None where it buckles under the gas alone."""
+        if self.stands:
+            return self.turn
+        rubless = self.strip._replace(friction=0.0)
+        for drive in (self.driven.drive, drive_of(self.scene, 0.0)):
+            turn = self._resolved(drive, rubless)
+            if turn.judged.stands:
+                return turn
+        return None
 
-    def judged(self, states: Array, strip: Strip) -> Judged:
-        return self._judged(states, strip, states[SIDE], states[MOMENT], _NO_SERIES, False)
+    def _resolved(self, drive: Drive, strip: Strip) -> Turn:
+        sharp, even = self.driven.sharp.size > 0, _EVEN
+        while True:
+            turn = self._turn(self.driven.sampling(even), drive, strip)
+            if sharp or not turn.judged.stands or even >= _MOST_EVEN:
+                return turn
+            moment = turn.states[MOMENT, :even]
+            bent = float(np.abs(moment[:-2] - 2.0 * moment[1:-1] + moment[2:]).max()) / float(np.abs(moment).max())
+            if not bent > _BENT:
+                return turn
+            even *= 2 if bent <= 4.0 * _BENT else 4
 
-    def _judged(
-        self, states: Array, strip: Strip, side: Array, moment: Array, series: Array, inclined: bool, count: int = 0
-    ) -> Judged:
-        piston = self.scene.piston
-        skirt = Skirt(6.0 / piston.skirt_length, piston.clamp_offset)
-        return judge(
-            *(states, side, moment, series, inclined, self.dimensions.l, strip.compliance),
-            *(skirt, self.section, self.driven.speeds[: states.shape[1]]),
+    def _turn(self, sampling: Sampling, drive: Drive, strip: Strip) -> Turn:
+        d, piston, material = self.dimensions, self.scene.piston, self.scene.material
+        judging = Judging(
+            sampling.angle,
+            sampling.travel,
+            6.0 / piston.skirt_length,
+            piston.clamp_offset,
+            4.0 / math.pi * piston.friction_coefficient,
+            1.0 / (d.b * d.h),
+            0.5 * material.elastic_modulus * d.h,
+            *serensen(material).diagram(),
+            self.in_plane,
         )
+        return Turn(sampling, strip, judging, *sampled_turn(judging, drive, strip, self.critical_with_shear))
 
-    @cached_property
-    def full_strip(self) -> Strip:
-        return self.strip()
-
-    @cached_property
-    def full(self) -> Array:
-        return self.sampled(self.full_strip)
-
-    @cached_property
-    def full_judged(self) -> Judged:
-        return self.judged(self.full, self.full_strip)
-
-    @cached_property
+    @property
     def stands(self) -> bool:
-        return bool(self.full[FORCE].min() > -min(self.critical_with_shear, self.critical))
+        return self.turn.judged.stands > 0.0
 
-    def without(self, strip: Strip, drive: Drive | None = None, critical: float | None = None) -> float:
-        """The change of the main results where the turn is that of another strip or drive."""
-        if not self.stands:
-            return math.inf
-        critical = critical or self.critical_with_shear
-        states = self.sampled(strip, drive)
-        if states[FORCE].min() <= -critical:
-            return math.inf
-        return change(self.judged(states, strip), self.full_judged, self.critical_with_shear, critical)
-
-    def large_displacement(self) -> float:
-        if not self.stands:
-            return math.inf
-        states, strip, l = self.full, self.full_strip, self.dimensions.l
-        per_force = l * l / self.stiffness
-        force = states[FORCE] * per_force
-        tables = collocation(nodes_for(float(force.min()), float(force.max())))
-        head = self.scene.mechanism.rod_length - l
-        series, side, clamp = third_orders_of(states, strip.stiffness, l, head, 1.0, strip.compliance, tables)
-        found = self._judged(
-            states, strip, states[SIDE] - side / per_force / 1.0, states[MOMENT] + clamp * self.stiffness / l,
-            series / l, True,
-        )  # fmt: skip
-        return change(self.full_judged, found, 1.0, 1.0)
+    def change_without(self, drive: Drive, strip: Strip, critical: float) -> float:
+        """The greatest relative change of the main results where the turn is that of this drive and strip."""
+        return change_without(self.turn.judging, drive, strip, critical, self.turn.judged)
 
     @cached_property
-    def pace(self) -> Array:
-        """omega_1/omega of the strip under the force at every angle."""
-        force = self.full[FORCE]
-        known = np.array([force.min(), 0.5 * (force.min() + force.max()), force.max()])
-        if known[2] - known[0] <= 1e-9 * self.critical:
-            return np.full(force.size, self._pace_at(float(known[1])))
-        squares = np.array([self._pace_at(f) ** 2 for f in known.tolist()])
-        x = 2.0 * (force - known[1]) / (known[2] - known[0])
+    def motion(self) -> Motion | None:
+        """What the strip's inertia adds to the upright turn."""
+        return None if self.upright is None else motion_of(self, self.upright)
+
+    def pace(self, force: Array) -> Array:
+        """omega_1/omega of the strip under axial forces [N]: a parabola through three of them, squared."""
+        least, most = float(force.min()), float(force.max())
+        known = np.array([least, 0.5 * (least + most), most])
+        squares = np.array([natural_frequency(self.scene, self.dimensions, f) for f in known.tolist()]) ** 2
+        x = (force - known[1]) / max(0.5 * (most - least), 1e-12 * self.in_plane)
         bent, tilt = 0.5 * (squares[0] + squares[2]) - squares[1], 0.5 * (squares[2] - squares[0])
-        return np.sqrt(np.maximum(squares[1] + x * (tilt + x * bent), 1e-6 * squares[1]))
-
-    def _pace_at(self, force: float) -> float:
-        return natural_frequency(self.scene, self.dimensions, force) / self.scene.mechanism.speed
-
-    def rod_inertia(self, error=(0.0, 1.0)) -> float:
-        if not self.stands:
-            return math.inf
-        strip, d, m = self.full_strip, self.dimensions, self.scene.mechanism
-        l, tables = d.l, collocation(NODES)
-        states = self.full.copy()
-        states[STROKE] /= l
-        per_force, head = l * l / self.stiffness, (m.rod_length - l) / l
-        inertia = self.scene.material.density * d.b * d.h * m.angular_speed**2 * l**4 / self.stiffness
-        rise = quasi_static(states, per_force, head, tables)
-        iterate, shape, greatest = first_iterate(rise, states, per_force, head, inertia, EVEN, tables)
-        share = share_of(rise, shape)
-        order, pace = self.driven.order, self.pace
-        smooth = not self.driven.sharp.size
-        even = share[:EVEN]
-        step = TURN / EVEN
-        follows = -(np.roll(even, 1) - 2.0 * even + np.roll(even, -1)) / (step * pace[:EVEN]) ** 2
-        fast = pace.min() > FASTEST
-        signs = (1.0,)
-        if smooth and fast:
-            rings = np.full(EVEN, corner_ringing(self.full, EVEN, share, pace, strip.friction, strip.lever, strip.offset,
-                self.critical, error[0]))
-            if rings[0] > 0.02 * np.abs(follows).max(): signs=(1.0,-1.0)
-        else:
-            rings = np.empty(share.size)
-            rings[order] = own_motion(self.driven.rising, share[order], pace[order], smooth, error[0])
-            rings = rings[:EVEN] - follows
-            if fast:
-                rings = np.abs(rings)
-                rings = np.max([np.roll(rings, k) for k in range(-2, 3)], axis=0)
-                signs=(1.0,-1.0)
-        self.__dict__["debug"] = rings, follows
-        states = np.ascontiguousarray(self.full[:, :EVEN])
-        base = self.judged(states, strip)
-        out = 0.0
-        for sign in signs:
-            more = rings * sign * (np.sign(states[STROKE]) if fast else 1.0)
-            motion = iterate + np.outer(iterate[:, greatest], more)
-            found = self._judged(
-                states, strip, states[SIDE] - motion[0] * self.stiffness / l**2, states[MOMENT] + motion[1] * self.stiffness / l,
-                np.ascontiguousarray(motion[2:]) / l, False,
-            )  # fmt: skip
-            out = max(out, change(base, found, 1.0, 1.0))
-        return out
+        return np.sqrt(np.maximum(squares[1] + x * (tilt + x * bent), 1e-6 * squares[1])) / self.scene.mechanism.speed

@@ -1,0 +1,120 @@
+"""How much each effect matters: the main results of one turn with it and without it, times a margin.
+
+The turn has every effect in closed form - gas and inertia, coupling, shear, friction that acts back - and each of them
+is taken away in turn (``situation``). Large displacement and the strip's inertia are added to it, to first order
+(``strip.elastica``, ``inertia``). So what an effect changes is seen beside all others but these two; where the strip's
+inertia is large it magnifies what others change, and the phase of what rings they may change altogether.
+
+The margins are by test over random machines, not by proof (docs/campaign.md): the changes themselves are right to some
+percent in most of them, and those of inertia where many modes ring to a factor of a few.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from solvers.rod.cycle.state import FORCE, MOMENT, SIDE
+from solvers.rod.effect_bounds.inertia import Motion
+from solvers.rod.effect_bounds.main_results import change, judge
+from solvers.rod.effect_bounds.situation import Situation, Turn
+from solvers.rod.load.axial_force import drive_of
+from solvers.rod.strip.elastica import ElasticaExpansion
+from solvers.rod.strip.elastica_kernels import nodes_for
+
+_MARGIN, _OF_INERTIA = 1.3, 1.5
+
+_RINGING, _RINGING_SIDE, _JUMPING_SIDE = 2.0, 4.0, 8.0
+"""Times the first mode's ringing: that of all modes, in bending and in the side force, behind jumps of the load too."""
+
+_LIVELY, _LIVELIEST, _NEAR_BUCKLING = 2.0, 1.2, 0.2
+"""How much inertia that changes the results by a share of themselves magnifies what others change, per share; up to
+which share, and how much more per 1/(1 - P/P_cr)."""
+
+
+def reciprocating_inertia(situation: Situation) -> float:
+    """Without the reciprocating mass."""
+    if not situation.scene.piston.reciprocating_mass:
+        return 0.0
+    drive, critical = drive_of(situation.scene, 0.0), situation.critical_with_shear
+    return _beside_inertia(situation, situation.change_without(drive, situation.strip, critical))
+
+
+def beam_column(situation: Situation) -> float:
+    """Without the axial force's part in bending."""
+    return _taken_away(situation, situation.critical_with_shear, couples=0.0)
+
+
+def shear(situation: Situation) -> float:
+    """Rigid in shear."""
+    return _taken_away(situation, situation.critical, compliance=0.0)
+
+
+def friction_feedback(situation: Situation) -> float:
+    """Without friction in the axial force."""
+    if not situation.scene.piston.friction_coefficient:
+        return 0.0
+    return _taken_away(situation, situation.critical_with_shear, friction=0.0)
+
+
+def large_displacement(situation: Situation) -> float:
+    """Without the third order of the strip's slope; nothing where the strip buckles under the gas alone."""
+    turn, l = situation.upright, situation.dimensions.l
+    if turn is None:
+        return 0.0
+    strip, states = turn.strip, turn.states
+    q = states[FORCE] * (l * l / strip.stiffness)
+    nodes = nodes_for(float(q.min()), float(q.max()))
+    expansion = ElasticaExpansion(strip.stiffness, l, strip.rod_length - l, 1.0, strip.compliance, nodes)
+    series, unused = np.zeros((expansion.bent_terms, q.size)), np.zeros((expansion.sunk_terms, q.size))
+    side, moment = expansion.add(states, series, unused)
+    bent = judge(
+        *(turn.judging, strip, states, states[SIDE] + side, states[MOMENT] + moment, series, True, turn.judged.critical)
+    )
+    return _MARGIN * change(turn.judging, turn.judged, bent)
+
+
+def rod_inertia(situation: Situation) -> float:
+    """Without the strip's own inertia; nothing where the strip buckles under the gas alone."""
+    turn, motion = situation.upright, situation.motion
+    if turn is None or motion is None:
+        return 0.0
+    if "inertia" not in situation.known:
+        situation.known["inertia"] = _OF_INERTIA * _change_by(turn, motion)
+    return situation.known["inertia"]
+
+
+def _change_by(turn: Turn, motion: Motion) -> float:
+    """The greatest relative change of the main results by a motion."""
+    even, strip, critical = turn.sampling.even, turn.strip, turn.judged.critical
+    judging = turn.judging._replace(angle=turn.judging.angle[:even], travel=turn.judging.travel[:even])
+    states = np.ascontiguousarray(turn.states[:, :even])
+    still = judge(judging, strip, states, states[SIDE], states[MOMENT], np.empty((0, 0)), False, critical)
+    jumps = turn.sampling.angle.size > even
+    found = 0.0
+    for sign in (1.0, -1.0) if motion.either else (1.0,):
+        of_side = sign * (_JUMPING_SIDE if jumps and motion.either else _RINGING_SIDE)
+        side = states[SIDE] + motion.side + of_side * motion.rings_side
+        moment = states[MOMENT] + motion.moment + sign * _RINGING * motion.rings_moment
+        series = motion.series + sign * _RINGING * motion.rings_series
+        moved = judge(judging, strip, states, side, moment, series, False, critical)
+        found = max(found, change(judging, still, moved))
+    return found
+
+
+def _taken_away(situation: Situation, critical: float, **parts: float) -> float:
+    strip = situation.strip._replace(**parts)
+    return _beside_inertia(situation, situation.change_without(situation.driven.drive, strip, critical))
+
+
+def _beside_inertia(situation: Situation, change: float) -> float:
+    """The margin on a change of the turn without the strip's inertia, for what inertia makes of it."""
+    motion = situation.motion
+    if not change or not math.isfinite(change) or motion is None:
+        return change
+    left = max(1.0 - situation.compression / situation.critical, 1e-3)
+    own = min(rod_inertia(situation), _LIVELIEST + _NEAR_BUCKLING / left)
+    # A change of the stiffness moves the phase of what rings by so much times its radians in half a turn.
+    moved = own * motion.share * min(1.0, change * motion.pace)
+    return _MARGIN * change * (1.0 + _LIVELY * own) + moved

@@ -23,10 +23,11 @@ from solvers.rod.load.axial_force import drive_of
 from solvers.rod.strip.elastica import ElasticaExpansion
 from solvers.rod.strip.elastica_kernels import nodes_for
 
-_MARGIN, _OF_INERTIA = 1.3, 1.5
+_MARGIN, _OF_INERTIA = 1.2, 1.4
 
-_RINGING, _RINGING_SIDE, _JUMPING_SIDE = 2.0, 4.0, 8.0
-"""Times the first mode's ringing: that of all modes, in bending and in the side force, behind jumps of the load too."""
+_RINGING, _JUMPING, _JUMPING_SIDE = 1.5, 2.0, 8.0
+"""Times the first mode's ringing: that of all modes. Behind jumps of the load, which all of them feel, in bending and in
+the side force, of which fast ones have most."""
 
 _LIVELY, _LIVELIEST, _NEAR_BUCKLING = 2.0, 1.2, 0.2
 """How much inertia that changes the results by a share of themselves magnifies what others change, per share; up to
@@ -91,13 +92,12 @@ def _change_by(turn: Turn, motion: Motion) -> float:
     judging = turn.judging._replace(angle=turn.judging.angle[:even], travel=turn.judging.travel[:even])
     states = np.ascontiguousarray(turn.states[:, :even])
     still = judge(judging, strip, states, states[SIDE], states[MOMENT], np.empty((0, 0)), False, critical)
-    jumps = turn.sampling.angle.size > even
-    found = 0.0
+    jumps, found = motion.either and turn.sampling.angle.size > even, 0.0
     for sign in (1.0, -1.0) if motion.either else (1.0,):
-        of_side = sign * (_JUMPING_SIDE if jumps and motion.either else _RINGING_SIDE)
-        side = states[SIDE] + motion.side + of_side * motion.rings_side
-        moment = states[MOMENT] + motion.moment + sign * _RINGING * motion.rings_moment
-        series = motion.series + sign * _RINGING * motion.rings_series
+        rings, of_side = (_JUMPING, _JUMPING_SIDE) if jumps else (_RINGING, _RINGING)
+        side = states[SIDE] + motion.side + sign * of_side * motion.rings_side
+        moment = states[MOMENT] + motion.moment + sign * rings * motion.rings_moment
+        series = motion.series + sign * rings * motion.rings_series
         moved = judge(judging, strip, states, side, moment, series, False, critical)
         found = max(found, change(judging, still, moved))
     return found

@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-NODES = 20
-"""Legendre polynomials along the strip: layers of a thirtieth of it are resolved as well as an estimate needs."""
+NODES = 16
+"""Legendre polynomials along the strip: layers of a twentieth of it are resolved as well as an estimate needs."""
 
 _SIGNED, _FOLLOWED = 0.5, 2.0
 """Radians of the first mode in an even step: from the first on the steps may miss where it is greatest, from the second

@@ -34,7 +34,7 @@ from solvers.rod.strip.shape import bend
 
 Array = NDArray[np.float64]
 
-STATIONS = 17
+STATIONS = 13
 
 UTILISATION, STRESS, MOST_SIDE, MOST_MOMENT, MOST_CONTACT, POWER = range(6)
 """1/n of fatigue, greatest |sigma| [Pa], greatest |T| [N], |M0| [N m] and contact load |T| + 6 |M0 + T e|/Lp [N], and

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from solvers.fatigue import serensen
 from solvers.numerics.periodic import TURN, grid
-from solvers.rod.cycle.state import MOMENT, Strip
+from solvers.rod.cycle.state import MOMENT, SIDE, Strip
 from solvers.rod.effect_bounds.inertia import Motion, motion_of
-from solvers.rod.effect_bounds.main_results import Judged, Judging, change_without, sampled_turn
+from solvers.rod.effect_bounds.main_results import Judged, Judging, change_without, judge, sampled_turn
 from solvers.rod.load.axial_force import Drive, axial_forces, drive_of
 from solvers.rod.load.gas import sharpest
 from solvers.rod.scene import Dimensions, Scene
@@ -99,6 +99,19 @@ class Turn(NamedTuple):
     judging: Judging
     states: Array
     judged: Judged
+
+    def part(self, step: int) -> Turn:
+        """The turn at every so many of its even angles alone."""
+        even = self.sampling.even
+        if step == 1 and even == self.sampling.angle.size:
+            return self
+        angle, travel = self.judging.angle[:even:step].copy(), self.judging.travel[:even:step].copy()
+        judging, states = self.judging._replace(angle=angle, travel=travel), self.states[:, :even:step].copy()
+        sampling = Sampling(angle, angle.size, np.arange(angle.size), travel)
+        judged = judge(
+            judging, self.strip, states, states[SIDE], states[MOMENT], np.empty((0, 0)), False, self.judged.critical
+        )
+        return Turn(sampling, self.strip, judging, states, judged)
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,8 @@ from solvers.rod.load.axial_force import Drive, axial_forces, drive_of
 from solvers.rod.load.gas import sharpest
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import log_critical_parameter
-from solvers.rod.strip.shear import critical_coupling, shear_stiffness
+from solvers.rod.strip.shear import critical_coupling
+from solvers.rod.strip.stiffness import shear_stiffness
 from solvers.rod.vibration.natural_frequencies import natural_frequency
 
 Array = NDArray[np.float64]

@@ -47,6 +47,7 @@ _PHASE_ERROR = 0.03
 
 _TURN = 2.0 * math.pi
 _LEAST_SINE = 1e-3
+_UNEVEN = 4.0
 
 
 class Motion(NamedTuple):
@@ -212,6 +213,10 @@ def _own_motion(angle: Array, share: Array, pace: Array, smooth: bool) -> Array:
             h, g = width[i - 1 if i > 0 else n - 1], width[i]
             rise, follow = share[i] - share[i - 1 if i > 0 else n - 1], share[(i + 1) % n] - share[i]
             slope[i] = (rise / h * g + follow / g * h) / (h + g)
+            if max(h, g) > _UNEVEN * min(h, g):
+                # Beside a jump the parabola through three values overshoots, and the load's own slope is no greater.
+                most = 3.0 * min(abs(rise) / h, abs(follow) / g)
+                slope[i] = min(max(slope[i], -most), most)
         for i in range(n):
             h, j = width[i], (i + 1) % n
             secant = (share[j] - share[i]) / h

@@ -1,92 +1,64 @@
-"""Polynomials on elements of the turn: a cycle's force cut into smooth pieces, and values between their points."""
+"""The turn cut into elements: between the corners of the axial force, and narrow enough for polynomials and modes."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
-from solvers.numerics.jit import kernel
-from solvers.numerics.periodic import TURN
-from solvers.numerics.periodic_radau import nodes
-from solvers.rod.cycle.composition import Array, Cycle
+from solvers.numerics.panels import resolve, rule_of
+from solvers.numerics.radau import Radau
+from solvers.rod.cycle.state import FORCE, ROWS, Strip, fill_states, friction_corners
+from solvers.rod.load.axial_force import Drive
 
-POINTS = np.concatenate([[0.0], nodes()])
-"""Of an element: its first end and Radau's points, the last of which is its other end."""
+Array = NDArray[np.float64]
 
-WEIGHTS = 1.0 / np.prod(POINTS[:, None] - POINTS + np.eye(POINTS.size), axis=1)
-"""Barycentric, after J.-P. Berrut, L. N. Trefethen (2004)."""
-
-
+TURN = 2.0 * math.pi
 WIDEST = TURN / 16
-_NARROWEST = 1e-7 * TURN
-_MOST_PIECES = 2000
-_BETWEEN = np.array([0.02, 0.3, 0.95])
+_GRID = TURN / 128 * np.arange(129)
+_APART = 1e-9
+"""Corners closer than this [rad] are one."""
 
 
-def points(edges: Array, places: Array = POINTS) -> Array:
-    """Angles of all elements' points, or other places, one element after the other."""
-    return (edges[:-1, None] + np.diff(edges)[:, None] * places).ravel()
+def corners(drive: Drive, strip: Strip) -> Array:
+    """Angles [rad] in [0, 2 pi) at which a derivative of the axial force jumps, rising: where the load's pieces end, and
+    where the piston begins or ceases to bear on both walls if friction acts back."""
+    found = drive.breaks
+    if strip.friction:
+        places = np.unique(np.concatenate([_GRID, np.mod(found, TURN)]))
+        found = np.concatenate([found, friction_corners(drive, strip, places)])
+    found = np.unique(np.mod(found, TURN))
+    return found[np.diff(found, prepend=found[-1:] - TURN) > _APART]
 
 
-def interpolate(edges: Array, samples: Array, angle: Array) -> Array:
-    """Every angle's element's polynomial there, shape (columns, angles), from (elements, points, columns)."""
-    return _interpolate(edges, samples, POINTS, WEIGHTS, np.ascontiguousarray(angle))
+def pieces(drive: Drive, strip: Strip, ends: Array, sharp: Array, points: int, wanted: float, most: int) -> Array:
+    """Ends of elements over one turn from the first of ``ends`` on, which are among them, each so narrow that a
+    polynomial with so many points follows the axial force to ``wanted`` of its greatest, as far as ``most`` go."""
+
+    def force(angle: Array) -> Array:
+        states = np.empty((ROWS, angle.size))
+        fill_states(drive, strip, angle, states)
+        return states[FORCE : FORCE + 1]
+
+    first = ends[0] if ends.size else 0.0
+    sharp = first + np.mod(sharp - first, TURN)
+    edges = np.unique(np.concatenate([ends, sharp, [first, first + TURN]]))
+    edges = edges[np.diff(edges, prepend=-np.inf) > _APART]
+    edges[-1] = first + TURN
+    panels, _, _ = resolve(force, split(edges, WIDEST), rule_of(points), 1, wanted, most)
+    return panels.edges
 
 
-@kernel
-def _interpolate(edges: Array, samples: Array, points: Array, weights: Array, angle: Array) -> Array:
-    basis = samples.shape[2]
-    out, row = np.zeros((basis, angle.size)), np.empty(basis)
-    for i in range(angle.size):
-        turns = angle[i] / (2.0 * math.pi)
-        place = (turns - math.floor(turns)) * (2.0 * math.pi)
-        k = min(np.searchsorted(edges, place, side="right"), edges.size - 1) - 1
-        share = (place - edges[k]) / (edges[k + 1] - edges[k])
-        total = 0.0
-        row[:] = 0.0
-        for m in range(points.size):
-            away = share - points[m]
-            if away == 0.0:
-                total = 1.0
-                row[:] = samples[k, m]
-                break
-            weight = weights[m] / away
-            total += weight
-            for j in range(basis):
-                row[j] += weight * samples[k, m, j]
-        for j in range(basis):
-            out[j, i] = row[j] / total
-    return out
-
-
-def split(edges: Array, wide: float) -> Array:
-    """The same edges, and more between them so that no element is wider."""
-    widths = np.diff(edges)
-    parts = np.maximum(np.ceil(widths / wide * (1.0 - 1e-9)), 1.0).astype(int)
+def split(edges: Array, widest: Array | float) -> Array:
+    """The same edges, and more evenly between them so that no element is wider than ``widest``, which may differ
+    between the elements there were."""
+    parts = np.maximum(np.ceil(np.diff(edges) / widest * (1.0 - 1e-9)), 1.0).astype(int)
     first = np.repeat(np.cumsum(parts) - parts, parts)
     inner = (np.arange(first.size) - first) / np.repeat(parts, parts)
-    return np.append(np.repeat(edges[:-1], parts) + inner * np.repeat(widths, parts), edges[-1])
+    return np.append(np.repeat(edges[:-1], parts) + inner * np.repeat(np.diff(edges), parts), edges[-1])
 
 
-def smooth_pieces(cycle: Cycle, wanted: float) -> Array:
-    """Ends of pieces of the turn on which polynomials follow the axial force, or which no bisection improves."""
-    corners = np.mod(cycle.corners(), TURN)
-    corners = np.unique(np.concatenate([corners, [0.0, TURN]]))
-    edges = split(corners[np.diff(corners, prepend=-1.0) > _NARROWEST], WIDEST)
-    edges[-1] = TURN
-    at, basis = np.concatenate([POINTS, _BETWEEN]), WEIGHTS / (_BETWEEN[:, None] - POINTS)
-    basis /= basis.sum(axis=1, keepdims=True)
-    left, right = edges[:-1], edges[1:]
-    ends, largest = [edges], 0.0
-    while left.size and sum(part.size for part in ends) < _MOST_PIECES:
-        place = left[:, None] + (right - left)[:, None] * at
-        force = cycle.axial_force(place.ravel()).reshape(place.shape)
-        largest = max(largest, float(np.abs(force).max()))
-        missed = np.abs(force[:, POINTS.size :] - force[:, : POINTS.size] @ basis.T).max(axis=1)
-        rough = (missed > wanted * largest) & (right - left > 2.0 * _NARROWEST)
-        left, right = left[rough], right[rough]
-        middle = 0.5 * (left + right)
-        ends.append(middle)
-        left, right = np.concatenate([left, middle]), np.concatenate([middle, right])
-    return np.unique(np.concatenate(ends))
+def points(edges: Array, rule: Radau) -> Array:
+    """Angles of all elements' points, one element after the other."""
+    return (edges[:-1, None] + np.diff(edges)[:, None] * rule.points).ravel()

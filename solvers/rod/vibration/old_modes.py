@@ -19,7 +19,7 @@ from solvers.numerics.periodic_radau import STAGES, steady_motion
 from solvers.rod.cycle.composition import Array, Cycle, bending_stiffness
 from solvers.rod.vibration.natural_frequencies import StripBasis, strip_basis
 from solvers.rod.vibration.ringing import PLACES, ringing
-from solvers.rod.vibration.time_mesh import POINTS, interpolate, points
+from solvers.rod.vibration.old_mesh import POINTS, interpolate, points
 
 _SOFTEST = 0.02
 """Of a mode's stiffness: no pace is taken for slower than under that."""

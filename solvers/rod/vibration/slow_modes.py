@@ -84,27 +84,30 @@ def _substitute(a: Array, order: NDArray[np.int64], b: Array) -> None:
 @fusing_kernel
 def slow_motion(
     widths: Array, swing: Array, right: Array, parts: Parts, rule: Radau, wanted: float, most: int
-) -> tuple[Array, Array, Array, float]:
+) -> tuple[Array, Array, Array, Array, float]:
     """Motions over the elements, from ``swing`` (elements, points) and ``right`` (elements, points, m + rest).
 
     Gives (elements, points, 2 m + 1, m + rest): columns for unit first states (a, sqrt(mu) a') and, last, for the right
-    side alone; the last states of the slow modes, (elements, 2 m + 1, 2 m); the last change of what ``parts.read``
-    reads, (elements, points, 2 m + 1, 2); and the greatest ratio by which changes fell at last. The series ends where it
-    changes less than ``wanted`` of the greatest that is read, after ``most`` terms, or where it grows.
+    side alone; the last states of the slow modes, (elements, 2 m + 1, 2 m); the speeds of the rest at an element's two
+    ends, (elements, 2, 2 m + 1, rest); the last change of what ``parts.read`` reads, (elements, points, 2 m + 1, 2); and
+    the greatest ratio by which changes fell at last. The series ends where it
+    changes less than ``wanted`` of the greatest that is read, after ``most`` terms, or before it grows.
     """
     count, p, m, rest = widths.size, swing.shape[1], parts.slowness.size, parts.rates.size
     s, columns, size = p - 1, 2 * m + 1, m + rest
     out, ends = np.zeros((count, p, columns, size)), np.zeros((count, columns, 2 * m))
+    speeds, slip = np.zeros((count, 2, columns, rest)), np.empty((columns, m))
     change = np.zeros((count, p, columns, 2))
     matrix, order = np.empty((s * m, s * m)), np.empty(s * m, np.int64)
     base, solution = np.zeros((s * m, columns)), np.zeros((s * m, columns))
     soft, held = np.empty((p, rest)), np.empty((p, m, m))
     inertia, turned = np.zeros((p, columns, rest)), np.empty((columns, rest))
     load, force, seen = np.empty((columns, rest)), np.empty((p, columns, m)), np.zeros((p, columns, 2))
+    x, read = np.zeros((p, columns, size)), np.empty((p, columns, 2))
     moved, most_seen = np.empty((columns, 2)), np.empty((columns, 2))
     slowest = 0.0
     for e in range(count):
-        h, square, x = widths[e], widths[e] * widths[e], out[e]
+        h, square = widths[e], widths[e] * widths[e]
         for i in range(p):
             for k in range(rest):
                 soft[i, k] = 1.0 / (1.0 + swing[e, i] * parts.rates[k])
@@ -126,9 +129,11 @@ def slow_motion(
                 matrix[row, row] += mu * scale
                 base[row, a] = mu * scale
                 base[row, m + a] = math.sqrt(mu) * scale * h * rule.points[i + 1]
-            x[0, a, a] = 1.0
         _factor(matrix, order)
         inertia[:], seen[:], last, fell = 0.0, 0.0, np.inf, 0.0
+        x[0] = 0.0
+        for a in range(m):
+            x[0, a, a] = 1.0
         for term in range(most):
             for i in range(p):
                 for c in range(columns):
@@ -170,9 +175,8 @@ def slow_motion(
                         total = 0.0
                         for k in range(size):
                             total += parts.read[q, k] * x[i, c, k]
-                        change[e, i, c, q] = total - seen[i, c, q]
-                        seen[i, c, q] = total
-                        moved[c, q] = max(moved[c, q], abs(change[e, i, c, q]))
+                        read[i, c, q] = total
+                        moved[c, q] = max(moved[c, q], abs(total - seen[i, c, q]))
                         most_seen[c, q] = max(most_seen[c, q], abs(total))
             now = 0.0
             for c in range(columns):
@@ -181,7 +185,12 @@ def slow_motion(
                         now = max(now, moved[c, q] / most_seen[c, q])
             if term > 0:
                 fell = now / last
-            if now <= wanted or rest == 0 or (term > 1 and now > last):
+            if fell >= 1.0:
+                break
+            out[e] = x
+            change[e] = read - seen
+            seen[:] = read
+            if now <= wanted or rest == 0:
                 break
             last = now
             for i in range(p):
@@ -197,7 +206,7 @@ def slow_motion(
                     for j in range(rest):
                         for k in range(rest):
                             inertia[i, c, k] += turned[c, j] * parts.inert[j, k]
-        slowest = max(slowest, fell)
+        slowest, x[:] = max(slowest, fell), out[e]
         for c in range(columns):
             for a in range(m):
                 steep = 0.0
@@ -205,7 +214,19 @@ def slow_motion(
                     steep += rule.slope[j] * (x[j + 1, c, a] - x[0, c, a])
                 ends[e, c, a] = x[s, c, a]
                 ends[e, c, m + a] = math.sqrt(parts.slowness[a]) / h * steep
-    return out, ends, change, slowest
+                # Radau's polynomial has the right slope at its last end alone.
+                slip[c, a] = -1.0 / math.sqrt(parts.slowness[a]) if c == m + a else 0.0
+                for j in range(p):
+                    slip[c, a] += rule.first[0, j] / h * x[j, c, a]
+            for end in range(2):
+                for j in range(p):
+                    weight = rule.first[end * s, j] / h
+                    for k in range(rest):
+                        speeds[e, end, c, k] += weight * x[j, c, m + k]
+            for a in range(m):
+                for k in range(rest):
+                    speeds[e, 0, c, k] += swing[e, 0] * soft[0, k] * parts.across[a, k] * slip[c, a]
+    return out, ends, speeds, change, slowest
 
 
 @kernel

@@ -12,24 +12,36 @@ Source: the outlook of T. A. Obolenskaya, A. S. Klochko (2014).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from solvers.errors import InvalidInput
 from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Array, Cycle, Shape
-from solvers.rod.cycle.sampled import strip_of
 from solvers.rod.cycle.state import ANGLE
-from solvers.rod.vibration import old_response
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.motion import RULE, Excitation, Motion, Resolution, amplitudes, motion, states_at
+from solvers.rod.vibration.excitation import Excitation
+from solvers.rod.vibration.motion import MOST_RINGING, Motion, able_to_ring, motion
 from solvers.rod.vibration.natural_frequencies import StripBasis
-from solvers.rod.vibration.time_mesh import corners, pieces, points
 
 LEAST_ERROR = 3e-11
+"""Below it lies the rounding of V''' from many polynomials."""
+
 LADDER = (9, 11, 13, 16, 20, 26, 34)
-_MOST_TRIES = 6
+_RUNGS = (3e-6, 5e-8, 5e-10)
+"""Below these errors fewer polynomials than the next of ``LADDER`` have never been enough."""
+
+MOST_WORK = 100_000
+"""As ``_affordable`` counts it: some tenth of a second."""
+
+_MOST_TRIES, _MOST_VAIN = 8, 2
+_FAR, _WORST, _FINER = 30.0, 0.03, 0.75
+_EXPONENTS = 1.6
+_NARROW = 3.0
+_RESONANT = 1e5
+_UNKNOWN = 0.1
 
 
 @dataclass(frozen=True)
@@ -100,69 +112,77 @@ class SteadyVibration:
         """Legendre coefficients of V."""
         return self.basis.series(0).shape[0]
 
-    def amplitudes(self, angle: Array) -> Array:
-        """d in amplitudes of the basis at the angles: (basis, angles)."""
-        ring, angle = self.motion.ringing, np.ascontiguousarray(angle)
-        parts = self.motion.edges, self.motion.samples, ring.edges, ring.start, ring.phase, ring.shape
-        return amplitudes(*parts, RULE, angle)
-
     def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
         """Add d to the series of V'' and V at the states' angles; what it adds to T [N] and M0 [N m] there."""
-        amplitude, stiffness = self.amplitudes(states[ANGLE]), self.motion.equation.strip.stiffness
+        amplitude, stiffness = self.motion.at(states[ANGLE]), self.motion.equation.strip.stiffness
         bent[: self.bent_terms] += self.basis.series(2) @ amplitude
         sunk[: self.sunk_terms] += self.basis.series(0) @ amplitude
         side, moment = (stiffness * self.basis.values(np.zeros(1), order)[0] @ amplitude for order in (3, 2))
         return -side, moment
 
     def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
-        return VibratingShape(shape, self.basis, self.motion.equation.strip.stiffness, self.amplitudes(angle))
+        return VibratingShape(shape, self.basis, self.motion.equation.strip.stiffness, self.motion.at(angle))
 
 
-def excitation_of(cycle: Cycle, wanted: float) -> Excitation:
-    strip, drive, d = strip_of(cycle), cycle.drive, cycle.dimensions
-    ends = corners(drive, strip)
-    sharp = np.empty(0) if drive.breaks.size else cycle.scene.load.sharp_angles()
-    edges = pieces(drive, strip, ends, sharp, RULE.points.size, wanted, 2000)
-    inertia = cycle.scene.material.density * d.b * d.h * cycle.scene.mechanism.angular_speed**2
-    return Excitation(strip, drive, inertia, ends, edges, states_at(drive, strip, points(edges, RULE)))
-
-
-def _vibration(cycle: Cycle, log=None):
-    wanted = max(0.25 * cycle.tolerance, LEAST_ERROR)
-    excitation = excitation_of(cycle, 0.1 * wanted)
-    rung = 0 if wanted > 1e-5 else 1 if wanted > 1e-7 else 2 if wanted > 1e-8 else 3
+def _vibration(cycle: Cycle) -> SteadyVibration:
+    """Resolutions are added to where most is left unknown, until that is little enough or does not help."""
+    wanted = max(0.5 * cycle.tolerance, LEAST_ERROR)
+    excitation = Excitation.of(cycle, 0.1 * wanted)
+    rung = sum(wanted < bound for bound in _RUNGS)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
-    swing = equation.swing(excitation.states)
-    narrow = float(np.diff(excitation.edges).min())
-    pace = [float(equation.fastest(n + 1, swing.min())) for n in range(equation.slowness.size)]
-    slow = next((m for m in range(len(pace)) if pace[m] * narrow > 6.0 and pace[m] > 60.0), len(pace) - 1)
-    step = 8.0 if wanted > 1e-6 else 6.0 if wanted > 1e-8 else 4.5
-    resolution, best = Resolution(LADDER[rung], slow, step, 12), None
+    slow, step = _slow(equation, excitation, wanted), _step(wanted)
+    best, vain, before = None, 0, np.inf
     for _ in range(_MOST_TRIES):
-        elements = np.sum(np.ceil(np.diff(excitation.edges) * pace[max(resolution.slow - 1, 0)] * 1.3 / resolution.step)) if resolution.slow else excitation.edges.size
-        if elements * (resolution.slow * 10 + 10) ** 3 > 3e8 or resolution.slow > 5:
+        slow = _affordable(equation, excitation, slow, step)
+        found = motion(equation, excitation, slow, step, wanted)
+        errors, vain = found.errors, vain + 1
+        if best is None or errors.total < best.errors.total:
+            best, vain = found, 0
+        if errors.total <= cycle.tolerance or vain == _MOST_VAIN:
             break
-        found = motion(excitation, resolution, wanted)
-        if log is not None:
-            log.append((resolution, found))
-        if best is None or found.error < best.error:
-            best = found
-        if found.error <= wanted:
-            break
-        worst = max(found.errors, key=found.errors.get)
-        more = {
-            "series": lambda r: replace(r, slow=r.slow + 1),
-            "time": lambda r: replace(r, step=0.7 * r.step),
-            "space": lambda r: replace(r, polynomials=LADDER[min(LADDER.index(r.polynomials) + 1, len(LADDER) - 1)]),
-            "omitted": lambda r: replace(r, polynomials=LADDER[min(LADDER.index(r.polynomials) + 1, len(LADDER) - 1)]),
-            "late": lambda r: replace(r, slow=r.slow + 1),
-        }[worst](resolution)
-        if more == resolution:
-            break
-        resolution = more
-    if best is None or best.error > cycle.tolerance:
-        if log is not None:
-            log.append("fallback")
-            return best
-        return old_response._vibration(cycle)
-    return SteadyVibration(best, best.error, best.error)
+        if max(errors.space, errors.omitted) > max(errors.elements, errors.series, errors.phase):
+            able = able_to_ring(equation, slow)
+            if rung == len(LADDER) - 1 or (errors.omitted > errors.space and found.ringing.modes == able < MOST_RINGING):
+                break
+            rung = min(rung + (2 if errors.omitted > _FAR * wanted else 1), len(LADDER) - 1)
+            equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
+        elif errors.elements > max(errors.series, errors.phase) and errors.elements < 0.5 * before:
+            # Halving these did help the time before, if there was one.
+            before = errors.elements
+            places = 0.5 * (found.edges[:-1] + found.edges[1:])[errors.time > _WORST * errors.time.max()]
+            where = np.zeros(excitation.edges.size - 1, dtype=np.bool_)
+            where[np.searchsorted(excitation.edges, places) - 1] = True
+            excitation, step = excitation.halved(where), _FINER * step
+        else:
+            slow, before = slow + 1, np.inf
+    if best.amplification > _RESONANT and not best.errors.total < _UNKNOWN:
+        raise InvalidInput(
+            "mechanism.speed", "a harmonic of the speed meets a natural frequency of the strip", "another speed"
+        )
+    return SteadyVibration(best, best.errors.total, best.errors.total)
+
+
+def _step(wanted: float) -> float:
+    """Radians in an element of the fastest mode followed: more than so many have never been enough."""
+    return 8.0 if wanted > 1e-6 else 6.0 if wanted > 1e-8 else 4.5
+
+
+def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int:
+    """So many of the slowest modes do not merely follow the force: it excites them, by how fast it changes, or elements
+    are too narrow for series."""
+    swing = equation.swing(excitation.states).reshape(excitation.edges.size - 1, -1).min(axis=1)
+    for n in range(1, equation.slowness.size):
+        pace = equation.fastest(n, swing)
+        excited = np.min(pace * excitation.analytic) < _EXPONENTS * np.log(1.0 / wanted)
+        if not excited and np.min(pace * np.diff(excitation.edges)) > _NARROW:
+            return n - 1
+    return equation.slowness.size - 1
+
+
+def _affordable(equation: StripEquation, excitation: Excitation, slow: int, step: float) -> int:
+    """As many slow modes as are called for, or as many as there is time for."""
+    for m in range(min(slow, equation.slowness.size), 0, -1):
+        elements = np.sum(np.ceil(np.diff(excitation.edges) * 1.2 * equation.pace[m - 1] / step))
+        if elements * (m + 1.0) ** 3 <= MOST_WORK:
+            return m
+    return 0

@@ -13,13 +13,14 @@ from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.fatigue.kernels import GREATEST
 from solvers.outcome import Accuracy, Outcome, Status
-from solvers.rod.cycle.composition import Cycle, bending_stiffness
+from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import friction_power, guide_loads
 from solvers.rod.cycle.sampled import Extreme, SampledCycle
 from solvers.rod.cycle.section import DEFLECTION, FIBRES, STATIONS, station_table, worst
 from solvers.rod.effects import choose_for, compose
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling, shear
+from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 from solvers.rod.vibration.natural_frequencies import natural_frequency
 
 _ROUNDING = 1e-14
@@ -120,7 +121,7 @@ def check(
         natural_frequency=natural_frequency(scene, dimensions, mean_force),
         criterion=criterion.name,
         stresses=stresses,
-        warnings=_warnings(scene, stresses, safety, choice.has("large_displacement")) + _unreached(accuracy, error),
+        warnings=_warnings(scene, stresses, safety, choice.has("large_displacement")),
     )
     settings = {"angles": sampled.force.size, "stations": STATIONS, "tolerance": sampled.tolerance}
     return Outcome(
@@ -138,12 +139,14 @@ def _forces(linear: SampledCycle, critical: float) -> tuple[Extreme, Extreme]:
     Where it takes friction to buckle the strip, the compression is the critical force, at which shapes end.
     """
     pushed, pulled = linear.greatest(-linear.force), linear.greatest(linear.force)
-    if linear.cycle.composition.feedback is None or pushed.value < critical:
-        return pushed, pulled
-    # Beyond buckling there is no shape that would tell the friction: these are the forces without it.
-    linear = SampledCycle.of(linear.cycle.without_feedback(), linear.tolerance)
-    pushed, pulled = linear.greatest(-linear.force), linear.greatest(linear.force)
-    return (pushed if pushed.value >= critical else Extreme(critical, 0.0, pushed.angle)), pulled
+    if linear.cycle.composition.feedback and pushed.value >= critical:
+        # Only between the sampled angles: beyond buckling there is no shape that would tell the friction.
+        linear = SampledCycle.of(linear.cycle.without_feedback(), linear.tolerance)
+        pushed, pulled = linear.greatest(-linear.force), linear.greatest(linear.force)
+        return (pushed if pushed.value >= critical else Extreme(critical, 0.0, pushed.angle)), pulled
+    if linear.buckles and pushed.value < critical:
+        pushed = Extreme(critical, 0.0, pushed.angle)
+    return pushed, pulled
 
 
 def _critical_force(scene: Scene, dimensions: Dimensions, with_shear: bool) -> float:
@@ -153,7 +156,7 @@ def _critical_force(scene: Scene, dimensions: Dimensions, with_shear: bool) -> f
     if not with_shear:
         return plain
     stiffness = bending_stiffness(scene, dimensions)
-    compliance = stiffness / shear.shear_stiffness(scene, dimensions)
+    compliance = stiffness / shear_stiffness(scene, dimensions)
     return min(plain, -stiffness * shear.critical_coupling(dimensions.l, length, compliance))
 
 
@@ -248,9 +251,3 @@ def _warnings(scene: Scene, stresses: Stresses | None, safety: float | None, lar
     if stresses is not None and stresses.deflection_ratio > SMALL_DISPLACEMENT_LIMIT and not large:
         out.append("V/l exceeds 0.15: the small-displacement theory may be wrong by more than 5 %")
     return tuple(out)
-
-
-def _unreached(wanted: float, estimated: float) -> tuple[str, ...]:
-    if estimated <= wanted:
-        return ()
-    return (f"the accuracy of {wanted:g} is not reached: the estimated error is {estimated:.1g}",)

@@ -15,12 +15,10 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from solvers.numerics.panels import Panels, Rule, greatest, resolve, rule_of, values_at, zeros
-from solvers.rod.cycle.composition import Cycle, bending_stiffness
+from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.section import Field
-from solvers.rod.cycle.state import FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
+from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
 from solvers.rod.load.axial_force import Drive
-from solvers.rod.strip.buckling import critical_force
-from solvers.rod.strip.shear import shear_stiffness
 
 Array = NDArray[np.float64]
 
@@ -29,7 +27,7 @@ _GRID = TURN / 128 * np.arange(129)
 _WIDEST = TURN / 4
 _APART = 1e-9
 """Breaks closer than this [rad] are one."""
-_SMOOTH, _PIECES, _MANY = 16, 8, 5
+_SMOOTH, _PIECES, _MANY = 16, 8, 6
 """Points of a panel for a load of one piece, of some, of many."""
 _SOME, _MOST_SOME = 24, 256
 _MOST_PANELS = 6000
@@ -55,6 +53,7 @@ class SampledCycle:
 
     ``table`` has the rows of ``state`` and behind them those of ``field``'s series; ``side`` and ``moment`` hold T [N]
     and M0 [N m] with all corrections. ``error`` is what the panels leave, relative to the greatest of each quantity.
+    Where the strip ``buckles`` there is only the force, without what friction would add to it.
     """
 
     cycle: Cycle
@@ -64,15 +63,17 @@ class SampledCycle:
     side: Array
     moment: Array
     error: float
+    buckles: bool
 
     @staticmethod
     def of(cycle: Cycle, tolerance: float) -> SampledCycle:
         """Sample a cycle so that its quantities are known to ``tolerance`` of their greatest magnitudes."""
-        strip = strip_of(cycle)
-        if strip.couples and _buckles(cycle.drive, strip):
+        strip = cycle.strip
+        buckles = bool(strip.couples) and _buckles(cycle.drive, strip)
+        if buckles:
             # Nothing but the force has a meaning there.
             cycle = cycle.without_feedback()
-            strip = strip_of(cycle)
+            strip = cycle.strip
         sampler = _Sampler(cycle, strip)
         edges = panel_edges(cycle.drive, sampler.strip, cycle.scene.load.sharp_angles())
         panels, rows, error = resolve(sampler, edges, _rule(edges.size - 1), _CHECKED, tolerance, _MOST_PANELS)
@@ -92,7 +93,7 @@ class SampledCycle:
             bending=0.5 * cycle.scene.material.elastic_modulus * d.h,
             inclined=sampler.inclined,
         )
-        return SampledCycle(cycle, tolerance, panels, field, rows[1], rows[2], error)
+        return SampledCycle(cycle, tolerance, panels, field, rows[1], rows[2], error, buckles)
 
     @property
     def force(self) -> Array:
@@ -128,36 +129,19 @@ class _Sampler:
         rows = np.zeros((_CHECKED + ROWS + self.bent_terms + self.sunk_terms, angle.size))
         states = rows[_CHECKED : _CHECKED + ROWS]
         fill_states(self._cycle.drive, self.strip, angle, states)
-        rows[0], rows[1], rows[2], rows[3] = states[FORCE], states[SIDE], states[MOMENT], states[HEAD]
+        rows[0], rows[1], rows[2] = states[FORCE], states[SIDE], states[MOMENT]
+        # Bending at the head and in the middle, each beside that at the clamp: a whole rod's head is not bent at all.
+        rows[3] = states[CLAMP] + states[HEAD]
+        rows[4] = states[CLAMP]
         bent, sunk = rows[_CHECKED + ROWS :][: self.bent_terms], rows[_CHECKED + ROWS + self.bent_terms :]
         for correction in self._corrections:
             side, moment = correction.add(states, bent, sunk)
             rows[1] += side
             rows[2] += moment
         if self.bent_terms:
-            # At the head and in the middle, beside the linear strip's own, which follows from the states.
             rows[3] += bent.sum(axis=0)
-            rows[4] = legendre.legval(0.0, bent)
+            rows[4] += legendre.legval(0.0, bent)
         return rows
-
-
-def strip_of(cycle: Cycle) -> Strip:
-    """The strip of a cycle as kernels take it."""
-    scene, d, physics = cycle.scene, cycle.dimensions, cycle.composition
-    stiffness, piston = bending_stiffness(scene, d), scene.piston
-    length = scene.mechanism.rod_length
-    critical = float(critical_force(scene.material.elastic_modulus, d.b, d.h, d.l, length))
-    return Strip(
-        stiffness=stiffness,
-        length=d.l,
-        rod_length=length,
-        couples=physics.beam.couples,
-        compliance=stiffness / shear_stiffness(scene, d) if physics.beam.shears else 0.0,
-        friction=4.0 / math.pi * piston.friction_coefficient if physics.feedback is not None else 0.0,
-        lever=6.0 / piston.skirt_length,
-        offset=piston.clamp_offset,
-        buckled=-2.0 * critical,
-    )
 
 
 def _buckles(drive: Drive, strip: Strip) -> bool:

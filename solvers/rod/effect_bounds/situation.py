@@ -14,10 +14,10 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN, grid
 from solvers.rod.effect_bounds.ringing_bound import left_ringing, pieces_of
 from solvers.rod.load.axial_force import Drive, axial_force, drive_of, pressure
-from solvers.rod.optimum.proof.intervals import critical_parameter
 from solvers.rod.piston import skirt
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip import beam_column_kernels
+from solvers.rod.strip import beam_column
+from solvers.rod.strip.buckling import log_critical_parameter
 from solvers.rod.vibration.natural_frequencies import natural_frequency
 
 Array = NDArray[np.float64]
@@ -122,7 +122,7 @@ class Situation:
     @cached_property
     def critical(self) -> float:
         d, s = self.dimensions, self.scene
-        ln_u, _ = critical_parameter(d.l, s.mechanism.rod_length)
+        ln_u, _ = log_critical_parameter(d.l, s.mechanism.rod_length)
         weaker = d.b * d.h * min(d.b, d.h) ** 2 / 12.0
         return s.material.elastic_modulus * weaker * (math.exp(ln_u) / s.mechanism.rod_length) ** 2
 
@@ -255,7 +255,7 @@ def _reactions(
     for i in range(force.size):
         q[i] = force[i] / stiffness
     q[-3], q[-2], q[-1] = least / stiffness, most / stiffness, 0.0
-    clamp, shear, head, _ = beam_column_kernels.solve(q, l, rod_length)
+    clamp, shear, head, _ = beam_column.solve(q, l, rod_length)
     stroke = stiffness * radius
     most_side, most_moment, most_contact, clearance = 0.0, 0.0, 0.0, np.inf
     steep_side, steep_moment, steep_contact = 0.0, 0.0, 0.0
@@ -279,7 +279,7 @@ def _reactions(
     count = _EVEN.size
     q[count], clamp[count], shear[count], head[count] = q[-1], clamp[-1], shear[-1], head[-1]
     q, clamp, shear, head = q[: count + 1], clamp[: count + 1], shear[: count + 1], head[: count + 1]
-    middle = beam_column_kernels.deflection(q, l, clamp, shear, head, np.array([0.5 * l]))[0]
+    middle = beam_column.deflection(q, l, clamp, shear, head, np.array([0.5 * l]))[0]
     greatest = 0.0
     before, here = middle[count - 1] * sine[count - 1], middle[0] * sine[0]
     for i in range(count):

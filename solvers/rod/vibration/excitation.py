@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from solvers.numerics.panels import resolve, rule_of
 from solvers.numerics.radau import radau
 from solvers.rod.cycle.composition import Cycle
-from solvers.rod.cycle.sampled import strip_of
 from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
 from solvers.rod.load.axial_force import Drive
 
@@ -56,7 +55,7 @@ class Excitation:
     @staticmethod
     def of(cycle: Cycle, wanted: float) -> Excitation:
         """On elements that follow forces and moment to ``wanted`` of the greatest of each."""
-        strip, drive, d = strip_of(cycle), cycle.drive, cycle.dimensions
+        strip, drive, d = cycle.strip, cycle.drive, cycle.dimensions
         corners = _corners(drive, strip)
         sharp = np.empty(0) if drive.breaks.size else np.mod(cycle.scene.load.sharp_angles(), TURN)
         if corners.size > _MOST_CORNERS:

@@ -26,7 +26,7 @@ Complex = NDArray[np.complex128]
 
 _TERMS = 9
 
-MOST_RINGING, FASTEST = 12, 2500.0
+MOST_RINGING, FASTEST = 12, 5000.0
 """No more modes are made to ring, nor faster ones [1/rad]: what they ring with is cheaper left out than looked at."""
 
 _ROUNDING = 1e-15

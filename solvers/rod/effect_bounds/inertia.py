@@ -249,7 +249,10 @@ def _own_motion(angle: Array, share: Array, pace: Array, smooth: bool) -> Array:
 def _corners_ring(
     states: Array, count: int, share: Array, pace: Array, friction: float, lever: float, offset: float, critical: float
 ) -> float:  # fmt: skip
-    """Amplitude of a fast mode's ringing behind the corners that friction makes between ``count`` even angles: where 6 |M|/Lp = |T|, F'' jumps by (4/pi) mu |T| ((6 |M|/(|T| Lp))')^2."""
+    """Amplitude of a fast mode's ringing behind the corners that friction makes between ``count`` even angles.
+
+    Where 6 |M|/Lp = |T|, F'' jumps by (4/pi) mu |T| ((6 |M|/(|T| Lp))')^2.
+    """
     total, phase, step = 0.0, 0.0, _TURN / count
     for i in range(count):
         j = (i + 1) % count

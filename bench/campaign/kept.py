@@ -19,7 +19,7 @@ from bench.campaign.seeds import Part
 
 _ROOT = Path(__file__).parents[2]
 FOLDER = _ROOT / ".campaign"
-_SOURCES = ("solvers", "app/designs", "bench/campaign")
+_SOURCES = ("solvers", "app/designs", "bench/campaign", "bench/rivals")
 _NOT_JUDGING = frozenset({"__main__", "kept", "page", "workers"})
 """Modules of the campaign that no verdict depends on; pictures are others."""
 

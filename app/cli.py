@@ -41,7 +41,7 @@ def serve(
     os.environ["CRANKWRIGHT_DATABASE_URL"] = database_url
     typer.echo(f"Crankwright      http://{host}:{port}/")
     typer.echo(f"API reference    http://{host}:{port}/docs")
-    uvicorn.run("app.main:create_app", factory=True, host=host, port=port, log_level="warning")
+    uvicorn.run("app.main:create_app", factory=True, host=host, port=port, log_config=None)
 
 
 @app.command()
@@ -162,17 +162,13 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
         if answer.status == REFUSED:
             _refuse(answer.problem)
         run = runs.answered(run, answer, started)
-        asyncio.run(_put(store, run))
+        store.put_and_wait(run)
     shown = runs.run_json(run)
     if as_json:
         typer.echo(shown.decode())
     else:
         print_run(json.loads(shown))
     raise typer.Exit(0 if run.status == "succeeded" else 3)
-
-
-async def _put(store: Any, run: Any) -> None:
-    await store.put(run)
 
 
 def main() -> None:

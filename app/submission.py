@@ -19,9 +19,12 @@ from app.designs.schema import entry
 from app.errors import INVALID, Problem, json_pointer
 from app.jobs.errors import BudgetExceeded, Busy, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.jobs.executor import Executor
+from app.logging import get_logger
 from app.store.errors import UnknownRun
 from app.store.record import Finish, RunRecord, StoredResponse
 from app.store.repository import RunStore
+
+logger = get_logger(__name__)
 
 REFUSED = "refused"
 """The status of an answer whose request the solver could not accept: nothing is stored."""
@@ -47,6 +50,11 @@ async def resolved(store: RunStore, request: BaseModel) -> BaseModel:
             continue
         raise Problem(422, INVALID, found["detail"], [found])
     return request
+
+
+def _named(run: RunRecord) -> dict[str, str]:
+    """What the log says of a run."""
+    return {"run_id": run.id, "kind": run.kind, "mode": run.mode}
 
 
 @dataclass(frozen=True)
@@ -80,7 +88,11 @@ class Service:
             return runs.failed(run, 504, "The time budget ran out", str(error), started)
         except MemoryExceeded as error:
             return runs.failed(run, 507, "The memory bound was reached", str(error), started)
-        except (WorkerCrashed, SolveFailed):
+        except WorkerCrashed as error:
+            logger.error("worker_crashed", **_named(run), reason=str(error))
+            return runs.failed(run, 500, "The solver failed", "the solve ended without an answer", started)
+        except SolveFailed as error:
+            logger.error("solve_failed", **_named(run), reason=str(error), exception=error.detail)
             return runs.failed(run, 500, "The solver failed", "the solve ended without an answer", started)
         if answer.status == REFUSED and answer.problem is not None:
             problem = answer.problem
@@ -143,6 +155,7 @@ class Service:
         except Problem as problem:
             ended = runs.refused(run, problem.body, started)
         except Exception as error:
+            logger.exception("background_solve_failed", **_named(run))
             ended = runs.failed(run, 500, "The solver failed", type(error).__name__, started)
         await self.store.finish(
             run.id, Finish(ended.status, ended.result, ended.problem, ended.effects, ended.accuracy, ended.timing)

@@ -7,7 +7,6 @@ import time
 from dataclasses import dataclass
 
 from solvers.effects import AUTO, EffectSelection
-from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.outcome import Accuracy, ActiveConstraint, Certificate, EffectState, Outcome, Status
 from solvers.rod.check import RodCheck, check
@@ -21,7 +20,7 @@ from solvers.rod.optimum.full_model.matching import on_full_model
 from solvers.rod.optimum.full_model.scout import STRIPS
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes
 from solvers.rod.optimum.sampled_cycle import ANGLES, survey
-from solvers.rod.problem import OBJECTIVES, Objective, RodProblem
+from solvers.rod.problem import Objective, RodProblem
 from solvers.rod.scene import Dimensions
 
 _LIMITED_BY = {
@@ -146,10 +145,3 @@ def _infeasible(proof: Proof, active: frozenset[str]) -> Certificate | None:
     if beyond := _beyond(active, "equal to those at the last strip looked at"):
         evidence |= beyond | {"scouted": f"{STRIPS} strips spread over all sizes, none of them admissible"}
     return Certificate("branch and bound over (ln tau, ln l)", math.inf, 0.0, evidence)
-
-
-def require_known(name: str) -> Objective:
-    """The objective of this name, or InvalidInput."""
-    if name not in OBJECTIVES:
-        raise InvalidInput("objective", f"there is no objective {name!r}", ", ".join(OBJECTIVES))
-    return OBJECTIVES[name]

@@ -6,7 +6,7 @@ into a bent strip, corrections refine its shape. What is not in the composition 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -143,6 +143,7 @@ class PlainBending:
     """The strip bends as if the axial force did not: q = 0."""
 
     couples: float = 0.0
+    shears: bool = False
 
     def coupling(self, scene: Scene, dimensions: Dimensions, force: Array) -> Array:
         return np.zeros_like(force)
@@ -156,6 +157,7 @@ class BeamColumn:
     """The axial force stiffens or softens the strip: q = P/EI."""
 
     couples: float = 1.0
+    shears: bool = False
 
     def coupling(self, scene: Scene, dimensions: Dimensions, force: Array) -> Array:
         return force / bending_stiffness(scene, dimensions)
@@ -203,24 +205,33 @@ class Cycle:
     composition: Composition
     tolerance: float = 1e-10
 
+    def without_corrections(self) -> Cycle:
+        """The same with the linear shape."""
+        return replace(self, composition=replace(self.composition, corrections=()))
+
+    def without_feedback(self) -> Cycle:
+        """The same with an axial force that no shape acts back on, which bends no strip."""
+        plain = replace(self.composition, corrections=(), feedback=None, beam=PlainBending())
+        return replace(self, composition=plain)
+
     @cached_property
     def drive(self) -> Drive:
         """Gas load and moving masses, ready for kernels."""
         return drive_of(self.scene, sum(part.mass(self.scene) for part in self.composition.moving))
 
     @cached_property
-    def _refinements(self) -> tuple[Refinement, ...]:
+    def refinements(self) -> tuple[Refinement, ...]:
         return tuple(correction.prepare(self) for correction in self.composition.corrections)
 
     @property
     def refinement_error(self) -> float:
         """The corrections' own numerical errors, relative to the greatest bending of the strip."""
-        return sum(refinement.error for refinement in self._refinements)
+        return sum(refinement.error for refinement in self.refinements)
 
     @property
     def lasting_error(self) -> float:
         """The part of ``refinement_error`` that does not average out over the turn."""
-        return sum(refinement.lasting_error for refinement in self._refinements)
+        return sum(refinement.lasting_error for refinement in self.refinements)
 
     def axial_force(self, angle: Array) -> Array:
         """P(phi) = -(p - p_back) pi D^2/4 and the inertia of what moves, tension positive [N]."""
@@ -239,6 +250,6 @@ class Cycle:
         force = self.axial_force(angle)
         stroke = self.scene.mechanism.crank_radius * np.sin(angle)
         shape: Shape = self.composition.beam.bend(self.scene, self.dimensions, force, stroke)
-        for refinement in self._refinements:
+        for refinement in self.refinements:
             shape = refinement.refine(angle, force, stroke, shape)
         return Instants(angle, force, stroke, shape)

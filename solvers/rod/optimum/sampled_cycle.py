@@ -6,7 +6,6 @@ import numpy as np
 
 from solvers.crank import kinematics
 from solvers.fatigue import FatigueCriterion
-from solvers.fatigue.kernels import diagram_of
 from solvers.numerics import periodic
 from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.load.axial_force import least_force
@@ -29,7 +28,7 @@ def survey(scene: Scene, criterion: FatigueCriterion, composition: Composition, 
     force = cycle.axial_force(angle)
     least, hardest = least_force(cycle.drive, angle, force, _EXACT)
     m, piston = scene.mechanism, scene.piston
-    lines, parabola = diagram_of(criterion)
+    lines, parabola = criterion.diagram()
     return Machine(
         cycle=cycle,
         crank_radius=m.crank_radius,

@@ -29,12 +29,18 @@ def force(scene: Scene, shape: Shape) -> Array:
     )
 
 
-def power(cycle: Cycle, angle: Array) -> Array:
-    """F |v| [W] at the crank angles."""
-    mechanism, piston, shape = cycle.scene.mechanism, cycle.scene.piston, cycle.at(angle).shape
+def power_at(scene: Scene, angle: Array, side: Array, moment: Array) -> Array:
+    """F |v| [W] at crank angles with side forces T [N] and clamp moments M0 [N m] there."""
+    mechanism, piston = scene.mechanism, scene.piston
     per_wall = piston.friction_coefficient * (4.0 / math.pi) * mechanism.crank_radius * mechanism.angular_speed
     ratio, lever = mechanism.crank_radius / mechanism.rod_length, 6.0 / piston.skirt_length
-    return _power(angle, shape.side_force(), shape.clamp_moment(), piston.clamp_offset, lever, ratio, per_wall)
+    return _power(angle, side, moment, piston.clamp_offset, lever, ratio, per_wall)
+
+
+def power(cycle: Cycle, angle: Array) -> Array:
+    """F |v| [W] at the crank angles."""
+    shape = cycle.at(angle).shape
+    return power_at(cycle.scene, angle, shape.side_force(), shape.clamp_moment())
 
 
 @kernel

@@ -72,6 +72,7 @@ class ShearFlexible:
     """A beam model with shear, on top of plain bending or of a beam-column."""
 
     base: CoupledBeam
+    shears: bool = True
 
     @property
     def couples(self) -> float:

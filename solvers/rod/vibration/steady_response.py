@@ -30,6 +30,7 @@ from solvers.numerics.periodic import grid
 from solvers.numerics.periodic_radau import phase_error
 from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Array, Cycle, Shape, bending_stiffness
+from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.modes import Driven, Motion, StripModes
 from solvers.rod.vibration.natural_frequencies import StripBasis
 from solvers.rod.vibration.time_mesh import WIDEST, interpolate, points, smooth_pieces, split
@@ -113,6 +114,26 @@ class SteadyVibration:
     samples: Array
     error: float
     lasting_error: float
+
+    inclines = False
+
+    @property
+    def bent_terms(self) -> int:
+        """Legendre coefficients of V''."""
+        return self.basis.series(2).shape[0]
+
+    @property
+    def sunk_terms(self) -> int:
+        """Legendre coefficients of V."""
+        return self.basis.series(0).shape[0]
+
+    def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
+        """Add d to the series of V'' and V at the states' angles; what it adds to T [N] and M0 [N m] there."""
+        amplitude = interpolate(self.edges, self.samples, states[ANGLE])
+        bent[: self.bent_terms] += self.basis.series(2) @ amplitude
+        sunk[: self.sunk_terms] += self.basis.series(0) @ amplitude
+        side, moment = (self.stiffness * self.basis.values(np.zeros(1), order)[0] @ amplitude for order in (3, 2))
+        return -side, moment
 
     def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
         return VibratingShape(shape, self.basis, self.stiffness, interpolate(self.edges, self.samples, angle))

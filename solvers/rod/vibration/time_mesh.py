@@ -69,11 +69,6 @@ def split(edges: Array, wide: float) -> Array:
     return np.append(np.repeat(edges[:-1], parts) + inner * np.repeat(widths, parts), edges[-1])
 
 
-def halved(edges: Array) -> Array:
-    """Twice as many elements."""
-    return np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])]))
-
-
 def smooth_pieces(cycle: Cycle, wanted: float) -> Array:
     """Ends of pieces of the turn on which polynomials follow the axial force, or which no bisection improves."""
     corners = np.mod(cycle.corners(), TURN)

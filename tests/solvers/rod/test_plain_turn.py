@@ -9,7 +9,7 @@ import pytest
 
 from solvers import rod
 from solvers.fatigue import serensen
-from solvers.fatigue.kernels import GREATEST, diagram_of
+from solvers.fatigue.kernels import GREATEST
 from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle, PlainBending
 from solvers.rod.cycle.extremes_in_time import ComposedTurn
 from solvers.rod.cycle.plain_extremes import PlainTurn, turn_of
@@ -53,7 +53,7 @@ def test_gauges_at_the_piston_and_along_the_strip_agree(beam, moving):
 
 def test_contests_along_the_strip_agree():
     contests = (
-        Contest(diagram_of(serensen(PAPER.material)), (0, 1), located=True),
+        Contest(serensen(PAPER.material).diagram(), (0, 1), located=True),
         Contest(GREATEST, (0,)),
     )
     layers = weights({TANGENT: 1.0, CURVATURE: 2.0}, {TANGENT: 1.0, CURVATURE: -2.0})

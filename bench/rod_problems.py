@@ -72,7 +72,7 @@ def request(seed: int) -> dict[str, Any]:
         for name, size in (("b_mm", wide), ("h_mm", wide), ("l_mm", long))
         for low, high in [body["bounds"][name]]
     }
-    bounds["l_mm"][0] *= 0.8
+    bounds["l_mm"][0] *= 0.5
     bounds["l_mm"][1] = min(bounds["l_mm"][1], mechanism["rod_length_mm"])
     requirements = {"min_fatigue_safety": rng.uniform(1.2, 2.65), "min_stability_safety": rng.uniform(1.2, 3.0)}
     if rng.random() < 0.2:
@@ -167,8 +167,8 @@ def lines_of(found: Sequence[Solved], strong: int) -> list[str]:
         "",
         f"Of {len(found):,} problems {statuses}; {sum(s.seconds > 1.0 for s in found)} took more than 1 s, "
         f"{sum(s.seconds > _SLOW for s in found)} more than {_SLOW:g} s. The accuracy asked for is met in "
-        f"{share([s for s in found if s.met], found)}; {sum(s.told for s in missed)} of the {len(missed)} others say so "
-        "in a warning.",
+        f"{share([s for s in found if s.met], found)}; {sum(s.told for s in missed)} of the {len(missed)} others say "
+        "so in a warning.",
     ]
     for title, seeds in (
         ("Accuracy missed", [s.seed for s in missed]),
@@ -176,10 +176,8 @@ def lines_of(found: Sequence[Solved], strong: int) -> list[str]:
         ("Errors", [s.seed for s in found if s.trouble]),
     ):
         if seeds:
-            lines += [
-                "",
-                f"{title}: seeds {', '.join(map(str, seeds[:_SHOWN]))}" + (" …" if seeds[_SHOWN:] else "") + ".",
-            ]
+            more = " …" if seeds[_SHOWN:] else ""
+            lines += ["", f"{title}: seeds {', '.join(map(str, seeds[:_SHOWN]))}{more}."]
     contests = [s for s in found if s.rivals is not None]
     return lines + (["", *_of_rivals(contests, strong)] if contests else [])
 

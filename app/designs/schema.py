@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 from app.designs.kind import Answer
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.errors import EffectConflict, InvalidInput
-from solvers.outcome import Certificate, Outcome
+from solvers.outcome import Accuracy, Certificate, Outcome
 
 MILLI, MEGA, GIGA = 1e-3, 1e6, 1e9
 LARGEST_INFLUENCE = 1e9
@@ -137,6 +137,7 @@ class AccuracyResult(Strict):
 
     requested: float
     estimated: float
+    met: bool = Field(description="whether estimated is at most requested")
     settings: dict[str, float | int | str]
 
 
@@ -202,11 +203,30 @@ def diagnosis_json(outcome: Outcome, limits: Mapping[str, tuple[str, float]]) ->
     return found
 
 
+def accuracy_json(accuracy: Accuracy) -> dict[str, Any]:
+    """What was asked for, what was reached, and whether that is enough."""
+    return {
+        "requested": accuracy.requested,
+        "estimated": float(accuracy.estimated),
+        "met": bool(accuracy.met),
+        "settings": dict(accuracy.settings),
+    }
+
+
+def _cautioned(result: dict[str, Any] | None, accuracy: Accuracy) -> dict[str, Any] | None:
+    """The result, with a warning in front of its own where the accuracy asked for is missed."""
+    if result is None or "warnings" not in result or accuracy.met:
+        return result
+    missed = f"the accuracy of {accuracy.requested:g} is not met: the estimated error is {accuracy.estimated:.1g}"
+    return {**result, "warnings": [missed, *result["warnings"]]}
+
+
 def envelope(outcome: Outcome, result: dict[str, Any] | None) -> Answer:
-    """An outcome as the answer of a job: the result as given, and the parts that every kind has."""
+    """An outcome as the answer of a job: the result, warned of where its accuracy is missed, and the parts that every
+    kind has."""
     return Answer(
         status=str(outcome.status),
-        result=result,
+        result=_cautioned(result, outcome.accuracy),
         effects=[
             {
                 "name": e.name,
@@ -216,11 +236,7 @@ def envelope(outcome: Outcome, result: dict[str, Any] | None) -> Answer:
             }
             for e in outcome.effects
         ],
-        accuracy={
-            "requested": outcome.accuracy.requested,
-            "estimated": float(outcome.accuracy.estimated),
-            "settings": dict(outcome.accuracy.settings),
-        },
+        accuracy=accuracy_json(outcome.accuracy),
         timing={name: float(seconds) for name, seconds in outcome.timing.items()},
     )
 

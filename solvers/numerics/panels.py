@@ -28,8 +28,8 @@ from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
 
-_SLOWEST = 0.9
-_FASTEST = 0.05
+_SLOWEST = 0.75
+_FASTEST = 0.25
 """Ratios by which coefficients are taken to fall: at a corner they fall as slowly as this, and none is trusted more."""
 _TAIL = 4
 _MOST_STEPS = 40
@@ -190,13 +190,11 @@ def greatest(edges: Array, rule: Rule, f: Array, sign: float, tolerance: float) 
     crossing of the tangents, and where that is above the best so far it is looked for as a zero of the slope.
     """
     n = rule.points.size
-    best, where, which = -np.inf, 0.0, 0
+    best, which = -np.inf, 0
     for k in range(f.size):
         if sign * f[k] > best:
             best, which = sign * f[k], k
-    p = which // n
-    where = 0.5 * (edges[p] + edges[p + 1]) + 0.5 * (edges[p + 1] - edges[p]) * rule.points[which % n]
-    top = p
+    top, x, missed = which // n, rule.points[which % n], 0.0
     slope = np.empty(n)
     for p in range(edges.size - 1):
         g = f[p * n : (p + 1) * n]
@@ -219,15 +217,16 @@ def greatest(edges: Array, rule: Rule, f: Array, sign: float, tolerance: float) 
             width = rule.points[j + 1] - rule.points[j]
             left, right = sign * g[j], sign * g[j + 1]
             crossing = left + rise * max((right - left + fall * width) / (rise + fall), 0.0)
-            if crossing <= best + tolerance and max(left, right) <= best:
+            if crossing <= best and max(left, right) < best:
                 continue
-            # The value misses its top by the slope's error times half the step.
-            x = _zero(slope, rule, j, math.sqrt(0.1 * tolerance / (rise + fall) * width) + 4.0 * _EPS)
-            value = sign * interpolate(g, rule, x)
-            if value > best:
-                best, top = value, p
-                where = 0.5 * (edges[p] + edges[p + 1]) + 0.5 * (edges[p + 1] - edges[p]) * x
-    return best, panel_error(f[top * n : (top + 1) * n], rule) + 4.0 * _EPS * abs(best), where
+            # The value misses its top by the slope that is left, squared, over twice the bend.
+            bend = (rise + fall) / width
+            place = _zero(slope, rule, j, math.sqrt(0.1 * tolerance / bend) + 4.0 * _EPS)
+            value, left_over = sign * interpolate(g, rule, place), interpolate(slope, rule, place)
+            if value > best or (p == top and value >= best):
+                best, top, x, missed = value, p, place, left_over * left_over / bend
+    where = 0.5 * (edges[top] + edges[top + 1]) + 0.5 * (edges[top + 1] - edges[top]) * x
+    return best, missed + panel_error(f[top * n : (top + 1) * n], rule) + 4.0 * _EPS * abs(best), where
 
 
 @kernel

@@ -80,8 +80,6 @@ def test_check(case):
         error = units(value, reference[name])
         assert error <= CHECK_LIMIT, name
         assert error * EPS * max(1.0, reference[name]["condition"]) <= outcome.accuracy.estimated, name
-    reached = outcome.accuracy.estimated <= 1e-12
-    assert reached != any("not reached" in warning for warning in outcome.value.warnings)
 
 
 @pytest.mark.parametrize("case", CASES["checks"], ids=lambda case: case["name"])

@@ -22,7 +22,10 @@ from solvers.rod.piston.friction import power_at
 
 Array = NDArray[np.float64]
 
-_FINE, _COARSE = legendre.leggauss(16), legendre.leggauss(10)
+_WIDE = 0.95
+_FINE, _COARSE = legendre.leggauss(20), legendre.leggauss(14)
+_EIGHTHS = 0.125 * TURN * np.arange(8)
+"""The dead centres, and as many angles more as keep |v| close to a polynomial between them."""
 
 
 def guide_loads(sampled: SampledCycle, contact: bool) -> tuple[Extreme, Extreme, Extreme | None]:
@@ -51,7 +54,9 @@ def friction_power(sampled: SampledCycle) -> tuple[float, float]:
     piston, side, moment = sampled.cycle.scene.piston, sampled.side, sampled.moment
     couple = 6.0 / piston.skirt_length * (moment + side * piston.clamp_offset)
     first = sampled.panels.edges[0]
-    corners = np.concatenate([[0.0, 0.5 * TURN], sampled.zeros(couple - side), sampled.zeros(couple + side)])
+    mechanism = sampled.cycle.scene.mechanism
+    steep = _steep(mechanism.crank_radius / mechanism.rod_length)
+    corners = np.concatenate([_EIGHTHS, steep, sampled.zeros(couple - side), sampled.zeros(couple + side)])
     corners = first + np.mod(corners - first, TURN)
     ends = np.unique(np.concatenate([sampled.panels.edges, corners]))
     both = np.stack([side, moment])
@@ -59,7 +64,6 @@ def friction_power(sampled: SampledCycle) -> tuple[float, float]:
     if not fine:
         return 0.0, 0.0
     # The panels' own error is that of the greatest reactions; the mean of |v| is two strokes a turn.
-    mechanism = sampled.cycle.scene.mechanism
     most = float(np.abs(side).max() + np.abs(couple).max())
     bound = piston.friction_coefficient * (4.0 / math.pi) * most * 4.0 * mechanism.crank_radius * mechanism.speed
     return fine, abs(fine - coarse) / fine + sampled.error * bound / fine
@@ -72,3 +76,13 @@ def _mean(sampled: SampledCycle, both: Array, ends: Array, rule: tuple[Array, Ar
     side, moment = sampled.at(both, angle)
     power = power_at(sampled.cycle.scene, angle, side, moment)
     return float(half @ (power.reshape(half.size, -1) @ weights)) / TURN
+
+
+def _steep(ratio: float) -> Array:
+    """Angles graded toward the quarters of the turn, where v changes over a width of sqrt(1 - lambda^2)."""
+    width = math.sqrt((1.0 - ratio) * (1.0 + ratio))
+    if width > _WIDE:
+        return np.empty(0)
+    steps = math.ceil(2.0 * math.asinh(0.25 * TURN / width))
+    away = width * np.sinh(0.5 * np.arange(-steps, steps + 1))
+    return np.concatenate([0.25 * TURN + away, 0.75 * TURN + away])

@@ -55,6 +55,7 @@ class SampledCycle:
 
     ``table`` has the rows of ``state`` and behind them those of ``field``'s series; ``side`` and ``moment`` hold T [N]
     and M0 [N m] with all corrections. ``error`` is what the panels leave, relative to the greatest of each quantity.
+    Where the strip ``buckles`` there is only the force, without what friction would add to it.
     """
 
     cycle: Cycle
@@ -64,12 +65,14 @@ class SampledCycle:
     side: Array
     moment: Array
     error: float
+    buckles: bool
 
     @staticmethod
     def of(cycle: Cycle, tolerance: float) -> SampledCycle:
         """Sample a cycle so that its quantities are known to ``tolerance`` of their greatest magnitudes."""
         strip = strip_of(cycle)
-        if strip.couples and _buckles(cycle.drive, strip):
+        buckles = bool(strip.couples) and _buckles(cycle.drive, strip)
+        if buckles:
             # Nothing but the force has a meaning there.
             cycle = cycle.without_feedback()
             strip = strip_of(cycle)
@@ -92,7 +95,7 @@ class SampledCycle:
             bending=0.5 * cycle.scene.material.elastic_modulus * d.h,
             inclined=sampler.inclined,
         )
-        return SampledCycle(cycle, tolerance, panels, field, rows[1], rows[2], error)
+        return SampledCycle(cycle, tolerance, panels, field, rows[1], rows[2], error, buckles)
 
     @property
     def force(self) -> Array:

@@ -14,10 +14,10 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN, grid
 from solvers.rod.effect_bounds.ringing_bound import left_ringing, pieces_of
 from solvers.rod.load.axial_force import Drive, axial_force, drive_of, pressure
-from solvers.rod.optimum.proof.intervals import critical_parameter
 from solvers.rod.piston import skirt
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import beam_column_kernels
+from solvers.rod.strip.buckling import log_critical_parameter
 from solvers.rod.vibration.natural_frequencies import natural_frequency
 
 Array = NDArray[np.float64]
@@ -122,7 +122,7 @@ class Situation:
     @cached_property
     def critical(self) -> float:
         d, s = self.dimensions, self.scene
-        ln_u, _ = critical_parameter(d.l, s.mechanism.rod_length)
+        ln_u, _ = log_critical_parameter(d.l, s.mechanism.rod_length)
         weaker = d.b * d.h * min(d.b, d.h) ** 2 / 12.0
         return s.material.elastic_modulus * weaker * (math.exp(ln_u) / s.mechanism.rod_length) ** 2
 

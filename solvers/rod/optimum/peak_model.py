@@ -27,7 +27,8 @@ from solvers.rod.optimum.constraints import (
     THICKNESS,
     UTILISATION,
 )
-from solvers.rod.optimum.proof.intervals import clamp, critical_parameter, curvature_and_stiffness
+from solvers.rod.optimum.proof.intervals import clamp, curvature_and_stiffness
+from solvers.rod.strip.buckling import log_critical_parameter
 
 Array = NDArray[np.float64]
 
@@ -131,7 +132,7 @@ def rows_at(f: Focus, b: float, h: float, l: float, table: Array, out: Array) ->
     out[TAU], out[LENGTH], out[THICKNESS] = math.log(tau), math.log(l), math.log(h)
     out[SIDE] = out[PRESSURE] = out[POWER] = 0.0
     if f.compression > 0.0:
-        ln_u, _ = critical_parameter(l, L)
+        ln_u, _ = log_critical_parameter(l, L)
         euler = 2.0 * ln_u + math.log(f.modulus / (12.0 * L * L * f.compression))
         out[STABILITY], out[SIDEWAYS] = math.log(tau) - euler, -math.log(h * b * b * b) - euler
     else:

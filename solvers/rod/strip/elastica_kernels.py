@@ -1,4 +1,4 @@
-"""The elastica's third-order correction at one crank angle, compiled: linear in the number of Legendre's polynomials.
+"""The strip bent by a load along it, and the elastica's third-order correction, at one crank angle, compiled.
 
 In lengths of the strip, zeta = z/l in [0, 1], with head = e/l, q = P l^2/EI and Q = -T l^2/EI of the linear theory,
 
@@ -135,20 +135,75 @@ def linear_slope(
 
 
 @kernel
+def bent_by(
+    q: float, head: float, offset: float, end: float, load: Array, less: Array, tables: Collocation, room: Array,
+    bend: Array, rise: Array,
+) -> tuple[float, float]:  # fmt: skip
+    """Q and theta'(0) of theta'' - q theta - Q = f with the pin at an offset, in lengths of the strip.
+
+    theta(0) = 0, int (theta - less) + head theta(1) = offset, theta'(1) + head theta''(1) = 0. ``load`` holds the
+    Legendre coefficients of f, ``end`` is f(1), and ``less`` holds those of what the offset's rate is short of theta,
+    (n,) each. ``bend`` receives those of theta', ``rise`` of int (theta - less), (n + 2,) each. ``room`` is (4, n + 3).
+    """
+    n = load.size
+    pivot, a, u, w = room[0], room[1], room[2], room[3]
+    for k in range(n, n + 3):
+        pivot[k], a[k], u[k], w[k] = 0.0, 0.0, 0.0, 0.0
+    # From the highest degree down: ``pivot`` holds reciprocals.
+    below, here, above = tables.below, tables.here, tables.above
+    for k in range(n - 1, 0, -1):
+        carried = q * above[k] * pivot[k + 2]
+        pivot[k] = 1.0 / (1.0 + q * here[k] - carried * (q * below[k + 2]))
+        a[k] = load[k] + carried * a[k + 2]
+    # And up again: a without E and B, what E = 1 adds to the even, B = 1 to the odd ones.
+    a[0], u[0], w[0] = load[0], 1.0, 0.0
+    a[1], u[1], w[1] = a[1] * pivot[1], 0.0, 0.5 * q * pivot[1]
+    for k in range(2, n):
+        ratio = q * below[k] * pivot[k]
+        a[k] = a[k] * pivot[k] + ratio * a[k - 2]
+        u[k], w[k] = ratio * u[k - 2], ratio * w[k - 2]
+    # Offset of the pin, moment at the pin: two equations for E and B. theta''(1) is q B + Q + f(1), Q = E - q m.
+    mean_a, mean_e, mean_b = -(a[0] - 0.2 * a[2]) / 12.0, -(1.0 - 0.2 * u[2]) / 12.0, 0.5
+    offset_e, offset_b, offset_a = mean_e, mean_b + head, offset + less[0] - mean_a
+    moment_e, moment_b = 0.5 + head * (1.0 - q * mean_e), 1.0 + w[1] / 6.0 + head * q * (1.0 - mean_b)
+    moment_a = -(0.5 * a[0] + a[1] / 6.0 + head * (end - q * mean_a))
+    det = offset_b * moment_e - offset_e * moment_b
+    by_even = (offset_b * moment_a - moment_b * offset_a) / det
+    by_odd = (offset_a * moment_e - moment_a * offset_e) / det
+    for k in range(n):
+        a[k] += by_even * u[k] + by_odd * w[k]
+    low, high = tables.low, tables.high
+    bend[0] = by_odd
+    for k in range(1, n + 2):
+        bend[k] = low[k] * a[k - 1] - high[k] * a[k + 1]
+    mean = 0.5 * by_odd - bend[1] / 6.0
+    # theta less ``less``, in ``u``, and its integral.
+    u[0] = mean - less[0]
+    for k in range(1, n):
+        u[k] = low[k] * bend[k - 1] - high[k] * bend[k + 1] - less[k]
+    u[n] = low[n] * bend[n - 1] - high[n] * bend[n + 1]
+    u[n + 1], u[n + 2] = low[n + 1] * bend[n], 0.0
+    rise[0] = 0.5 * u[0] - u[1] / 6.0
+    for k in range(1, n + 2):
+        rise[k] = low[k] * u[k - 1] - high[k] * u[k + 1]
+    return by_even - q * mean, by_odd - 0.5 * a[0] + a[1] / 6.0
+
+
+@kernel
 def third_order(
     q: float, shear: float, head: float, slope: Array, tables: Collocation, room: Array, bend: Array, rise: Array
 ) -> tuple[float, float]:
     """Q_3 and theta_3'(0), in lengths of the strip, from the linear slope at the nodes, (n + 1,).
 
     ``bend`` receives the Legendre coefficients of theta_3' (V'' is this over l), ``rise`` those of the offset's
-    correction over l; (n + 2,) each. ``room`` is (5, n + 3) of scratch.
+    correction over l; (n + 2,) each. ``room`` is (6, n + 3) of scratch.
     """
     n = slope.size - 1
     half = n // 2
-    cubic, square, a, u, w = room[0], room[1], room[2], room[3], room[4]
-    for k in range(n + 3):
-        cubic[k], square[k], a[k], u[k], w[k] = 0.0, 0.0, 0.0, 0.0, 0.0
-    # Sums and differences of mirrored nodes, kept in a, u; even and odd coefficients of the cubic and the bent side.
+    load, cubic, u, w = room[4], room[5], room[2], room[3]
+    for k in range(n):
+        u[k], w[k] = 0.0, 0.0
+    # Sums and differences of mirrored nodes go to even and odd coefficients.
     for i in range(half):
         left, right = slope[i], slope[n - 1 - i]
         square_left, square_right = left * left, right * right
@@ -166,47 +221,11 @@ def third_order(
             w[half + k] += tables.odd[i, k] * bent_difference
     for k in range(half):
         cubic[2 * k], cubic[2 * k + 1] = u[k], u[half + k]
-        a[2 * k], a[2 * k + 1] = w[k], w[half + k]
-    for k in range(n + 3):
-        u[k], w[k] = 0.0, 0.0
-    # From the highest degree down: ``square`` holds 1/pivot.
-    below, here, above = tables.below, tables.here, tables.above
-    for k in range(n - 1, 0, -1):
-        carried = q * above[k] * square[k + 2]
-        square[k] = 1.0 / (1.0 + q * here[k] - carried * (q * below[k + 2]))
-        a[k] += carried * a[k + 2]
-    # And up again: a without E and B, what E = 1 adds to the even, B = 1 to the odd ones.
-    u[0], a[1], w[1] = 1.0, a[1] * square[1], 0.5 * q * square[1]
-    for k in range(2, n):
-        ratio = q * below[k] * square[k]
-        a[k] = a[k] * square[k] + ratio * a[k - 2]
-        u[k], w[k] = ratio * u[k - 2], ratio * w[k - 2]
-    # Offset of the pin, moment at the pin: two equations for E and B. theta_3''(1) is q B + Q_3 + f(1), Q_3 = E - q m.
+        load[2 * k], load[2 * k + 1] = w[k], w[half + k]
     end = slope[n]
-    end_cubic, end_bent = end * end * end / 6.0, -q * end * end * end / 6.0 - 0.5 * shear * end * end
-    mean_a, mean_e, mean_b = -(a[0] - 0.2 * a[2]) / 12.0, -(1.0 - 0.2 * u[2]) / 12.0, 0.5
-    offset_e, offset_b = mean_e, mean_b + head
-    offset = cubic[0] + head * end_cubic - mean_a
-    moment_e, moment_b = 0.5 + head * (1.0 - q * mean_e), 1.0 + w[1] / 6.0 + head * q * (1.0 - mean_b)
-    moment = -(0.5 * a[0] + a[1] / 6.0 + head * (end_bent - q * mean_a))
-    det = offset_b * moment_e - offset_e * moment_b
-    by_even, by_odd = (offset_b * moment - moment_b * offset) / det, (offset * moment_e - moment * offset_e) / det
-    for k in range(n):
-        a[k] += by_even * u[k] + by_odd * w[k]
-    low, high = tables.low, tables.high
-    bend[0] = by_odd
-    for k in range(1, n + 2):
-        bend[k] = low[k] * a[k - 1] - high[k] * a[k + 1]
-    mean = 0.5 * by_odd - bend[1] / 6.0
-    # theta_3 - theta_1^3/6, in ``u``, and its integral.
-    u[0] = mean - cubic[0]
-    for k in range(1, n + 1):
-        u[k] = low[k] * bend[k - 1] - high[k] * bend[k + 1] - cubic[k]
-    u[n + 1] = low[n + 1] * bend[n]
-    rise[0] = 0.5 * u[0] - u[1] / 6.0
-    for k in range(1, n + 2):
-        rise[k] = low[k] * u[k - 1] - high[k] * u[k + 1]
-    return by_even - q * mean, by_odd - 0.5 * a[0] + a[1] / 6.0
+    end_cubic = end * end * end / 6.0
+    end_load = -q * end_cubic - 0.5 * shear * end * end
+    return bent_by(q, head, head * end_cubic, end_load, load[:n], cubic[:n], tables, room, bend, rise)
 
 
 @kernel
@@ -219,7 +238,7 @@ def third_orders(
     """
     count, n = slope.shape[0], slope.shape[1] - 1
     bend, rise = np.empty((count, n + 2)), np.empty((count, n + 2))
-    side, clamp, room = np.empty(count), np.empty(count), np.empty((5, n + 3))
+    side, clamp, room = np.empty(count), np.empty(count), np.empty((6, n + 3))
     for i in range(count):
         side[i], clamp[i] = third_order(q[i], shear[i], head, slope[i], tables, room, bend[i], rise[i])
     return bend, rise, side, clamp

@@ -53,7 +53,7 @@ class Design:
     missed          by what share the answer misses a limit, or its objective, when checked anew
     better          by what share the best rival, or the tighter design, is better than the bound
     estimated       of the answer's own error and gap, and the tighter design's
-    own_estimate    of the answer's own error alone
+    own_estimate    of the answer's own error, with its gap where that is proven
     distance        from the tighter design
     closest         by what share the best rival is worse than the answer
     """
@@ -115,7 +115,7 @@ def judge_design(slug: str, seed: int) -> Design | None:
         missed=_missed(slug, problem, answer),
         better=max(bound / min(best, least) - 1.0, 0.0),
         estimated=_doubt(answer) + _doubt(tight),
-        own_estimate=answer.accuracy["estimated"],
+        own_estimate=_doubt(answer) if proven else answer.accuracy["estimated"],
         distance=abs(value / least - 1.0),
         closest=best / value - 1.0,
     )

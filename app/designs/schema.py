@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 from app.designs.kind import Answer
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.errors import EffectConflict, InvalidInput
-from solvers.outcome import Accuracy, Certificate, Outcome
+from solvers.outcome import Accuracy, Certificate, Outcome, Status
 
 MILLI, MEGA, GIGA = 1e-3, 1e6, 1e9
 LARGEST_INFLUENCE = 1e9
@@ -116,6 +116,27 @@ class SolverRequest(Strict):
         if isinstance(self.effects, EffectChoice):
             return EffectSelection(frozenset(self.effects.include), frozenset(self.effects.exclude))
         return {"auto": AUTO, "all": ALL}[self.effects]
+
+
+GREATEST_TIME_S = 3600.0
+"""What a service can be set to give one solve."""
+
+
+OUT_OF_TIME = "The time budget ran out"
+"""The title of the problem of a run that did not end in time."""
+
+
+class DesignSettings(Strict):
+    """What every design may say beside what every request may."""
+
+    time_budget_s: float | None = Field(
+        default=None,
+        ge=1e-3,
+        le=GREATEST_TIME_S,
+        description="wall-clock time that this design may take, at most the service's own limit; null: that limit. A "
+        "kind that finds better and better designs answers with the best that meets every requirement, with the gap "
+        "that is left and accuracy.met false; any other run that does not end in time fails",
+    )
 
 
 def scaled(value: float | None, unit: float) -> float | None:
@@ -221,12 +242,22 @@ def _cautioned(result: dict[str, Any] | None, accuracy: Accuracy) -> dict[str, A
     return {**result, "warnings": [missed, *result["warnings"]]}
 
 
+_NOTHING_IN_TIME = {
+    "type": "about:blank",
+    "title": OUT_OF_TIME,
+    "status": 504,
+    "detail": "nothing that meets every requirement was found within the time budget",
+}
+
+
 def envelope(outcome: Outcome, result: dict[str, Any] | None) -> Answer:
     """An outcome as the answer of a job: the result, warned of where its accuracy is missed, and the parts that every
-    kind has."""
+    kind has. A failed one, whose time was over before anything was found, has a problem for its result."""
+    failed = outcome.status is Status.FAILED
     return Answer(
         status=str(outcome.status),
-        result=_cautioned(result, outcome.accuracy),
+        result=None if failed else _cautioned(result, outcome.accuracy),
+        problem=dict(_NOTHING_IN_TIME) if failed else None,
         effects=[
             {
                 "name": e.name,

@@ -13,13 +13,14 @@ from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.fatigue.kernels import GREATEST
 from solvers.outcome import Accuracy, Outcome, Status
-from solvers.rod.cycle.composition import Cycle, bending_stiffness
+from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import friction_power, guide_loads
 from solvers.rod.cycle.sampled import Extreme, SampledCycle
 from solvers.rod.cycle.section import DEFLECTION, FIBRES, STATIONS, station_table, worst
 from solvers.rod.effects import choose_for, compose
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling, shear
+from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 from solvers.rod.vibration.natural_frequencies import natural_frequency
 
 _ROUNDING = 1e-14
@@ -138,7 +139,7 @@ def _forces(linear: SampledCycle, critical: float) -> tuple[Extreme, Extreme]:
     Where it takes friction to buckle the strip, the compression is the critical force, at which shapes end.
     """
     pushed, pulled = linear.greatest(-linear.force), linear.greatest(linear.force)
-    if linear.cycle.composition.feedback is not None and pushed.value >= critical:
+    if linear.cycle.composition.feedback and pushed.value >= critical:
         # Only between the sampled angles: beyond buckling there is no shape that would tell the friction.
         linear = SampledCycle.of(linear.cycle.without_feedback(), linear.tolerance)
         pushed, pulled = linear.greatest(-linear.force), linear.greatest(linear.force)
@@ -155,7 +156,7 @@ def _critical_force(scene: Scene, dimensions: Dimensions, with_shear: bool) -> f
     if not with_shear:
         return plain
     stiffness = bending_stiffness(scene, dimensions)
-    compliance = stiffness / shear.shear_stiffness(scene, dimensions)
+    compliance = stiffness / shear_stiffness(scene, dimensions)
     return min(plain, -stiffness * shear.critical_coupling(dimensions.l, length, compliance))
 
 

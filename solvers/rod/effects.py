@@ -12,13 +12,12 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
-from solvers.rod.cycle.composition import BeamColumn, Composition, PlainBending
+from solvers.rod.cycle.composition import BeamColumn, Composition, PlainBending, ShearFlexible
 from solvers.rod.effect_bounds.situation import Situation, relative
 from solvers.rod.piston import skirt
-from solvers.rod.piston.friction import FrictionFeedback
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.elastica import LargeDisplacement
-from solvers.rod.strip.shear import ShearFlexible, shear_stiffness
+from solvers.rod.strip.stiffness import shear_stiffness
 from solvers.rod.vibration.steady_response import RodInertia
 
 
@@ -159,7 +158,7 @@ class FrictionFeedbackEffect:
         return situation.by_force(friction)
 
     def join(self, composition: Composition) -> Composition:
-        return _with(composition, feedback=FrictionFeedback())
+        return _with(composition, feedback=True)
 
 
 def _with(composition: Composition, **parts: object) -> Composition:

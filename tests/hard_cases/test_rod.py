@@ -16,7 +16,6 @@ import pytest
 from solvers import rod
 from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle
 from solvers.rod.effects import EFFECTS
-from solvers.rod.piston.friction import FrictionFeedback
 from solvers.rod.strip import beam_column, beam_column_kernels, stress_envelope
 from tests.hard_cases.make_rod_references import load_cases
 
@@ -132,7 +131,7 @@ def test_kernels(case):
 def fed_back(case):
     """The axial force at the case's angle."""
     scene, dimensions = scene_of(case)
-    cycle = Cycle(scene, dimensions, Composition(beam=BeamColumn(), feedback=FrictionFeedback()))
+    cycle = Cycle(scene, dimensions, Composition(beam=BeamColumn(), feedback=True))
     return float(cycle.axial_force(np.array([case["angle"]]))[0])
 
 

@@ -23,7 +23,7 @@ from solvers.rod.piston.friction import power_at
 Array = NDArray[np.float64]
 
 _WIDE = 0.95
-_FINE, _COARSE = legendre.leggauss(20), legendre.leggauss(14)
+_FINE, _COARSE = legendre.leggauss(22), legendre.leggauss(16)
 _EIGHTHS = 0.125 * TURN * np.arange(8)
 """The dead centres, and as many angles more as keep |v| close to a polynomial between them."""
 

@@ -15,12 +15,10 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from solvers.numerics.panels import Panels, Rule, greatest, resolve, rule_of, values_at, zeros
-from solvers.rod.cycle.composition import Cycle, bending_stiffness
+from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.section import Field
 from solvers.rod.cycle.state import FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
 from solvers.rod.load.axial_force import Drive
-from solvers.rod.strip.buckling import critical_force
-from solvers.rod.strip.shear import shear_stiffness
 
 Array = NDArray[np.float64]
 
@@ -70,12 +68,12 @@ class SampledCycle:
     @staticmethod
     def of(cycle: Cycle, tolerance: float) -> SampledCycle:
         """Sample a cycle so that its quantities are known to ``tolerance`` of their greatest magnitudes."""
-        strip = strip_of(cycle)
+        strip = cycle.strip
         buckles = bool(strip.couples) and _buckles(cycle.drive, strip)
         if buckles:
             # Nothing but the force has a meaning there.
             cycle = cycle.without_feedback()
-            strip = strip_of(cycle)
+            strip = cycle.strip
         sampler = _Sampler(cycle, strip)
         edges = panel_edges(cycle.drive, sampler.strip, cycle.scene.load.sharp_angles())
         panels, rows, error = resolve(sampler, edges, _rule(edges.size - 1), _CHECKED, tolerance, _MOST_PANELS)
@@ -142,25 +140,6 @@ class _Sampler:
             rows[3] += bent.sum(axis=0)
             rows[4] = legendre.legval(0.0, bent)
         return rows
-
-
-def strip_of(cycle: Cycle) -> Strip:
-    """The strip of a cycle as kernels take it."""
-    scene, d, physics = cycle.scene, cycle.dimensions, cycle.composition
-    stiffness, piston = bending_stiffness(scene, d), scene.piston
-    length = scene.mechanism.rod_length
-    critical = float(critical_force(scene.material.elastic_modulus, d.b, d.h, d.l, length))
-    return Strip(
-        stiffness=stiffness,
-        length=d.l,
-        rod_length=length,
-        couples=physics.beam.couples,
-        compliance=stiffness / shear_stiffness(scene, d) if physics.beam.shears else 0.0,
-        friction=4.0 / math.pi * piston.friction_coefficient if physics.feedback is not None else 0.0,
-        lever=6.0 / piston.skirt_length,
-        offset=piston.clamp_offset,
-        buckled=-2.0 * critical,
-    )
 
 
 def _buckles(drive: Drive, strip: Strip) -> bool:

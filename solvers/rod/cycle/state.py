@@ -135,18 +135,43 @@ def closed_force(strip: Strip, force: float, stroke: float) -> float:
 @kernel
 def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None:
     """The states at the angles (n,) into a table of shape (ROWS, n)."""
-    per_force = strip.couples / strip.stiffness
     for i in range(angle.size):
         stroke = drive.crank_radius * math.sin(angle[i])
         force = axial_force(drive, angle[i])
         if strip.friction != 0.0:
             force = closed_force(strip, force, stroke)
-        q, m, clamp, shear, head = constants(per_force * force, strip.length, strip.rod_length, strip.compliance)
-        states[ANGLE, i], states[FORCE, i], states[STROKE, i] = angle[i], force, stroke
-        states[COUPLING, i], states[SOFTENING, i] = q, m
-        states[CLAMP, i], states[SHEAR, i], states[HEAD, i] = clamp * stroke, shear * stroke, head * stroke
-        states[SIDE, i] = -strip.stiffness * m * shear * stroke
-        states[MOMENT, i] = strip.stiffness * clamp * stroke
+        states[ANGLE, i] = angle[i]
+        bend_state(strip, force, stroke, states, i)
+
+
+@kernel
+def bend_state(strip: Strip, force: float, stroke: float, states: Array, i: int) -> None:
+    """The strip under an axial force with the crank pin at a stroke, into column i of a table."""
+    q, m, clamp, shear, head = constants(
+        strip.couples / strip.stiffness * force, strip.length, strip.rod_length, strip.compliance
+    )
+    states[FORCE, i], states[STROKE, i], states[COUPLING, i], states[SOFTENING, i] = force, stroke, q, m
+    states[CLAMP, i], states[SHEAR, i], states[HEAD, i] = clamp * stroke, shear * stroke, head * stroke
+    states[SIDE, i] = -strip.stiffness * m * shear * stroke
+    states[MOMENT, i] = strip.stiffness * clamp * stroke
+
+
+@kernel
+def bend_states(strip: Strip, force: Array, stroke: Array, states: Array) -> None:
+    """The strip under given forces and strokes, into a table of shape (ROWS, n); its angles are left alone."""
+    for i in range(force.size):
+        bend_state(strip, force[i], stroke[i], states, i)
+
+
+@kernel
+def axial_force_with_friction(drive: Drive, strip: Strip, angle: Array) -> Array:
+    """P [N] at the angles, (n,)."""
+    out = np.empty(angle.size)
+    for i in range(angle.size):
+        out[i] = axial_force(drive, angle[i])
+        if strip.friction != 0.0:
+            out[i] = closed_force(strip, out[i], drive.crank_radius * math.sin(angle[i]))
+    return out
 
 
 @kernel

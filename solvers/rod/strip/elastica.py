@@ -22,65 +22,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import legendre
-from numpy.typing import ArrayLike
 
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import grid
-from solvers.rod.cycle.composition import Array, Cycle, Shape, bending_stiffness
+from solvers.rod.cycle.composition import Array, Cycle
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SIDE, SOFTENING
 from solvers.rod.strip.elastica_kernels import (
     Collocation,
-    at_stations,
     collocation,
     linear_slope,
     nodes_for,
     third_order,
-    third_orders,
 )
-from solvers.rod.strip.shear import shear_stiffness
+from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 _FEW = grid(64)
-
-
-@dataclass(frozen=True)
-class CorrectedShape:
-    """The linear shape and its third-order correction, the latter as Legendre series over the strip.
-
-    ``bend`` is l times the curvature's, ``rise`` the deflection's over l, (angles, degrees) each; ``shear`` Q_3 l^2/EI
-    and ``clamp`` theta_3'(0) l.
-    """
-
-    linear: Shape
-    length: float
-    stiffness: float
-    bend: Array
-    rise: Array
-    shear: Array
-    clamp: Array
-
-    def _at(self, stations: ArrayLike, coefficients: Array) -> Array:
-        return at_stations(np.asarray(stations, dtype=float) / self.length, coefficients.shape[1]) @ coefficients.T
-
-    def curvature(self, stations: ArrayLike) -> Array:
-        return self.linear.curvature(stations) + self._at(stations, self.bend) / self.length
-
-    def slope(self, stations: ArrayLike) -> Array:
-        turn = legendre.legint(self.bend, lbnd=-1.0, scl=0.5, axis=1)
-        return self.linear.slope(stations) + self._at(stations, turn)
-
-    def deflection(self, stations: ArrayLike) -> Array:
-        return self.linear.deflection(stations) + self._at(stations, self.rise) * self.length
-
-    def axial_force(self, stations: ArrayLike) -> Array:
-        turn = self.linear.slope(stations)
-        return self.linear.axial_force(stations) * (1.0 - 0.5 * turn**2) + self.linear.side_force() * turn
-
-    def side_force(self) -> Array:
-        return self.linear.side_force() - self.stiffness / self.length**2 * self.shear
-
-    def clamp_moment(self) -> Array:
-        return self.linear.clamp_moment() + self.stiffness / self.length * self.clamp
 
 
 @dataclass(frozen=True)
@@ -147,16 +103,6 @@ class ElasticaExpansion:
         )
         return side, moment
 
-    def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
-        per_force = self.length**2 / self.stiffness
-        q = force * (self.couples * per_force)
-        tables = collocation(nodes_for(float(q.min()), float(q.max())))
-        turn = np.ascontiguousarray(shape.slope(tables.nodes * self.length).T)
-        bend, rise, shear, clamp = third_orders(
-            q, shape.side_force() * -per_force, self.head / self.length, turn, tables
-        )
-        return CorrectedShape(shape, self.length, self.stiffness, bend, rise, shear, clamp)
-
 
 @kernel
 def _add(
@@ -165,7 +111,7 @@ def _add(
 ) -> None:  # fmt: skip
     """``ElasticaExpansion.add`` on arrays."""
     n, per_force = tables.nodes.size - 1, l * l / stiffness
-    slope, room, bend, rise = np.empty(n + 1), np.empty((5, n + 3)), np.empty(n + 2), np.empty(n + 2)
+    slope, room, bend, rise = np.empty(n + 1), np.empty((6, n + 3)), np.empty(n + 2), np.empty(n + 2)
     for i in range(states.shape[1]):
         m = states[SOFTENING, i]
         sheared = -compliance * states[SHEAR, i]

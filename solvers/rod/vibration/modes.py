@@ -16,7 +16,8 @@ import numpy as np
 
 from solvers.errors import InvalidInput
 from solvers.numerics.periodic_radau import STAGES, steady_motion
-from solvers.rod.cycle.composition import Array, Cycle, bending_stiffness
+from solvers.rod.cycle.composition import Array, Cycle
+from solvers.rod.strip.stiffness import bending_stiffness
 from solvers.rod.vibration.natural_frequencies import StripBasis, strip_basis
 from solvers.rod.vibration.ringing import PLACES, ringing
 from solvers.rod.vibration.time_mesh import POINTS, interpolate, points

@@ -23,14 +23,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from solvers.errors import InvalidInput
 from solvers.numerics.periodic import grid
 from solvers.numerics.periodic_radau import phase_error
 from solvers.numerics.threads import one_thread
-from solvers.rod.cycle.composition import Array, Cycle, Shape, bending_stiffness
+from solvers.rod.cycle.composition import Array, Cycle
 from solvers.rod.cycle.state import ANGLE
+from solvers.rod.strip.stiffness import bending_stiffness
 from solvers.rod.vibration.modes import Driven, Motion, StripModes
 from solvers.rod.vibration.natural_frequencies import StripBasis
 from solvers.rod.vibration.time_mesh import WIDEST, interpolate, points, smooth_pieces, split
@@ -58,37 +58,6 @@ _SMOOTH = 0.05
 _ROUNDING = 1e-15
 _RESONANT = 1e5
 _UNKNOWN = 0.1
-
-
-@dataclass(frozen=True)
-class VibratingShape:
-    """The quasi-static shape and the vibration beside it: ``amplitude`` holds d at the angles, (basis, angles)."""
-
-    base: Shape
-    basis: StripBasis
-    stiffness: float
-    amplitude: Array
-
-    def _part(self, stations: ArrayLike, order: int) -> Array:
-        return self.basis.values(np.atleast_1d(np.asarray(stations, dtype=float)), order) @ self.amplitude
-
-    def curvature(self, stations: ArrayLike) -> Array:
-        return self.base.curvature(stations) + self._part(stations, 2)
-
-    def slope(self, stations: ArrayLike) -> Array:
-        return self.base.slope(stations) + self._part(stations, 1)
-
-    def deflection(self, stations: ArrayLike) -> Array:
-        return self.base.deflection(stations) + self._part(stations, 0)
-
-    def axial_force(self, stations: ArrayLike) -> Array:
-        return self.base.axial_force(stations)
-
-    def side_force(self) -> Array:
-        return self.base.side_force() - self.stiffness * self._part([0.0], 3)[0]
-
-    def clamp_moment(self) -> Array:
-        return self.base.clamp_moment() + self.stiffness * self._part([0.0], 2)[0]
 
 
 @dataclass(frozen=True)
@@ -134,9 +103,6 @@ class SteadyVibration:
         sunk[: self.sunk_terms] += self.basis.series(0) @ amplitude
         side, moment = (self.stiffness * self.basis.values(np.zeros(1), order)[0] @ amplitude for order in (3, 2))
         return -side, moment
-
-    def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
-        return VibratingShape(shape, self.basis, self.stiffness, interpolate(self.edges, self.samples, angle))
 
 
 @dataclass(frozen=True)

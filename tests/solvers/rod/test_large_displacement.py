@@ -10,13 +10,15 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
 
-from solvers.rod.cycle.composition import BeamColumn, bending_stiffness
+from solvers.rod.cycle.bent_strip import BentStrip
+from solvers.rod.cycle.composition import BeamColumn, ShearFlexible
+from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING
 from solvers.rod.strip import beam_column
 from solvers.rod.strip.beam_column import solve
 from solvers.rod.strip.buckling import critical_phase
 from solvers.rod.strip.elastica import ElasticaExpansion
 from solvers.rod.strip.elastica_kernels import at_stations, collocation, linear_slope, nodes_for, third_orders
-from solvers.rod.strip.shear import ShearFlexible
+from solvers.rod.strip.stiffness import bending_stiffness
 from tests.solvers.rod.machines import PAPER, STRIP
 
 E = PAPER.mechanism.rod_length - STRIP.l
@@ -65,13 +67,20 @@ def elastica(force, stroke):
     return Elastica(found, found.p / l**2)
 
 
+def corrected_of(linear):
+    """The strip with its correction."""
+    q = linear.states[FORCE] * STRIP.l**2 / EI
+    expansion = ElasticaExpansion(EI, STRIP.l, E, 1.0, 0.0, nodes_for(float(q.min()), float(q.max())))
+    bent, sunk = np.zeros((expansion.bent_terms, q.size)), np.zeros((expansion.sunk_terms, q.size))
+    return BentStrip(linear.strip, linear.states, bent, sunk, *expansion.add(linear.states, bent, sunk), True)
+
+
 def errors(force, stroke):
     """Relative errors of the linear and of the corrected shape: (curvature, side force) each."""
     exact = elastica(force, stroke)
     forces, strokes = np.array([force]), np.array([stroke])
     linear = BeamColumn().bend(PAPER, STRIP, forces, strokes)
-    expansion = ElasticaExpansion(EI, STRIP.l, E, 1.0)
-    corrected = expansion.refine(np.zeros(1), forces, strokes, linear)
+    corrected = corrected_of(linear)
     curvature, side = exact.sol(STATIONS)[1], -EI * exact.p[0]
     scale = np.abs(curvature).max()
     return [
@@ -100,7 +109,7 @@ def test_the_papers_stroke_is_met_closely(force):
 def test_the_force_along_the_strip_follows_its_tangent():
     exact = elastica(-160.0, 1.5e-3)
     linear = BeamColumn().bend(PAPER, STRIP, np.array([-160.0]), np.array([1.5e-3]))
-    shape = ElasticaExpansion(EI, STRIP.l, E, 1.0).refine(np.zeros(1), np.array([-160.0]), np.array([1.5e-3]), linear)
+    shape = corrected_of(linear)
     theta = exact.sol(STATIONS)[0]
     along = -160.0 * np.cos(theta) - EI * exact.p[0] * np.sin(theta)
     assert shape.axial_force(STATIONS)[:, 0] == pytest.approx(along, rel=2e-4)
@@ -188,10 +197,9 @@ def test_very_strong_tension_has_nodes_enough(q):
 def test_the_compiled_slope_is_the_shapes(force, shear):
     beam = ShearFlexible(BeamColumn()) if shear else BeamColumn()
     shape = beam.bend(PAPER, STRIP, np.array([force]), np.array([1.0]))
-    c, nodes = shape.constants, collocation(24).nodes
-    scale, offset = (1.0 / shape.softening[0], -shape.compliance * c.clamp_shear[0]) if shear else (1.0, 0.0)
+    nodes, state = collocation(24).nodes, shape.states[:, 0]
+    parts = tuple(float(state[row]) for row in (COUPLING, CLAMP, SHEAR, HEAD))
     out = np.empty(25)
-    parts = c.coupling[0], c.clamp_curvature[0], c.clamp_shear[0], c.head_curvature[0]
-    linear_slope(*parts, STRIP.l, nodes, scale, offset, out)
+    linear_slope(*parts, STRIP.l, nodes, 1.0 / state[SOFTENING], -shape.strip.compliance * state[SHEAR], out)
     expected = shape.slope(nodes * STRIP.l)[:, 0]
     assert out == pytest.approx(expected, rel=1e-12, abs=1e-13 * np.abs(expected).max())

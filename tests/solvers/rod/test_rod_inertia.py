@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from solvers import rod
-from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle, bending_stiffness
+from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle
 from solvers.rod.effects import EFFECTS
+from solvers.rod.strip.stiffness import bending_stiffness
 from solvers.rod.vibration.natural_frequencies import natural_frequency
 from solvers.rod.vibration.steady_response import RodInertia
 from tests.solvers.rod.finite_elements import vibration

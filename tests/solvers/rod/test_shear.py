@@ -7,9 +7,10 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from solvers import rod
-from solvers.rod.cycle.composition import BeamColumn, PlainBending, bending_stiffness
+from solvers.rod.cycle.composition import BeamColumn, PlainBending, ShearFlexible
 from solvers.rod.strip import beam_column
-from solvers.rod.strip.shear import ShearFlexible, critical_coupling, shear_stiffness
+from solvers.rod.strip.shear import critical_coupling
+from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 from tests.solvers.rod.machines import PAPER, STRIP
 
 STUBBY = rod.Dimensions(b=9e-3, h=3e-3, l=8e-3)

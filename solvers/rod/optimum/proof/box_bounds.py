@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel
-from solvers.rod.optimum.constraints import (
+from solvers.rod.optimum.proof.intervals import bending_ranges
+from solvers.rod.optimum.rows import (
     COUNT,
     LENGTH,
     NEVER_COMPRESSED,
@@ -33,7 +34,6 @@ from solvers.rod.optimum.constraints import (
     THICKNESS,
     UTILISATION,
 )
-from solvers.rod.optimum.proof.intervals import bending_ranges
 from solvers.rod.strip.buckling import log_critical_parameter
 
 Array = NDArray[np.float64]

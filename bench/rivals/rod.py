@@ -2,7 +2,8 @@
 
 They start from the answer, from strips a few percent along the limits that hold it, from the optimum of the core's
 physics, and from random strips that keep the limits, or nearly. A rival counts where the check, to ``ACCURACY``, finds
-every requirement met, and wins where its objective is better than the answer's by more than the answer estimates.
+every requirement met, and wins where its objective is better than the answer's by more than the answer estimates, and
+the check itself may be off.
 """
 
 from __future__ import annotations
@@ -30,7 +31,6 @@ _NEAR, _FAR = 0.01, 0.1
 _ACTIVE = 1e-3
 _NO_LOAD = 10.0
 """By how much, as a logarithm, a safety is kept that there is no load for."""
-_ROUNDING = 1e-9
 
 _LEAST: dict[str, Callable[[rod.RodCheck], float | None]] = {
     "min_fatigue_safety": lambda check: check.stresses.fatigue_safety,
@@ -82,7 +82,7 @@ class Contest:
 
     @property
     def won(self) -> bool:
-        return self.gain > self.estimated + _ROUNDING
+        return self.gain > self.estimated + ACCURACY
 
 
 def settled(effects: tuple[EffectReport, ...]) -> rod.EffectSelection:

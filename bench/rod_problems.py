@@ -31,7 +31,7 @@ import numpy as np
 from app.designs.flexible_rod.kind import FLEXIBLE_ROD
 from app.designs.flexible_rod.request import DesignRequest
 from app.designs.kind import Mode
-from bench.rivals.rod import STRONG, WEAK, Contest, contest
+from oracles.rivals.rod import STRONG, WEAK, Contest, contest
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.outcome import EffectState, Outcome, Status

@@ -18,8 +18,8 @@ from app.designs.flexible_rod.request import DesignRequest
 from app.designs.kind import Answer, Mode
 from bench.campaign import flexible_rod
 from bench.campaign.rivalry import Body, Check, excess
-from bench.rivals.rod import ROUGH, Strength, compete, core_of, core_optimum, looker, space_of
-from bench.rivals.rod_search import Array, Hunt, Look
+from oracles.rivals.rod import ROUGH, Strength, compete, core_of, core_optimum, looker, space_of
+from oracles.rivals.rod_search import Array, Hunt, Look
 from solvers import rod
 
 _RANDOM = 20

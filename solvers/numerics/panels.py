@@ -4,7 +4,7 @@ A panel [a, b] carries the values at its n Chebyshev-Lobatto points; its interpo
 function is analytic, so panels end at the function's corners and are halved until the last coefficients tell that the
 interpolant is as close as wanted. With a_k the Chebyshev coefficients and r the ratio by which pairs of them fall,
 
-    |f - p| <= 2 sum_{k >= n} |a_k|  ~  2 A r/(1 - r),   A = max(|a_{n-1}|, |a_{n-2}|)
+    |f - p| <= 2 sum_{k >= n} |a_k|  ~  4 A r/(1 - r),   A = max(|a_{n-1}|, |a_{n-2}|)
 
 Extremes, zeros and means are those of the interpolants, by the barycentric formula; none asks for another value of the
 function. Validity: the function is smooth inside every panel, and continuous over their ends.
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 _SLOWEST = 0.75
 _FASTEST = 0.25
 """Ratios by which coefficients are taken to fall: at a corner they fall as slowly as this, and none is trusted more."""
-_TAIL = 4
+_TAIL = 6
 _MOST_STEPS = 40
 _MOST_HALVINGS = 40
 _NARROWEST = 1e-9
@@ -40,7 +40,7 @@ _EPS = float(np.finfo(float).eps)
 
 class Rule(NamedTuple):
     """The n points on [-1, 1], their barycentric weights, the differentiation matrix (n, n), the rows that give the
-    last four Chebyshev coefficients (4, n), and Clenshaw and Curtis' weights (n,)."""
+    last six Chebyshev coefficients (6, n), and Clenshaw and Curtis' weights (n,)."""
 
     points: Array
     weights: Array
@@ -63,7 +63,7 @@ class Panels(NamedTuple):
 
 @lru_cache(maxsize=16)
 def rule_of(n: int) -> Rule:
-    """The rule with n points, n >= 5."""
+    """The rule with n points, n >= 6."""
     x = -np.cos(np.pi * np.arange(n) / (n - 1))
     x[np.abs(x) < 1e-15] = 0.0
     weights = np.where(np.arange(n) % 2 == 0, 1.0, -1.0)
@@ -137,17 +137,18 @@ def tail_errors(values: Array, rule: Rule) -> Array:
 @kernel
 def panel_error(f: Array, rule: Rule) -> float:
     """How far off one panel's interpolant may be."""
-    before, last = 0.0, 0.0
+    pairs = np.zeros(3)
     for k in range(rule.tail.shape[0]):
         total = 0.0
         for j in range(f.size):
             total += rule.tail[k, j] * f[j]
-        if k < 2:
-            before = max(before, abs(total))
-        else:
-            last = max(last, abs(total))
-    ratio = min(max(last / before, _FASTEST), _SLOWEST) if before > 0.0 else _SLOWEST
-    return 2.0 * last * ratio / (1.0 - ratio)
+        pairs[k // 2] = max(pairs[k // 2], abs(total))
+    first, middle, last = pairs
+    # A pair that happens to be small tells little: its neighbours say how great coefficients are and how they fall.
+    ratio = max(last / middle if middle > 0.0 else 1.0, middle / first if first > 0.0 else 1.0)
+    ratio = min(max(ratio, _FASTEST), _SLOWEST)
+    likely = 0.5 * middle * min(middle / first, 1.0) if first > 0.0 else 0.0
+    return 4.0 * max(last, likely) * ratio / (1.0 - ratio)
 
 
 @kernel

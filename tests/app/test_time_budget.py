@@ -109,6 +109,17 @@ def test_a_design_without_a_clock_fails_when_its_time_is_over(client):
     assert run["problem"]["status"] == 504 and "0.01 s" in run["problem"]["detail"]
 
 
+def test_a_rod_whose_time_is_over_is_the_best_found_so_far(client, design_request):
+    requirements = {"min_fatigue_safety": 2.65, "min_stability_safety": 1.8}
+    body = {**design_request, "requirements": requirements, "effects": "all", "accuracy": 1e-9, "time_budget_s": 0.02}
+    run = client.post("/api/v1/designs/flexible-rod", json=body).json()
+    assert run["status"] == "succeeded"
+    assert all(run["result"][name.removeprefix("min_")] >= least for name, least in requirements.items())
+    assert run["accuracy"]["met"] is False
+    assert ["is not met" in text or "time budget" in text for text in run["result"]["warnings"]] == [True, True]
+    assert run["result"]["certificate"]["gap"] > 1e-9
+
+
 def test_the_command_line_ends_it_too(tmp_path):
     from typer.testing import CliRunner
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
 from solvers.rod.load.axial_force import Drive, axial_force
-from solvers.rod.strip.stress_envelope import beam_constants
+from solvers.rod.strip.beam_column import beam_constants
 
 Array = NDArray[np.float64]
 

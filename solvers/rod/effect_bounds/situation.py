@@ -16,7 +16,7 @@ from solvers.rod.effect_bounds.ringing_bound import left_ringing, pieces_of
 from solvers.rod.load.axial_force import Drive, axial_force, drive_of, pressure
 from solvers.rod.piston import skirt
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip import beam_column_kernels
+from solvers.rod.strip import beam_column
 from solvers.rod.strip.buckling import log_critical_parameter
 from solvers.rod.vibration.natural_frequencies import natural_frequency
 
@@ -255,7 +255,7 @@ def _reactions(
     for i in range(force.size):
         q[i] = force[i] / stiffness
     q[-3], q[-2], q[-1] = least / stiffness, most / stiffness, 0.0
-    clamp, shear, head, _ = beam_column_kernels.solve(q, l, rod_length)
+    clamp, shear, head, _ = beam_column.solve(q, l, rod_length)
     stroke = stiffness * radius
     most_side, most_moment, most_contact, clearance = 0.0, 0.0, 0.0, np.inf
     steep_side, steep_moment, steep_contact = 0.0, 0.0, 0.0
@@ -279,7 +279,7 @@ def _reactions(
     count = _EVEN.size
     q[count], clamp[count], shear[count], head[count] = q[-1], clamp[-1], shear[-1], head[-1]
     q, clamp, shear, head = q[: count + 1], clamp[: count + 1], shear[: count + 1], head[: count + 1]
-    middle = beam_column_kernels.deflection(q, l, clamp, shear, head, np.array([0.5 * l]))[0]
+    middle = beam_column.deflection(q, l, clamp, shear, head, np.array([0.5 * l]))[0]
     greatest = 0.0
     before, here = middle[count - 1] * sine[count - 1], middle[0] * sine[0]
     for i in range(count):

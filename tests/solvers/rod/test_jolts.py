@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from oracles.textbook import rod_beam_column
 from solvers import rod
 from solvers.rod.effect_bounds.ringing_bound import left_ringing, pieces_of
 from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.effects import EFFECTS
 from solvers.rod.load.axial_force import drive_of
-from solvers.rod.strip import beam_column
 from tests.solvers.rod.machines import PAPER, STRIP
 
 NAMES = frozenset(effect.name for effect in EFFECTS)
@@ -27,7 +27,7 @@ def ringing(scene, pace):
     """|int c' exp(i pace phi) dphi| of V''' and V'' at the clamp, from a million samples of the closed forms."""
     angle = np.linspace(0.0, 2.0 * np.pi, 1_000_001)
     force = -(scene.load.pressure(angle) - scene.load.reference_pressure()) * scene.piston.area
-    c = beam_column.solve(force / STIFFNESS, STRIP.l, scene.mechanism.rod_length)
+    c = rod_beam_column.solve(force / STIFFNESS, STRIP.l, scene.mechanism.rod_length)
     turned = np.exp(1j * pace * 0.5 * (angle[:-1] + angle[1:]))
     return [abs(np.sum(np.diff(part * np.sin(angle)) * turned)) for part in (c.clamp_shear, c.clamp_curvature)]
 

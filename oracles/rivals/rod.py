@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.rivals.rod_search import WAYS, Array, Hunt, Look, Space, Spent, search
+from oracles.rivals.rod_search import WAYS, Array, Hunt, Look, Space, Spent, search
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion

@@ -58,7 +58,7 @@ class Strength:
 
 
 WEAK = Strength(3, 60, ("SLSQP", "linear programs"))
-STRONG = Strength(20)
+STRONG = Strength(20, most=4000)
 
 
 @dataclass(frozen=True)

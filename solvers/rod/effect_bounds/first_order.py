@@ -25,9 +25,9 @@ from solvers.rod.strip.elastica_kernels import nodes_for
 
 _MARGIN, _OF_INERTIA = 1.2, 1.4
 
-_RINGING, _JUMPING, _JUMPING_SIDE = 1.5, 2.0, 8.0
-"""Times the first mode's ringing: that of all modes. Behind jumps of the load, which all of them feel, in bending and in
-the side force, of which fast ones have most."""
+_RINGING, _JUMPING_SIDE = 2.0, 8.0
+"""Times the first mode's ringing: that of all modes, and in the side force behind jumps of the load, which all of them
+feel and of which fast ones have most."""
 
 _QUIET = 0.05
 """Share of ringing below which it does not matter whether it adds or takes away."""
@@ -88,7 +88,9 @@ def rod_inertia(situation: Situation) -> float:
     if turn is None or motion is None:
         return 0.0
     if "inertia" not in situation.known:
-        situation.known["inertia"] = _OF_INERTIA * _change_by(turn, motion)
+        change = _OF_INERTIA * _change_by(turn, motion)
+        # What follows the first iterate is as much smaller as that is small.
+        situation.known["inertia"] = change / max(1.0 - change, 0.5)
     return situation.known["inertia"]
 
 
@@ -98,10 +100,10 @@ def _change_by(turn: Turn, motion: Motion) -> float:
     judging, states = part.judging, part.states
     jumps, found = motion.either and part is not turn, 0.0
     for sign in (1.0, -1.0) if motion.either and motion.share > _QUIET else (1.0,):
-        rings, of_side = (_JUMPING, _JUMPING_SIDE) if jumps else (_RINGING, _RINGING)
+        of_side = _JUMPING_SIDE if jumps else _RINGING
         side = states[SIDE] + motion.side + sign * of_side * motion.rings_side
-        moment = states[MOMENT] + motion.moment + sign * rings * motion.rings_moment
-        series = motion.series + sign * rings * motion.rings_series
+        moment = states[MOMENT] + motion.moment + sign * _RINGING * motion.rings_moment
+        series = motion.series + sign * _RINGING * motion.rings_series
         moved = judge(judging, strip, states, side, moment, series, False, critical)
         found = max(found, change(judging, part.judged, moved))
     return found

@@ -41,7 +41,6 @@ UTILISATION, STRESS, MOST_SIDE, MOST_MOMENT, MOST_CONTACT, POWER = range(6)
 the mean of F |dx/dphi| [N m]."""
 
 RESULTS = 6
-_NO_SERIES = np.empty((0, 0))
 
 
 class Judging(NamedTuple):
@@ -71,8 +70,8 @@ class Judged(NamedTuple):
     """The results of one turn.
 
     ``results`` (RESULTS,), and of every fibre and station the utilisation and the stress amplitude [Pa] in ``sections``
-    (2, 2 stations); ``force`` P [N] at the angles, (n,); ``critical`` P_cr [N]. Where the strip buckles (``stands`` 0.0)
-    there are but forces: those without friction, or P_cr as the greatest compression where it takes friction to buckle.
+    (2, 2 stations); ``force`` P [N] at the angles, (n,); ``critical`` P_cr [N]. Where the strip buckles, ``stands`` is 0
+    and there are but forces: those without friction, or P_cr as the greatest compression where it takes friction to buckle.
     """
 
     results: Array
@@ -96,8 +95,8 @@ def judge(
 ) -> Judged:
     """The main results of a table of states (``cycle.state``) of a strip that stands, one column an angle.
 
-    ``side`` and ``moment`` hold T and M0 with all corrections, (n,); ``series`` the Legendre coefficients over the strip
-    of what corrections add to V'' [1/m], (terms, n), or no terms; ``inclined`` says whether N follows the strip's
+    ``side`` and ``moment`` hold T and M0 with all corrections, (n,); ``series`` the Legendre coefficients over the
+    strip of what corrections add to V'' [1/m], (terms, n), or no terms; ``inclined`` says whether N follows the strip's
     slope.
     """
     n = states.shape[1]

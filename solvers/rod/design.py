@@ -26,6 +26,7 @@ from solvers.rod.optimum.answer import certificate
 from solvers.rod.optimum.answer.infeasibility import diagnose
 from solvers.rod.optimum.answer.sensitivities import stationarity
 from solvers.rod.optimum.available_sizes import discrete_optimum
+from solvers.rod.optimum.core_cycle import core_cycle
 from solvers.rod.optimum.core_optimum import Polished
 from solvers.rod.optimum.feasibility import least_violating, least_violation
 from solvers.rod.optimum.full_model import FullModel, no_watch
@@ -33,7 +34,6 @@ from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, conditions
 from solvers.rod.optimum.local_search import Task
 from solvers.rod.optimum.peaks import ANGLES
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
-from solvers.rod.optimum.sampled_cycle import sampled_cycle
 from solvers.rod.optimum.sqp import wanted_of
 from solvers.rod.problem import RodProblem
 from solvers.rod.scene import Dimensions
@@ -125,7 +125,7 @@ class _Design:
     def core_search(self, moving: bool) -> tuple[Proof, float, Dimensions]:
         """The core's optimum; where it has none, by how much it misses the limits, and the strip that misses least."""
         p = self.problem
-        self.cycle = sampled_cycle(p.scene, self.criterion, p.scene.piston.reciprocating_mass if moving else 0.0)
+        self.cycle = core_cycle(p.scene, self.criterion, p.scene.piston.reciprocating_mass if moving else 0.0)
         proof = search(self.cycle, p.objective, self.limits, self.sizes, self.accuracy, BOXES)
         if proof.best is not None:
             return proof, 0.0, proof.best.dimensions
@@ -259,7 +259,10 @@ class _Design:
         told = certificate.full_certificate(
             p.objective, p.objective.read(result), proof, widened, influence, beyond, optimum, density
         )
-        short = optimum.local.gain + certificate.owed(dict.fromkeys(self.limits, context.task.guard), active)
+        # What is not worth another step, what the model still promises along the limits, and the distance from them.
+        short = max(optimum.local.gain, context.task.enough)
+        short += 0.0 if optimum.second_order is None else optimum.second_order.gain
+        short += certificate.owed(dict.fromkeys(self.limits, context.task.guard), active)
         estimated = best.outcome.accuracy.estimated + short
         if not math.isfinite(estimated):
             # All that is known is how far the answer may be from the bound.

@@ -71,7 +71,7 @@ class Judged(NamedTuple):
 
     ``results`` (RESULTS,), and of every fibre and station the utilisation and the stress amplitude [Pa] in ``sections``
     (2, 2 stations); ``force`` P [N] at the angles, (n,); ``critical`` P_cr [N]. Where the strip buckles, ``stands`` is 0
-    and there are but forces: those without friction, or P_cr as the greatest compression where it takes friction to buckle.
+    and there are but forces: without friction, or P_cr as the greatest compression where it takes friction to buckle.
     """
 
     results: Array

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers.rod.constraints import Limits
+from solvers.rod.optimum.core_cycle import CoreCycle, CoreRows
 from solvers.rod.optimum.peaks import Peaks
-from solvers.rod.optimum.sampled_cycle import CoreRows, SampledCycle
 from solvers.rod.optimum.sqp import Memory, program, restored, run, wanted_of
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.scene import Dimensions
@@ -37,7 +37,7 @@ class Polished:
 
 
 def polish(
-    cycle: SampledCycle, objective: Objective, limits: Limits, bounds: Bounds, start: Dimensions
+    cycle: CoreCycle, objective: Objective, limits: Limits, bounds: Bounds, start: Dimensions
 ) -> Polished | None:
     """The best strip near ``start`` that meets the limits, to the safe side by 1e-9, or None if none is reached.
 

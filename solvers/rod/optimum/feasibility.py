@@ -8,10 +8,10 @@ import numpy as np
 
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum import rows
+from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.full_optimum import Context, logarithms
 from solvers.rod.optimum.local_search import Local
 from solvers.rod.optimum.proof.outer_approximation import Sizes, search
-from solvers.rod.optimum.sampled_cycle import SampledCycle
 from solvers.rod.problem import OBJECTIVES
 from solvers.rod.scene import Dimensions
 
@@ -24,7 +24,7 @@ _HOPELESS = 0.1
 """Beyond this excess, in logarithms, no further starts are tried."""
 
 
-def least_violation(cycle: SampledCycle, limits: Limits, sizes: Sizes) -> tuple[float, Dimensions] | None:
+def least_violation(cycle: CoreCycle, limits: Limits, sizes: Sizes) -> tuple[float, Dimensions] | None:
     """About the least excess by which the core can miss every limit at once, in logarithms, and a strip that does.
 
     Limits are let out together until there is a strip, then drawn in by bisection to about ``_CLOSE`` of the excess;

@@ -26,11 +26,12 @@ from solvers.rod.piston.friction import power_at
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling, shear
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
+from solvers.rod.vibration.steady_response import RodInertia
 
 _WHOLE = periodic.grid(256)
-"""Of the mean of friction power: what they miss is the same for strips near each other, and checks tell it."""
-_STEP, _COARSE_STEP = 1e-5, 1e-4
-"""Of forward differences in ln b, ln h, ln l: for closed forms, and where time meshes may change between strips."""
+"""Angles of the mean of friction power: what they miss, strips near each other miss alike, and exact checks tell."""
+_STEP, _COARSE_STEP = 1e-6, 1e-4
+"""Of forward differences in ln b, ln h, ln l: of closed forms, and where time meshes may change between strips."""
 _KEPT = 4
 
 Watch = Callable[[], None]
@@ -171,7 +172,8 @@ class FullRows:
     def slopes(self, x: Array) -> Array:
         """Their derivatives by x, shape (rows, 3), by forward differences, or backward beside buckling."""
         here, out = self.values(x), np.empty((self.layout.size, 3))
-        step = _COARSE_STEP if self.model.composition.corrections else _STEP
+        meshed = any(isinstance(part, RodInertia) for part in self.model.composition.corrections)
+        step = _COARSE_STEP if meshed else _STEP
         longest = math.log(self.model.scene.mechanism.rod_length)
         for v in range(3):
             moved = x.copy()

@@ -2,8 +2,9 @@
 
 The core's global optimum is the first start. From the strip found there, what the full model changes in every result
 is known; the core is searched globally once more with its limits shifted by that, and where its optimum lies elsewhere
-it is a start too. A strip that limits do not pin down in every direction is left along them to both sides where its
-curvature does not show it to be the best. Sizes that come in steps: see ``available_sizes``.
+it is a start too. Where limits do not pin a strip down in every direction, the curvature along them is measured, and a
+Newton step that promises a gain, or one to both sides where the curvature is negative, is a start again. Sizes that
+come in steps: see ``available_sizes``.
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum import rows
 from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
-from solvers.rod.optimum.full_model import Array, FullModel
+from solvers.rod.optimum.core_cycle import CoreCycle
+from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of
 from solvers.rod.optimum.local_search import Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
-from solvers.rod.optimum.sampled_cycle import SampledCycle
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 
@@ -30,23 +31,31 @@ _SHIFTED_BOXES, _SHIFTED_GAP = 2000, 1e-3
 _ELSEWHERE = 0.02
 """From here on, in ln b, ln h, ln l, a strip is another start."""
 _APART = 0.02
-"""To each side of a strip its curvature is measured, and a search starts anew where that tells nothing."""
-_FLAT = 1e-2
-"""Curvature of ln objective below which a strip may not be the best along its limits."""
+"""To each side of a strip its curvature is measured."""
+_FARTHEST = 0.1
+"""A step along the limits, in ln b, ln h, ln l."""
+_NEWTON_STEPS = 4
 _SHIFTS = 3
+
+
+@dataclass(frozen=True)
+class SecondOrder:
+    """The least curvature of the Lagrangian along what limits leave free (None: nothing), the gain in ln objective that
+    a quadratic model promises within reach there, and the steps in ln(b, h, l) that promise it."""
+
+    curvature: float | None
+    gain: float
+    steps: tuple[Array, ...]
 
 
 @dataclass
 class Optimum:
-    """The best end of all local searches, and what is known of it.
-
-    ``curvatures`` are those of the Lagrangian along the directions that limits leave, the least last computed;
-    ``ends`` how many different strips the searches ended at.
-    """
+    """The best end of all local searches, and what is known of it; ``ends`` is how many different strips the searches
+    ended at."""
 
     local: Local
     conditions: Stationarity | None = None
-    curvature: float | None = None
+    second_order: SecondOrder | None = None
     starts: int = 0
     ends: int = 0
 
@@ -56,7 +65,7 @@ class Context:
     """A problem with its core and its full model."""
 
     problem: RodProblem
-    cycle: SampledCycle
+    cycle: CoreCycle
     model: FullModel
     task: Task
     sizes: Sizes
@@ -140,21 +149,20 @@ def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
         end = context.search_from(other, context.bounds)
         if end is None or _near(end.best.x, context.ends[:known], 0.1 * _ELSEWHERE):
             break
-    for _ in range(_SHIFTS):
+    for _ in range(_NEWTON_STEPS):
         local = context.best()
         if local is None or local.found is None:
             return None if local is None else Optimum(local, starts=context.starts, ends=1)
         conditions = conditions_at(context, local.best, context.bounds, context.bounds)
-        curvature, way = _least_curvature(local.best, conditions)
-        if curvature is None or curvature > _FLAT or way is None:
+        second = _second_order(local.best, conditions)
+        if second.gain <= context.task.enough:
             break
-        before = local.best.log_cost
-        for side in (1.0, -1.0):
-            moved = np.exp(local.best.x + side * _APART * way)
-            context.search_from(Dimensions(*moved.tolist()), context.bounds, _APART)
-        if before - context.best().best.log_cost <= context.task.enough:
+        for step in second.steps:
+            context.search_from(dimensions_of(local.best.x + step, context.model.scene), context.bounds, _APART)
+        if local.best.log_cost - context.best().best.log_cost <= context.task.enough:
             break
-    return Optimum(context.best(), conditions, curvature, context.starts, _different(context.ends))
+    best = context.best()
+    return Optimum(best, conditions, second, context.starts, _different(context.ends))
 
 
 def _other_start(context: Context) -> Dimensions | None:
@@ -183,14 +191,14 @@ def conditions_at(context: Context, at: Iterate, bounds: Bounds, sizes: Bounds) 
     )  # fmt: skip
 
 
-def _least_curvature(at: Iterate, conditions: Stationarity) -> tuple[float | None, Array | None]:
-    """The least curvature of the Lagrangian along what limits leave free, and its direction; None where all is pinned.
+def _second_order(at: Iterate, conditions: Stationarity) -> SecondOrder:
+    """What Newton's method says along the directions that limits leave free.
 
-    By differences of ``_APART``, so that the noise of a time mesh does not count.
+    Curvatures are differences over ``_APART``, so that the noise of a time mesh does not count.
     """
-    ways = conditions.tangent
+    ways, slope = conditions.tangent, conditions.tangent @ conditions.residual
     if not len(ways):
-        return None, None
+        return SecondOrder(None, 0.0, ())
     rows_at, lagrangian = at.memory.active, conditions.weights
     middle = float(lagrangian @ at.memory.values(at.x))
 
@@ -198,14 +206,21 @@ def _least_curvature(at: Iterate, conditions: Stationarity) -> tuple[float | Non
         ends = [float(lagrangian @ rows_at.values(at.x + side * _APART * way)) for side in (1.0, -1.0)]
         return (ends[0] + ends[1] - 2.0 * middle) / _APART**2
 
-    own = np.array([second(way) for way in ways])
-    matrix = np.diag(own)
+    matrix = np.diag([second(way) for way in ways])
     for i in range(len(ways)):
         for j in range(i):
             across = second((ways[i] + ways[j]) / math.sqrt(2.0))
-            matrix[i, j] = matrix[j, i] = across - 0.5 * (own[i] + own[j])
-    values, vectors = np.linalg.eigh(matrix)
-    return float(values[0]), vectors[:, 0] @ ways
+            matrix[i, j] = matrix[j, i] = across - 0.5 * (matrix[i, i] + matrix[j, j])
+    curvatures, axes = np.linalg.eigh(matrix)
+    # The residual is the slope downhill.
+    down = axes.T @ slope
+    lengths = np.clip(down / np.maximum(curvatures, 1e-12), -_FARTHEST, _FARTHEST)
+    gains = down * lengths - 0.5 * curvatures * lengths**2
+    if curvatures[0] > 0.0:
+        return SecondOrder(float(curvatures[0]), float(np.sum(gains)), ((axes @ lengths) @ ways,))
+    both = tuple(side * _FARTHEST * axes[:, 0] @ ways for side in (1.0, -1.0))
+    gain = abs(down[0]) * _FARTHEST - 0.5 * float(curvatures[0]) * _FARTHEST**2
+    return SecondOrder(float(curvatures[0]), gain, both)
 
 
 def _different(ends: list[Local]) -> int:

@@ -11,11 +11,11 @@ import pytest
 from numpy.polynomial import legendre
 from scipy.integrate import solve_bvp
 
+from oracles.textbook import rod_beam_column
+from oracles.textbook.rod_beam_column import solve
 from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.cycle.composition import BeamColumn, ShearFlexible
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING
-from solvers.rod.strip import beam_column
-from solvers.rod.strip.beam_column import solve
 from solvers.rod.strip.buckling import critical_phase
 from solvers.rod.strip.elastica import ElasticaExpansion
 from solvers.rod.strip.elastica_kernels import collocation, linear_slope, nodes_for, scratch, third_order
@@ -172,7 +172,7 @@ def test_the_correction_is_that_of_its_equations(q, head, terms):
         q = -0.97 * float(critical_phase(1.0 / (1.0 + head))) ** 2
     shear, side, curvature, rise = by_power_series(q, head, 0.1, terms)
     constants, tables = solve([q], 1.0, 1.0 + head), collocation(nodes_for(q, q))
-    slope = np.ascontiguousarray(0.1 * beam_column.slope(constants, tables.nodes)[:, 0])
+    slope = np.ascontiguousarray(0.1 * rod_beam_column.slope(constants, tables.nodes)[:, 0])
     bend, offset, room = np.empty(slope.size + 1), np.empty(slope.size + 1), scratch(slope.size - 1)
     found, clamp = third_order(q, shear, head, slope, tables, room, bend, offset)
     at = legendre.legvander(2.0 * np.array([0.0, 0.125, 0.5, 1.0]) - 1.0, bend.size - 1)
@@ -189,7 +189,7 @@ def test_very_strong_tension_has_nodes_enough(q):
     constants = solve([q], 1.0, 1.0 + head)
     for nodes in (nodes_for(q, q), 240):
         tables = collocation(nodes)
-        slope = np.ascontiguousarray(0.05 * beam_column.slope(constants, tables.nodes)[:, 0])
+        slope = np.ascontiguousarray(0.05 * rod_beam_column.slope(constants, tables.nodes)[:, 0])
         shear, series = 0.05 * float(constants.clamp_shear[0]), np.empty((2, slope.size + 1))
         found.append(third_order(q, shear, head, slope, tables, scratch(slope.size - 1), *series))
     assert found[0] == pytest.approx(found[1], rel=1e-10)

@@ -11,11 +11,11 @@ import pytest
 from solvers import rod
 from solvers.fatigue import gerber, serensen
 from solvers.materials import Material
+from solvers.rod.optimum.core_cycle import core_cycle
 from solvers.rod.optimum.proof.bound_tightening import contract
 from solvers.rod.optimum.proof.box_bounds import box_bound, fill, point_value, workspace
 from solvers.rod.optimum.proof.intervals import bending_ranges, clamp, curvature_and_stiffness
 from solvers.rod.optimum.rows import POWER, PRESSURE, STABILITY, STRESS, UTILISATION
-from solvers.rod.optimum.sampled_cycle import sampled_cycle
 from tests.solvers.rod.machines import PAPER
 
 certificate = importlib.import_module("solvers.rod.optimum.proof.outer_approximation")
@@ -30,7 +30,7 @@ def limited(fatigue, stability, stress=None, pressure=None, power=None):
 
 
 def relaxed(objective, criterion=None, limits=None):
-    cycle = sampled_cycle(PAPER, criterion or serensen(PAPER.material), 0.0)
+    cycle = core_cycle(PAPER, criterion or serensen(PAPER.material), 0.0)
     view = certificate._View([*np.linspace(0, 2 * np.pi, 12, endpoint=False)], [1.0, 0.7, 0.4, 0.2])
     return certificate._relaxation(cycle, rod.OBJECTIVES[objective], limits or limited(2.3, 1.5), view)
 

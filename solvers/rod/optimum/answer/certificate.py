@@ -13,9 +13,9 @@ from collections.abc import Callable, Mapping
 from solvers.outcome import ActiveConstraint, Certificate
 from solvers.rod.constraints import BY_NAME, Limits
 from solvers.rod.optimum import rows
+from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.full_optimum import BOXES, Optimum
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
-from solvers.rod.optimum.sampled_cycle import SampledCycle
 from solvers.rod.problem import Objective
 from solvers.rod.scene import Dimensions
 
@@ -89,8 +89,8 @@ def full_certificate(
     if optimum.conditions is not None:
         evidence["kkt_residual"] = optimum.conditions.kkt_residual
         evidence["free_directions"] = len(optimum.conditions.tangent)
-    if optimum.curvature is not None:
-        evidence["least_curvature"] = optimum.curvature
+    if optimum.second_order is not None and optimum.second_order.curvature is not None:
+        evidence["least_curvature"] = optimum.second_order.curvature
     evidence |= {"local_searches": optimum.starts, "local_optima": optimum.ends}
     if math.isfinite(optimum.local.gain):
         evidence["gain_still_promised"] = optimum.local.gain
@@ -99,7 +99,7 @@ def full_certificate(
 
 
 def widened_bound(
-    cycle: SampledCycle, objective: Objective, limits: Limits, sizes: Sizes, answer: Dimensions, influence: Influence
+    cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, answer: Dimensions, influence: Influence
 ) -> tuple[float | None, float]:
     """A lower bound of ln objective on the full model, None if nothing can be said, and the influence it rests on.
 

@@ -16,8 +16,8 @@ from solvers.fatigue.kernels import GREATEST, Diagram
 from solvers.outcome import Shortfall
 from solvers.rod.constraints import BY_NAME, Constraint, Limits
 from solvers.rod.optimum import rows
+from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.proof.outer_approximation import Sizes, search
-from solvers.rod.optimum.sampled_cycle import SampledCycle
 from solvers.rod.problem import OBJECTIVES, Objective, Requirements
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling
@@ -31,7 +31,7 @@ _STABILITY, _YIELD = BY_NAME["min_stability_safety"], BY_NAME["min_yield_safety"
 
 
 def diagnose(
-    cycle: SampledCycle, limits: Limits, sizes: Sizes, asked: Requirements, scene: Scene
+    cycle: CoreCycle, limits: Limits, sizes: Sizes, asked: Requirements, scene: Scene
 ) -> tuple[Shortfall, ...]:
     """One entry per requirement that cannot be met: alone if any cannot be met even alone, else beside the others.
 
@@ -45,7 +45,7 @@ def diagnose(
 
 @dataclass(frozen=True)
 class _Diagnosis:
-    cycle: SampledCycle
+    cycle: CoreCycle
     limits: Limits
     sizes: Sizes
     asked: Requirements
@@ -93,7 +93,7 @@ class _Diagnosis:
             return self.strength_alone(limits)
         return self.strength(limits)
 
-    def optimum(self, cycle: SampledCycle, objective: Objective, limits: Limits) -> float | None:
+    def optimum(self, cycle: CoreCycle, objective: Objective, limits: Limits) -> float | None:
         found = search(cycle, objective, limits, self.sizes, _GAP, _BOXES).best
         return None if found is None else math.exp(objective.sign * found.log_cost)
 

@@ -17,11 +17,11 @@ from solvers.fatigue.kernels import severities
 from solvers.numerics.periodic import grid
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum import rows
+from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.core_optimum import Polished, polish
 from solvers.rod.optimum.peaks import Peaks, Wanted, reaction_peaks
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation, workspace
 from solvers.rod.optimum.proof.branch_and_bound import prove
-from solvers.rod.optimum.sampled_cycle import SampledCycle
 from solvers.rod.optimum.sqp import wanted_of
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.scene import Dimensions
@@ -109,7 +109,7 @@ class _View:
                     known.append(value)
 
 
-def search(cycle: SampledCycle, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int) -> Proof:
+def search(cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int) -> Proof:
     """The global optimum with its bound: as close as ``gap`` (in ln objective) or as ``boxes`` boxes come."""
     view = _View([*grid(FIRST_ANGLES), cycle.hardest], list(_FIRST_SECTIONS))
     slices, length = sizes.slices(), np.array(_length_range(cycle, sizes))
@@ -158,7 +158,7 @@ def search(cycle: SampledCycle, objective: Objective, limits: Limits, sizes: Siz
 
 
 def governing(
-    cycle: SampledCycle, d: Dimensions, peaks: Peaks, looked_at: Wanted, tied: float = 0.0
+    cycle: CoreCycle, d: Dimensions, peaks: Peaks, looked_at: Wanted, tied: float = 0.0
 ) -> tuple[Array, Array]:
     """The angles and sections (eta) that govern a strip: where a fibre's cycle is nearly as bad as the worst.
 
@@ -193,11 +193,11 @@ def _vertex(left: float, middle: float, right: float) -> float:
     return min(max(0.5 * (right - left) / bend, -1.0), 1.0) if bend > 0.0 else 0.0
 
 
-def _length_range(cycle: SampledCycle, sizes: Sizes) -> tuple[float, float]:
+def _length_range(cycle: CoreCycle, sizes: Sizes) -> tuple[float, float]:
     return sizes.bounds.l[0], min(sizes.bounds.l[1], cycle.rod_length)
 
 
-def _relaxation(cycle: SampledCycle, objective: Objective, limits: Limits, view: _View) -> Relaxation:
+def _relaxation(cycle: CoreCycle, objective: Objective, limits: Limits, view: _View) -> Relaxation:
     angles = np.array(view.angles)
     force, stroke = cycle.axial_force(angles), cycle.crank_radius * np.sin(angles)
     react, swing, speed = np.empty(0), np.empty(0), np.empty(0)

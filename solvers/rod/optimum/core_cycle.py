@@ -26,7 +26,7 @@ _EXACT = 1e-10
 
 
 @dataclass(frozen=True)
-class SampledCycle:
+class CoreCycle:
     """The axial force [N], the lateral stroke [m] and the numbers of the machine, SI units.
 
     ``whole`` has force, stroke and |piston speed| [m/s] at as many angles as the mean of friction power takes,
@@ -85,7 +85,7 @@ class SampledCycle:
 class CoreStrip:
     """One strip of the core's physics: a ``peaks.Response``."""
 
-    cycle: SampledCycle
+    cycle: CoreCycle
     dimensions: Dimensions
 
     def stresses(self, angle: Array, eta: Array) -> Array:
@@ -125,7 +125,7 @@ class CoreRows:
         return np.empty((2, self.core.eta.size, self.core.force.size))
 
 
-def sampled_cycle(scene: Scene, criterion: FatigueCriterion, mass: float) -> SampledCycle:
+def core_cycle(scene: Scene, criterion: FatigueCriterion, mass: float) -> CoreCycle:
     """The cycle of a scene whose axial force holds the inertia of this mass [kg] beside the gas force."""
     drive, piston = drive_of(scene, mass), scene.piston
     angle, whole = periodic.grid(ANGLES), periodic.grid(WHOLE)
@@ -133,7 +133,7 @@ def sampled_cycle(scene: Scene, criterion: FatigueCriterion, mass: float) -> Sam
     least, hardest = least_force(drive, angle, force, _EXACT)
     m = scene.mechanism
     speed = np.abs(kinematics.velocity(whole, m.crank_radius, m.rod_length, m.angular_speed))
-    return SampledCycle(
+    return CoreCycle(
         drive=drive,
         modulus=scene.material.elastic_modulus,
         guide=np.array([piston.clamp_offset, piston.diameter, piston.skirt_length, piston.friction_coefficient]),

@@ -70,7 +70,7 @@ class Judged(NamedTuple):
     """The results of one turn.
 
     ``results`` (RESULTS,), and of every fibre and station the utilisation and the stress amplitude [Pa] in ``sections``
-    (2, 2 stations); ``force`` P [N] at the angles, (n,); ``critical`` P_cr [N]. Where the strip buckles, ``stands`` is 0
+    (2, 2 stations); ``force`` P [N] at the angles, (n,); ``critical`` P_cr [N]. If the strip buckles, ``stands`` is 0
     and there are but forces: without friction, or P_cr as the greatest compression where it takes friction to buckle.
     """
 

@@ -29,7 +29,7 @@ from solvers.rod.cycle.state import (
     fill_states,
 )
 from solvers.rod.load.axial_force import Drive, axial_force
-from solvers.rod.piston.skirt import both_walls
+from solvers.rod.piston.skirt import both_walls, contact_load
 from solvers.rod.strip.shape import bend
 
 Array = NDArray[np.float64]
@@ -104,7 +104,7 @@ def judge(
     for i in range(n):
         t, couple = abs(side[i]), j.lever * abs(moment[i] + side[i] * j.offset)
         results[MOST_SIDE], results[MOST_MOMENT] = max(results[MOST_SIDE], t), max(results[MOST_MOMENT], abs(moment[i]))
-        results[MOST_CONTACT] = max(results[MOST_CONTACT], t + couple)
+        results[MOST_CONTACT] = max(results[MOST_CONTACT], contact_load(t, couple))
         results[POWER] += j.friction * j.travel[i] * both_walls(t, couple)
     bent, turned, sunk, upper, lower = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     for m in range(STATIONS):

@@ -23,6 +23,7 @@ from solvers.rod.optimum.peak_model import buckled_rows, sampled_rows
 from solvers.rod.optimum.peaks import Peaks, Wanted, compression_peaks, peaks_of
 from solvers.rod.optimum.rows import Layout
 from solvers.rod.piston.friction import power_at
+from solvers.rod.piston.skirt import pressure_per_load
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling, shear
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
@@ -161,7 +162,7 @@ class FullRows:
             return out
         stresses = strip.stresses(self.peaks.threes(), self.peaks.stations())
         reactions = strip.reactions(self.peaks.reaction_threes()) if self.peaks.reactions.size else np.empty((2, 0))
-        per_force = 4.0 / (math.pi * piston.diameter * piston.skirt_length)
+        per_force = pressure_per_load(piston.diameter, piston.skirt_length)
         sampled_rows(np.ascontiguousarray(stresses), reactions, *diagram, per_force, out)
         if self.model.wanted.power:
             out[rows.POWER] = math.log(max(strip.friction_power(), 1e-300))

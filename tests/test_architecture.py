@@ -36,6 +36,13 @@ def test_solvers_know_nothing_of_the_service(path):
     assert not top_levels(path) & {"app", "migrations", "fastapi", "starlette", "pydantic", "sqlalchemy", "alembic"}
 
 
+def test_the_service_knows_nothing_of_what_judges_it():
+    for path in FILES:
+        assert not top_levels(path) & {"oracles", "bench", "tests"}, module(path)
+    for path in (ROOT / "oracles").rglob("*.py"):
+        assert not top_levels(path) & {"app", "bench", "tests"}, module(path)
+
+
 _EDGE = ("app.api", "app.web", "app.cli", "app.main")
 WINGS = ("solvers.rod", "solvers.pin", "solvers.linkage", "solvers.crank")
 

@@ -19,8 +19,8 @@ from bench.campaign.seeds import Part
 
 _ROOT = Path(__file__).parents[2]
 FOLDER = _ROOT / ".campaign"
-_SOURCES = ("solvers", "app/designs", "bench/campaign")
-_ROOMS_OF_ALL = frozenset({"references", "examples"})
+_SOURCES = ("solvers", "app/designs", "bench/campaign", "oracles")
+_ROOMS_OF_ALL = frozenset({"references", "examples", "dense", "textbook"})
 """Folders in which every kind has files of its own."""
 _NOT_JUDGING = frozenset({"__main__", "kept", "page", "workers"})
 """Modules of the campaign that no verdict depends on; pictures are others."""

@@ -106,6 +106,8 @@ def test_sources_start_those_kinds_anew_whose_verdicts_depend_on_them(sources, s
         ("solvers/fatigue/crank.py", set(DRAWN)),
         ("solvers/references/crank/motion.py", {"crank-dynamics", "flexible-rod"}),
         ("bench/campaign/judging/pin.py", set(DRAWN)),
+        ("oracles/dense/rod_states.py", {"flexible-rod"}),
+        ("oracles/scenes.py", set(DRAWN)),
     ],
 )
 def test_a_new_file_belongs_to_the_kind_in_whose_folder_it_lies(sources, source, concerned):

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from solvers.numerics.panels import Panels, Rule, greatest, resolve, rule_of, values_at, zeros
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.section import Field
-from solvers.rod.cycle.state import FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
+from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
 from solvers.rod.load.axial_force import Drive
 
 Array = NDArray[np.float64]
@@ -129,16 +129,18 @@ class _Sampler:
         rows = np.zeros((_CHECKED + ROWS + self.bent_terms + self.sunk_terms, angle.size))
         states = rows[_CHECKED : _CHECKED + ROWS]
         fill_states(self._cycle.drive, self.strip, angle, states)
-        rows[0], rows[1], rows[2], rows[3] = states[FORCE], states[SIDE], states[MOMENT], states[HEAD]
+        rows[0], rows[1], rows[2] = states[FORCE], states[SIDE], states[MOMENT]
+        # Bending at the head and in the middle, each beside that at the clamp: a whole rod's head is not bent at all.
+        rows[3] = states[CLAMP] + states[HEAD]
+        rows[4] = states[CLAMP]
         bent, sunk = rows[_CHECKED + ROWS :][: self.bent_terms], rows[_CHECKED + ROWS + self.bent_terms :]
         for correction in self._corrections:
             side, moment = correction.add(states, bent, sunk)
             rows[1] += side
             rows[2] += moment
         if self.bent_terms:
-            # At the head and in the middle, beside the linear strip's own, which follows from the states.
             rows[3] += bent.sum(axis=0)
-            rows[4] = legendre.legval(0.0, bent)
+            rows[4] += legendre.legval(0.0, bent)
         return rows
 
 

@@ -135,6 +135,12 @@ def linear_slope(
 
 
 @kernel
+def scratch(nodes: int) -> Array:
+    """Room for ``bent_by`` and ``third_order`` with so many nodes."""
+    return np.empty((6, nodes + 3))
+
+
+@kernel
 def bent_by(
     q: float, head: float, offset: float, end: float, load: Array, less: Array, tables: Collocation, room: Array,
     bend: Array, rise: Array,
@@ -143,7 +149,8 @@ def bent_by(
 
     theta(0) = 0, int (theta - less) + head theta(1) = offset, theta'(1) + head theta''(1) = 0. ``load`` holds the
     Legendre coefficients of f, ``end`` is f(1), and ``less`` holds those of what the offset's rate is short of theta,
-    (n,) each. ``bend`` receives those of theta', ``rise`` of int (theta - less), (n + 2,) each. ``room`` is (4, n + 3).
+    (n,) each. ``bend`` receives those of theta', ``rise`` of int (theta - less), (n + 2,) each. ``room`` is a
+    ``scratch``.
     """
     n = load.size
     pivot, a, u, w = room[0], room[1], room[2], room[3]
@@ -196,7 +203,7 @@ def third_order(
     """Q_3 and theta_3'(0), in lengths of the strip, from the linear slope at the nodes, (n + 1,).
 
     ``bend`` receives the Legendre coefficients of theta_3' (V'' is this over l), ``rise`` those of the offset's
-    correction over l; (n + 2,) each. ``room`` is (6, n + 3) of scratch.
+    correction over l; (n + 2,) each. ``room`` is a ``scratch``.
     """
     n = slope.size - 1
     half = n // 2
@@ -238,7 +245,7 @@ def third_orders(
     """
     count, n = slope.shape[0], slope.shape[1] - 1
     bend, rise = np.empty((count, n + 2)), np.empty((count, n + 2))
-    side, clamp, room = np.empty(count), np.empty(count), np.empty((6, n + 3))
+    side, clamp, room = np.empty(count), np.empty(count), scratch(n)
     for i in range(count):
         side[i], clamp[i] = third_order(q[i], shear[i], head, slope[i], tables, room, bend[i], rise[i])
     return bend, rise, side, clamp

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
 
+from oracles.textbook import rod_beam_column
+from oracles.textbook.rod_beam_column import solve
 from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.cycle.composition import BeamColumn, ShearFlexible
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING
-from solvers.rod.strip import beam_column
-from solvers.rod.strip.beam_column import solve
 from solvers.rod.strip.buckling import critical_phase
 from solvers.rod.strip.elastica import ElasticaExpansion
 from solvers.rod.strip.elastica_kernels import at_stations, collocation, linear_slope, nodes_for, third_orders
@@ -171,7 +171,7 @@ def test_the_correction_is_that_of_its_equations(q, head, terms):
         q = -0.97 * float(critical_phase(1.0 / (1.0 + head))) ** 2
     shear, side, curvature, rise = by_power_series(q, head, 0.1, terms)
     constants, tables = solve([q], 1.0, 1.0 + head), collocation(nodes_for(q, q))
-    slope = np.ascontiguousarray(0.1 * beam_column.slope(constants, tables.nodes).T)
+    slope = np.ascontiguousarray(0.1 * rod_beam_column.slope(constants, tables.nodes).T)
     bend, offset, found, clamp = third_orders(np.array([q]), np.array([shear]), head, slope, tables)
     at = at_stations([0.0, 0.125, 0.5, 1.0], bend.shape[1])
     assert at @ bend[0] == pytest.approx(curvature, abs=1e-12 * np.abs(curvature).max())
@@ -187,7 +187,7 @@ def test_very_strong_tension_has_nodes_enough(q):
     constants = solve([q], 1.0, 1.0 + head)
     for nodes in (nodes_for(q, q), 240):
         tables = collocation(nodes)
-        slope = np.ascontiguousarray(0.05 * beam_column.slope(constants, tables.nodes).T)
+        slope = np.ascontiguousarray(0.05 * rod_beam_column.slope(constants, tables.nodes).T)
         found.append(np.stack(third_orders(np.array([q]), 0.05 * constants.clamp_shear, head, slope, tables)[2:]))
     assert found[0] == pytest.approx(found[1], rel=1e-10)
 

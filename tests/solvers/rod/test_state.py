@@ -6,8 +6,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from oracles.textbook import rod_beam_column
 from solvers.rod.cycle import state
-from solvers.rod.strip import beam_column, shape
+from solvers.rod.strip import shape
 
 ROD = 2.0
 
@@ -55,12 +56,16 @@ def test_constants_by_fifty_digits(q, compliance):
 
 def test_shapes_are_those_of_stumpffs_functions():
     q = np.concatenate([np.linspace(-9.0, 4.0, 60), np.geomspace(4.0001, 4e3, 60)])
-    c = beam_column.solve(q, 1.0, ROD)
+    c = rod_beam_column.solve(q, 1.0, ROD)
     assert c.stable
     for z in (0.0, 0.1, 0.5, 0.77, 1.0):
         out = np.empty((3, q.size))
         shape.bend(q, c.clamp_curvature, c.clamp_shear, c.head_curvature, 1.0, z, *out)
-        expected = beam_column.curvature(c, z)[0], beam_column.slope(c, z)[0], beam_column.deflection(c, z)[0]
+        expected = (
+            rod_beam_column.curvature(c, z)[0],
+            rod_beam_column.slope(c, z)[0],
+            rod_beam_column.deflection(c, z)[0],
+        )
         for row, values in zip(out, expected, strict=True):
             assert row == pytest.approx(values, rel=1e-12, abs=1e-14 * np.abs(values).max())
 

@@ -1,4 +1,4 @@
-"""The compiled heart of check and design: the extremes of both fibres' stresses over the cycle, section by section.
+"""The extremes of both fibres' stresses over the cycle, section by section, as general optimizers are given them.
 
     sigma+-(z, phi) = P(phi)/(b h) +- (E h/2) V''(z; P/EI) r sin(phi)
 
@@ -7,7 +7,8 @@ x = l - z, it is V'' = (e c0(x) + x c1(x))/det with e = L - l and det = l^3 (c2 
 along equal steps it follows a recurrence from the head, in difference form so that nothing cancels as q -> 0, and
 grows in tension as it goes, which damps errors. det is one power series in q l^2. In strong tension V'' is put
 together from both ends by decaying powers. Angles lie innermost, where the processor takes several at once; forces
-stand in for stresses there, times 1/(b h) at the end. The tests hold every number against ``beam_column``.
+stand in for stresses there, times 1/(b h) at the end. The tests hold every number against
+``oracles.textbook.rod_beam_column``.
 """
 
 from __future__ import annotations
@@ -18,20 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.extremes import greater, lesser
-from solvers.numerics.jit import fusing_kernel, kernel, reducing_kernel
+from solvers.numerics.jit import fusing_kernel, kernel
+from solvers.rod.strip.beam_column import beam_constants
 
 Array = NDArray[np.float64]
 
-FORWARD_LIMIT = 4.0
 LEAST_STEPS = 12
 """Fewest steps along the strip: a step's argument stays below 0.15 even at buckling, so a short series serves it."""
 
-_SERIES_LIMIT = 1.0
-_TERMS = 11
-_C2 = np.array([(-1.0) ** j / math.factorial(2 * j + 2) for j in range(_TERMS)])
-_C3 = np.array([(-1.0) ** j / math.factorial(2 * j + 3) for j in range(_TERMS)])
-_Q2 = tuple((-1.0) ** j / math.factorial(2 * j + 2) for j in range(13))
-_Q3 = tuple((-1.0) ** j / math.factorial(2 * j + 3) for j in range(13))
+_Q2 = tuple((-1.0) ** j / math.factorial(2 * j + 2) for j in range(6))
+_Q3 = tuple((-1.0) ** j / math.factorial(2 * j + 3) for j in range(6))
 
 _WEAK_LIMIT = 20.25
 """Beyond this q l^2 tension is strong. In compression every strip has buckled before: u^2 <= 20.191 for all l <= L."""
@@ -44,50 +41,7 @@ _DET = np.array([
 """det/l = l^2 [c2 - c3] + e L [c1] as power series in t = -q l^2."""
 
 
-@kernel
-def _remainders(t: float) -> tuple[float, float]:
-    """c2, c3 by their series, for |t| <= 1 to the last place."""
-    c2, c3 = _C2[_TERMS - 1], _C3[_TERMS - 1]
-    for j in range(_TERMS - 2, -1, -1):
-        c2 = _C2[j] + t * c2
-        c3 = _C3[j] + t * c3
-    return c2, c3
-
-
 # Written out term by term: the compiler takes several angles at once only where no loop stands inside the loop.
-@reducing_kernel
-def _long_series(t: float) -> tuple[float, float]:
-    """c2, c3 for |t| <= 5.1."""
-    c = _Q2[12]
-    c = _Q2[11] + t * c
-    c = _Q2[10] + t * c
-    c = _Q2[9] + t * c
-    c = _Q2[8] + t * c
-    c = _Q2[7] + t * c
-    c = _Q2[6] + t * c
-    c = _Q2[5] + t * c
-    c = _Q2[4] + t * c
-    c = _Q2[3] + t * c
-    c = _Q2[2] + t * c
-    c = _Q2[1] + t * c
-    c = _Q2[0] + t * c
-    c2 = c
-    c = _Q3[12]
-    c = _Q3[11] + t * c
-    c = _Q3[10] + t * c
-    c = _Q3[9] + t * c
-    c = _Q3[8] + t * c
-    c = _Q3[7] + t * c
-    c = _Q3[6] + t * c
-    c = _Q3[5] + t * c
-    c = _Q3[4] + t * c
-    c = _Q3[3] + t * c
-    c = _Q3[2] + t * c
-    c = _Q3[1] + t * c
-    c = _Q3[0] + t * c
-    return c2, c
-
-
 @fusing_kernel
 def _short_series(t: float) -> tuple[float, float]:
     """c2, c3 for |t| <= 0.15."""
@@ -104,30 +58,6 @@ def _short_series(t: float) -> tuple[float, float]:
     c = _Q3[1] + t * c
     c = _Q3[0] + t * c
     return c2, c
-
-
-@kernel
-def beam_constants(q: float, l: float, rod_length: float) -> tuple[float, float, float, float]:
-    """C, D, V''(l) per unit stroke and the scaled determinant, as ``beam_column.solve`` defines them, for one q."""
-    e = rod_length - l
-    t = -q * l * l
-    half = 1.0
-    if abs(t) <= _SERIES_LIMIT:
-        c2, c3 = _remainders(t)
-        c1, c0, difference = 1.0 - t * c3, 1.0 - t * c2, c2 - c3
-    elif t > 0:
-        x = math.sqrt(t)
-        c0, sine = math.cos(x), math.sin(x)
-        c1, difference = sine / x, (sine - x * c0) / (x * t)
-    else:
-        y = math.sqrt(-t)
-        # Half the decay at a time: all of it may be too small a number to keep its digits.
-        half = math.exp(-0.5 * y)
-        decay = half * half
-        c0, sine = 0.5 * (1.0 + decay * decay), -0.5 * math.expm1(-2.0 * y)
-        c1, difference = sine / y, (y * c0 - sine) / (-y * t)
-    det = l * l * l * difference + e * rod_length * l * c1
-    return (l * c1 + e * c0) / det, -(c0 + e * q * l * c1) / det, e * half / det * half, det
 
 
 @fusing_kernel

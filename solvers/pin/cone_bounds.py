@@ -42,7 +42,7 @@ def deflection_slopes(
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """The ranges of d(ln s)/dr and d(ln s)/dc of the size s in [least, most] that a deflection limit allows.
 
-    Cowper's law without a tangent; infinite ranges where a bore may reach the outer diameter.
+    Infinite ranges where a bore may reach the outer diameter.
     """
     r_low, r_high, c_low, c_high, f_low, f_high = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(t.size):

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.pin.cone_bounds import Box, Rule, deflection_slopes, hollow, second_order, station_slopes
-from solvers.pin.flexibility import bending, cowper, phi
+from solvers.pin.flexibility import bending, phi
 from solvers.pin.form import Found
 from solvers.pin.program import Program, assemble, bore_of, folded, refined, unfolded
 from solvers.pin.section import solidity_of
@@ -43,7 +43,7 @@ _ZOOMS, _NEAR, _NARROWEST = 16, 1e-4, 1e-4
 @kernel
 def _greatest_size(
     r: float, c: float, t: Array, bore: Array, share: Array, bend: Array, shear: Array,
-    a: float, b: float, knee: float, limit: float, most: float,
+    a: float, b: float, limit: float, most: float,
 ) -> float:  # fmt: skip
     """The greatest end bore of (r, c), over the outer diameter, up to ``most``; stations t = x/(L/2) in [0, 1]."""
     size = most
@@ -73,7 +73,7 @@ def _greatest_size(
             if u <= 0.0:
                 total = np.inf
                 break
-            total += share[i] * (bend[i] * bending(u)[0] + shear[i] * phi(u, a, b, knee))
+            total += share[i] * (bend[i] * bending(u)[0] + shear[i] * phi(u, a, b))
         value = limit / total - 1.0 if total > 0.0 else np.inf
         if value >= 0.0:
             if step == 0:
@@ -122,7 +122,7 @@ class _Cones:
         p, g = self.program, self.program.scene.geometry
         limit = math.inf if p.limit is None else p.limit
         size = _greatest_size(
-            r, c, self._places, self._bore, *self._deflection, p.law.a, p.law.b, p.law.knee, limit, 1.0,
+            r, c, self._places, self._bore, *self._deflection, p.law.a, p.law.b, limit, 1.0,
         )  # fmt: skip
         slope = p.limits.max_slope
         if slope is not None and steep_r < 1.0:
@@ -174,7 +174,7 @@ class _Cones:
         if self._first_bent == math.inf or narrowest <= 0.0:
             return math.inf
         return _greatest_size(
-            r, c, self._places, self._endless, *self._deflection, p.law.a, p.law.b, p.law.knee, p.limit,
+            r, c, self._places, self._endless, *self._deflection, p.law.a, p.law.b, p.limit,
             1.0 / narrowest,
         )  # fmt: skip
 
@@ -258,8 +258,7 @@ class Cone:
         g, solid = program.scene.geometry, np.ones_like(program.lower)
         if program.limit is not None and program.deflection(solid) > program.limit * (1.0 + 1e-12):
             return None
-        # Nothing here asks for convexity, so shear obeys the exact law.
-        looked_at = replace(program, law=cowper(program.scene.material.poisson))
+        looked_at = program
         c_range, wanted = (1e-3, 1.0) if self.cylinder else (1.0, 1.0), min(max(gap, 1e-8), 8e-8)
         boxes = 0
         for _ in range(_LOOKS):

@@ -12,9 +12,8 @@ from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
 from solvers.pin.check import PinCheck, assess, on_profile
-from solvers.pin.diagnosis import Diagnosis, diagnose, solid_deflection
+from solvers.pin.diagnosis import Diagnosis, diagnose
 from solvers.pin.effects import choose_for, compose, demands_of
-from solvers.pin.flexibility import cowper
 from solvers.pin.form import Form, Found
 from solvers.pin.loads import ROUNDING
 from solvers.pin.pointwise import FREE, lightest_constant
@@ -69,13 +68,9 @@ def design(
     scene, limits = problem.scene, problem.limits
     choice = choose_for(scene, effects, effect_tolerance, demands_of(limits))
     physics = compose(choice)
-    law = None
     found = None
     if np.isfinite(wall_floor(scene, limits)):
-        found = _on_refined_stations(problem, physics, accuracy, law)
-        if found is None and _only_exactly(problem, physics):
-            # A limit between what the convex law and the exact law say of a nearly solid pin.
-            found = _on_refined_stations(problem, physics, accuracy, cowper(scene.material.poisson))
+        found = _on_refined_stations(problem, physics, accuracy)
     if found is None:
         return Outcome(
             Status.INFEASIBLE,
@@ -117,14 +112,13 @@ def design(
 def _as_made(
     problem: PinProblem, physics: Physics, program: Program, best: Found, accuracy: float
 ) -> tuple[Program, Array, tuple[float, ...]]:
-    """The bore found on stations of its own (its corners among them), under the exact law of shear."""
-    law = cowper(problem.scene.material.poisson)
+    """The bore found on stations of its own, its corners among them."""
     if best.corners is None:
-        return replace(program, law=law), walls_of(program, best.solidity), ()
+        return program, walls_of(program, best.solidity), ()
     bore = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
     whole = bore.along(problem.scene.geometry.length)
-    exact, wall, _ = on_profile(problem.scene, whole, problem.criterion, physics, law, accuracy)
-    return exact, wall, whole.places
+    shown, wall, _ = on_profile(problem.scene, whole, problem.criterion, physics, program.law, accuracy)
+    return shown, wall, whole.places
 
 
 def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_tolerance: float = 1e-2) -> Diagnosis:
@@ -133,21 +127,14 @@ def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_toleran
     return diagnose(problem.scene, problem.limits, problem.criterion, compose(choice))
 
 
-def _only_exactly(problem: PinProblem, physics: Physics) -> bool:
-    limit = problem.limits.max_deflection
-    return limit is not None and solid_deflection(problem.scene, problem.criterion, physics) <= limit * (1.0 + 1e-12)
-
-
-def _on_refined_stations(
-    problem: PinProblem, physics: Physics, accuracy: float, law: object
-) -> tuple[Program, Found, float] | None:
+def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float) -> tuple[Program, Found, float] | None:
     """(program, best profile, doubt of its mass): panels are halved where quadrature or the form's kinks demand it."""
     scene = problem.scene
     stations: Stations = opening_stations(scene)
     wanted = 0.05 * accuracy
     result = None
     for _ in range(_PASSES):
-        program = assemble(scene, problem.limits, problem.criterion, physics, stations, law)
+        program = assemble(scene, problem.limits, problem.criterion, physics, stations)
         if np.isnan(program.lower).any():
             return None
         doubt = program.stations.doubt(program.lower)

@@ -33,7 +33,7 @@ def half_of(program: Program) -> Half[Program]:
         found = weigh(reduced, None, True)
         return None if found is None else Walls(found.solidity, reduced.volume(found.solidity), found.multiplier)
 
-    return Half(program, Law(-1.0, law.a, law.b, law.knee), least_at, lightest)
+    return Half(program, Law(-1.0, law.a, law.b), least_at, lightest)
 
 
 @dataclass(frozen=True)

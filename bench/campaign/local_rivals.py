@@ -57,10 +57,9 @@ def _judged(costs: Sequence[float], bound: float, cost: float) -> Judged:
 # Pins -----------------------------------------------------------------------------------------------------------------
 
 
-def pin_keeps(check: pin.PinCheck, limits: pin.Limits, slack: float = _KEPT) -> bool:
-    """Whether a checked pin keeps strength and limits."""
+def pin_keeps(check: pin.PinCheck, outer: float, limits: pin.Limits, slack: float = _KEPT) -> bool:
+    """Whether a checked pin of this outer diameter [m] keeps strength and limits."""
     g = check.along.bore
-    outer = 2.0 * limits.min_wall + g.max() if limits.min_wall else math.inf
     wanted = [(check.strength_utilisation, 1.0), (check.deflection, limits.max_deflection)]
     if limits.max_ovalization is not None:
         wanted.append((None if check.ring is None else check.ring.ovalization_max, limits.max_ovalization))
@@ -70,13 +69,13 @@ def pin_keeps(check: pin.PinCheck, limits: pin.Limits, slack: float = _KEPT) -> 
         rise, run = np.abs(np.diff(g)), np.diff(check.along.x)
         if np.any(rise > limits.max_slope * run * (1.0 + 1e-6) + 1e-12 * g.max()):
             return False
-    return not any("thinnest" in said for said in check.warnings) and outer > 0.0
+    return 0.5 * (outer - g.max()) >= limits.min_wall * (1.0 - slack)
 
 
 def pin_neighbours(problem: pin.PinProblem, accuracy: float = 1e-8, steps: Sequence[float] = STEPS) -> Judged:
     """Answers at looser and tighter limits, each limit by itself, against the answer and the answer against them."""
     own = pin.design(problem, accuracy=accuracy)
-    judged = Judged()
+    judged, outer = Judged(), problem.scene.geometry.outer_diameter
     if own.value is None:
         return judged
     for name in PIN_LIMITS:
@@ -92,7 +91,7 @@ def pin_neighbours(problem: pin.PinProblem, accuracy: float = 1e-8, steps: Seque
                 for (rival, _), (answer, asked) in (
                     ((found, other), (own, problem)), ((own, problem), (found, other))
                 ):  # fmt: skip
-                    keeps = pin_keeps(rival.value.check, asked.limits)
+                    keeps = pin_keeps(rival.value.check, outer, asked.limits)
                     judged |= _judged(
                         [rival.value.check.mass if keeps else math.inf], answer.certificate.bound,
                         answer.value.check.mass,
@@ -149,7 +148,7 @@ def pin_climbed(
         if limits.max_ovalization is not None:
             most = check.ring.ovalization_max if check.ring is not None else None
             missed.append((most or 1e3) / limits.max_ovalization - 1.0)
-        keeps = pin_keeps(check, limits)
+        keeps = pin_keeps(check, outer, limits)
         costs.append(check.mass if keeps else math.inf)
         if not keeps:
             missed.append(1e-9)

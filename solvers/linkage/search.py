@@ -77,7 +77,7 @@ def search_all(question: Question, families: Sequence[Family], gap: float) -> li
         for tail in family.tails:
             own = found[k]
             known = math.inf if own.q is None else min(proven.cost for proven in found)
-            beyond = _within(question, tail, gap, known, _FEW)
+            beyond = _within(question, tail, gap - 1.1 * _BEYOND, known, _FEW)
             # Beyond the tail's own end nothing that counts changes by more than this.
             bound, cells = min(own.bound, beyond.bound * (1.0 - _BEYOND)), own.cells + beyond.cells
             within = own.q is not None and not beyond.cost < own.cost * (1.0 - _WORTH)

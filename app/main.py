@@ -13,6 +13,7 @@ from prometheus_fastapi_instrumentator import Instrumentator
 from app import errors
 from app.api import contract, operation, runs, submissions
 from app.jobs.executor import PoolSettings, ProcessPool
+from app.logging import configure
 from app.settings import Settings
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
@@ -33,6 +34,7 @@ ORPHANED = json.dumps(
 def create_app(settings: Settings | None = None) -> FastAPI:
     """The application; its database is migrated and its workers are started when it starts."""
     settings = settings or Settings()
+    configure(settings.log_format, settings.log_level)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:

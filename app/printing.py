@@ -124,6 +124,11 @@ def _bound(influence: float) -> str:
     return "unbounded" if influence >= LARGEST_INFLUENCE else f"bound {influence:.2g}"
 
 
+def _accuracy(told: dict[str, Any]) -> str:
+    met = "" if told["met"] else ", NOT MET"
+    return f"requested {told['requested']:g}, estimated {told['estimated']:.1g}{met}"
+
+
 @contextmanager
 def shown_progress(console: Console | None = None) -> Iterator[Report]:
     """A line on the terminal that says how far a long solve is, gone when it ends; nothing where there is none."""
@@ -156,9 +161,7 @@ def print_run(run: dict[str, Any]) -> None:
     for effect in run["effects"]:
         table.add_row(f"effect {effect['name']}", f"{effect['state']}, {_bound(effect['influence'])}: {effect['why']}")
     if run["accuracy"]:
-        table.add_row(
-            "accuracy", f"requested {run['accuracy']['requested']:g}, estimated {run['accuracy']['estimated']:.1g}"
-        )
+        table.add_row("accuracy", _accuracy(run["accuracy"]))
     table.add_row("time", f"{run['timing'].get('solve_s', run['timing']['total_s']):.3f} s")
     table.add_row("run", run["id"])
     Console(file=sys.stdout).print(table)

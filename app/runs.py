@@ -80,6 +80,11 @@ def repeated(run: RunRecord, earlier: RunRecord, started: float) -> RunRecord:
     )
 
 
+def met(run: RunRecord) -> bool:
+    """Whether the run was as accurate as it was asked to be."""
+    return run.accuracy is not None and json.loads(run.accuracy).get("met", False)
+
+
 def run_json(run: RunRecord, progress: Progress | None = None) -> bytes:
     """The run as the HTTP contract shows it; its stored parts go in byte for byte. ``progress`` is that of an open run,
     as far as it is known."""

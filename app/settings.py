@@ -5,6 +5,9 @@ from __future__ import annotations
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from app.designs.schema import GREATEST_TIME_S
+from app.logging import LogFormat, LogLevel
+
 
 class Settings(BaseSettings):
     """Every setting with its default."""
@@ -15,5 +18,9 @@ class Settings(BaseSettings):
     port: int = Field(default=8000, ge=0, le=65535, description="port to listen on")
     database_url: str = Field(default="sqlite:///crankwright.sqlite3", description="where runs are stored")
     workers: int = Field(default=2, ge=1, le=256, description="processes that solve")
-    solve_budget_s: float = Field(default=10.0, gt=0, le=3600, description="wall-clock time one solve may take")
+    solve_budget_s: float = Field(
+        default=10.0, ge=0.01, le=GREATEST_TIME_S, description="wall-clock time one solve may take"
+    )
+    log_format: LogFormat = Field(default=LogFormat.CONSOLE, description="console for people, json for a collector")
+    log_level: LogLevel = Field(default=LogLevel.WARNING, description="the least severe records that are written")
     max_body_bytes: int = Field(default=1_000_000, ge=1_000, description="the largest request body accepted")

@@ -15,13 +15,17 @@ from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.progress import Progress
 from app.designs.references import UnfitRun, references, replaced
 from app.designs.registry import job_of
-from app.designs.schema import entry
+from app.designs.schema import OUT_OF_TIME, DesignSettings, entry
 from app.errors import INVALID, Problem, json_pointer
+from app.jobs.budget import budget
 from app.jobs.errors import BudgetExceeded, Busy, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.jobs.executor import Executor
+from app.logging import get_logger
 from app.store.errors import UnknownRun
 from app.store.record import Finish, RunRecord, StoredResponse
 from app.store.repository import RunStore
+
+logger = get_logger(__name__)
 
 REFUSED = "refused"
 """The status of an answer whose request the solver could not accept: nothing is stored."""
@@ -49,6 +53,16 @@ async def resolved(store: RunStore, request: BaseModel) -> BaseModel:
     return request
 
 
+def time_asked(request: BaseModel) -> float | None:
+    """What the request says that it may take [s], where it is one that can."""
+    return request.time_budget_s if isinstance(request, DesignSettings) else None
+
+
+def _named(run: RunRecord) -> dict[str, str]:
+    """What the log says of a run."""
+    return {"run_id": run.id, "kind": run.kind, "mode": run.mode}
+
+
 @dataclass(frozen=True)
 class Service:
     """What a running service works with."""
@@ -63,24 +77,37 @@ class Service:
     async def answer(self, kind: Kind, mode: Mode, request: BaseModel) -> RunRecord:
         """The run for a request, answered but not stored yet. Raises Problem if the solver refuses the request."""
         started = time.perf_counter()
-        request = await resolved(self.store, request)
+        request = await self._acceptable(request)
         job = job_of(kind, mode)
         run = runs.queued(kind.slug, mode, request)
         if job.repeatable:
             earlier = await self.store.find_answer(run.spec_hash, run.solver_name, run.solver_version)
-            if earlier is not None:
+            if earlier is not None and (runs.met(earlier) or not job.best_in_time):
                 return runs.repeated(run, earlier, started)
         return await self._solve(run, job, request, started)
+
+    async def _acceptable(self, request: BaseModel) -> BaseModel:
+        """The request with the runs that it names filled in. Raises Problem for what this service cannot do."""
+        asked = time_asked(request)
+        if asked is not None and asked > self.solve_budget_s:
+            most = f"at most {self.solve_budget_s:g}"
+            found = entry("/time_budget_s", "is more than this service gives a solve", most)
+            raise Problem(422, INVALID, found["detail"], [found])
+        return await resolved(self.store, request)
 
     async def _solve(self, run: RunRecord, job: Job, request: BaseModel, started: float) -> RunRecord:
         """The run with the solver's answer, or failed where it came to none."""
         try:
             answer = await self._run(run, job, request)
         except BudgetExceeded as error:
-            return runs.failed(run, 504, "The time budget ran out", str(error), started)
+            return runs.failed(run, 504, OUT_OF_TIME, str(error), started)
         except MemoryExceeded as error:
             return runs.failed(run, 507, "The memory bound was reached", str(error), started)
-        except (WorkerCrashed, SolveFailed):
+        except WorkerCrashed as error:
+            logger.error("worker_crashed", **_named(run), reason=str(error))
+            return runs.failed(run, 500, "The solver failed", "the solve ended without an answer", started)
+        except SolveFailed as error:
+            logger.error("solve_failed", **_named(run), reason=str(error), exception=error.detail)
             return runs.failed(run, 500, "The solver failed", "the solve ended without an answer", started)
         if answer.status == REFUSED and answer.problem is not None:
             problem = answer.problem
@@ -90,10 +117,12 @@ class Service:
     async def _run(self, run: RunRecord, job: Job, request: BaseModel) -> Answer:
         if job.inline:
             return job.run(request)
-        budget = self.solve_budget_s + job.extra_s(request)
+        times = budget(self.solve_budget_s + job.extra_s(request), time_asked(request), job.best_in_time)
+        if times.solver_s is not None:
+            request = request.model_copy(update={"time_budget_s": times.solver_s})
         payload = request.model_dump_json().encode()
         try:
-            return await self.executor.run(run.kind, run.mode, payload, budget, partial(self._told, run.id))
+            return await self.executor.run(run.kind, run.mode, payload, times.kill_s, partial(self._told, run.id))
         finally:
             self.progress.pop(run.id, None)
 
@@ -117,7 +146,7 @@ class Service:
         """Store the run as queued, answer 202, and solve in the background."""
         if len(self.background) >= MOST_IN_BACKGROUND:
             raise Busy(f"{len(self.background)} runs wait already")
-        request = await resolved(self.store, request)
+        request = await self._acceptable(request)
         run = runs.queued(kind.slug, mode, request)
         response = await self._keep(run, 202, key, request_hash)
         if response.run_id == run.id:
@@ -143,6 +172,7 @@ class Service:
         except Problem as problem:
             ended = runs.refused(run, problem.body, started)
         except Exception as error:
+            logger.exception("background_solve_failed", **_named(run))
             ended = runs.failed(run, 500, "The solver failed", type(error).__name__, started)
         await self.store.finish(
             run.id, Finish(ended.status, ended.result, ended.problem, ended.effects, ended.accuracy, ended.timing)

@@ -15,8 +15,6 @@ PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 
 def main() -> None:
     """Run the benches and write the page."""
-    rows = kernels.run()
-    best = rows[0].seconds
     versions = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba"))
     lines = [
         "# Benchmarks",
@@ -25,20 +23,11 @@ def main() -> None:
         f"Python {platform.python_version()}, {versions}. Medians of one run; absolute times move with the machine, "
         "ratios less.",
         "",
-        "## Stresses over the cycle",
-        "",
-        kernels.__doc__.partition("\n\n")[2].strip(),
-        "",
-        "| way | time per (design, angle) | against the best | error of V'' |",
-        "|---|---|---|---|",
     ]
-    for row in rows[:-1]:
-        shown = f"{row.seconds * 1e9:,.0f} ns" if row.seconds < 1e-4 else f"{row.seconds * 1e6:,.0f} µs"
-        lines.append(f"| {row.name} | {shown} | {row.seconds / best:,.0f} | {row.error:.0e} |")
-    lines += ["", f"The critical load takes {rows[-1].seconds * 1e9:,.0f} ns a design in bulk.", ""]
     sections = (
         ("A design", design),
         ("Random problems", random_designs),
+        ("The kernel that the general optimizers are given", kernels),
         ("The piston pin", pin),
         ("The impact linkage", linkage),
         ("Crank dynamics", crank),

@@ -18,8 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from oracles.dense import rod_stress_envelope
 from solvers import rod
-from solvers.rod.strip import buckling, stress_envelope
+from solvers.rod.strip import buckling
 
 ANGLES, SECTIONS = 96, 25
 SCENE = rod.Scene(
@@ -77,7 +78,7 @@ class Model:
         safety = float(buckling.critical_force(material.elastic_modulus, b, h, l, rod_length)) / -self.force.min()
         if safety <= 1.0:
             return mass, NOTHING, safety
-        stress_envelope.stress_envelope(
+        rod_stress_envelope.stress_envelope(
             self.force, self.stroke, material.elastic_modulus, b, h, l, rod_length, self.high, self.low
         )
         amplitude, mean = 0.5 * (self.high - self.low), np.maximum(0.5 * (self.high + self.low), 0.0)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from app.designs.pictures.chart import BLUE, GREEN, RED, Chart, Linear
+from oracles.textbook.pin_bore_iteration import factor
 from solvers import pin
-from solvers.pin.fixed_point import factor
 from solvers.pin.loads import forces_at
 from solvers.pin.program import opening_stations
 from solvers.pin.section import Demand, ShearLaw, least_wall

@@ -49,11 +49,16 @@ def _told(name: str, state: EffectState, influence: float, why: str) -> EffectRe
 
 @dataclass(frozen=True)
 class Accuracy:
-    """The accuracy that was asked for, the estimate of what was reached, and the settings that did it."""
+    """The relative accuracy that was asked for, the estimate of what was reached, and the settings that did it."""
 
     requested: float
     estimated: float
     settings: Mapping[str, float | int | str] = field(default_factory=dict)
+
+    @property
+    def met(self) -> bool:
+        """Whether the estimate is as small as was asked for."""
+        return self.estimated <= self.requested
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,14 @@ def test_solvers_know_nothing_of_the_service(path):
     assert not top_levels(path) & {"app", "migrations", "fastapi", "starlette", "pydantic", "sqlalchemy", "alembic"}
 
 
+def test_the_service_knows_nothing_of_what_judges_it():
+    for path in FILES:
+        assert not top_levels(path) & {"oracles", "bench", "tests"}, module(path)
+    for path in (ROOT / "oracles").rglob("*.py"):
+        assert not top_levels(path) & {"app", "bench", "tests"}, module(path)
+
+
+_EDGE = ("app.api", "app.web", "app.cli", "app.main")
 WINGS = ("solvers.rod", "solvers.pin", "solvers.linkage", "solvers.crank")
 
 ABOVE = {
@@ -47,17 +55,16 @@ ABOVE = {
     "solvers.materials": WINGS,
     "solvers.fatigue": WINGS,
     "solvers.crank": ("solvers.rod", "solvers.pin", "solvers.linkage"),
-    "solvers.rod.scene": ("solvers.rod.check", "solvers.rod.design", "solvers.rod.effects"),
-    "solvers.rod.effects": ("solvers.rod.check", "solvers.rod.design"),
-    "solvers.rod.check": ("solvers.rod.design", "solvers.rod.optimum.sampled_cycle"),
     "solvers.pin.scene": ("solvers.pin.program", "solvers.pin.check", "solvers.pin.design", "solvers.pin.effects"),
     "solvers.pin.program": ("solvers.pin.check", "solvers.pin.design", "solvers.pin.effects", "solvers.pin.separable"),
     "solvers.pin.effects": ("solvers.pin.check", "solvers.pin.design"),
     "solvers.pin.check": ("solvers.pin.design", "solvers.pin.bushing"),
     "solvers.pin": ("solvers.rod", "solvers.crank", "solvers.linkage"),
-    "app.designs": ("app.store", "app.jobs", "app.api", "app.web", "app.cli", "app.main"),
-    "app.store": ("app.designs", "app.jobs", "app.api", "app.web", "app.cli", "app.main", "solvers"),
-    "app.jobs": ("app.store", "app.api", "app.web", "app.cli", "app.main"),
+    "app.logging": ("app.designs", "app.store", "app.jobs", "app.submission", "app.settings", *_EDGE),
+    "app.designs": ("app.store", "app.jobs", "app.submission", "app.settings", *_EDGE),
+    "app.store": ("app.designs", "app.jobs", "app.submission", *_EDGE, "solvers"),
+    "app.jobs": ("app.store", "app.submission", *_EDGE),
+    "app.submission": _EDGE,
     "app.api": ("app.web", "app.cli", "app.main"),
     "app.web": ("app.cli", "app.main"),
 }
@@ -70,6 +77,45 @@ def test_nothing_points_back_up(lower, above):
         if module(path) == lower or module(path).startswith(lower + "."):
             bad = {name for name in imports(path) for upper in above if name == upper or name.startswith(upper + ".")}
             assert not bad, f"{module(path)} imports {sorted(bad)}"
+
+
+ROD = (
+    "scene", "load", "strip", "piston", "vibration", "cycle", "effect_bounds", "effects", "check", "constraints",
+    "problem", "optimum", "design",
+)  # fmt: skip
+"""The rooms of the rod in the order in which the data flows: each may import those before it."""
+
+BACK = {
+    ("scene", "load"),
+    ("strip", "cycle"),
+    ("vibration", "cycle"),
+    ("constraints", "optimum"),
+    ("problem", "optimum"),
+}
+"""Imports against that order which are still there: of types that a lower file should hold. None may join them."""
+
+
+def arrows(wing: str) -> set[tuple[str, str]]:
+    """(room, other room) for every import between the rooms of a wing; a room is a file or a folder."""
+    found = set()
+    for path in (ROOT / wing).rglob("*.py"):
+        room = path.relative_to(ROOT / wing).with_suffix("").parts[0]
+        names = [name.split(".") for name in imports(path)]
+        others = {parts[2] for parts in names if parts[:2] == wing.split("/") and len(parts) > 2}
+        found |= {(room, other) for other in others if room not in (other, "__init__")}
+    return found
+
+
+def test_the_rods_rooms_follow_the_data():
+    rooms = {
+        path.stem
+        for path in (ROOT / "solvers/rod").iterdir()
+        if path.suffix == ".py" or (path / "__init__.py").exists()
+    }
+    assert rooms - {"__init__"} == set(ROD)
+    place = {room: number for number, room in enumerate(ROD)}
+    back = {(room, other) for room, other in arrows("solvers/rod") if other in place and place[other] > place[room]}
+    assert back <= BACK
 
 
 def test_no_circles():

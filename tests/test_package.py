@@ -42,6 +42,10 @@ def test_it_carries_pages_examples_and_migrations(installed):
         assert all((installed / path).exists() for path in there), folder
 
 
+def test_it_leaves_out_what_judges_it(installed):
+    assert not [name for name in ("oracles", "bench", "tests") if (installed / name).exists()]
+
+
 def test_its_command_checks_and_stores(installed, check_request, tmp_path):
     request = tmp_path / "request.json"
     request.write_text(json.dumps({**check_request, "effects": {"exclude": ["rod_inertia"]}}))

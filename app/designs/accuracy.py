@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.progress import Count, Report, to_nobody
-from app.designs.schema import EffectChoice, Entry, Strict, one_of
+from app.designs.schema import EffectChoice, Entry, Strict, accuracy_json, one_of
 from solvers.accuracy import (
     Goal,
     Level,
@@ -25,6 +25,7 @@ from solvers.accuracy import (
 )
 from solvers.effect_costs import RUNS as EFFECT_RUNS
 from solvers.effect_costs import Chosen, EffectCost, effect_costs
+from solvers.outcome import Accuracy
 
 GREATEST_BUDGET_S = 60.0
 _OF_REFERENCE, _OF_LEVELS, _OF_EFFECTS = 0.4, 0.4, 0.2
@@ -213,11 +214,13 @@ def _run(kind: Kind, mode: Mode, asked: Any, report: Report) -> Answer:
             "effect_costs": [_cost(cost) for cost in costs],
         },
         effects=effects,
-        accuracy={
-            "requested": asked.spec.accuracy,
-            "estimated": reached.error if reached else max((e for e in map(_error, found.levels)), default=0.0),
-            "settings": dict(reached.settings) if reached else {},
-        },
+        accuracy=accuracy_json(
+            Accuracy(
+                asked.spec.accuracy,
+                _error(reached) if reached else max(map(_error, found.levels), default=0.0),
+                dict(reached.settings) if reached else {},
+            )
+        ),
         timing={"solve_s": sum(level.time_median * level.runs for level in found.levels)},
     )
 

@@ -64,6 +64,8 @@ class Job:
     the job's own tightest answer, which tells the effects that ran and what was found.
     ``infeasible`` is the result where there is no answer, if the kind says more than the diagnosis all kinds have.
     ``in_steps`` is the call of a job that takes long, and tells how far it is.
+    ``best_in_time`` is true where the call looks at the clock: it ends by itself at the request's ``time_budget_s``,
+    with the best it has found. A call that does not is killed instead.
     """
 
     request: type[BaseModel]
@@ -75,6 +77,7 @@ class Job:
     reference: Callable[[Any, Answer], Reference | None] = _no_reference
     infeasible: type[BaseModel] | None = None
     in_steps: Callable[[Any, Report], Answer] | None = None
+    best_in_time: bool = False
 
     def solve(self, request: Any, report: Report = to_nobody) -> Answer:
         """The answer, told of on the way where the job is a long one."""

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 from app.designs.kind import Answer
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.errors import EffectConflict, InvalidInput
-from solvers.outcome import Certificate, Outcome
+from solvers.outcome import Accuracy, Certificate, Outcome, Status
 
 MILLI, MEGA, GIGA = 1e-3, 1e6, 1e9
 LARGEST_INFLUENCE = 1e9
@@ -118,6 +118,27 @@ class SolverRequest(Strict):
         return {"auto": AUTO, "all": ALL}[self.effects]
 
 
+GREATEST_TIME_S = 3600.0
+"""What a service can be set to give one solve."""
+
+
+OUT_OF_TIME = "The time budget ran out"
+"""The title of the problem of a run that did not end in time."""
+
+
+class DesignSettings(Strict):
+    """What every design may say beside what every request may."""
+
+    time_budget_s: float | None = Field(
+        default=None,
+        ge=1e-3,
+        le=GREATEST_TIME_S,
+        description="wall-clock time that this design may take, at most the service's own limit; null: that limit. A "
+        "kind that finds better and better designs answers with the best that meets every requirement, with the gap "
+        "that is left and accuracy.met false; any other run that does not end in time fails",
+    )
+
+
 def scaled(value: float | None, unit: float) -> float | None:
     """A SI value in the unit at the edge; None stays None."""
     return None if value is None else value / unit
@@ -137,6 +158,7 @@ class AccuracyResult(Strict):
 
     requested: float
     estimated: float
+    met: bool = Field(description="whether estimated is at most requested")
     settings: dict[str, float | int | str]
 
 
@@ -202,11 +224,40 @@ def diagnosis_json(outcome: Outcome, limits: Mapping[str, tuple[str, float]]) ->
     return found
 
 
+def accuracy_json(accuracy: Accuracy) -> dict[str, Any]:
+    """What was asked for, what was reached, and whether that is enough."""
+    return {
+        "requested": accuracy.requested,
+        "estimated": float(accuracy.estimated),
+        "met": bool(accuracy.met),
+        "settings": dict(accuracy.settings),
+    }
+
+
+def _cautioned(result: dict[str, Any] | None, accuracy: Accuracy) -> dict[str, Any] | None:
+    """The result, with a warning in front of its own where the accuracy asked for is missed."""
+    if result is None or "warnings" not in result or accuracy.met:
+        return result
+    missed = f"the accuracy of {accuracy.requested:g} is not met: the estimated error is {accuracy.estimated:.1g}"
+    return {**result, "warnings": [missed, *result["warnings"]]}
+
+
+_NOTHING_IN_TIME = {
+    "type": "about:blank",
+    "title": OUT_OF_TIME,
+    "status": 504,
+    "detail": "nothing that meets every requirement was found within the time budget",
+}
+
+
 def envelope(outcome: Outcome, result: dict[str, Any] | None) -> Answer:
-    """An outcome as the answer of a job: the result as given, and the parts that every kind has."""
+    """An outcome as the answer of a job: the result, warned of where its accuracy is missed, and the parts that every
+    kind has. A failed one, whose time was over before anything was found, has a problem for its result."""
+    failed = outcome.status is Status.FAILED
     return Answer(
         status=str(outcome.status),
-        result=result,
+        result=None if failed else _cautioned(result, outcome.accuracy),
+        problem=dict(_NOTHING_IN_TIME) if failed else None,
         effects=[
             {
                 "name": e.name,
@@ -216,11 +267,7 @@ def envelope(outcome: Outcome, result: dict[str, Any] | None) -> Answer:
             }
             for e in outcome.effects
         ],
-        accuracy={
-            "requested": outcome.accuracy.requested,
-            "estimated": float(outcome.accuracy.estimated),
-            "settings": dict(outcome.accuracy.settings),
-        },
+        accuracy=accuracy_json(outcome.accuracy),
         timing={name: float(seconds) for name, seconds in outcome.timing.items()},
     )
 

@@ -32,7 +32,7 @@ class MemoryExceeded(JobError):
 
 
 class SolveFailed(JobError):
-    """The solve raised an exception nobody foresaw. ``detail`` is for logs, never for a client."""
+    """The solve raised an exception nobody foresaw. ``detail``, its traceback, goes to the log, never to a client."""
 
     def __init__(self, exception: str, detail: str) -> None:
         super().__init__(f"the solve raised {exception}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import logging
 import os
 import threading
 from concurrent.futures import ThreadPoolExecutor
@@ -17,8 +16,9 @@ from app.jobs import calls
 from app.jobs.errors import Busy, ExecutorClosed, JobError, WorkerCrashed
 from app.jobs.pool import Call, Place, begin
 from app.jobs.worker import Entry, WorkerSettings
+from app.logging import get_logger
 
-logger = logging.getLogger(__name__)
+logger = get_logger(__name__)
 
 DEFAULT_BUDGET_S = 10.0
 DEFAULT_MEMORY_BYTES = 2 << 30
@@ -173,6 +173,6 @@ class ProcessPool:
         except JobError as error:
             # The next call on this place tries again and reports what it finds.
             if not self._closed:
-                logger.warning("a worker did not start: %s", error)
+                logger.warning("worker_did_not_start", reason=str(error))
         finally:
             self._give_back(place)

@@ -19,7 +19,9 @@ from bench.campaign.seeds import Part
 
 _ROOT = Path(__file__).parents[2]
 FOLDER = _ROOT / ".campaign"
-_SOURCES = ("solvers", "app/designs", "bench/campaign")
+_SOURCES = ("solvers", "app/designs", "bench/campaign", "oracles")
+_ROOMS_OF_ALL = frozenset({"references", "examples", "dense", "textbook"})
+"""Folders in which every kind has files of its own."""
 _NOT_JUDGING = frozenset({"__main__", "kept", "page", "workers"})
 """Modules of the campaign that no verdict depends on; pictures are others."""
 
@@ -29,8 +31,8 @@ OWN: Mapping[str, frozenset[str]] = {
     "crank-dynamics": frozenset({"crank_dynamics", "crank"}),
     "pin-profile": frozenset({"pin_profile", "pin"}),
 }
-"""What modules and packages of one kind are named, alone or before a `_`; a rod stands on the crank's motion. All that
-no kind has a name in is shared."""
+"""What the modules and packages of one kind are named, alone or before a `_`; a rod stands on the crank's motion. All
+others are shared."""
 
 _LENGTH, _CHECK = 8, 4
 
@@ -43,9 +45,19 @@ def fingerprint(slug: str, limit: float, root: Path = _ROOT) -> str:
         place = source.relative_to(root).with_suffix("")
         drawn = any(part.endswith(("picture", "pictures")) for part in place.parts)
         judging = not drawn and not (place.parts[0] == "bench" and place.name in _NOT_JUDGING)
-        if judging and not any(_named(part, others) for part in place.parts):
+        if judging and not _named(_owner(place), others):
             told.update(f"\0{place.as_posix()}\0".encode() + source.read_bytes())
     return told.hexdigest()[:16]
+
+
+def _owner(place: Path) -> str:
+    """The name that tells the kind: the first below a folder of sources, or below a room that all kinds have.
+
+    Names farther down tell nothing: a linkage may have a crank's torque of its own.
+    """
+    folder = next(folder for folder in _SOURCES if place.is_relative_to(folder))
+    below = place.relative_to(folder).parts
+    return below[1] if below[0] in _ROOMS_OF_ALL and len(below) > 1 else below[0]
 
 
 def _named(part: str, names: Iterable[str]) -> bool:

@@ -156,7 +156,7 @@ def analyse(
         shared_pin=shared_pin(cycle, composition.engine, tolerance) if several else None,
         tiers=_tier_errors(scene, curve, brix, max(tolerance, _TIER_TOLERANCE)),
         curve=curve,
-        warnings=_warnings(scene, swing, max(errors), accuracy),
+        warnings=_warnings(scene, swing),
     )
     settings = {
         "kinematics": "exact" if isinstance(composition.motion, ExactMotion) else "two harmonics",
@@ -217,10 +217,8 @@ def _kinematic_errors(r: float, length: float) -> tuple[float, float]:
     return float(found[0]), float(found[1])
 
 
-def _warnings(scene: Scene, swing: SpeedSwing, error: float, accuracy: float) -> tuple[str, ...]:
+def _warnings(scene: Scene, swing: SpeedSwing) -> tuple[str, ...]:
     out = []
-    if error > accuracy:
-        out.append(f"the accuracy asked for was not reached: the estimate is {error:.1g}")
     if scene.mechanism.crank_radius / scene.mechanism.rod_length > _TEXTBOOK_RATIO:
         out.append("r/L exceeds 0.5: the kinematics hold, but no usual machine is built like this")
     if swing.irregularity is not None and swing.irregularity > 0.1:

@@ -20,19 +20,21 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from solvers.errors import InvalidInput
+from solvers.fatigue.kernels import Diagram
 from solvers.materials import Material
 
 
 class FatigueCriterion(Protocol):
-    """A limiting curve on the Haigh plane."""
+    """A limiting curve on the Haigh plane: whatever has a name and gives its diagram can judge a strip."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """What the answer calls it."""
 
-    def utilisation(self, amplitude: ArrayLike, mean: ArrayLike) -> NDArray[np.float64]:
-        """1/n, dimensionless, for amplitudes >= 0 and means [Pa]; positively homogeneous of degree one."""
+    def diagram(self) -> Diagram:
+        """The curve as kernels take it; positively homogeneous of degree one, like every ``Diagram``."""
 
 
 @dataclass(frozen=True)
@@ -46,12 +48,11 @@ class HaighLines:
     name: str
     corners: tuple[tuple[tuple[float, float], ...], ...]
 
-    def utilisation(self, amplitude: ArrayLike, mean: ArrayLike) -> NDArray[np.float64]:
-        a, m = np.asarray(amplitude, dtype=float), np.asarray(mean, dtype=float)
-        out = np.zeros(np.broadcast_shapes(a.shape, m.shape))
-        for lines in self.corners:
-            out = np.maximum(out, np.min([alpha * a + beta * m for alpha, beta in lines], axis=0))
-        return out
+    def diagram(self) -> Diagram:
+        """The lines; a corner with fewer of them than others repeats its last one."""
+        longest = max(len(lines) for lines in self.corners)
+        padded = np.array([lines + (lines[-1],) * (longest - len(lines)) for lines in self.corners], dtype=float)
+        return Diagram(np.concatenate([padded, np.zeros((*padded.shape[:2], 1))], axis=2), np.zeros(3))
 
 
 @dataclass(frozen=True)
@@ -65,10 +66,9 @@ class Gerber:
     beta: float
     name: str = "gerber"
 
-    def utilisation(self, amplitude: ArrayLike, mean: ArrayLike) -> NDArray[np.float64]:
-        a = self.alpha * np.asarray(amplitude, dtype=float)
-        m = self.beta * np.maximum(np.asarray(mean, dtype=float), 0.0)
-        return 0.5 * (a + np.hypot(a, 2.0 * m))
+    def diagram(self) -> Diagram:
+        """The parabola alone."""
+        return Diagram(np.zeros((0, 1, 3)), np.array([self.alpha, self.beta, 0.0]))
 
 
 def _straight(name: str, material: Material, mean_slope: float) -> HaighLines:

@@ -1,4 +1,4 @@
-"""Fatigue criteria as kernels take them: the straight lines and the parabola of a diagram on the Haigh plane.
+"""A limiting curve on the Haigh plane as kernels take it, and the utilisation of stress cycles by it.
 
 Any severity that rises with a cycle's greatest value and falls with its least one can be such a diagram; the greatest
 stress is one of two lines, amplitude + mean and amplitude - mean.
@@ -12,16 +12,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.fatigue.criteria import FatigueCriterion, Gerber, HaighLines
 from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
 
 
 class Diagram(NamedTuple):
-    """``lines`` (corners, lines, 3) as in ``HaighLines``, ``parabola`` (alpha, beta, 0) as in ``Gerber`` or zeros.
+    """Straight pieces and one parabola; the utilisation 1/n of a cycle is the greatest that any of them gives.
 
-    What is last in either is of a mean that the cycles come without (see ``with_mean``).
+    ``lines``     shape (corners, lines, 3): alpha, beta [1/Pa] and what a mean left out adds (see ``with_mean``). A
+                  corner gives the least of its lines alpha sigma_a + beta sigma_m.
+    ``parabola``  alpha, beta [1/Pa] and the mean left out [Pa]: the ray meets Gerber's parabola at
+                  1/n = (a + sqrt(a^2 + 4 m^2))/2, a = alpha sigma_a, m = beta max(sigma_m, 0). Zeros for none.
     """
 
     lines: Array
@@ -39,20 +41,9 @@ GREATEST = Diagram(np.array([[[1.0, 1.0, 0.0]], [[1.0, -1.0, 0.0]]]), np.zeros(3
 """The greatest magnitude of the cycle."""
 
 
-def diagram_of(criterion: FatigueCriterion) -> Diagram:
-    """The criterion's diagram; of a corner with fewer lines than others the last one is repeated."""
-    if isinstance(criterion, Gerber):
-        return Diagram(np.zeros((0, 1, 3)), np.array([criterion.alpha, criterion.beta, 0.0]))
-    if isinstance(criterion, HaighLines):
-        longest = max(len(lines) for lines in criterion.corners)
-        padded = np.array([lines + (lines[-1],) * (longest - len(lines)) for lines in criterion.corners], dtype=float)
-        return Diagram(np.concatenate([padded, np.zeros((*padded.shape[:2], 1))], axis=2), np.zeros(3))
-    raise TypeError(f"there is no diagram of a criterion of type {type(criterion).__name__}")
-
-
 @kernel
 def utilisation_of(high: float, low: float, lines: Array, parabola: Array) -> float:
-    """1/n of one stress cycle by the criterion."""
+    """1/n, dimensionless, of one stress cycle between ``low`` and ``high`` [Pa]."""
     a, m = 0.5 * (high - low), 0.5 * (high + low)
     worst = 0.0
     for c in range(lines.shape[0]):
@@ -68,7 +59,7 @@ def utilisation_of(high: float, low: float, lines: Array, parabola: Array) -> fl
 
 @kernel
 def severities(high: Array, low: Array, lines: Array, parabola: Array, out: Array) -> None:
-    """The criterion's utilisation of every cycle, shape of ``high``: (layers, sections)."""
+    """1/n of every cycle into ``out``; ``high``, ``low`` [Pa] and ``out`` have the shape (layers, sections)."""
     for layer in range(high.shape[0]):
         for j in range(high.shape[1]):
             out[layer, j] = utilisation_of(high[layer, j], low[layer, j], lines, parabola)

@@ -22,8 +22,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Protocol
 
-import numpy as np
-
 Number = Any
 """A float, an array, or an interval."""
 
@@ -309,8 +307,3 @@ class LargestBase:
 LARGEST_COUPLER, LARGEST_ROCKER, LARGEST_BASE = LargestCoupler(), LargestRocker(), LargestBase()
 KINDS: dict[str, ChangePoint] = {kind.name: kind for kind in (LARGEST_COUPLER, LARGEST_ROCKER, LARGEST_BASE)}
 """The kinds by name."""
-
-
-def gain_of(ratios: Ratios) -> float:
-    """g = sqrt(lambda0 lambda2/lambda3) of any change-point mechanism."""
-    return float(np.sqrt(ratios.base * ratios.coupler / ratios.rocker))

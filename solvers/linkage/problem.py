@@ -250,10 +250,3 @@ class LinkageProblem:
         )
         names = ("width", "height", "enclosing_radius")
         return tuple(out + [Demand("envelope", f"limits.{n}") for n in names if getattr(self.limits, n) is not None])
-
-
-def require_known(name: str) -> Objective:
-    """The objective of this name, or InvalidInput."""
-    if name not in OBJECTIVES:
-        raise InvalidInput("objective", f"there is no objective {name!r}", ", ".join(OBJECTIVES))
-    return OBJECTIVES[name]

@@ -53,7 +53,7 @@ def _kept(compiled: F) -> F:
     """The same kernel, its cache good for as long as no source it may hold code of has changed."""
     # There is no public way to name what a cache depends on; without this attribute numba's own rule holds.
     file = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
-    if file is not None and compiled.py_func.__module__.startswith("solvers."):
+    if file is not None and _file(compiled.py_func.__module__) is not None:
         file._source_stamp = stamp(compiled.py_func.__module__)
     return compiled
 
@@ -68,7 +68,7 @@ def stamp(module: str) -> str:
 
 
 def sources(module: str) -> list[Path]:
-    """The files of this package that a module's code may come from, itself first."""
+    """The files of this repository that a module's code may come from, itself first."""
     found: list[Path] = []
     waiting = [module]
     while waiting:

@@ -1,10 +1,8 @@
-"""Mean and extrema of a periodic function to a wanted accuracy, without a dense grid.
+"""Sampling, sign changes and means of periodic functions to a wanted accuracy, without a dense grid.
 
-Means: the trapezoidal rule converges geometrically for a smooth periodic function, so doubling the samples and
-looking at the difference gives both the value and an estimate that errs on the safe side (L. N. Trefethen,
-J. A. C. Weideman, The exponentially convergent trapezoidal rule, 2014).
-Extrema: a coarse sampling that foretells its own midpoints misses no hump; every hump that could still hold the
-maximum is climbed by parabolas.
+Samples are added until those that are there predict the values between them, so that no maximum between two samples
+goes unnoticed. Means are taken piece by piece between the corners by Clenshaw-Curtis' rule, whose difference to the
+rule on every second point estimates its error.
 """
 
 from __future__ import annotations
@@ -25,7 +23,6 @@ FIRST_SAMPLES = 64
 MOST_SAMPLES = 1 << 15
 _ROUNDING = float(4.0 * np.finfo(float).eps)
 _WHOLE_TURN = np.array([0.0, TURN])
-_SHRINK = 0.125
 _PIECE = 16
 _SPLIT = 0.4
 _MOST_PIECE_SAMPLES = 1 << 18
@@ -39,33 +36,16 @@ Periodic = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with the estimate of its absolute error, where it was found, and what it cost in samples."""
+    """A value with the estimate of its absolute error, and what it cost in samples."""
 
     value: float
     error: float
-    angle: float
     samples: int
 
 
 def grid(samples: int, offset: float = 0.0) -> NDArray[np.float64]:
     """Equally spaced angles of one turn, shape (samples,), shifted by ``offset`` of a step."""
     return (np.arange(samples) + offset) * (TURN / samples)
-
-
-def mean(function: Periodic, tolerance: float) -> Estimate:
-    """Mean over one turn to ``tolerance`` times the mean magnitude; the error is the last doubling's change."""
-    samples = FIRST_SAMPLES
-    values = function(grid(samples))
-    total, magnitude = float(np.mean(values)), float(np.mean(np.abs(values)))
-    while True:
-        between = function(grid(samples, 0.5))
-        refined = 0.5 * (total + float(np.mean(between)))
-        magnitude = 0.5 * (magnitude + float(np.mean(np.abs(between))))
-        change = abs(refined - total)
-        samples *= 2
-        total = refined
-        if change <= tolerance * magnitude or samples >= MOST_SAMPLES:
-            return Estimate(total, change + _ROUNDING * magnitude, float("nan"), samples)
 
 
 @lru_cache(maxsize=1)
@@ -115,7 +95,7 @@ def mean_by_pieces(function: Periodic, tolerance: float, ends: NDArray[np.float6
             break
         left, width = left[~good], 0.5 * width[~good]
         left, width = np.concatenate([left, left + width]), np.concatenate([width, width])
-    return Estimate(total / TURN, (error + _ROUNDING * magnitude) / TURN, float("nan"), samples)
+    return Estimate(total / TURN, (error + _ROUNDING * magnitude) / TURN, samples)
 
 
 @kernel
@@ -298,57 +278,3 @@ def foretold_range(angles: Array, values: Array) -> tuple[float, float]:
             turns = -0.25 * slope * slope * (back + on) / (rises - falls)
         least, most = min(least, values[i] + min(turns, 0.0)), max(most, values[i] + max(turns, 0.0))
     return least, most
-
-
-def maximum(function: Periodic, tolerance: float, angles: NDArray[np.float64], values: NDArray[np.float64]) -> Estimate:
-    """Greatest value over one turn, to ``tolerance`` times the function's largest magnitude.
-
-    ``angles`` resolve the function (see ``resolve``), ``values`` are its samples there, so that quantities that
-    come from the same computation share it. Every hump of the samples that its own curvature lets reach the highest
-    sample is climbed by parabolas.
-    """
-    return _climb(function, angles, values, tolerance)
-
-
-def _climb(function: Periodic, angles: NDArray[np.float64], values: NDArray[np.float64], tolerance: float) -> Estimate:
-    """Climb every hump of the samples that its own curvature lets reach the highest sample."""
-    step = TURN / angles.size
-    left, right = np.roll(values, 1), np.roll(values, -1)
-    humps = (values >= left) & (values >= right)
-    # A parabola through a sample and its neighbours rises by at most an eighth of its second difference above the
-    # sample; four times that much covers a hump whose curvature the samples see only roughly.
-    reach = values + 0.5 * np.abs(left - 2.0 * values + right)
-    at = np.flatnonzero(humps & (reach >= values.max()))
-    centre, height, width = angles[at], values[at], step
-    scale = max(float(np.max(np.abs(values))), np.finfo(float).tiny)
-    change = np.inf
-    for _ in range(MOST_ROUNDS):
-        before, after = _pair(function, centre, width)
-        climbing = np.maximum(before, after) > height
-        if climbing.any():
-            # Not bracketed: walk uphill before the bracket may shrink.
-            centre = np.where(climbing, np.where(after > before, centre + width, centre - width), centre)
-            height = np.maximum(height, np.maximum(before, after))
-            continue
-        bend = before - 2.0 * height + after
-        shift = np.where(bend < 0, 0.5 * width * (before - after) / np.where(bend < 0, bend, 1.0), 0.0)
-        vertex = centre + np.clip(shift, -width, width)
-        raised = function(vertex)
-        change = float(np.max(np.maximum(raised - height, 0.0)))
-        centre = np.where(raised >= height, vertex, centre)
-        height = np.maximum(height, raised)
-        # What is left to gain within the next bracket is bounded by the parabola's fall across it.
-        left_over = float(np.max(np.abs(bend))) * _SHRINK**2
-        width *= _SHRINK
-        if max(left_over, change * _SHRINK) <= 0.25 * tolerance * scale or width < 1e-7:
-            break
-    best = int(np.argmax(height))
-    error = min(change, 0.25 * tolerance * scale) + _ROUNDING * scale
-    return Estimate(float(height[best]), error, float(np.mod(centre[best], TURN)), angles.size)
-
-
-def _pair(
-    function: Periodic, centre: NDArray[np.float64], width: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    both = function(np.concatenate([centre - width, centre + width]))
-    return both[: centre.size], both[centre.size :]

@@ -46,8 +46,7 @@ class PinProblem:
 class PinDesign:
     """The pin found, as a check sees it, and beside it what other forms weigh under the same limits [kg].
 
-    ``corners`` are the bore's points where it is made of straight lines. ``multiplier`` is the relative change of the
-    mass per relative change of the deflection limit, with the sign of a relief.
+    ``corners`` are the bore's points where it is made of straight lines, else None.
     """
 
     check: PinCheck

@@ -11,22 +11,22 @@ import numpy as np
 from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
-from solvers.fatigue.kernels import GREATEST, diagram_of
-from solvers.numerics import periodic
+from solvers.fatigue.kernels import GREATEST
 from solvers.outcome import Accuracy, Outcome, Status
-from solvers.rod.cycle.composition import Array, Cycle, bending_stiffness
-from solvers.rod.cycle.extremes_in_time import Turn
-from solvers.rod.cycle.plain_extremes import PlainTurn, turn_of
-from solvers.rod.cycle.quantities import CURVATURE, DEFLECTION, FORCE, MOMENT, SIDE, TANGENT, Gauges, weights
-from solvers.rod.cycle.worst_section import STATIONS, Contest, Extreme, greatest, worst
+from solvers.rod.cycle.composition import Cycle
+from solvers.rod.cycle.guide_loads import friction_power, guide_loads
+from solvers.rod.cycle.sampled import Extreme, SampledCycle
+from solvers.rod.cycle.section import DEFLECTION, FIBRES, STATIONS, station_table, worst
 from solvers.rod.effects import choose_for, compose
-from solvers.rod.piston import friction
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling, shear
+from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 from solvers.rod.vibration.natural_frequencies import natural_frequency
 
-_FEW = periodic.grid(256)
 _ROUNDING = 1e-14
+_SHARE, _HALF = 0.1, 0.5
+"""Of the accuracy, that the turn is sampled to."""
+_REFINEMENTS = 4
 _COARSEST = 1e-2
 _LAST_DIGITS = 4.0 * float(np.finfo(float).eps)
 SMALL_DISPLACEMENT_LIMIT = 0.15
@@ -94,20 +94,16 @@ def check(
     choice = choose_for(scene, dimensions, effects, effect_tolerance, demands)
     composition = compose(choice)
     criterion = criterion or serensen(scene.material)
-
     critical = _critical_force(scene, dimensions, choice.has("shear"))
-    # Corrections of the shape have no part in the axial force, and beyond buckling there is no shape to correct.
-    plain = Cycle(scene, dimensions, replace(composition, corrections=()))
-    turn, pushed, pulled = _forces(plain, critical, 0.1 * accuracy)
+    cycle = Cycle(scene, dimensions, composition)
+    # Beyond buckling there is no shape to correct.
+    linear = SampledCycle.of(cycle.without_corrections(), _SHARE * accuracy)
+    pushed, pulled = _forces(linear, critical)
     compression = max(pushed.value, 0.0)
     safety = critical / compression if compression > 0 else None
-    stresses, error = None, max(pushed.relative_error, pulled.relative_error)
+    stresses, error, sampled = None, max(pushed.relative_error, pulled.relative_error), linear
     if safety is None or safety > 1:
-        if composition.corrections:
-            cycle = Cycle(scene, dimensions, composition, turn.tolerance)
-            # What the corrections themselves do not know is not worth being looked for.
-            turn = turn_of(cycle, max(turn.tolerance, min(0.1 * cycle.refinement_error, _COARSEST)))
-        stresses, further = _stresses(turn, criterion, choice.has("friction"))
+        stresses, further, sampled = _stresses(cycle, linear, criterion, choice.has("friction"), accuracy)
         error = max(error, further)
         if safety is not None:
             # Near buckling the last digits of load and strip decide over the first ones of the stresses.
@@ -125,9 +121,9 @@ def check(
         natural_frequency=natural_frequency(scene, dimensions, mean_force),
         criterion=criterion.name,
         stresses=stresses,
-        warnings=_warnings(scene, stresses, safety, choice.has("large_displacement")) + _unreached(accuracy, error),
+        warnings=_warnings(scene, stresses, safety, choice.has("large_displacement")),
     )
-    settings = {"angles": turn.instants.angle.size, "stations": STATIONS, "tolerance": turn.tolerance}
+    settings = {"angles": sampled.force.size, "stations": STATIONS, "tolerance": sampled.tolerance}
     return Outcome(
         status=Status.SUCCEEDED,
         value=value,
@@ -137,28 +133,20 @@ def check(
     )
 
 
-def _forces(cycle: Cycle, critical: float, tolerance: float) -> tuple[Turn, Extreme, Extreme]:
-    """The turn, and the greatest compression and tension [N] in it.
+def _forces(linear: SampledCycle, critical: float) -> tuple[Extreme, Extreme]:
+    """The greatest compression and tension [N] of the turn.
 
-    Beyond buckling there is no shape that would tell the friction: these are the forces without it. Where it takes
-    friction to buckle the strip, the compression is the critical force, at which shapes end.
+    Where it takes friction to buckle the strip, the compression is the critical force, at which shapes end.
     """
-    if cycle.composition.feedback is None:
-        return _extremes(cycle, tolerance)
-    # A buckled strip is mostly known from a few angles, and a force that ends there is dear to follow.
-    if np.min(cycle.axial_force(_FEW)) > -critical:
-        turn, pushed, pulled = _extremes(cycle, tolerance)
-        if pushed.value < critical:
-            return turn, pushed, pulled
-    composition = replace(cycle.composition, feedback=None)
-    turn, pushed, pulled = _extremes(replace(cycle, composition=composition), tolerance)
-    return turn, (pushed if pushed.value >= critical else Extreme(critical, 0.0)), pulled
-
-
-def _extremes(cycle: Cycle, tolerance: float) -> tuple[Turn, Extreme, Extreme]:
-    turn = turn_of(cycle, tolerance)
-    pushed, pulled = greatest(turn, weights({FORCE: -1.0}, {FORCE: 1.0}))
-    return turn, pushed, pulled
+    pushed, pulled = linear.greatest(-linear.force), linear.greatest(linear.force)
+    if linear.cycle.composition.feedback and pushed.value >= critical:
+        # Only between the sampled angles: beyond buckling there is no shape that would tell the friction.
+        linear = SampledCycle.of(linear.cycle.without_feedback(), linear.tolerance)
+        pushed, pulled = linear.greatest(-linear.force), linear.greatest(linear.force)
+        return (pushed if pushed.value >= critical else Extreme(critical, 0.0, pushed.angle)), pulled
+    if linear.buckles and pushed.value < critical:
+        pushed = Extreme(critical, 0.0, pushed.angle)
+    return pushed, pulled
 
 
 def _critical_force(scene: Scene, dimensions: Dimensions, with_shear: bool) -> float:
@@ -168,51 +156,67 @@ def _critical_force(scene: Scene, dimensions: Dimensions, with_shear: bool) -> f
     if not with_shear:
         return plain
     stiffness = bending_stiffness(scene, dimensions)
-    compliance = stiffness / shear.shear_stiffness(scene, dimensions)
+    compliance = stiffness / shear_stiffness(scene, dimensions)
     return min(plain, -stiffness * shear.critical_coupling(dimensions.l, length, compliance))
 
 
-def _layers(turn: Turn) -> tuple[Array, float]:
-    """What is read along the strip: sigma = N/(b h) +- (E h/2) V'' [Pa], first the fibre at +h/2, and V [m].
+def _stresses(
+    cycle: Cycle, linear: SampledCycle, criterion: FatigueCriterion, contact: bool, accuracy: float
+) -> tuple[Stresses, float, SampledCycle]:
+    """The stresses, their greatest relative error, and the turn that they were read from.
 
-    With it the mean that the stresses come without: a force that nothing changes would hide a small amplitude.
+    What is small beside what it is the difference of needs a finer turn than the rest: an amplitude beside its mean.
     """
-    d = turn.cycle.dimensions
-    direct, bending = 1.0 / (d.b * d.h), 0.5 * turn.cycle.scene.material.elastic_modulus * d.h
-    force = turn.instants.force
-    if isinstance(turn, PlainTurn) and np.ptp(force) == 0.0:
-        return weights({CURVATURE: bending}, {CURVATURE: -bending}, {DEFLECTION: 1.0}), direct * float(force[0])
-    fibres = {TANGENT: direct, CURVATURE: bending}, {TANGENT: direct, CURVATURE: -bending}
-    return weights(*fibres, {DEFLECTION: 1.0}), 0.0
+    tolerance = linear.tolerance
+    sampled = _with_corrections(cycle, linear)
+    for _ in range(_REFINEMENTS):
+        value, error = _read_stresses(sampled, criterion, contact)
+        if error <= accuracy or sampled.cycle.refinement_error > _HALF * accuracy or tolerance <= _ROUNDING:
+            break
+        tolerance = max(_HALF * tolerance * accuracy / error, _ROUNDING)
+        finer = SampledCycle.of(linear.cycle, tolerance)
+        sampled = _with_corrections(cycle, finer)
+    return value, error, sampled
 
 
-def _stresses(turn: Turn, criterion: FatigueCriterion, contact: bool) -> tuple[Stresses, float]:
-    scene, length = turn.cycle.scene, turn.cycle.dimensions.l
+def _with_corrections(cycle: Cycle, linear: SampledCycle) -> SampledCycle:
+    if not cycle.composition.corrections:
+        return linear
+    cycle = replace(cycle, tolerance=linear.tolerance)
+    # What the corrections themselves do not know is not worth being looked for.
+    return SampledCycle.of(cycle, max(linear.tolerance, min(0.1 * cycle.refinement_error, _COARSEST)))
 
-    layers, mean = _layers(turn)
-    diagram, magnitude = diagram_of(criterion).with_mean(mean), GREATEST.with_mean(mean)
-    contests = Contest(diagram, (0, 1), located=True), Contest(magnitude, (0, 1)), Contest(GREATEST, (2,))
-    fatigue, strength, bent = worst(turn, layers, contests)
+
+def _read_stresses(sampled: SampledCycle, criterion: FatigueCriterion, contact: bool) -> tuple[Stresses, float]:
+    """The stresses of a sampled turn and their greatest relative error."""
+    scene, length, tolerance = sampled.cycle.scene, sampled.cycle.dimensions.l, sampled.tolerance
+    field, mean, force = sampled.field, 0.0, sampled.force
+    if not field.inclined and np.ptp(force) == 0.0:
+        # A force that nothing changes would hide a small amplitude: the criterion counts its stress by itself.
+        field, mean = field._replace(direct=0.0), field.direct * float(force[0])
+    diagram, magnitude = criterion.diagram().with_mean(mean), GREATEST.with_mean(mean)
+    table = station_table(field, STATIONS, tolerance)
+    fatigue = worst(field, table, FIBRES, diagram, tolerance, located=True)
+    strength = worst(field, table, FIBRES, magnitude, tolerance)
+    bent = worst(field, table, DEFLECTION, GREATEST, tolerance)
     amplitude, mean = 0.5 * (fatigue.high - fatigue.low), mean + 0.5 * (fatigue.high + fatigue.low)
-    side, moment, pressure = _guide(turn, contact)
+    side, moment, pressure = guide_loads(sampled, contact)
     errors = [x.relative_error for x in (fatigue, strength, bent, side, moment, *([pressure] if pressure else []))]
     # The amplitude is judged by itself, however great the mean beside it; a mean as small as it likes is not.
     errors.append(fatigue.extremes_error / amplitude if amplitude else 0.0)
     power = None
     if contact:
-        corners = np.concatenate([turn.cycle.corners(), _second_wall(turn)])
-        average = periodic.mean_by_pieces(lambda angle: friction.power(turn.cycle, angle), turn.tolerance, corners)
-        power = average.value
-        errors.append(average.error / average.value if average.value else 0.0)
-    refined = turn.cycle.refinement_error
+        power, power_error = friction_power(sampled)
+        errors.append(power_error)
+    refined = sampled.cycle.refinement_error
     if contact and refined:
-        refined = max(refined, _guide_error(turn.cycle, side.value, moment.value, pressure.value, power))
+        refined = max(refined, _guide_error(sampled.cycle, side.value, moment.value, pressure.value, power))
     value = Stresses(
         fatigue_safety=1.0 / fatigue.value if fatigue.value > 0 else None,
         yield_safety=scene.material.yield_strength / strength.value if strength.value > 0 else None,
         stress_amplitude=amplitude,
         stress_mean=mean,
-        worst_section=fatigue.station,
+        worst_section=fatigue.section,
         worst_fibre=1 - 2 * fatigue.layer,
         side_force_max=side.value,
         clamp_moment_max=moment.value,
@@ -237,42 +241,6 @@ def _guide_error(cycle: Cycle, side: float, moment: float, pressure: float, powe
     )
 
 
-def _second_wall(turn: Turn) -> Array:
-    """Angles at which the piston begins or ceases to bear on both walls, where the friction force has corners."""
-    piston = turn.cycle.scene.piston
-    lever = 6.0 / piston.skirt_length
-    skew = lever * piston.clamp_offset
-    return turn.crossings(
-        Gauges.at_piston(weights({SIDE: skew - 1.0, MOMENT: lever}, {SIDE: skew + 1.0, MOMENT: lever}))
-    )
-
-
-def _guide(turn: Turn, contact: bool) -> tuple[Extreme, Extreme, Extreme | None]:
-    """Greatest side force, clamp moment and contact pressure.
-
-    A magnitude has corners where its argument changes sign, so each is climbed as the greatest of smooth quantities:
-    |T| of T and -T, |T| + |W| of the four sums of +-T and +-W.
-    """
-    piston = turn.cycle.scene.piston
-    lever = 6.0 / piston.skirt_length
-    skew = lever * piston.clamp_offset
-    gauges = weights({SIDE: 1.0}, {SIDE: -1.0}, {MOMENT: 1.0}, {MOMENT: -1.0})
-    if contact:
-        sums = weights({SIDE: 1.0 + skew, MOMENT: lever}, {SIDE: 1.0 - skew, MOMENT: -lever})
-        gauges = np.concatenate([gauges, sums, -sums])
-    found = greatest(turn, gauges)
-    side, moment = _top(found[:2]), _top(found[2:4])
-    if not contact:
-        return side, moment, None
-    sums, per_force = _top(found[4:]), 4.0 / (math.pi * piston.diameter * piston.skirt_length)
-    return side, moment, Extreme(sums.value * per_force, sums.error * per_force)
-
-
-def _top(parts: list[Extreme]) -> Extreme:
-    value = max(part.value for part in parts)
-    return Extreme(value, max(part.value + part.error - value for part in parts))
-
-
 def _warnings(scene: Scene, stresses: Stresses | None, safety: float | None, large: bool) -> tuple[str, ...]:
     out = []
     if stresses is None:
@@ -283,9 +251,3 @@ def _warnings(scene: Scene, stresses: Stresses | None, safety: float | None, lar
     if stresses is not None and stresses.deflection_ratio > SMALL_DISPLACEMENT_LIMIT and not large:
         out.append("V/l exceeds 0.15: the small-displacement theory may be wrong by more than 5 %")
     return tuple(out)
-
-
-def _unreached(wanted: float, estimated: float) -> tuple[str, ...]:
-    if estimated <= wanted:
-        return ()
-    return (f"the accuracy of {wanted:g} is not reached: the estimated error is {estimated:.1g}",)

@@ -1,38 +1,52 @@
-"""Finding the strip: the global optimum over width, thickness and free length, with the proof that it is one."""
+"""Finding the strip: the core's global optimum with its proof, then the best strip on the full model."""
 
 from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
-from solvers.effects import AUTO, EffectSelection
-from solvers.errors import InvalidInput
+from solvers.effects import AUTO, Choice, EffectSelection
 from solvers.fatigue import FatigueCriterion, serensen
-from solvers.outcome import Accuracy, ActiveConstraint, Certificate, EffectState, Outcome, Status
-from solvers.rod.check import RodCheck, check
-from solvers.rod.cycle.composition import BeamColumn, Composition
-from solvers.rod.effect_bounds.over_box import choose_over_box
-from solvers.rod.effects import ReciprocatingInertia
+from solvers.outcome import (
+    Accuracy,
+    ActiveConstraint,
+    Certificate,
+    EffectReport,
+    EffectState,
+    Outcome,
+    Status,
+)
+from solvers.rod.check import RodCheck
+from solvers.rod.constraints import Limits
+from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
+from solvers.rod.optimum import rows
+from solvers.rod.optimum.answer import certificate
 from solvers.rod.optimum.answer.infeasibility import diagnose
-from solvers.rod.optimum.answer.sensitivities import active_constraints
-from solvers.rod.optimum.full_model.found import BOXES, Found, limits_of
-from solvers.rod.optimum.full_model.matching import on_full_model
-from solvers.rod.optimum.full_model.scout import STRIPS
-from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes
-from solvers.rod.optimum.sampled_cycle import ANGLES, survey
-from solvers.rod.problem import OBJECTIVES, Objective, RodProblem
+from solvers.rod.optimum.answer.sensitivities import stationarity
+from solvers.rod.optimum.available_sizes import discrete_optimum
+from solvers.rod.optimum.core_cycle import core_cycle
+from solvers.rod.optimum.core_optimum import Polished
+from solvers.rod.optimum.feasibility import least_violating, least_violation
+from solvers.rod.optimum.full_model import FullModel, no_watch
+from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, conditions_at, continuous_optimum, logarithms
+from solvers.rod.optimum.local_search import Task
+from solvers.rod.optimum.peaks import ANGLES
+from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
+from solvers.rod.optimum.sqp import wanted_of
+from solvers.rod.problem import RodProblem
 from solvers.rod.scene import Dimensions
+from solvers.watch import OutOfTime, Watch
 
-_LIMITED_BY = {
-    "min_fatigue_safety": "fatigue",
-    "min_stability_safety": "stability",
-    "min_yield_safety": "stress",
-    "max_contact_pressure": "pressure",
-    "max_friction_power": "power",
-}
-"""The fields of ``Limits`` by the names of the constraints."""
 _CORE = frozenset({"reciprocating_inertia", "beam_column", "friction"})
+_CHOICES = 3
+"""How often effects are chosen anew at the strip found."""
+_GUARD, _ENOUGH = 0.05, 0.1
+"""Shares of the accuracy: how far to the safe side of limits an answer lies, and the gain not worth another step."""
+_CORRECTIONS = 6
+_PATIENCE = 100
+"""Strips evaluated in search of a first admissible one, whatever the time."""
 
 
 @dataclass(frozen=True)
@@ -50,106 +64,252 @@ def design(
     effect_tolerance: float = 1e-2,
     accuracy: float = 1e-6,
     criterion: FatigueCriterion | None = None,
+    time_budget: float | None = None,
 ) -> Outcome[RodDesign]:
     """The best strip for a problem, or the diagnosis why there is none.
 
-    Branch and bound over (ln tau, ln l), tau = 1/(b h^3), finds and proves the optimum of gas load, reciprocating
-    inertia, beam-column and contact; scipy's SLSQP polishes it. Where the scene calls for effects beyond these, the
-    limits are shifted by what the full model says at the strip found, and the search is done again until both agree.
-    The answer satisfies every requirement on the full model.
+    Branch and bound over (ln tau, ln l), tau = 1/(b h^3), finds and proves the optimum of the core: gas load,
+    reciprocating inertia, beam-column, contact. Effects are chosen where that optimum lies. Where they go beyond the
+    core, SQP on the full model leads on from there, and effects are chosen again at its end, until no further ones
+    are called for. The answer satisfies every requirement as ``check`` sees it; the certificate says what is proven of
+    it and what is not.
+
+    ``accuracy`` is the relative numerical accuracy wanted of results and optimum, 1e-12 … 1e-1. After ``time_budget``
+    seconds the search on the full model ends with the best admissible strip known; before one is known it goes on.
     """
     started = time.perf_counter()
-    criterion = criterion or serensen(problem.scene.material)
-    bounds = problem.bounds
-    lower = Dimensions(bounds.b[0], bounds.h[0], bounds.l[0])
-    upper = Dimensions(bounds.b[1], bounds.h[1], min(bounds.l[1], problem.scene.mechanism.rod_length))
-    choice = choose_over_box(
-        problem.scene, lower, upper, effects, effect_tolerance,
-        problem.requirements.demands() + problem.objective.demands(), problem.requirements.min_stability_safety,
-    )  # fmt: skip
-    active = frozenset(e.name for e in choice.manifest if e.state is EffectState.ACTIVE)
-    settled = EffectSelection(active, frozenset(e.name for e in choice.manifest) - active)
-    moving = (ReciprocatingInertia(),) if "reciprocating_inertia" in active else ()
-    machine = survey(problem.scene, criterion, Composition(moving=moving, beam=BeamColumn()), lower)
-    sizes = Sizes(bounds, problem.stock_h, problem.step_b, problem.step_l)
-    limits = limits_of(problem)
+    done = _Design(problem, effects, effect_tolerance, accuracy, criterion or serensen(problem.scene.material))
+    if time_budget is not None:
+        done.watch = Watch(time_budget)
+    outcome = done.run()
+    return replace(outcome, timing={"solve_s": time.perf_counter() - started})
 
-    def evaluate(dimensions: Dimensions, to: float) -> Outcome[RodCheck]:
-        return check(problem.scene, dimensions, settled, effect_tolerance, to, criterion)
 
-    found, evidence = on_full_model(problem, machine, limits, sizes, evaluate, accuracy, not active <= _CORE)
-    if found is None:
-        return Outcome(
-            Status.INFEASIBLE,
-            None,
-            choice.manifest,
-            Accuracy(accuracy, accuracy, {"angles": ANGLES}),
-            certificate=_infeasible(evidence, active),
-            diagnosis=diagnose(machine, limits, sizes, problem.requirements),
-            timing={"solve_s": time.perf_counter() - started},
+@dataclass
+class _Design:
+    """One design on its way."""
+
+    problem: RodProblem
+    selection: EffectSelection
+    effect_tolerance: float
+    accuracy: float
+    criterion: FatigueCriterion
+    watch: Callable[[], None] = no_watch
+    out_of_time: bool = False
+
+    def __post_init__(self) -> None:
+        p = self.problem
+        self.sizes = Sizes(p.bounds, p.stock_h, p.step_b, p.step_l)
+        self.limits = p.requirements.limits(p.scene)
+
+    def run(self) -> Outcome[RodDesign]:
+        chosen: frozenset[str] = frozenset()
+        proof, strip, moving = None, None, False
+        for _ in range(2):
+            # Whether inertia counts is asked of a strip, and the strip is found with inertia or without.
+            proof, excess, strip = self.core_search(moving)
+            chosen |= self.chosen_at(strip)
+            if ("reciprocating_inertia" in chosen) == moving:
+                break
+            moving = not moving
+        for _ in range(_CHOICES):
+            outcome, strip = self.solved(chosen, proof, excess, strip)
+            further = self.chosen_at(strip) - chosen
+            if not further or self.out_of_time:
+                break
+            chosen |= further
+            if "reciprocating_inertia" in further:
+                proof, excess, strip = self.core_search(True)
+        return replace(outcome, effects=self.manifest(strip, chosen))
+
+    def core_search(self, moving: bool) -> tuple[Proof, float, Dimensions]:
+        """The core's optimum; where it has none, by how much it misses the limits, and the strip that misses least."""
+        p = self.problem
+        self.cycle = core_cycle(p.scene, self.criterion, p.scene.piston.reciprocating_mass if moving else 0.0)
+        proof = search(self.cycle, p.objective, self.limits, self.sizes, self.accuracy, BOXES)
+        if proof.best is not None:
+            return proof, 0.0, proof.best.dimensions
+        least = least_violation(self.cycle, self.limits, self.sizes)
+        b = p.bounds
+        stoutest = Dimensions(b.b[1], b.h[1], b.l[0])
+        return (proof, *least) if least is not None else (proof, math.inf, stoutest)
+
+    def choice_at(self, strip: Dimensions) -> Choice[RodEffect]:
+        p = self.problem
+        demands = p.requirements.demands() + p.objective.demands()
+        return choose_for(p.scene, strip, self.selection, self.effect_tolerance, demands)
+
+    def chosen_at(self, strip: Dimensions) -> frozenset[str]:
+        """The effects that a strip calls for."""
+        return frozenset(effect.name for effect in self.choice_at(strip).active)
+
+    def manifest(self, strip: Dimensions, chosen: frozenset[str]) -> tuple[EffectReport, ...]:
+        """The effects as the answer calls for them; those that only another strip on the way did say so."""
+        why = "called for by a strip that the search came by"
+        return tuple(
+            report._replace(state=EffectState.ACTIVE, why=why)
+            if report.name in chosen and report.state is EffectState.SKIPPED
+            else report
+            for report in self.choice_at(strip).manifest
         )
-    result = found.outcome.value
-    shaping = active_constraints(
-        machine, problem.objective, found.limits, bounds, sizes.around(result.dimensions), found.best
-    )
-    certificate = _certificate(problem.objective, found, active, shaping, problem.scene.material.density)
-    return Outcome(
-        Status.SUCCEEDED,
-        RodDesign(result, problem.objective.name, shaping),
-        choice.manifest,
-        Accuracy(accuracy, max(found.outcome.accuracy.estimated, certificate.gap), {"angles": ANGLES, "boxes": BOXES}),
-        certificate=certificate,
-        timing={"solve_s": time.perf_counter() - started},
-    )
+
+    def context(self, chosen: frozenset[str]) -> Context:
+        p = self.problem
+        settled = EffectSelection(chosen, frozenset(effect.name for effect in EFFECTS) - chosen)
+        composition = compose(choose_for(p.scene, _any_strip(p), settled, self.effect_tolerance))
+        wanted = wanted_of(p.objective, self.limits)
+        model = FullModel(p.scene, composition, self.criterion, settled, self.effect_tolerance, self.accuracy, wanted)
+        guard, enough = _GUARD * self.accuracy, _ENOUGH * self.accuracy
+        task = Task(p.objective, p.requirements, self.limits, guard, enough)
+        context = Context(p, self.cycle, model, task, self.sizes)
+
+        def watch() -> None:
+            # The first admissible strip is waited for, within reason.
+            if model.strips > _PATIENCE or context.known() is not None:
+                self.watch()
+
+        model.watch = watch
+        return context
+
+    def solved(
+        self, chosen: frozenset[str], proof: Proof, excess: float, strip: Dimensions
+    ) -> tuple[Outcome[RodDesign], Dimensions]:
+        """The answer with these effects, without its manifest, and the strip that effects are to be chosen at."""
+        context = self.context(chosen)
+        beyond = tuple(sorted(chosen - _CORE))
+        if not beyond:
+            return self.on_core(context, proof, strip)
+        optimum = self.on_full_model(context, excess, strip)
+        if self.out_of_time and optimum is None:
+            return self.failed(), strip
+        if optimum is None or optimum.local.found is None:
+            return self.infeasible(context, proof, strip, beyond, None if optimum is None else optimum)
+        return self.found(context, proof, beyond, optimum)
+
+    def on_core(self, context: Context, proof: Proof, strip: Dimensions) -> tuple[Outcome[RodDesign], Dimensions]:
+        """The answer where nothing goes beyond the core: the search's, held to the limits as a check sees them."""
+        p, limits, latest = self.problem, dict(self.limits), proof
+        for _ in range(_CORRECTIONS):
+            best = latest.best
+            if best is None:
+                break
+            outcome = context.model.check(best.dimensions)
+            if p.requirements.met_by(outcome.value):
+                return self.core_answer(context, proof, best, outcome, limits), best.dimensions
+            if outcome.value.stresses is None:
+                limits[rows.STABILITY] -= 1e-6
+            else:
+                limits = dict(context.core_limits_at(best.dimensions, outcome.value, 1e-3 * self.accuracy))
+            latest = search(self.cycle, p.objective, limits, self.sizes, self.accuracy, BOXES)
+        return self.infeasible(context, proof, strip, (), None)
+
+    def core_answer(
+        self, context: Context, proof: Proof, best: Polished, outcome: Outcome[RodCheck], limits: Limits
+    ) -> Outcome[RodDesign]:
+        p, result = self.problem, outcome.value
+        x = logarithms(best.dimensions)
+        conditions = stationarity(
+            best.active.values(x), best.active.slopes(x), best.active.layout, p.objective, limits, p.bounds,
+            self.sizes.around(result.dimensions), result.dimensions,
+        )  # fmt: skip
+        value, density = p.objective.read(result), p.scene.material.density
+        cost = p.objective.log_cost(result, density)
+        # What the search's limits had to be shifted by, and its own value of the objective missed, its bound may too.
+        gap = certificate.owed({row: limits[row] - self.limits[row] for row in limits}, conditions.active)
+        if math.isfinite(cost):
+            gap += max(cost - proof.log_bound, 0.0) + abs(cost - best.log_cost)
+        told = certificate.core_certificate(p.objective, value, proof, gap)
+        estimated = max(outcome.accuracy.estimated, told.gap)
+        return self.answer(result, conditions.active, estimated, told)
+
+    def on_full_model(self, context: Context, excess: float, strip: Dimensions) -> Optimum | None:
+        """The best strip on the full model that could be found in time."""
+        try:
+            if excess > 0.0:
+                local = least_violating(context, strip) if math.isfinite(excess) else None
+                if local is None or local.found is None:
+                    return None if local is None else Optimum(local, starts=context.starts)
+                strip = local.best.outcome.value.dimensions
+            optimum = self.optimum_from(context, strip)
+            if optimum is None or optimum.local.found is None:
+                local = least_violating(context, strip)
+                if local is None or local.found is None:
+                    return None if local is None else Optimum(local, starts=context.starts)
+                optimum = self.optimum_from(context, local.best.outcome.value.dimensions)
+            return optimum
+        except OutOfTime:
+            self.out_of_time = True
+            return context.best_in_time()
+
+    def optimum_from(self, context: Context, strip: Dimensions) -> Optimum | None:
+        return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, strip)
+
+    def found(
+        self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum
+    ) -> tuple[Outcome[RodDesign], Dimensions]:
+        p, best = self.problem, optimum.local.best
+        result, density = best.outcome.value, p.scene.material.density
+        narrow = self.sizes.around(result.dimensions)
+        if optimum.conditions is None and not self.out_of_time:
+            optimum.conditions = conditions_at(context, best, context.bounds, narrow)
+        active = () if optimum.conditions is None else optimum.conditions.active
+        widened, influence = certificate.widened_bound(
+            self.cycle, p.objective, self.limits, self.sizes, result.dimensions, lambda d: self.influence(d, beyond)
+        )
+        told = certificate.full_certificate(
+            p.objective, p.objective.read(result), proof, widened, influence, beyond, optimum, density
+        )
+        # What is not worth another step, what the model still promises along the limits, and the distance from them.
+        short = max(optimum.local.gain, context.task.enough)
+        short += 0.0 if optimum.second_order is None else optimum.second_order.gain
+        short += certificate.owed(dict.fromkeys(self.limits, context.task.guard), active)
+        estimated = best.outcome.accuracy.estimated + short
+        if not math.isfinite(estimated):
+            # All that is known is how far the answer may be from the bound.
+            estimated = min(told.gap, 1.0)
+        return self.answer(result, active, estimated, told), result.dimensions
+
+    def influence(self, strip: Dimensions, beyond: tuple[str, ...]) -> float:
+        """The bounds of what the effects beyond the core change at a strip, added up."""
+        return sum(report.influence for report in self.choice_at(strip).manifest if report.name in beyond)
+
+    def answer(
+        self, check: RodCheck, active: tuple[ActiveConstraint, ...], estimated: float, told: Certificate
+    ) -> Outcome[RodDesign]:
+        if self.out_of_time:
+            said = "the time budget ended the search: this is the best admissible strip found so far"
+            check = replace(check, warnings=(*check.warnings, said))
+        return Outcome(
+            Status.SUCCEEDED,
+            RodDesign(check, self.problem.objective.name, active),
+            (),
+            Accuracy(self.accuracy, estimated, {"angles": ANGLES, "boxes": BOXES}),
+            certificate=told,
+        )
+
+    def infeasible(
+        self, context: Context, proof: Proof, strip: Dimensions, beyond: tuple[str, ...], nearest: Optimum | None
+    ) -> tuple[Outcome[RodDesign], Dimensions]:
+        """Why there is no strip: of the core as proven, on the full model as far as searches tell."""
+        limits, excess = self.limits, math.inf
+        if nearest is not None:
+            check, excess = nearest.local.best.outcome.value, nearest.local.best.excess
+            strip = check.dimensions
+            limits = context.core_limits_at(strip, check)
+        p = self.problem
+        entries = diagnose(self.cycle, limits, self.sizes, p.requirements, p.scene)
+        told = certificate.infeasible_certificate(proof, beyond, context.starts, excess)
+        accuracy = Accuracy(self.accuracy, self.accuracy, {"angles": ANGLES})
+        outcome = Outcome(Status.INFEASIBLE, None, (), accuracy, certificate=told, diagnosis=entries)
+        return outcome, strip
+
+    def failed(self) -> Outcome[RodDesign]:
+        """The time was over before any admissible strip was found, or it was known that there is none."""
+        accuracy = Accuracy(self.accuracy, 1.0, {"angles": ANGLES})
+        return Outcome(Status.FAILED, None, (), accuracy)
 
 
-def _certificate(
-    objective: Objective, found: Found, active: frozenset[str], shaping: tuple[ActiveConstraint, ...], density: float
-) -> Certificate:
-    proof, value = found.proof, objective.read(found.outcome.value)
-    # What the limits could still be shifted by buys as much as the multipliers of the requirements say.
-    owed = 0.0
-    for constraint in shaping:
-        if (name := _LIMITED_BY.get(constraint.name)) is not None:
-            ratio = getattr(found.shifted, name) / getattr(found.limits, name)
-            owed += abs(constraint.sensitivity * math.log(ratio))
-    # The last strip found may be better than the search's own, but no bound comes nearer by that.
-    own = found.best.log_cost if proof.best is None else max(found.best.log_cost, proof.best.log_cost)
-    gap = max(own - proof.log_bound, 0.0) + owed + found.rough
-    if not active - _CORE and value:
-        # The search's own physics: where its value is not the check's, its bound may be as wrong.
-        gap += abs(objective.log_cost(found.outcome.value, density) - found.best.log_cost)
-    evidence: dict[str, float | int | str] = {
-        "boxes": proof.boxes,
-        "rounds": proof.rounds,
-        "angles": proof.angles,
-        "rests_on": "ranges of the closed-form beam over boxes of (tau, l); monotone in b, h, l by energy",
-    }
-    evidence |= _beyond(active, "equal to those at the answer")
-    # A safety without a load to fail under is None: none is better.
-    bound = math.inf if value is None else value * math.exp(-objective.sign * gap)
-    return Certificate("branch and bound over (ln tau, ln l)", bound, math.expm1(gap), evidence)
-
-
-def _beyond(active: frozenset[str], taken: str) -> dict[str, str]:
-    """What the proof does not cover, and how it was reckoned with."""
-    beyond = sorted(active - _CORE)
-    if not beyond:
-        return {}
-    return {"beyond_the_proof": f"{', '.join(beyond)}: taken as constant factors on every limit, {taken}"}
-
-
-def _infeasible(proof: Proof, active: frozenset[str]) -> Certificate | None:
-    if math.isfinite(proof.log_bound):
-        return None
-    evidence = {"boxes": proof.boxes, "rests_on": "every box of (tau, l) violates a requirement"}
-    if beyond := _beyond(active, "equal to those at the last strip looked at"):
-        evidence |= beyond | {"scouted": f"{STRIPS} strips spread over all sizes, none of them admissible"}
-    return Certificate("branch and bound over (ln tau, ln l)", math.inf, 0.0, evidence)
-
-
-def require_known(name: str) -> Objective:
-    """The objective of this name, or InvalidInput."""
-    if name not in OBJECTIVES:
-        raise InvalidInput("objective", f"there is no objective {name!r}", ", ".join(OBJECTIVES))
-    return OBJECTIVES[name]
+def _any_strip(problem: RodProblem) -> Dimensions:
+    """One within the bounds: where effects are settled, it does not matter which."""
+    b = problem.bounds
+    return Dimensions(b.b[1], b.h[1], b.l[0])

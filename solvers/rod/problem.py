@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from solvers.effects import Demand
 from solvers.errors import InvalidInput
 from solvers.rod.check import RodCheck
-from solvers.rod.optimum.constraints import LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
+from solvers.rod.constraints import CONSTRAINTS, LEAST_STABILITY, Constraint, Limits
+from solvers.rod.optimum.rows import LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
 from solvers.rod.scene import Scene
 
 Range = tuple[float, float]
@@ -48,23 +49,31 @@ class Requirements:
         if self.min_stability_safety < 1:
             raise InvalidInput("requirements.min_stability_safety", "lets the strip buckle", "[1, inf)")
 
+    def asked(self) -> tuple[tuple[Constraint, float], ...]:
+        """What is required, and how much."""
+        found = ((constraint, getattr(self, constraint.name)) for constraint in CONSTRAINTS)
+        return tuple((constraint, required) for constraint, required in found if required is not None)
+
     def demands(self) -> tuple[Demand, ...]:
         """The effects without which these limits mean nothing."""
-        out = [Demand("beam_column", "requirements.min_stability_safety")]
-        out += [
-            Demand("friction", f"requirements.{name}")
-            for name in ("max_contact_pressure", "max_friction_power")
-            if getattr(self, name) is not None
-        ]
-        return tuple(out)
+        return tuple(Demand(c.effect, f"requirements.{c.name}") for c, _ in self.asked() if c.effect is not None)
+
+    def limits(self, scene: Scene) -> Limits:
+        """The same by rows of the search, which always keeps clear of buckling."""
+        limits = {c.row: c.log_limit(required, scene) for c, required in self.asked()}
+        return {STABILITY: -math.log(LEAST_STABILITY)} | limits
+
+    def met_by(self, check: RodCheck) -> bool:
+        """Whether a strip meets every requirement; none that buckles does."""
+        return check.stresses is not None and all(c.meets(check, required) for c, required in self.asked())
 
 
 @dataclass(frozen=True)
 class Objective:
     """What is wanted: a result to be made small (``sign`` +1) or great (-1), and the effect it needs, if any.
 
-    ``weights`` are the factors of its logarithm, as made small, in the rows of ``solvers.rod.optimum.constraints``; a
-    mass is one ``per_density``, ln(mass/density) = ln l - ln tau - 2 ln h.
+    ``weights`` are the factors of its logarithm, as made small, in the rows of ``solvers.rod.optimum.rows``; a mass is
+    one ``per_density``, ln(mass/density) = ln l - ln tau - 2 ln h.
     """
 
     name: str
@@ -78,8 +87,12 @@ class Objective:
         return () if self.effect is None else (Demand(self.effect, f"objective {self.name}"),)
 
     def log_cost(self, check: RodCheck, density: float) -> float:
-        """The logarithm that ``weights`` make up, of a check's result: one of 1/n for a safety, of mass/density."""
-        return self.sign * math.log(self.read(check) / (density if self.per_density else 1.0))
+        """The logarithm that ``weights`` make up, of a check's result: one of 1/n for a safety, of mass/density.
+
+        -inf where nothing can be better: of a safety without a load to fail under, of no friction at all.
+        """
+        value = self.read(check)
+        return self.sign * math.log(value / (density if self.per_density else 1.0)) if value else -math.inf
 
 
 OBJECTIVES = {

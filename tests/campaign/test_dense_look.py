@@ -13,7 +13,7 @@ from bench.campaign.scenes import scene_of
 from solvers import rod
 from solvers.effects import AUTO, EffectSelection
 from solvers.fatigue import serensen
-from solvers.fatigue.kernels import diagram_of, utilisation_of
+from solvers.fatigue.kernels import utilisation_of
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import choose_for, compose
 
@@ -34,7 +34,7 @@ def seen(scene, strip, composition):
     for stress in (direct + bending, direct - bending):
         high, low = stress.max(axis=1), stress.min(axis=1)
         greatest = max(greatest, float(np.abs(stress).max()))
-        diagram = diagram_of(serensen(scene.material))
+        diagram = serensen(scene.material).diagram()
         used = max(used, *(utilisation_of(h, l, *diagram) for h, l in zip(high, low, strict=True)))
     return {
         "fatigue_safety": 1.0 / used,

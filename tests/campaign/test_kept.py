@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import shutil
 from pathlib import Path
 
@@ -95,6 +96,35 @@ def test_sources_start_those_kinds_anew_whose_verdicts_depend_on_them(sources, s
     with (sources / source).open("a") as file:
         file.write("# changed\n")
     assert {slug for slug in DRAWN if kept.fingerprint(slug, 300.0, sources) != before[slug]} == concerned
+
+
+@pytest.mark.parametrize(
+    ("source", "concerned"),
+    [
+        ("solvers/linkage/loads/crank_torque.py", {"impact-linkage"}),
+        ("solvers/rod/piston/pin.py", {"flexible-rod"}),
+        ("solvers/fatigue/crank.py", set(DRAWN)),
+        ("solvers/references/crank/motion.py", {"crank-dynamics", "flexible-rod"}),
+        ("bench/campaign/judging/pin.py", set(DRAWN)),
+        ("oracles/dense/rod_states.py", {"flexible-rod"}),
+        ("oracles/scenes.py", set(DRAWN)),
+    ],
+)
+def test_a_new_file_belongs_to_the_kind_in_whose_folder_it_lies(sources, source, concerned):
+    before = {slug: kept.fingerprint(slug, 300.0, sources) for slug in DRAWN}
+    (sources / source).parent.mkdir(parents=True, exist_ok=True)
+    (sources / source).write_text("# new\n")
+    assert {slug for slug in DRAWN if kept.fingerprint(slug, 300.0, sources) != before[slug]} == concerned
+
+
+def test_nothing_that_judges_lies_outside_the_fingerprint():
+    """All that the campaign and the kinds import of this repository is in the folders that are read."""
+    folders = tuple(folder.replace("/", ".") for folder in kept._SOURCES)
+    wanted = re.compile(r"^\s*(?:from|import) ((?:app|bench|solvers|tests|oracles)[\w.]*)", re.MULTILINE)
+    for folder in ("app/designs", "bench/campaign"):
+        for path in (ROOT / folder).rglob("*.py"):
+            for name in wanted.findall(path.read_text("utf-8")):
+                assert name.startswith(folders), f"{path.name} imports {name}"
 
 
 def test_every_kind_has_its_names_and_more_time_is_another_campaign(sources):

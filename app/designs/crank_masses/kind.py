@@ -17,12 +17,14 @@ from app.designs.schema import (
     Positive,
     SolverRequest,
     Strict,
+    accuracy_json,
     named,
     one_of,
     refusal_problem,
 )
 from solvers import crank
 from solvers.errors import InvalidInput
+from solvers.outcome import Accuracy
 
 _DEGREE = math.pi / 180.0
 Amplitude = Annotated[float, Field(ge=0, lt=90, description="how far the rod swings to either side")]
@@ -233,7 +235,7 @@ def run_masses(request: MassesRequest) -> Answer:
         "intervals": intervals,
         "warnings": list(found.warnings),
     }
-    accuracy = {"requested": asked.accuracy, "estimated": _ROUNDING, "settings": {"form": "closed"}}
+    accuracy = accuracy_json(Accuracy(asked.accuracy, _ROUNDING, {"form": "closed"}))
     return Answer("succeeded", result, [], accuracy, {"solve_s": time.perf_counter() - started})
 
 

@@ -129,7 +129,14 @@ def run_design(request: DesignRequest) -> Answer:
     try:
         problem = request.problem()
         criterion = CRITERIA[request.fatigue_criterion](problem.scene.material)
-        outcome = rod.design(problem, request.selection(), request.effect_tolerance, request.accuracy, criterion)
+        outcome = rod.design(
+            problem,
+            request.selection(),
+            request.effect_tolerance,
+            request.accuracy,
+            criterion,
+            request.time_budget_s,
+        )
     except InvalidInput as refusal:
         return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
     certificate = certificate_json(outcome.certificate, _UNIT_OF_OBJECTIVE.get(request.objective, 1.0))
@@ -170,7 +177,7 @@ FLEXIBLE_ROD = Kind(
     title="Flexible rod",
     summary="the strip rod of a crank-slider machine: width, thickness and free length",
     jobs={
-        Mode.DESIGN: Job(DesignRequest, DesignResult, run_design, reference=design_reference),
+        Mode.DESIGN: Job(DesignRequest, DesignResult, run_design, reference=design_reference, best_in_time=True),
         Mode.CHECK: Job(CheckRequest, RodResult, run_check, reference=check_reference),
     },
     known_effects=rod.EFFECTS,

@@ -28,10 +28,21 @@ _NAMES = {
     "natural_frequency": ("natural_frequency_hz", 1.0),
     "mass": ("mass_g", MILLI),
 }
+_ALL = frozenset(_NAMES)
 _FRICTION = {"contact_pressure_max", "friction_power"}
-_OF_THE_FORCE = {"axial_force_min", "axial_force_max", "natural_frequency"}
-_BEYOND = {"rod_inertia", "large_displacement", "shear", "friction_feedback"}
-"""Effects that the independent strip does not know."""
+_OF_THE_FORCE = {"axial_force_min", "axial_force_max", "natural_frequency", "mass"}
+_STABILITY = {"critical_force", "stability_safety"}
+_LEFT_ALONE = {
+    "reciprocating_inertia": _ALL,
+    "beam_column": _ALL,
+    "friction": _ALL,
+    "rod_inertia": _OF_THE_FORCE | _STABILITY,
+    "large_displacement": _OF_THE_FORCE | _STABILITY,
+    "shear": _OF_THE_FORCE,
+    "friction_feedback": {"critical_force", "mass"},
+}
+"""The results that the independent strip still tells where an effect runs: all of them where it knows the effect
+itself, otherwise those that the effect does not change. An effect that is not listed may change any."""
 _LOADS = {rod.SchmidtLoad: "schmidt", rod.TableLoad: "table", rod.ConstantLoad: "constant"}
 
 
@@ -56,6 +67,8 @@ def _reference(
         return None
     effects = active(answer)
     known = _known(effects)
+    if not known:
+        return None
     case = {
         "mechanism": asdict(scene.mechanism),
         "piston": asdict(scene.piston),
@@ -78,16 +91,9 @@ def _reference(
 
 def _known(effects: frozenset[str]) -> list[str]:
     """Results that the independent strip tells with these effects."""
-    further = effects & _BEYOND
-    told = set(_NAMES)
+    told = _ALL.intersection(*(_LEFT_ALONE.get(name, frozenset()) for name in effects))
     if "friction" not in effects:
         told -= _FRICTION
-    if "friction_feedback" in further:
-        told -= _OF_THE_FORCE | {"stability_safety"}
-    if "shear" in further:
-        told -= {"critical_force", "stability_safety"}
-    if further:
-        told &= {"critical_force", "stability_safety", "mass", *_OF_THE_FORCE}
     return [name for name in _NAMES if name in told]
 
 

@@ -13,6 +13,7 @@ from app.designs.schema import (
     GIGA,
     MEGA,
     MILLI,
+    DesignSettings,
     Entry,
     Finite,
     NotNegative,
@@ -326,7 +327,7 @@ class Steps(Strict):
     l: Positive | None = None
 
 
-class DesignRequest(RodRequest):
+class DesignRequest(RodRequest, DesignSettings):
     """The best strip for a machine: requirements, bounds, and what is wanted."""
 
     requirements: Requirements

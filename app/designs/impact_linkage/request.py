@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
-from app.designs.schema import MILLI, Entry, NotNegative, Positive, SolverRequest, Strict, entry, one_of
+from app.designs.schema import MILLI, DesignSettings, Entry, NotNegative, Positive, SolverRequest, Strict, entry, one_of
 from solvers import linkage
 from solvers.linkage.scene import GREATEST_RESTITUTION, LEAST_RESTITUTION
 
@@ -247,7 +247,7 @@ class FrontRequest(Strict):
     points: float = Field(default=9, ge=2, le=linkage.MOST_POINTS, multiple_of=1)
 
 
-class DesignRequest(LinkageRequest):
+class DesignRequest(LinkageRequest, DesignSettings):
     """The best linkage over the allowed types."""
 
     types: list[TypeName] = Field(default=list(TYPES), min_length=1, max_length=3, description="the types allowed")

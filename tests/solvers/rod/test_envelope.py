@@ -6,7 +6,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from solvers.rod.strip import stress_envelope
+from oracles.dense import rod_stress_envelope
 
 MODULUS, B, H, LENGTH, ROD = 210e9, 9e-3, 0.46e-3, 23e-3, 45.5e-3
 STIFFNESS = MODULUS * B * H**3 / 12
@@ -58,7 +58,7 @@ def exact_curvature(force: float, length: float, steps: int) -> list[float]:
 def test_curvature_of_one_angle(scaled, steps):
     force = scaled * STIFFNESS / LENGTH**2
     high, low = np.empty((2, steps + 1)), np.empty((2, steps + 1))
-    assert stress_envelope.stress_envelope(np.full(1, force), np.ones(1), MODULUS, B, H, LENGTH, ROD, high, low)
+    assert rod_stress_envelope.stress_envelope(np.full(1, force), np.ones(1), MODULUS, B, H, LENGTH, ROD, high, low)
     expected = np.array(exact_curvature(force, LENGTH, steps))
     bending = 0.5 * MODULUS * H * expected
     scale = np.abs(bending).max()
@@ -73,11 +73,11 @@ def test_many_strips_are_as_one(angles):
     force, stroke = rng.uniform(-165, 400, angles), rng.uniform(-1.5e-3, 1.5e-3, angles)
     designs = np.array([B, H, LENGTH]) * rng.uniform(0.5, 1.4, (40, 3))
     high, low = np.full((2, 40, 2, 25), np.nan)
-    stands = stress_envelope.stress_envelopes(force, stroke, MODULUS, designs, ROD, high, low)
+    stands = rod_stress_envelope.stress_envelopes(force, stroke, MODULUS, designs, ROD, high, low)
     assert 0 < stands.sum() < 40 or angles < 71
     for n, (b, h, l) in enumerate(designs):
         one_high, one_low = np.full((2, 2, 25), np.nan)
-        assert stress_envelope.stress_envelope(force, stroke, MODULUS, b, h, l, ROD, one_high, one_low) == (
+        assert rod_stress_envelope.stress_envelope(force, stroke, MODULUS, b, h, l, ROD, one_high, one_low) == (
             stands[n] > 0
         )
         assert np.array_equal(one_high, high[n], equal_nan=True)

@@ -11,8 +11,7 @@ from scipy.optimize import brentq
 from solvers import rod
 from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle
 from solvers.rod.effect_bounds.situation import Situation
-from solvers.rod.piston.friction import FrictionFeedback
-from solvers.rod.piston.friction import force as friction_force
+from solvers.rod.piston.skirt import friction_force
 from solvers.rod.strip.buckling import critical_force
 from tests.solvers.rod.machines import CORE, PAPER, STRIP
 
@@ -23,7 +22,7 @@ ANGLES = np.linspace(0.0, 2 * np.pi, 25)
 def test_the_loop_is_closed_at_every_angle(coefficient):
     scene = replace(PAPER, piston=replace(PAPER.piston, friction_coefficient=coefficient))
     plain = Cycle(scene, STRIP, Composition(beam=BeamColumn())).axial_force(ANGLES)
-    closed = Cycle(scene, STRIP, Composition(beam=BeamColumn(), feedback=FrictionFeedback())).axial_force(ANGLES)
+    closed = Cycle(scene, STRIP, Composition(beam=BeamColumn(), feedback=True)).axial_force(ANGLES)
     for angle, before, found in zip(ANGLES, plain, closed, strict=True):
         stroke = scene.mechanism.crank_radius * np.sin(angle)
 
@@ -45,7 +44,7 @@ def test_the_loop_is_closed_at_every_angle(coefficient):
 
 def test_friction_opposes_the_piston():
     plain = Cycle(PAPER, STRIP, Composition(beam=BeamColumn())).axial_force(ANGLES)
-    closed = Cycle(PAPER, STRIP, Composition(beam=BeamColumn(), feedback=FrictionFeedback())).axial_force(ANGLES)
+    closed = Cycle(PAPER, STRIP, Composition(beam=BeamColumn(), feedback=True)).axial_force(ANGLES)
     down = np.sin(ANGLES) > 1e-9
     up = np.sin(ANGLES) < -1e-9
     assert np.all(closed[down] > plain[down])
@@ -79,7 +78,9 @@ def first_solution(coefficient, angle):
 
     def residual(total):
         total = np.atleast_1d(total)
-        return total - plain + friction_force(scene, BeamColumn().bend(scene, THIN, total, np.full(total.size, stroke)))
+        shape, piston = BeamColumn().bend(scene, THIN, total, np.full(total.size, stroke)), scene.piston
+        guide = piston.clamp_offset, piston.skirt_length, piston.friction_coefficient
+        return total - plain + friction_force(shape.side_force(), shape.clamp_moment(), *guide)
 
     path = np.linspace(plain, -critical() * (1 - 1e-6), 20001)
     passed = np.flatnonzero(residual(path) < 0)
@@ -98,10 +99,10 @@ def test_friction_is_followed_up_to_where_it_buckles_the_strip():
     assert 0.01 < low < 1.0
     for coefficient in (0.5 * low, 0.9 * low, 0.99 * low, 0.9999 * low):
         scene = replace(PUSHED, piston=replace(PUSHED.piston, friction_coefficient=coefficient))
-        found = Cycle(scene, THIN, Composition(beam=BeamColumn(), feedback=FrictionFeedback())).axial_force(angles)
+        found = Cycle(scene, THIN, Composition(beam=BeamColumn(), feedback=True)).axial_force(angles)
         assert found == pytest.approx([first_solution(coefficient, a) for a in angles], rel=1e-10)
     scene = replace(PUSHED, piston=replace(PUSHED.piston, friction_coefficient=1.001 * high))
-    found = Cycle(scene, THIN, Composition(beam=BeamColumn(), feedback=FrictionFeedback())).axial_force(angles)
+    found = Cycle(scene, THIN, Composition(beam=BeamColumn(), feedback=True)).axial_force(angles)
     assert found.min() < -critical()
 
 
@@ -133,7 +134,7 @@ def test_what_magnifies_a_change_of_the_strip_is_known_beforehand(share):
 
     def side(factor):
         stiffer = replace(scene, material=replace(scene.material, elastic_modulus=210e9 * factor))
-        cycle = Cycle(stiffer, THIN, Composition(beam=BeamColumn(), feedback=FrictionFeedback()))
+        cycle = Cycle(stiffer, THIN, Composition(beam=BeamColumn(), feedback=True))
         return float(cycle.at(across).shape.side_force()[0])
 
     moved = abs(np.log(side(1 + step) / side(1 - step))) / (2 * step)

@@ -5,12 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
+import mpmath
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
 
-from solvers.rod.cycle.composition import BeamColumn, bending_stiffness
+from oracles.textbook import rod_beam_column
+from oracles.textbook.rod_beam_column import solve
+from solvers.rod.cycle.bent_strip import BentStrip
+from solvers.rod.cycle.composition import BeamColumn, ShearFlexible
+from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING
+from solvers.rod.strip.buckling import critical_phase
 from solvers.rod.strip.elastica import ElasticaExpansion
+from solvers.rod.strip.elastica_kernels import at_stations, collocation, linear_slope, nodes_for, third_orders
+from solvers.rod.strip.stiffness import bending_stiffness
 from tests.solvers.rod.machines import PAPER, STRIP
 
 E = PAPER.mechanism.rod_length - STRIP.l
@@ -59,13 +67,20 @@ def elastica(force, stroke):
     return Elastica(found, found.p / l**2)
 
 
+def corrected_of(linear):
+    """The strip with its correction."""
+    q = linear.states[FORCE] * STRIP.l**2 / EI
+    expansion = ElasticaExpansion(EI, STRIP.l, E, 1.0, 0.0, nodes_for(float(q.min()), float(q.max())))
+    bent, sunk = np.zeros((expansion.bent_terms, q.size)), np.zeros((expansion.sunk_terms, q.size))
+    return BentStrip(linear.strip, linear.states, bent, sunk, *expansion.add(linear.states, bent, sunk), True)
+
+
 def errors(force, stroke):
     """Relative errors of the linear and of the corrected shape: (curvature, side force) each."""
     exact = elastica(force, stroke)
     forces, strokes = np.array([force]), np.array([stroke])
     linear = BeamColumn().bend(PAPER, STRIP, forces, strokes)
-    expansion = ElasticaExpansion(EI, STRIP.l, E, 1.0)
-    corrected = expansion.refine(np.zeros(1), forces, strokes, linear)
+    corrected = corrected_of(linear)
     curvature, side = exact.sol(STATIONS)[1], -EI * exact.p[0]
     scale = np.abs(curvature).max()
     return [
@@ -94,7 +109,97 @@ def test_the_papers_stroke_is_met_closely(force):
 def test_the_force_along_the_strip_follows_its_tangent():
     exact = elastica(-160.0, 1.5e-3)
     linear = BeamColumn().bend(PAPER, STRIP, np.array([-160.0]), np.array([1.5e-3]))
-    shape = ElasticaExpansion(EI, STRIP.l, E, 1.0).refine(np.zeros(1), np.array([-160.0]), np.array([1.5e-3]), linear)
+    shape = corrected_of(linear)
     theta = exact.sol(STATIONS)[0]
     along = -160.0 * np.cos(theta) - EI * exact.p[0] * np.sin(theta)
     assert shape.axial_force(STATIONS)[:, 0] == pytest.approx(along, rel=2e-4)
+
+
+def by_power_series(q, head, stroke, terms):
+    """V'''(0), Q_3, theta_3' and the offset's correction at four stations, in lengths of the strip, many digits."""
+    with mpmath.workdps(150):
+        q, head, stroke = mpmath.mpf(q), mpmath.mpf(head), mpmath.mpf(stroke)
+
+        def solved(start, constant, right):
+            """theta'' = q theta + constant + right with theta(0) = 0, theta'(0) = start, as a power series."""
+            out = [mpmath.mpf(0), mpmath.mpf(start)]
+            for j in range(terms - 2):
+                out.append((q * out[j] + right[j] + (constant if j == 0 else 0)) / ((j + 1) * (j + 2)))
+            return out
+
+        def product(a, b):
+            return [mpmath.fdot(a[: j + 1], b[j::-1]) for j in range(terms)]
+
+        def value(series, at):
+            return mpmath.fsum(c * at**j for j, c in enumerate(series))
+
+        def rate(series, at):
+            return mpmath.fsum(j * c * at ** (j - 1) for j, c in enumerate(series) if j)
+
+        def integral(series, at):
+            return mpmath.fsum(c * at ** (j + 1) / (j + 1) for j, c in enumerate(series))
+
+        def ends(turn, less, right, constant):
+            """Offset and moment of the pin; ``less`` is what the offset's rate is short of the turn."""
+            rise = [a - b for a, b in zip(turn, less, strict=True)]
+            bend = q * value(turn, 1) + constant + value(right, 1)
+            return integral(rise, 1) + head * value(rise, 1), rate(turn, 1) + head * bend
+
+        zero = [mpmath.mpf(0)] * terms
+        matrix = mpmath.matrix([ends(solved(1, 0, zero), zero, zero, 0), ends(solved(0, 1, zero), zero, zero, 1)]).T
+        clamp, shear = mpmath.lu_solve(matrix, mpmath.matrix([stroke, 0]))
+        turn = solved(clamp, shear, zero)
+        square = product(turn, turn)
+        cubic = [c / 6 for c in product(square, turn)]
+        right = [-q * a - shear * b / 2 for a, b in zip(cubic, square, strict=True)]
+        offset, moment = ends(solved(0, 0, right), cubic, right, 0)
+        third = mpmath.lu_solve(matrix, mpmath.matrix([-offset, -moment]))
+        turn = solved(*third, right)
+        rise = [a - b for a, b in zip(turn, cubic, strict=True)]
+        stations = [mpmath.mpf(x) for x in (0, 0.125, 0.5, 1)]
+        curvature = np.array([float(rate(turn, z)) for z in stations])
+        return float(shear), float(third[1]), curvature, np.array([float(integral(rise, z)) for z in stations])
+
+
+@pytest.mark.parametrize(
+    ("q", "head", "terms"),
+    [("near buckling", 0.0, 80), ("near buckling", 2.0, 80), (-5.0, 0.1, 80), (0.0, 1.0, 20), (1e-7, 1.0, 40),
+     (4.1, 6.0, 80), (60.0, 1.0, 140), (900.0, 1.0, 420)],
+)  # fmt: skip
+def test_the_correction_is_that_of_its_equations(q, head, terms):
+    if q == "near buckling":
+        q = -0.97 * float(critical_phase(1.0 / (1.0 + head))) ** 2
+    shear, side, curvature, rise = by_power_series(q, head, 0.1, terms)
+    constants, tables = solve([q], 1.0, 1.0 + head), collocation(nodes_for(q, q))
+    slope = np.ascontiguousarray(0.1 * rod_beam_column.slope(constants, tables.nodes).T)
+    bend, offset, found, clamp = third_orders(np.array([q]), np.array([shear]), head, slope, tables)
+    at = at_stations([0.0, 0.125, 0.5, 1.0], bend.shape[1])
+    assert at @ bend[0] == pytest.approx(curvature, abs=1e-12 * np.abs(curvature).max())
+    assert clamp[0] == pytest.approx(curvature[0], rel=1e-12)
+    assert found[0] == pytest.approx(side, rel=1e-12)
+    assert at @ offset[0] == pytest.approx(rise, abs=1e-12 * np.abs(rise).max())
+
+
+@pytest.mark.parametrize("q", [2000.0, 4900.0])
+def test_very_strong_tension_has_nodes_enough(q):
+    """Layers of a seventieth of the strip; many more nodes change nothing."""
+    head, found = E / STRIP.l, []
+    constants = solve([q], 1.0, 1.0 + head)
+    for nodes in (nodes_for(q, q), 240):
+        tables = collocation(nodes)
+        slope = np.ascontiguousarray(0.05 * rod_beam_column.slope(constants, tables.nodes).T)
+        found.append(np.stack(third_orders(np.array([q]), 0.05 * constants.clamp_shear, head, slope, tables)[2:]))
+    assert found[0] == pytest.approx(found[1], rel=1e-10)
+
+
+@pytest.mark.parametrize("force", [-160.0, 0.0, 1e-9, 100.0, 5000.0])
+@pytest.mark.parametrize("shear", [False, True])
+def test_the_compiled_slope_is_the_shapes(force, shear):
+    beam = ShearFlexible(BeamColumn()) if shear else BeamColumn()
+    shape = beam.bend(PAPER, STRIP, np.array([force]), np.array([1.0]))
+    nodes, state = collocation(24).nodes, shape.states[:, 0]
+    parts = tuple(float(state[row]) for row in (COUPLING, CLAMP, SHEAR, HEAD))
+    out = np.empty(25)
+    linear_slope(*parts, STRIP.l, nodes, 1.0 / state[SOFTENING], -shape.strip.compliance * state[SHEAR], out)
+    expected = shape.slope(nodes * STRIP.l)[:, 0]
+    assert out == pytest.approx(expected, rel=1e-12, abs=1e-13 * np.abs(expected).max())

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
 
+from oracles.textbook import rod_beam_column
 from solvers import rod
-from solvers.rod.cycle.composition import BeamColumn, PlainBending, bending_stiffness
-from solvers.rod.strip import beam_column
-from solvers.rod.strip.shear import ShearFlexible, critical_coupling, shear_stiffness
+from solvers.rod.cycle.composition import BeamColumn, PlainBending, ShearFlexible
+from solvers.rod.strip.shear import critical_coupling
+from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 from tests.solvers.rod.machines import PAPER, STRIP
 
 STUBBY = rod.Dimensions(b=9e-3, h=3e-3, l=8e-3)
@@ -62,4 +63,4 @@ def test_shear_lowers_the_critical_load_by_its_share():
 
 def test_without_compliance_the_critical_load_is_the_beam_columns():
     root = critical_coupling(STRIP.l, PAPER.mechanism.rod_length, 0.0)
-    assert abs(beam_column.solve(root, STRIP.l, PAPER.mechanism.rod_length).determinant[0]) < 1e-18
+    assert abs(rod_beam_column.solve(root, STRIP.l, PAPER.mechanism.rod_length).determinant[0]) < 1e-18

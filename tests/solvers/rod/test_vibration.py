@@ -9,8 +9,8 @@ import pytest
 from scipy.linalg import eigh
 
 from solvers import rod
-from solvers.rod.cycle.composition import bending_stiffness
 from solvers.rod.strip.buckling import critical_force
+from solvers.rod.strip.stiffness import bending_stiffness
 from solvers.rod.vibration.natural_frequencies import natural_frequency
 from tests.solvers.rod.finite_elements import matrices
 from tests.solvers.rod.machines import PAPER, STRIP

@@ -12,82 +12,47 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
-from solvers.fatigue.kernels import GREATEST
+from solvers.fatigue.kernels import GREATEST, Diagram
 from solvers.outcome import Shortfall
-from solvers.rod.optimum.machine import Machine
+from solvers.rod.constraints import BY_NAME, Constraint, Limits
+from solvers.rod.optimum import rows
+from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.proof.outer_approximation import Sizes, search
-from solvers.rod.optimum.sqp import Limits
 from solvers.rod.problem import OBJECTIVES, Objective, Requirements
-from solvers.rod.scene import Dimensions
+from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling
 
 _GAP = 1e-3
 _BOXES = 3000
-_UPRIGHT = 1.0 + 1e-6
 
 
-@dataclass(frozen=True)
-class _Requirement:
-    """A requirement: the objective that serves it, the limit that states it, and what would help."""
-
-    name: str
-    objective: Objective
-    limit: str
-    advice: str
-
-    def without(self, limits: Limits) -> Limits:
-        return replace(limits, **{self.limit: getattr(_NOTHING, self.limit)})
-
-    def alone(self, limits: Limits) -> Limits:
-        return replace(_NOTHING, **{self.limit: getattr(limits, self.limit)})
+_NOTHING: Limits = {rows.STABILITY: -math.log(1.0 + 1e-6)}
+_STABILITY, _YIELD = BY_NAME["min_stability_safety"], BY_NAME["min_yield_safety"]
 
 
-_NOTHING = Limits(fatigue=None, stability=_UPRIGHT)
-_YIELD = _Requirement(
-    "min_yield_safety", OBJECTIVES["fatigue_safety"], "stress",
-    "a longer strip, a smaller crank radius, a higher yield strength or a lower pressure would raise it",
-)  # fmt: skip
-_STABILITY = _Requirement(
-    "min_stability_safety", OBJECTIVES["stability_safety"], "stability",
-    "a thicker or wider strip, a smaller piston or a lower pressure would raise it",
-)  # fmt: skip
-_REQUIREMENTS = (
-    _Requirement(
-        "min_fatigue_safety", OBJECTIVES["fatigue_safety"], "fatigue",
-        "a longer strip, a wider one, a smaller crank radius, a stronger material or a lower pressure would raise it",
-    ),
-    _STABILITY,
-    _Requirement(
-        "max_contact_pressure", OBJECTIVES["contact_pressure"], "pressure",
-        "a longer or thinner strip, a longer skirt or a smaller crank radius would lower it",
-    ),
-    _Requirement(
-        "max_friction_power", OBJECTIVES["friction_power"], "power",
-        "a longer or thinner strip, a lower friction coefficient or a lower speed would lower it",
-    ),
-    # Last, so that of a pair it is the one that is held and not the one that is searched for.
-    _YIELD,
-)  # fmt: skip
-
-
-def diagnose(machine: Machine, limits: Limits, sizes: Sizes, asked: Requirements) -> tuple[Shortfall, ...]:
+def diagnose(
+    cycle: CoreCycle, limits: Limits, sizes: Sizes, asked: Requirements, scene: Scene
+) -> tuple[Shortfall, ...]:
     """One entry per requirement that cannot be met: alone if any cannot be met even alone, else beside the others.
 
     ``attainable`` is the best value with no other requirement, or, where each could be met alone, the best that all the
     others leave, or, where the others exclude each other already, the least that one of its own opponents leaves.
+    ``limits`` are the requirements as the search's physics see them: where those are not the full model's, they differ
+    from what is asked by what the full model changes, and what is attainable is told with the same change.
     """
-    return _Diagnosis(machine, limits, sizes, asked).entries()
+    return _Diagnosis(cycle, limits, sizes, asked, scene).entries()
 
 
 @dataclass(frozen=True)
 class _Diagnosis:
-    machine: Machine
+    cycle: CoreCycle
     limits: Limits
     sizes: Sizes
     asked: Requirements
+    scene: Scene
 
     def entries(self) -> tuple[Shortfall, ...]:
-        wanted = [r for r in _REQUIREMENTS if getattr(self.asked, r.name) is not None]
+        wanted = [constraint for constraint, _ in self.asked.asked()]
         if self.best(_STABILITY, _NOTHING) is None:
             why = f"no strip within the bounds stands at all; {_STABILITY.advice}"
             return (Shortfall(_STABILITY.name, self.asked.min_stability_safety, self.stoutest(), why),)
@@ -98,11 +63,11 @@ class _Diagnosis:
         pairs = [
             (r, other, value)
             for r, other in combinations(wanted, 2)
-            if not self.reached(r, value := self.best(r, other.alone(self.limits)))
+            if not self.reached(r, value := self.best(r, self.alone(other)))
         ]
         if not pairs:
             why = "can be met beside any other one, but not beside all of them"
-            return tuple(self.entry(r, self.best(r, r.without(self.limits)), why) for r in wanted)
+            return tuple(self.entry(r, self.best(r, self.without(r)), why) for r in wanted)
         found = []
         for r in wanted:
             opponents = [b if r is a else a for a, b, _ in pairs if r in (a, b)]
@@ -111,50 +76,58 @@ class _Diagnosis:
                 found.append(self.entry(r, self.beside(r, opponents), why))
         return tuple(found)
 
-    def beside(self, r: _Requirement, opponents: Sequence[_Requirement]) -> float | None:
+    def beside(self, r: Constraint, opponents: Sequence[Constraint]) -> float | None:
         """The best that all the others leave, else the least that one opponent leaves."""
-        value = self.best(r, r.without(self.limits))
+        value = self.best(r, self.without(r))
         if value is not None:
             return value
-        values = [self.best(r, opponent.alone(self.limits)) for opponent in opponents]
+        values = [self.best(r, self.alone(opponent)) for opponent in opponents]
         left = [v for v in values if v is not None]
-        return (min(left) if r.objective.sign < 0 else max(left)) if left else None
+        return (min(left) if r.least else max(left)) if left else None
 
-    def best(self, r: _Requirement, limits: Limits) -> float | None:
+    def best(self, r: Constraint, limits: Limits) -> float | None:
         """The best value of the result that ``r`` limits, under ``limits``; None where they leave no strip."""
         if r is not _YIELD:
-            return self.optimum(self.machine, r.objective, limits)
-        if limits.fatigue is None:
+            return self.optimum(self.cycle, OBJECTIVES[r.serves], limits)
+        if rows.UTILISATION not in limits:
             return self.strength_alone(limits)
         return self.strength(limits)
 
-    def optimum(self, machine: Machine, objective: Objective, limits: Limits) -> float | None:
-        found = search(machine, objective, limits, self.sizes, _GAP, _BOXES).best
+    def optimum(self, cycle: CoreCycle, objective: Objective, limits: Limits) -> float | None:
+        found = search(cycle, objective, limits, self.sizes, _GAP, _BOXES).best
         return None if found is None else math.exp(objective.sign * found.log_cost)
 
     def strength_alone(self, limits: Limits) -> float | None:
         """The greatest yield safety where fatigue is no matter, which leaves the Haigh diagram free for stress."""
-        by_stress = replace(self.machine, lines=GREATEST.lines / self.yield_strength(), parabola=GREATEST.parabola)
-        return self.optimum(by_stress, _YIELD.objective, limits)
+        greatest = Diagram(GREATEST.lines / self.scene.material.yield_strength, GREATEST.parabola)
+        return self.optimum(replace(self.cycle, diagram=greatest), OBJECTIVES[_YIELD.serves], limits)
 
     def strength(self, limits: Limits) -> float | None:
         """The greatest yield safety beside a fatigue safety, by bisection: it was the limit that nothing met."""
-        if self.optimum(self.machine, OBJECTIVES["mass"], limits) is None:
+        if not self.leaves_any(limits):
             return None
-        low, high = self.strength_alone(replace(limits, fatigue=None)), self.limits.stress
-        low = self.yield_strength() / low if low is not None else high
-        # ln of the greatest stress that can be asked for: nothing below low, and high is what was asked for in vain.
-        low, high = math.log(max(low, high)), math.log(max(low, high)) + 1.0
-        while self.optimum(self.machine, OBJECTIVES["mass"], replace(limits, stress=math.exp(high))) is None:
+        alone = self.strength_alone({row: limit for row, limit in limits.items() if row != rows.UTILISATION})
+        low = self.limits[rows.STRESS]
+        # ln of the greatest stress that can be asked for: nothing below low, which was asked for in vain.
+        low = max(low, _YIELD.log_limit(alone, self.scene)) if alone is not None else low
+        high = low + 1.0
+        while not self.leaves_any({**limits, rows.STRESS: high}):
             low, high = high, high + 1.0
         while high - low > _GAP:
             middle = 0.5 * (low + high)
-            none = self.optimum(self.machine, OBJECTIVES["mass"], replace(limits, stress=math.exp(middle))) is None
-            low, high = (middle, high) if none else (low, middle)
-        return self.yield_strength() / math.exp(high)
+            low, high = (low, middle) if self.leaves_any({**limits, rows.STRESS: middle}) else (middle, high)
+        return _YIELD.required_by(high, self.scene)
 
-    def yield_strength(self) -> float:
-        return self.limits.stress * self.asked.min_yield_safety
+    def leaves_any(self, limits: Limits) -> bool:
+        """Whether a strip is found that meets the limits."""
+        return self.optimum(self.cycle, OBJECTIVES["mass"], limits) is not None
+
+    def alone(self, r: Constraint) -> Limits:
+        return {**_NOTHING, r.row: self.limits[r.row]}
+
+    def without(self, r: Constraint) -> Limits:
+        left = {row: limit for row, limit in self.limits.items() if row != r.row}
+        return {**_NOTHING, **left}
 
     def stoutest(self) -> float:
         """The stability safety of the strip that buckles last: as wide, thick and short as may be."""
@@ -162,12 +135,15 @@ class _Diagnosis:
         d = Dimensions(bounds.b[1], bounds.h[1], bounds.l[0])
         size = self.sizes.around(d)
         b, h, l = size.b[1], size.h[1], size.l[0]
-        modulus, rod_length = self.machine.modulus, self.machine.rod_length
-        return float(buckling.critical_force(modulus, b, h, l, rod_length)) / self.machine.compression
+        modulus, rod_length = self.cycle.modulus, self.cycle.rod_length
+        return float(buckling.critical_force(modulus, b, h, l, rod_length)) / self.cycle.compression
 
-    def reached(self, r: _Requirement, value: float | None) -> bool:
-        required = getattr(self.asked, r.name)
-        return value is not None and (value >= required if r.objective.sign < 0 else value <= required)
+    def reached(self, r: Constraint, value: float | None) -> bool:
+        return value is not None and r.log_limit(value, self.scene) <= self.limits[r.row]
 
-    def entry(self, r: _Requirement, attainable: float | None, why: str) -> Shortfall:
+    def entry(self, r: Constraint, attainable: float | None, why: str) -> Shortfall:
+        if attainable is not None:
+            # As the full model has it.
+            changed = self.limits[r.row] - r.log_limit(getattr(self.asked, r.name), self.scene)
+            attainable = r.required_by(r.log_limit(attainable, self.scene) - changed, self.scene)
         return Shortfall(r.name, getattr(self.asked, r.name), attainable, f"{why}; {r.advice}")

@@ -8,91 +8,130 @@ equality (C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, 1974).
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solvers.outcome import ActiveConstraint
-from solvers.rod.optimum import constraints as rows
-from solvers.rod.optimum.machine import Machine
-from solvers.rod.optimum.peak_model import SIDEWAYS, STRESS, row_count, rows_and_slopes
-from solvers.rod.optimum.sqp import Limits, Polished, parts_of
+from solvers.rod.constraints import CONSTRAINTS, Limits
+from solvers.rod.optimum import rows
+from solvers.rod.optimum.rows import Layout
 from solvers.rod.problem import Bounds, Objective
+from solvers.rod.scene import Dimensions
 
-_ACTIVE = 1e-6
+Array = NDArray[np.float64]
+
+ACTIVE = 1e-6
 _NEGLIGIBLE = 1e-6
 
 
-def active_constraints(
-    machine: Machine, objective: Objective, limits: Limits, bounds: Bounds, sizes: Bounds, best: Polished
-) -> tuple[ActiveConstraint, ...]:
-    """The constraints that hold with equality and shape the optimum, with d ln objective/d ln bound.
+@dataclass(frozen=True)
+class Stationarity:
+    """First-order conditions at a strip.
+
+    active     constraints with d ln objective/d ln bound
+    residual   the part of the objective's slope that no multiplier balances, shape (3,)
+    slope      the greatest slope of the objective, or 1
+    weights    those of the Lagrangian in all rows
+    tangent    orthonormal directions along everything that holds the strip, shape (directions, 3)
+    """
+
+    active: tuple[ActiveConstraint, ...]
+    residual: Array
+    slope: float
+    weights: Array
+    tangent: Array
+
+    @property
+    def kkt_residual(self) -> float:
+        """The greatest unbalanced slope, relative to the objective's own."""
+        return float(np.max(np.abs(self.residual))) / self.slope
+
+
+@dataclass
+class _Active:
+    """Rows and bounds that hold with equality: names, signs, gradients (b, h, l, share of the greatest), row or -1."""
+
+    names: list[str] = field(default_factory=list)
+    signs: list[float] = field(default_factory=list)
+    columns: list[Array] = field(default_factory=list)
+    rows: list[int] = field(default_factory=list)
+
+    def add(self, name: str, sign: float, gradient: Array, row: int = -1, share: float = 0.0) -> None:
+        self.names.append(name)
+        self.signs.append(sign)
+        self.columns.append(np.append(gradient, share))
+        self.rows.append(row)
+
+
+def stationarity(
+    values: Array, slopes: Array, layout: Layout, objective: Objective, limits: Limits, bounds: Bounds, sizes: Bounds,
+    d: Dimensions, within: float = ACTIVE,
+) -> Stationarity:  # fmt: skip
+    """The first-order conditions of the rows at a strip; a row within ``within`` of its limit is active.
 
     ``sizes`` are the bounds narrowed to the sizes that are to be had: a dimension with freedom in ``bounds`` but none
     there is named ``h_size`` and so on, its sensitivity that to the size itself.
     """
-    d, focus = best.dimensions, best.focus
-    values = np.empty(row_count(focus))
-    slopes = np.empty((values.size, 3))
-    table = np.empty((focus.force.size, focus.eta.size))
-    rows_and_slopes(focus, np.log([d.b, d.h, d.l]), table, values, slopes)
-
-    names: list[str] = []
-    signs: list[float] = []
-    columns: list[np.ndarray] = []
-
-    def offer(name: str, row: int, log_limit: float, sign: float) -> None:
-        if abs(values[row] - log_limit) < _ACTIVE:
-            names.append(name)
-            signs.append(sign)
-            columns.append(np.append(slopes[row], 0.0))
-
-    for row in (rows.STABILITY, SIDEWAYS):
-        offer("min_stability_safety", row, -math.log(limits.stability), -1.0)
-    if limits.fatigue is not None:
-        for row in parts_of(focus, rows.UTILISATION):
-            offer("min_fatigue_safety", row, -math.log(limits.fatigue), -1.0)
-    if limits.stress is not None:
-        offer("min_yield_safety", STRESS, math.log(limits.stress), -1.0)
-    if limits.pressure is not None:
-        for row in parts_of(focus, rows.PRESSURE):
-            offer("max_contact_pressure", row, math.log(limits.pressure), 1.0)
-    if limits.power is not None:
-        offer("max_friction_power", rows.POWER, math.log(limits.power), 1.0)
+    active = _Active()
+    for constraint in CONSTRAINTS:
+        if constraint.row not in limits:
+            continue
+        sign, limit = (-1.0 if constraint.least else 1.0), limits[constraint.row]
+        both = (rows.STABILITY, rows.SIDEWAYS) if constraint.row == rows.STABILITY else layout.parts(constraint.row)
+        for row in both:
+            if abs(values[row] - limit) < within:
+                active.add(constraint.name, sign, slopes[row], row)
     for index, name in enumerate(("b", "h", "l")):
         value, (low, high) = getattr(d, name), getattr(bounds, name)
-        high = min(high, machine.rod_length) if name == "l" else high
+        unit = np.eye(3)[index]
         if low < high and len(set(getattr(sizes, name))) == 1:
-            for sign in (-1.0, 1.0):
-                names.append(f"{name}_size")
-                signs.append(sign)
-                columns.append(np.append(sign * np.eye(3)[index], 0.0))
+            active.add(f"{name}_size", -1.0, -unit)
+            active.add(f"{name}_size", 1.0, unit)
             continue
         for side, bound, sign in (("lower", low, -1.0), ("upper", high, 1.0)):
-            if abs(math.log(value / bound)) < _ACTIVE:
-                names.append(f"{name}_{side}")
-                signs.append(sign)
-                columns.append(np.append(sign * np.eye(3)[index], 0.0))
-    weights = dict(objective.weights)
-    target = np.zeros(4)
-    topped = next((row for row in weights if len(parts_of(focus, row)) > 1), None)
-    target[3] = weights.pop(topped, 0.0)
-    for row, weight in weights.items():
+            if abs(math.log(value / bound)) < ACTIVE:
+                active.add(f"{name}_{side}", sign, sign * unit)
+    weights, target = np.zeros(layout.size), np.zeros(4)
+    wanted = dict(objective.weights)
+    top = next((row for row in wanted if len(layout.parts(row)) > 1), None)
+    if top is not None:
+        # A greatest of several: shares of those that govern, which add up to its weight.
+        target[3] = wanted.pop(top)
+        for row in layout.parts(top):
+            if values[top] - values[row] < within:
+                active.add("", 0.0, slopes[row], row, 1.0)
+    for row, weight in wanted.items():
+        weights[row] += weight
         target[:3] -= weight * slopes[row]
-    if target[3]:
-        # A greatest of several: shares of those that govern, which add up to one.
-        for row in parts_of(focus, topped):
-            if values[topped] - values[row] < _ACTIVE:
-                names.append("")
-                signs.append(0.0)
-                columns.append(np.append(slopes[row], 1.0))
-    if not columns:
-        return ()
+    slope = float(np.max(np.abs(target[:3]))) or 1.0
+    if not active.columns:
+        return Stationarity((), target[:3], slope, weights, np.eye(3))
     from scipy.optimize import nnls
 
-    found, _ = nnls(np.array(columns).T, target)
+    found, _ = nnls(np.array(active.columns).T, target)
+    residual = target - np.array(active.columns).T @ found
     totals: dict[str, float] = {}
-    for name, sign, multiplier in zip(names, signs, found, strict=True):
+    for name, sign, multiplier, row in zip(active.names, active.signs, found, active.rows, strict=True):
+        if row >= 0:
+            weights[row] += multiplier
         if name:
             # A limit let out by d ln moves ln cost by -multiplier; a least safety is let out downward.
             totals[name] = totals.get(name, 0.0) - objective.sign * sign * multiplier
-    return tuple(ActiveConstraint(name, float(value)) for name, value in totals.items() if abs(value) > _NEGLIGIBLE)
+    told = tuple(ActiveConstraint(name, float(value)) for name, value in totals.items() if abs(value) > _NEGLIGIBLE)
+    held = [column for column, share in zip(active.columns, found, strict=True) if share > _NEGLIGIBLE]
+    return Stationarity(told, residual[:3], slope, weights, _tangent(held))
+
+
+def _tangent(columns: list[Array]) -> Array:
+    """Directions in which none of these changes; of shares of a greatest, all alike."""
+    matrix = np.array(columns).reshape(-1, 4)
+    # With shares, the last unknown is the greatest itself, which all of them follow.
+    matrix = matrix * np.array([1.0, 1.0, 1.0, -1.0]) if matrix[:, 3].any() else matrix[:, :3]
+    if not matrix.size:
+        return np.eye(3)
+    _, singular, directions = np.linalg.svd(matrix)
+    free = directions[int(np.sum(singular > 1e-9 * singular[0])) :, :3]
+    norms = np.linalg.norm(free, axis=1)
+    return free[norms > 1e-6] / norms[norms > 1e-6, None]

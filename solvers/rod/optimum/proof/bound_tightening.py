@@ -24,7 +24,6 @@ import math
 import numpy as np
 
 from solvers.numerics.jit import kernel
-from solvers.rod.optimum.constraints import LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
 from solvers.rod.optimum.proof.box_bounds import (
     Array,
     Relaxation,
@@ -35,8 +34,10 @@ from solvers.rod.optimum.proof.box_bounds import (
     stability_row,
     upper_thickness,
 )
-from solvers.rod.optimum.proof.intervals import critical_parameter, product
+from solvers.rod.optimum.proof.intervals import product
 from solvers.rod.optimum.proof.reaction_intervals import reaction_row
+from solvers.rod.optimum.rows import LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
+from solvers.rod.strip.buckling import log_critical_parameter
 
 _SLACK = 1e-12
 _CORNERS = 64
@@ -197,8 +198,8 @@ def ceilings(
     out[1, 0], out[1, 1], out[1, 2] = -(x + math.log(slice_[0])) / 3.0, -1.0 / 3.0, -1.0 / 3.0
     n = 2
     if p.compression > 0.0:
-        _, s1 = critical_parameter(l1, p.rod_length)
-        _, s2 = critical_parameter(l2, p.rod_length)
+        _, s1 = log_critical_parameter(l1, p.rod_length)
+        _, s2 = log_critical_parameter(l2, p.rod_length)
         out[2, 0] = math.log(sideways_thickness(p, x, l))
         out[2, 1] = out[2, 2] = -0.375
         out[2, 3], out[2, 4] = 0.25 * min(s1, s2), 0.25 * max(s1, s2)
@@ -252,8 +253,8 @@ def contract(
     value, gx1, gx2 = w[TAU] * x + w[LENGTH] * y, w[TAU], w[TAU]
     gy1, gy2 = w[LENGTH], w[LENGTH]
     if p.compression > 0.0:
-        _, s1 = critical_parameter(l1, p.rod_length)
-        _, s2 = critical_parameter(l2, p.rod_length)
+        _, s1 = log_critical_parameter(l1, p.rod_length)
+        _, s2 = log_critical_parameter(l2, p.rod_length)
         s1, s2 = -2.0 * max(s1, s2), -2.0 * min(s1, s2)
         stability = stability_row(p, x, math.exp(y))
         corners = cut(polygon, corners, stability, 1.0, 1.0, s1, s2, rx, ry, room)

@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel
-from solvers.rod.optimum.constraints import (
+from solvers.rod.optimum.proof.intervals import bending_ranges
+from solvers.rod.optimum.rows import (
     COUNT,
     LENGTH,
     NEVER_COMPRESSED,
@@ -33,7 +34,7 @@ from solvers.rod.optimum.constraints import (
     THICKNESS,
     UTILISATION,
 )
-from solvers.rod.optimum.proof.intervals import bending_ranges, critical_parameter
+from solvers.rod.strip.buckling import log_critical_parameter
 
 Array = NDArray[np.float64]
 
@@ -213,7 +214,7 @@ def stability_row(p: Relaxation, x: float, l: float) -> float:
     """S = ln(required/available safety) in the crank's plane: not positive where the strip is stable enough."""
     if p.compression <= 0.0:
         return NEVER_COMPRESSED
-    ln_u, _ = critical_parameter(l, p.rod_length)
+    ln_u, _ = log_critical_parameter(l, p.rod_length)
     return x + math.log(12.0 * p.rod_length * p.rod_length * p.compression / p.modulus) - 2.0 * ln_u
 
 
@@ -235,7 +236,7 @@ def upper_thickness(p: Relaxation, slice_: Array, x1: float, l1: float) -> float
 @kernel
 def sideways_thickness(p: Relaxation, x: float, l: float) -> float:
     """The thickness at which h b^3 = 1/(tau^3 h^8) just holds the compression: E u^2/(12 L^2) h b^3 = compression."""
-    ln_u, _ = critical_parameter(l, p.rod_length)
+    ln_u, _ = log_critical_parameter(l, p.rod_length)
     return math.exp(0.125 * (math.log(p.modulus / (12.0 * p.rod_length**2 * p.compression)) + 2.0 * ln_u - 3.0 * x))
 
 

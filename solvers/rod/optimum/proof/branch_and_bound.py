@@ -14,7 +14,7 @@ import numpy as np
 from solvers.numerics.jit import kernel
 from solvers.rod.optimum.proof.bound_tightening import contract
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation, Work, box_bound, point_value
-from solvers.rod.optimum.proof.intervals import critical_parameter
+from solvers.rod.strip.buckling import log_critical_parameter
 
 _WORTHWHILE = 0.6
 """A side that contraction leaves shorter than this share of itself is worth another look before halving."""
@@ -103,7 +103,7 @@ def prove(
             while a1 <= a2 and m1 <= m2:
                 if p.compression > 0.0:
                     # Nothing beyond the stability that the shortest strip of the box has.
-                    ln_u, _ = critical_parameter(m1, p.rod_length)
+                    ln_u, _ = log_critical_parameter(m1, p.rod_length)
                     most = 2.0 * ln_u - math.log(12.0 * p.rod_length * p.rod_length * p.compression / p.modulus)
                     if most < a2:
                         a2 = most + 1e-13

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
+from solvers.rod.strip.buckling import FIRST_ROOT_LIMITS
 
 Array = NDArray[np.float64]
 
@@ -37,11 +38,7 @@ for _n in range(3):
         _odd = math.prod(range(1, 2 * _n + 2 * _j + 2, 2))
         _G[_n, _j] = (-0.5) ** _j / (math.factorial(_j) * _odd)
 
-_PHASE = np.array(
-    [3.14159, 0.00121, 0.26981, 1.0763, -5.80599, 28.24394, -79.62024, 141.69129, -153.2619, 92.88904, -24.13172]
-)
-"""x(beta) to 1e-4 as a polynomial: where Newton's method starts."""
-FIRST_ROOT_SQUARED = 4.493409457909064**2
+FIRST_ROOT_SQUARED = FIRST_ROOT_LIMITS[1] ** 2
 
 STRONG = -400.0
 """t below which ranges come from corners and signs alone: the closed forms' ranges would be too wide to be of use."""
@@ -115,34 +112,6 @@ def clamp(q: float, l: float, rod_length: float) -> tuple[float, float, float]:
     x = math.sqrt(-t)
     det = l * (e * rod_length / x + l * l * (x - 1.0) / (x * x * x))
     return (e + l / x) / det, (1.0 + e / l * x) / det, det
-
-
-@kernel
-def critical_phase(beta: float) -> tuple[float, float]:
-    """x(beta), the first buckling root (see ``solvers.rod.strip.buckling``), and dx/dbeta, by Newton's method."""
-    x = 0.0
-    for n in range(_PHASE.size - 1, -1, -1):
-        x = _PHASE[n] + beta * x
-    slope = 0.0
-    for _ in range(4):
-        sine, cosine = math.sin(x), math.cos(x)
-        value = beta * beta * (sine - x * cosine) + (1.0 - beta) * x * x * sine
-        slope = beta * beta * x * sine + (1.0 - beta) * (2.0 * x * sine + x * x * cosine)
-        step = value / slope
-        x -= step
-        if abs(step) < 1e-13 * x:
-            break
-    sine, cosine = math.sin(x), math.cos(x)
-    slope = beta * beta * x * sine + (1.0 - beta) * (2.0 * x * sine + x * x * cosine)
-    return x, -(2.0 * beta * (sine - x * cosine) - x * x * sine) / slope
-
-
-@kernel
-def critical_parameter(l: float, rod_length: float) -> tuple[float, float]:
-    """ln u with u = L sqrt(P_cr/EI), and d ln u/d ln l."""
-    beta = min(l / rod_length, 1.0)
-    x, slope = critical_phase(beta)
-    return math.log(x / beta), beta * slope / x - 1.0
 
 
 @kernel

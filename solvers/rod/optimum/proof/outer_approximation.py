@@ -15,12 +15,14 @@ import numpy as np
 
 from solvers.fatigue.kernels import severities
 from solvers.numerics.periodic import grid
-from solvers.rod.optimum import constraints as rows
-from solvers.rod.optimum.machine import Machine, Matters
-from solvers.rod.optimum.peak_model import Array, Focus, stress_table
-from solvers.rod.optimum.proof.box_bounds import Relaxation, workspace
+from solvers.rod.constraints import Limits
+from solvers.rod.optimum import rows
+from solvers.rod.optimum.core_cycle import CoreCycle
+from solvers.rod.optimum.core_optimum import Polished, polish
+from solvers.rod.optimum.peaks import Peaks, Wanted, reaction_peaks
+from solvers.rod.optimum.proof.box_bounds import Array, Relaxation, workspace
 from solvers.rod.optimum.proof.branch_and_bound import prove
-from solvers.rod.optimum.sqp import Limits, Polished, matters, polish
+from solvers.rod.optimum.sqp import wanted_of
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.scene import Dimensions
 
@@ -32,6 +34,8 @@ _ROUNDS = 12
 _LEAST_GAP = 5e-9
 _MOST_ANGLES = 48
 _NEARLY, _TIED = 0.9, 1e-3
+_GREATEST = (rows.UTILISATION, 1e300), (rows.STRESS, math.inf), (rows.PRESSURE, math.inf), (rows.POWER, math.inf)
+"""The limits of a relaxation in its order, and what stands for none."""
 
 
 @dataclass(frozen=True)
@@ -105,20 +109,20 @@ class _View:
                     known.append(value)
 
 
-def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int) -> Proof:
+def search(cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int) -> Proof:
     """The global optimum with its bound: as close as ``gap`` (in ln objective) or as ``boxes`` boxes come."""
-    view = _View([*grid(FIRST_ANGLES), machine.hardest], list(_FIRST_SECTIONS))
-    slices, length = sizes.slices(), np.array(_length_range(machine, sizes))
+    view = _View([*grid(FIRST_ANGLES), cycle.hardest], list(_FIRST_SECTIONS))
+    slices, length = sizes.slices(), np.array(_length_range(cycle, sizes))
     steps = np.array([sizes.step_b or 0.0, sizes.step_l or 0.0])
     incumbent: Polished | None = None
-    looked_at = matters(objective, limits)
+    looked_at = wanted_of(objective, limits)
     # Half of the gap is left to the relaxation's own best strip, which may lie a little below the best of all.
     gap = max(0.45 * gap, _LEAST_GAP)
     # Relaxations measure stability by its limit.
-    by_limit = dict(objective.weights).get(rows.STABILITY, 0.0) * math.log(limits.stability) * (machine.compression > 0)
+    by_limit = dict(objective.weights).get(rows.STABILITY, 0.0) * -limits[rows.STABILITY] * (cycle.compression > 0)
     looked, bound, tried = 0, -math.inf, set()
     for turn in range(_ROUNDS):
-        p = _relaxation(machine, objective, limits, view)
+        p = _relaxation(cycle, objective, limits, view)
         work, best = workspace(p), np.empty(5)
         known = math.inf if incumbent is None else incumbent.log_cost + by_limit
         wanted = _FIRST_GAP if incumbent is None and turn == 0 else gap
@@ -135,26 +139,26 @@ def search(machine: Machine, objective: Objective, limits: Limits, sizes: Sizes,
             break
         candidate = Dimensions(math.exp(-best[1]) / best[3] ** 3, best[3], best[2])
         key = tuple(round(math.log(v), 6) for v in (candidate.b, candidate.h, candidate.l))
-        found = polish(machine, objective, limits, sizes.around(candidate), candidate)
+        found = polish(cycle, objective, limits, sizes.around(candidate), candidate)
         if found is not None and (incumbent is None or found.log_cost < incumbent.log_cost):
             incumbent = found
             if turn == 0 or len(view.angles) > _MOST_ANGLES:
-                view = _View([0.0, machine.hardest], [1.0])
+                view = _View([0.0, cycle.hardest], [1.0])
         if looked >= boxes or (key in tried and found is None):
             break
         tried.add(key)
         better = found is not None and found is incumbent
         strip = found.dimensions if better else candidate
-        seen = (found.focus, found.angles) if better else machine.focus_at(strip.b, strip.h, strip.l, looked_at)
+        seen = found.peaks if better else cycle.peaks(strip, looked_at)
         # What a second relaxation still believes in misses an angle, maybe one that only ties.
-        view.add(*governing(machine, strip, *seen, looked_at, _TIED if turn > 1 or not better else 0.0))
+        view.add(*governing(cycle, strip, seen, looked_at, _TIED if turn > 1 or not better else 0.0))
     if incumbent is not None:
         bound = min(bound, incumbent.log_cost)
     return Proof(incumbent, bound, looked, turn + 1, len(view.angles))
 
 
 def governing(
-    machine: Machine, d: Dimensions, focus: Focus, angles: Array, looked_at: Matters, tied: float = 0.0
+    cycle: CoreCycle, d: Dimensions, peaks: Peaks, looked_at: Wanted, tied: float = 0.0
 ) -> tuple[Array, Array]:
     """The angles and sections (eta) that govern a strip: where a fibre's cycle is nearly as bad as the worst.
 
@@ -162,12 +166,11 @@ def governing(
     of greatest side force and contact pressure too. ``tied`` is the share of its range by which a stress may miss its
     extreme at an angle that is named as well.
     """
-    eta = focus.eta
-    table = np.empty((2, eta.size, angles.size))
-    stress_table(focus.force[1::3], focus.stroke[1::3], machine.modulus, machine.rod_length, d.b, d.h, d.l, eta, table)
+    eta, angles = peaks.stations(), peaks.angles
+    table = cycle.strip(d).stresses(angles, eta)
     high, low = table.max(axis=2), table.min(axis=2)
     severity = np.empty_like(high)
-    severities(high, low, machine.lines, machine.parabola, severity)
+    severities(high, low, *cycle.diagram, severity)
     wanted: set[int] = set()
     sections: list[float] = []
     for values in (severity, np.maximum(high, -low)) if looked_at.stress else (severity,):
@@ -180,7 +183,7 @@ def governing(
             wanted.update(np.flatnonzero((stress >= high[fibre, j] - room) | (stress <= low[fibre, j] + room)))
     governed = angles[sorted(wanted)]
     if looked_at.reactions:
-        governed = np.concatenate([governed, machine.reaction_peaks(d.b, d.h, d.l)])
+        governed = np.concatenate([governed, reaction_peaks(cycle.strip(d))])
     return governed, np.array(sections)
 
 
@@ -190,31 +193,30 @@ def _vertex(left: float, middle: float, right: float) -> float:
     return min(max(0.5 * (right - left) / bend, -1.0), 1.0) if bend > 0.0 else 0.0
 
 
-def _length_range(machine: Machine, sizes: Sizes) -> tuple[float, float]:
-    return sizes.bounds.l[0], min(sizes.bounds.l[1], machine.rod_length)
+def _length_range(cycle: CoreCycle, sizes: Sizes) -> tuple[float, float]:
+    return sizes.bounds.l[0], min(sizes.bounds.l[1], cycle.rod_length)
 
 
-def _relaxation(machine: Machine, objective: Objective, limits: Limits, view: _View) -> Relaxation:
+def _relaxation(cycle: CoreCycle, objective: Objective, limits: Limits, view: _View) -> Relaxation:
     angles = np.array(view.angles)
-    force, stroke = machine.cycle.axial_force(angles), machine.crank_radius * np.sin(angles)
+    force, stroke = cycle.axial_force(angles), cycle.crank_radius * np.sin(angles)
     react, swing, speed = np.empty(0), np.empty(0), np.empty(0)
-    looked_at = matters(objective, limits)
+    looked_at = wanted_of(objective, limits)
     if looked_at.power:
         # Power is a mean: it needs the whole cycle.
-        whole_force, whole_stroke, whole_speed = machine.whole
+        whole_force, whole_stroke, whole_speed = cycle.whole
         react, swing = np.append(force, whole_force), np.append(stroke, whole_stroke)
         speed = np.append(np.zeros(angles.size), whole_speed / whole_speed.size)
     elif looked_at.reactions:
-        step = machine.force.size // FIRST_REACTIONS
-        react, swing = np.append(force, machine.force[::step]), np.append(stroke, machine.stroke[::step])
+        step = cycle.force.size // FIRST_REACTIONS
+        react, swing = np.append(force, cycle.force[::step]), np.append(stroke, cycle.stroke[::step])
         speed = np.zeros(react.size)
     weights = np.zeros(rows.COUNT)
     for row, weight in objective.weights:
         weights[row] = weight
-    none = math.inf
+    most = [math.exp(limits[row]) if row in limits else none for row, none in _GREATEST]
     return Relaxation(
-        force, stroke, react, swing, speed, np.array(view.sections), machine.lines, machine.parabola,
-        np.array([1.0 / limits.fatigue if limits.fatigue else 1e300, limits.stress or none, limits.pressure or none,
-                  limits.power or none]),
-        machine.compression * limits.stability, machine.guide, weights, machine.modulus, machine.rod_length,
+        force, stroke, react, swing, speed, np.array(view.sections), *cycle.diagram, np.array(most),
+        cycle.compression * math.exp(-limits[rows.STABILITY]), cycle.guide, weights, cycle.modulus,
+        cycle.rod_length,
     )  # fmt: skip

@@ -1,0 +1,1 @@
+"""The formulas as papers and textbooks give them."""

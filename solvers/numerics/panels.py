@@ -1,0 +1,256 @@
+"""Functions of one turn as polynomials on panels: sampled once, then every question is one to the polynomials.
+
+A panel [a, b] carries the values at its n Chebyshev-Lobatto points; its interpolant converges geometrically where the
+function is analytic, so panels end at the function's corners and are halved until the last coefficients tell that the
+interpolant is as close as wanted. With a_k the Chebyshev coefficients and r the ratio by which pairs of them fall,
+
+    |f - p| <= 2 sum_{k >= n} |a_k|  ~  4 A r/(1 - r),   A = max(|a_{n-1}|, |a_{n-2}|)
+
+Extremes, zeros and means are those of the interpolants, by the barycentric formula; none asks for another value of the
+function. Validity: the function is smooth inside every panel, and continuous over their ends.
+
+Source: L. N. Trefethen, Approximation Theory and Approximation Practice (2013), chapters 5, 8 and 18; J.-P. Berrut,
+L. N. Trefethen, SIAM Review 46 (2004), for the barycentric formula.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+
+_SLOWEST = 0.75
+_FASTEST = 0.25
+"""Ratios by which coefficients are taken to fall: at a corner they fall as slowly as this, and none is trusted more."""
+_TAIL = 6
+_MOST_STEPS = 40
+_MOST_HALVINGS = 40
+_NARROWEST = 1e-9
+_EPS = float(np.finfo(float).eps)
+
+
+class Rule(NamedTuple):
+    """The n points on [-1, 1], their barycentric weights, the differentiation matrix (n, n), the rows that give the
+    last six Chebyshev coefficients (6, n), and Clenshaw and Curtis' weights (n,)."""
+
+    points: Array
+    weights: Array
+    derivative: Array
+    tail: Array
+    mean: Array
+
+
+class Panels(NamedTuple):
+    """``edges`` (panels + 1,) over one turn, and the rule of every panel."""
+
+    edges: Array
+    rule: Rule
+
+    @property
+    def angles(self) -> Array:
+        """All points, panel by panel, shape (panels n,)."""
+        return _points(self.edges[:-1], self.edges[1:], self.rule)
+
+
+@lru_cache(maxsize=16)
+def rule_of(n: int) -> Rule:
+    """The rule with n points, n >= 6."""
+    x = -np.cos(np.pi * np.arange(n) / (n - 1))
+    x[np.abs(x) < 1e-15] = 0.0
+    weights = np.where(np.arange(n) % 2 == 0, 1.0, -1.0)
+    weights[[0, -1]] *= 0.5
+    apart = x[:, None] - x[None, :] + np.eye(n)
+    derivative = weights[None, :] / weights[:, None] / apart
+    np.fill_diagonal(derivative, 0.0)
+    np.fill_diagonal(derivative, -derivative.sum(axis=1))
+    series = np.linalg.inv(chebyshev.chebvander(x, n - 1))
+    k = np.arange(n)
+    moments = np.where(k % 2 == 0, 2.0 / (1.0 - np.where(k % 2 == 0, k, 0) ** 2.0), 0.0)
+    return Rule(x, weights, derivative, np.ascontiguousarray(series[-_TAIL:]), moments @ series)
+
+
+def _points(left: Array, right: Array, rule: Rule) -> Array:
+    return (0.5 * (left + right)[:, None] + 0.5 * (right - left)[:, None] * rule.points).ravel()
+
+
+def resolve(
+    sample: Callable[[Array], Array], edges: Array, rule: Rule, checked: int, tolerance: float, most_panels: int
+) -> tuple[Panels, Array, float]:
+    """Panels that resolve what ``sample`` gives, its values at their points, and the greatest error left.
+
+    ``sample`` takes angles (m,) and gives (quantities, m), of which the first ``checked`` decide: a panel is halved
+    until their errors are below ``tolerance`` times the greatest magnitude of each over the turn, as far as
+    ``most_panels`` go.
+    """
+    left, right = edges[:-1], edges[1:]
+    n = rule.points.size
+    values = sample(_points(left, right, rule))
+    scale = np.abs(values[:checked]).max(axis=1)
+    kept: list[tuple[Array, Array, Array]] = []
+    count, missed = 0, 0.0
+    for _ in range(_MOST_HALVINGS):
+        errors = tail_errors(values[:checked], rule) / np.maximum(scale, 1e-300)[:, None]
+        error = errors.max(axis=0)
+        # Rounding of values this wide apart is not resolved by any panel.
+        halve = (error > tolerance) & (right - left > _NARROWEST)
+        if count + left.size + halve.sum() > most_panels:
+            halve[:] = False
+        columns = np.repeat(~halve, n)
+        kept.append((left[~halve], right[~halve], values[:, columns]))
+        count += int((~halve).sum())
+        missed = max(missed, float(error[~halve].max(initial=0.0)))
+        if not halve.any():
+            break
+        middle = 0.5 * (left[halve] + right[halve])
+        left, right = np.concatenate([left[halve], middle]), np.concatenate([middle, right[halve]])
+        values = sample(_points(left, right, rule))
+        scale = np.maximum(scale, np.abs(values[:checked]).max(axis=1))
+    starts = np.concatenate([part[0] for part in kept])
+    order = np.argsort(starts)
+    ends = np.concatenate([part[1] for part in kept])[order]
+    panels = Panels(np.append(starts[order], ends[-1]), rule)
+    found = np.concatenate([part[2] for part in kept], axis=1)
+    found = np.ascontiguousarray(found.reshape(found.shape[0], -1, n)[:, order].reshape(found.shape[0], -1))
+    return panels, found, missed
+
+
+@kernel
+def tail_errors(values: Array, rule: Rule) -> Array:
+    """How far off the interpolants may be: (quantities, panels), from values (quantities, panels n)."""
+    n = rule.points.size
+    out = np.empty((values.shape[0], values.shape[1] // n))
+    for row in range(out.shape[0]):
+        for p in range(out.shape[1]):
+            out[row, p] = panel_error(values[row, p * n : (p + 1) * n], rule)
+    return out
+
+
+@kernel
+def panel_error(f: Array, rule: Rule) -> float:
+    """How far off one panel's interpolant may be."""
+    pairs = np.zeros(3)
+    for k in range(rule.tail.shape[0]):
+        total = 0.0
+        for j in range(f.size):
+            total += rule.tail[k, j] * f[j]
+        pairs[k // 2] = max(pairs[k // 2], abs(total))
+    first, middle, last = pairs
+    # A pair that happens to be small tells little: its neighbours say how great coefficients are and how they fall.
+    ratio = max(last / middle if middle > 0.0 else 1.0, middle / first if first > 0.0 else 1.0)
+    ratio = min(max(ratio, _FASTEST), _SLOWEST)
+    likely = 0.5 * middle * min(middle / first, 1.0) if first > 0.0 else 0.0
+    return 4.0 * max(last, likely) * ratio / (1.0 - ratio)
+
+
+@kernel
+def interpolate(f: Array, rule: Rule, x: float) -> float:
+    """The interpolant of one panel at x in [-1, 1]."""
+    above, below = 0.0, 0.0
+    for j in range(f.size):
+        apart = x - rule.points[j]
+        if apart == 0.0:
+            return f[j]
+        share = rule.weights[j] / apart
+        above += share * f[j]
+        below += share
+    return above / below
+
+
+@kernel
+def _zero(f: Array, rule: Rule, left: int, tolerance: float) -> float:
+    """Where the interpolant crosses zero between the points ``left`` and the next, by Illinois' rule."""
+    a, b, fa, fb = rule.points[left], rule.points[left + 1], f[left], f[left + 1]
+    x = a
+    for _ in range(_MOST_STEPS):
+        before, x = x, b - fb * (b - a) / (fb - fa)
+        value = interpolate(f, rule, x)
+        if value == 0.0 or abs(x - before) <= tolerance:
+            break
+        if value * fb < 0.0:
+            a, fa = b, fb
+        else:
+            fa *= 0.5
+        b, fb = x, value
+    return x
+
+
+@kernel
+def greatest(edges: Array, rule: Rule, f: Array, sign: float, tolerance: float) -> tuple[float, float, float]:
+    """Greatest value of sign f over the turn, how far off it may be, and its angle.
+
+    ``tolerance`` is absolute. Between two points where the slope changes from rising to falling the top lies below the
+    crossing of the tangents, and where that is above the best so far it is looked for as a zero of the slope.
+    """
+    n = rule.points.size
+    best, which = -np.inf, 0
+    for k in range(f.size):
+        if sign * f[k] > best:
+            best, which = sign * f[k], k
+    top, x, missed = which // n, rule.points[which % n], 0.0
+    slope = np.empty(n)
+    for p in range(edges.size - 1):
+        g = f[p * n : (p + 1) * n]
+        most, jump = -np.inf, 0.0
+        for j in range(n):
+            most = max(most, sign * g[j])
+            if j > 0:
+                jump = max(jump, abs(g[j] - g[j - 1]))
+        if most + 0.5 * jump <= best:
+            continue
+        for j in range(n):
+            total = 0.0
+            for k in range(n):
+                total += rule.derivative[j, k] * g[k]
+            slope[j] = sign * total
+        for j in range(n - 1):
+            rise, fall = slope[j], -slope[j + 1]
+            if rise <= 0.0 or fall <= 0.0:
+                continue
+            width = rule.points[j + 1] - rule.points[j]
+            left, right = sign * g[j], sign * g[j + 1]
+            crossing = left + rise * max((right - left + fall * width) / (rise + fall), 0.0)
+            if crossing <= best and max(left, right) < best:
+                continue
+            # The value misses its top by the slope that is left, squared, over twice the bend.
+            bend = (rise + fall) / width
+            place = _zero(slope, rule, j, math.sqrt(0.1 * tolerance / bend) + 4.0 * _EPS)
+            value, left_over = sign * interpolate(g, rule, place), interpolate(slope, rule, place)
+            if value > best or (p == top and value >= best):
+                best, top, x, missed = value, p, place, left_over * left_over / bend
+    where = 0.5 * (edges[top] + edges[top + 1]) + 0.5 * (edges[top + 1] - edges[top]) * x
+    return best, missed + panel_error(f[top * n : (top + 1) * n], rule) + 4.0 * _EPS * abs(best), where
+
+
+@kernel
+def zeros(edges: Array, rule: Rule, f: Array) -> Array:
+    """Angles at which f changes its sign inside a panel, in rising order."""
+    n, found = rule.points.size, [0.0 for _ in range(0)]
+    for p in range(edges.size - 1):
+        g = f[p * n : (p + 1) * n]
+        for j in range(n - 1):
+            if g[j] * g[j + 1] < 0.0:
+                x = _zero(g, rule, j, 4.0 * _EPS)
+                found.append(0.5 * (edges[p] + edges[p + 1]) + 0.5 * (edges[p + 1] - edges[p]) * x)
+    return np.array(found)
+
+
+@kernel
+def values_at(edges: Array, rule: Rule, f: Array, angle: Array) -> Array:
+    """The interpolants of f (quantities, panels n) at angles within the turn: (quantities, angles)."""
+    n = rule.points.size
+    out = np.empty((f.shape[0], angle.size))
+    for i in range(angle.size):
+        p = min(max(np.searchsorted(edges, angle[i], side="right") - 1, 0), edges.size - 2)
+        x = (2.0 * angle[i] - edges[p] - edges[p + 1]) / (edges[p + 1] - edges[p])
+        for row in range(f.shape[0]):
+            out[row, i] = interpolate(f[row, p * n : (p + 1) * n], rule, x)
+    return out

@@ -1,0 +1,83 @@
+"""The strip as bent at some crank angles, to be read at any section."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import ArrayLike, NDArray
+
+from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, MOMENT, SHEAR, SIDE, SOFTENING, Strip
+from solvers.rod.strip.shape import bend
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class BentStrip:
+    """A table of states (``state.ROWS``, angles), and what corrections add to the linear strip that it holds.
+
+    ``bent`` and ``sunk`` are Legendre series over the strip of what they add to V'' [1/m] and V [m], (terms, angles);
+    ``more_side`` and ``more_moment`` are theirs of T [N] and M0 [N m]. ``inclined``: N follows the strip's slope.
+    Methods that take stations [m] give arrays of shape (stations, angles).
+    """
+
+    strip: Strip
+    states: Array
+    bent: Array
+    sunk: Array
+    more_side: Array
+    more_moment: Array
+    inclined: bool
+
+    @staticmethod
+    def linear(strip: Strip, states: Array) -> BentStrip:
+        """Without corrections."""
+        none, zero = np.zeros((1, states.shape[1])), np.zeros(states.shape[1])
+        return BentStrip(strip, states, none, none, zero, zero, False)
+
+    def _linear(self, stations: ArrayLike) -> tuple[Array, Array, Array]:
+        """psi', V' and V of the linear strip."""
+        z = np.atleast_1d(np.asarray(stations, dtype=float))
+        out = np.empty((3, z.size, self.states.shape[1]))
+        rows = tuple(np.ascontiguousarray(self.states[row]) for row in (COUPLING, CLAMP, SHEAR, HEAD))
+        for j, station in enumerate(z.tolist()):
+            bend(*rows, self.strip.length, station, out[0, j], out[1, j], out[2, j])
+        if self.strip.compliance:
+            sheared = self.strip.compliance * self.states[SHEAR]
+            out[1] = out[1] / self.states[SOFTENING] - sheared
+            out[2] = out[2] / self.states[SOFTENING] - sheared * z[:, None]
+        return out[0], out[1], out[2]
+
+    def _series(self, stations: ArrayLike, series: Array) -> Array:
+        x = 2.0 * np.atleast_1d(np.asarray(stations, dtype=float)) / self.strip.length - 1.0
+        return legendre.legvander(x, series.shape[0] - 1) @ series
+
+    def curvature(self, stations: ArrayLike) -> Array:
+        """V''(z) [1/m]; with shear psi', which stresses the fibres."""
+        return self._linear(stations)[0] + self._series(stations, self.bent)
+
+    def slope(self, stations: ArrayLike) -> Array:
+        """V'(z) of the linear strip."""
+        return self._linear(stations)[1]
+
+    def deflection(self, stations: ArrayLike) -> Array:
+        """V(z) [m]."""
+        return self._linear(stations)[2] + self._series(stations, self.sunk)
+
+    def axial_force(self, stations: ArrayLike) -> Array:
+        """N along the strip's own tangent [N]: P, or P (1 - V'^2/2) + T V' in large displacement."""
+        force = self.states[FORCE]
+        if not self.inclined:
+            return np.broadcast_to(force, (np.size(stations), force.size))
+        slope = self.slope(stations)
+        return force * (1.0 - 0.5 * slope**2) + self.states[SIDE] * slope
+
+    def side_force(self) -> Array:
+        """T on the piston [N], shape (angles,)."""
+        return self.states[SIDE] + self.more_side
+
+    def clamp_moment(self) -> Array:
+        """M0 on the piston [N m], shape (angles,)."""
+        return self.states[MOMENT] + self.more_moment

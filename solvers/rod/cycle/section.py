@@ -1,0 +1,308 @@
+"""What one section of the strip sees over the turn, and the section that is worst.
+
+At the section z, with kappa = psi' and the corrections' series added to it,
+
+    sigma+- = N/(b h) +- (E h/2) kappa,     N = P, or P (1 - V'^2/2) + T V' in large displacement
+
+Along the strip every station whose severity, or the parabola through it and its neighbours, leaves room for the
+greatest one starts a bracket, on both fibres: the clamp and the bulge inside the span compete, and at the best strips
+they are equal. A round looks at five sections of a bracket (``solvers.numerics.brackets``); at each of them the
+extremes over the turn are those of polynomials (``solvers.numerics.panels``).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.fatigue.kernels import Diagram, utilisation_of
+from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
+from solvers.numerics.jit import kernel
+from solvers.numerics.panels import Rule, greatest
+from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING
+from solvers.rod.strip.shape import bend
+
+Array = NDArray[np.float64]
+
+UPPER, LOWER, SUNK = range(3)
+"""Layers: the fibre at +h/2, the one at -h/2, the deflection."""
+FIBRES, DEFLECTION = (UPPER, LOWER + 1), (SUNK, SUNK + 1)
+"""First layer and the one behind the last."""
+STATIONS = 25
+"""At which a strip is looked at first."""
+
+VALUE, ERROR, LAYER, SECTION, HIGH, LOW, HIGH_ANGLE, LOW_ANGLE, MOVED = range(9)
+"""Columns of a table of peaks: severity and its error, layer, section z [m], the greatest and least value over the turn
+there with their angles [rad], and how far amplitude or mean may be off."""
+
+_EPS = float(np.finfo(float).eps)
+_STEPS = np.arange(-3.0, 4.0)
+_POWERS = np.vander(_STEPS, 5, increasing=True)
+_QUARTIC = np.ascontiguousarray(np.linalg.pinv(_POWERS))
+_WIDEST, _NARROWEST = 2e-3, 1e-6
+_NEWTON_STEPS = 20
+_NEARLY = 1e-6
+"""How far below the greatest a peak may lie that is climbed to its end."""
+
+
+@dataclass(frozen=True)
+class Worst:
+    """Where a severity is greatest: value and absolute error, layer, section [m], the greatest and the least value over
+    the turn there, and how far amplitude or mean of these may be off."""
+
+    value: float
+    error: float
+    layer: int
+    section: float
+    high: float
+    low: float
+    extremes_error: float
+
+    @property
+    def relative_error(self) -> float:
+        return self.error / abs(self.value) if self.value else 0.0
+
+
+class Field(NamedTuple):
+    """A sampled turn as it is read along the strip. SI units; columns are angles, panel by panel.
+
+    edges, rule        the panels
+    states             (state.ROWS, n)
+    side               T of the linear strip [N], (n,)
+    bent, sunk         Legendre series over the strip of what corrections add to V'' [1/m] and V [m], (terms, n)
+    length, compliance free length [m], g = EI/(kGA) [m^2]
+    direct, bending    1/(b h) and E h/2; ``direct`` 0 where a force that never changes is counted by the criterion
+    inclined           whether N follows the strip's inclination
+    """
+
+    edges: Array
+    rule: Rule
+    states: Array
+    side: Array
+    bent: Array
+    sunk: Array
+    length: float
+    compliance: float
+    direct: float
+    bending: float
+    inclined: bool
+
+
+def worst(
+    field: Field, table: Array, layers: tuple[int, int], severity: Diagram, tolerance: float, located: bool = False
+) -> Worst:
+    """Where a severity of some layers is greatest along the strip, from a ``station_table``."""
+    found = peaks(field, table, *layers, *severity, _NEARLY, tolerance, located)
+    best = found[int(found[:, VALUE].argmax())]
+    # A lower peak matters as far as its own error lets it reach above the highest.
+    error = max(float(np.max(found[:, VALUE] + found[:, ERROR]) - best[VALUE]), float(best[ERROR]))
+    return Worst(
+        float(best[VALUE]), error, int(best[LAYER]), float(best[SECTION]), float(best[HIGH]), float(best[LOW]),
+        float(best[MOVED]),
+    )  # fmt: skip
+
+
+@kernel
+def read_section(field: Field, z: float, out: Array) -> None:
+    """Both fibres' stresses [Pa] and the deflection [m] at a section, shape (3, n)."""
+    states, n = field.states, field.states.shape[1]
+    curvature, slope, sunk = out[0], out[1], out[2]
+    bend(
+        states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], field.length, z, curvature, slope, sunk
+    )  # fmt: skip
+    if field.inclined or field.compliance != 0.0:
+        for i in range(n):
+            sheared = field.compliance * states[SHEAR, i]
+            slope[i] = slope[i] / states[SOFTENING, i] - sheared
+            sunk[i] = sunk[i] / states[SOFTENING, i] - sheared * z
+    zeta = 2.0 * z / field.length - 1.0
+    _add_series(field.bent, zeta, curvature)
+    _add_series(field.sunk, zeta, sunk)
+    for i in range(n):
+        tangent = states[FORCE, i]
+        if field.inclined:
+            tangent = tangent * (1.0 - 0.5 * slope[i] * slope[i]) + field.side[i] * slope[i]
+        direct, bending = field.direct * tangent, field.bending * curvature[i]
+        out[0, i], out[1, i] = direct + bending, direct - bending
+
+
+@kernel
+def _add_series(series: Array, x: float, out: Array) -> None:
+    """Add a Legendre series (terms, n) at x by Bonnet's recursion."""
+    before, here = 0.0, 1.0
+    for k in range(series.shape[0]):
+        for i in range(out.size):
+            out[i] += here * series[k, i]
+        before, here = here, ((2 * k + 1) * x * here - k * before) / (k + 1)
+
+
+@kernel
+def extremes_at(field: Field, z: float, layers: int, tolerance: float, room: Array, out: Array) -> None:
+    """Greatest and least value over the turn of the first or the last layers at a section.
+
+    ``layers`` is 2 for both fibres, 3 for these and the deflection; ``tolerance`` is relative to the greatest magnitude
+    of the layer. ``room`` has shape (3, n); ``out`` (3, 6): greatest value, its error and angle, least likewise.
+    """
+    read_section(field, z, room)
+    for layer in range(layers):
+        f, scale = room[layer], 0.0
+        for i in range(f.size):
+            scale = max(scale, abs(f[i]))
+        for side in range(2):
+            sign = 1.0 if side == 0 else -1.0
+            value, error, angle = greatest(field.edges, field.rule, f, sign, tolerance * scale)
+            out[layer, 3 * side], out[layer, 3 * side + 1], out[layer, 3 * side + 2] = sign * value, error, angle
+
+
+@kernel
+def station_table(field: Field, stations: int, tolerance: float) -> Array:
+    """``extremes_at`` of all layers at equal steps from clamp to head: (stations, 3, 6)."""
+    room, out = np.empty((3, field.states.shape[1])), np.empty((stations, 3, 6))
+    for j in range(stations):
+        extremes_at(field, field.length * j / (stations - 1), 3, tolerance, room, out[j])
+    return out
+
+
+@kernel
+def peaks(
+    field: Field, table: Array, first: int, last: int, lines: Array, parabola: Array, slack: float, tolerance: float,
+    located: bool,
+) -> Array:  # fmt: skip
+    """Sections where a severity of the layers ``first`` … ``last`` peaks, one row each (see ``VALUE`` …).
+
+    Of all peaks that come within the share ``slack`` of the greatest, each climbed until it is known to ``tolerance``
+    times that; with ``located`` the section of a smooth peak is known to the last digits that the severity has.
+    """
+    count = table.shape[0]
+    severity = np.empty((last - first, count))
+    top = 0.0
+    for layer in range(first, last):
+        for j in range(count):
+            severity[layer - first, j] = utilisation_of(table[j, layer, 0], table[j, layer, 3], lines, parabola)
+            top = max(top, severity[layer - first, j])
+    room, seen, found = np.empty((3, field.states.shape[1])), np.empty((3, 6)), [np.empty(9) for _ in range(0)]
+    place, value, points, heights = np.empty(3), np.empty(3), np.empty(5), np.empty(5)
+    step = field.length / (count - 1)
+    layers = 3 if last == 3 else 2
+    for layer in range(first, last):
+        row = severity[layer - first]
+        for j in range(count):
+            before, here, after = row[abs(j - 1)], row[j], row[j + 1 if j < count - 1 else j - 1]
+            # What a parabola through the three, four times as bent, lets the peak reach.
+            reach = here + 0.5 * abs(before - 2.0 * here + after)
+            level = 8.0 * _EPS * top
+            if (j > 0 and here <= before + level) or here < after - level or reach < (1.0 - slack) * top:
+                continue
+            low, high = max(j - 1, 0), min(j + 1, count - 1)
+            place[0], place[1], place[2] = step * low, step * j, step * high
+            value[0], value[1], value[2] = row[low], here, row[high]
+            error = np.inf
+            for _ in range(MOST_ROUNDS):
+                trial_points(place, value, points)
+                for m in range(5):
+                    extremes_at(field, points[m], layers, 0.01 * tolerance, room, seen)
+                    heights[m] = utilisation_of(seen[layer, 0], seen[layer, 3], lines, parabola)
+                error = narrow(place, value, points, heights)
+                top = max(top, value[1])
+                if error <= tolerance * top or place[2] - place[0] <= 8.0 * _EPS * field.length:
+                    break
+                # A hump that cannot come near is left.
+                if value[1] + error < (1.0 - slack) * top:
+                    break
+            if value[1] + error < (1.0 - slack) * top:
+                continue
+            where, doubt = place[1], 0.0
+            if located and 0.0 < where < field.length:
+                where, doubt = _pinpoint(field, layer, where, lines, parabola, tolerance, room, seen)
+            found.append(_told(field, layer, where, doubt, value[1], error, lines, parabola, tolerance, room, seen))
+    out = np.empty((len(found), 9))
+    for k in range(len(found)):
+        out[k] = found[k]
+    return out
+
+
+@kernel
+def _told(
+    field: Field, layer: int, z: float, doubt: float, value: float, error: float, lines: Array, parabola: Array,
+    tolerance: float, room: Array, seen: Array,
+) -> Array:  # fmt: skip
+    """The row of one peak, and what a section that is off by ``doubt`` may change in amplitude and mean."""
+    out, layers = np.empty(9), 3 if layer == SUNK else 2
+    half, middle = np.empty(3), np.empty(3)
+    for k in range(3 if doubt > 0.0 else 1):
+        section = min(max(z + (0.0, -doubt, doubt)[k], 0.0), field.length)
+        extremes_at(field, section, layers, 0.01 * tolerance, room, seen)
+        high, low = seen[layer, 0], seen[layer, 3]
+        half[k], middle[k] = 0.5 * (high - low), 0.5 * (high + low)
+        if k == 0:
+            wrong = seen[layer, 1] + seen[layer, 4]
+            here = utilisation_of(high, low, lines, parabola)
+            above = utilisation_of(high + seen[layer, 1], low - seen[layer, 4], lines, parabola)
+            out[VALUE], out[ERROR] = max(here, value), error + max(above - here, 0.0)
+            out[LAYER], out[SECTION], out[HIGH], out[LOW] = layer, section, high, low
+            out[HIGH_ANGLE], out[LOW_ANGLE], out[MOVED] = seen[layer, 2], seen[layer, 5], wrong
+    if doubt > 0.0:
+        out[MOVED] += max(abs(half[1] - half[0]), abs(half[2] - half[0]), abs(middle[1] - middle[0]))
+        out[MOVED] = max(out[MOVED], abs(middle[2] - middle[0]) + wrong)
+    return out
+
+
+@kernel
+def _pinpoint(
+    field: Field, layer: int, place: float, lines: Array, parabola: Array, tolerance: float, room: Array, seen: Array
+) -> tuple[float, float]:
+    """The section of a smooth peak and how far off it may be.
+
+    A climb knows the peak's value to the square of what it knows of its place, but amplitude and mean change with the
+    place itself. The derivative of a polynomial through seven sections has no such loss. Where the polynomial misses
+    its own points the peak is a kink, and closer sections are tried.
+    """
+    length, values = field.length, np.empty(_STEPS.size)
+    width = min(_WIDEST * length, place / 3.0, (length - place) / 3.0)
+    while width > _NARROWEST * length:
+        greatest_value = 0.0
+        for k in range(values.size):
+            extremes_at(field, place + width * _STEPS[k], 3 if layer == SUNK else 2, 1e-4 * tolerance, room, seen)
+            values[k] = utilisation_of(seen[layer, 0], seen[layer, 3], lines, parabola)
+            greatest_value = max(greatest_value, values[k])
+        # Less the middle one, of which the fit would otherwise leave its own rounding.
+        middle, misfit = values[3], 0.0
+        for k in range(values.size):
+            values[k] = (values[k] - middle) / greatest_value
+        series = np.zeros(5)
+        for m in range(5):
+            for k in range(values.size):
+                series[m] += _QUARTIC[m, k] * values[k]
+        for k in range(values.size):
+            total = -values[k]
+            for m in range(5):
+                total += _POWERS[k, m] * series[m]
+            misfit += total * total
+        misfit = math.sqrt(misfit)
+        root, bend_here = _level(series), abs(series[2])
+        if abs(root) <= 3.0 and bend_here > 0.0 and misfit <= 1e-4 * bend_here:
+            return place + width * root, width * (misfit + 4.0 * _EPS) / bend_here
+        width /= 4.0
+    return place, max(width, 0.0)
+
+
+@kernel
+def _level(series: Array) -> float:
+    """Where, from the middle of seven points by Newton steps, a polynomial of degree four is level, or inf."""
+    a, b, c, d = series[1], series[2], series[3], series[4]
+    x = 0.0
+    for _ in range(_NEWTON_STEPS):
+        bend_here = 2.0 * b + x * (6.0 * c + x * 12.0 * d)
+        if bend_here == 0.0:
+            return np.inf
+        step = (a + x * (2.0 * b + x * (3.0 * c + x * 4.0 * d))) / bend_here
+        x -= step
+        if not abs(x) <= 3.0:
+            return np.inf
+        if abs(step) <= 4.0 * _EPS:
+            break
+    return x

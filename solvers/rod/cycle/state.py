@@ -1,0 +1,210 @@
+"""The strip at one crank angle: axial force with its friction closed in, and the constants of the bent shape.
+
+    P0(phi) = gas load + inertia of the moving mass,   s = r sin(phi),   q = P/EI
+    P = P0 + sign(s) (4/pi) mu int |q_wall| ds                       friction opposes the piston
+    psi = C S1(z) + D S2(z),  V' = psi/m - g D,  m = 1 + g q,  q_s = q/m,  g = EI/(kGA)
+
+(S_k: ``strip.beam_column``; shear: ``strip.shear``; the wall force: ``piston.skirt``.) An effect that a scene leaves
+out has the parameter that leaves its term out: no mass, no coupling, g = 0, mu = 0.
+
+Near buckling the friction force grows as 1/(P_cr + P), a convex function of P, so secants started from P0 fall short of
+the first solution and never pass it; where there is none, friction buckles the strip. At the dead centres the stroke,
+and with it the friction, vanishes, and the loop closes without a jump.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
+from solvers.rod.load.axial_force import Drive, axial_force
+from solvers.rod.piston.skirt import both_walls
+
+Array = NDArray[np.float64]
+
+ANGLE, FORCE, STROKE, COUPLING, CLAMP, SHEAR, HEAD, SOFTENING, SIDE, MOMENT = range(10)
+"""Rows of a table of states, one column an angle: phi [rad], P [N], s [m], q_s [1/m^2], s C [1/m], s D [1/m^2], psi'(l)
+[1/m], m, T [N], M0 [N m]."""
+
+ROWS = 10
+
+_SERIES_LIMIT = 1.0
+_C2 = tuple((-1.0) ** j / math.factorial(2 * j + 2) for j in range(11))
+_C3 = tuple((-1.0) ** j / math.factorial(2 * j + 3) for j in range(11))
+_MOST_SECANTS = 60
+_EPS = float(np.finfo(float).eps)
+_CLOSED = 4.0 * _EPS
+
+
+class Strip(NamedTuple):
+    """A strip and the physics it is looked at with, as kernels take them. SI units.
+
+    stiffness     EI [N m^2]
+    couples       1.0 where the axial force bends the strip, 0.0 where it does not
+    compliance    g = EI/(kGA) [m^2], 0.0 where it is rigid in shear
+    friction      (4/pi) mu, 0.0 where friction does not act back on the axial force
+    lever         6/Lp [1/m] of the skirt
+    offset        clamp offset e [m]
+    buckled       axial force [N] that stands for a strip that friction buckles: far beyond its critical load
+    """
+
+    stiffness: float
+    length: float
+    rod_length: float
+    couples: float
+    compliance: float
+    friction: float
+    lever: float
+    offset: float
+    buckled: float
+
+
+@kernel
+def constants(q: float, l: float, rod_length: float, compliance: float) -> tuple[float, float, float, float, float]:
+    """q_s, m, C, D and psi'(l) per unit stroke for the coupling q = P/EI.
+
+        det = l^3 (c2 - c3)/m + e l (l + m e) c1 + g l (c0 + e q l c1)
+        C = (l c1 + e m c0)/det,  D = -(c0 + e q l c1)/det,  psi'(l) = e m/det,      c_k at t = -q_s l^2
+
+    Without shear det is a sum of positive terms from the strongest tension to half-way to buckling. In tension all c_k
+    are scaled by exp(-sqrt(q_s) l).
+    """
+    e, m = rod_length - l, 1.0 + compliance * q
+    scaled = q / m
+    t = -scaled * l * l
+    half = 1.0
+    if abs(t) <= _SERIES_LIMIT:
+        c2, c3 = _C2[10], _C3[10]
+        for j in range(9, -1, -1):
+            c2, c3 = _C2[j] + t * c2, _C3[j] + t * c3
+        c1, c0, difference = 1.0 - t * c3, 1.0 - t * c2, c2 - c3
+    elif t > 0.0:
+        x = math.sqrt(t)
+        c0, sine = math.cos(x), math.sin(x)
+        c1, difference = sine / x, (sine - x * c0) / (x * t)
+    else:
+        y = math.sqrt(-t)
+        # Half the decay at a time: all of it may be too small a number to keep its digits.
+        half = math.exp(-0.5 * y)
+        decay = half * half
+        c0, sine = 0.5 * (1.0 + decay * decay), -0.5 * math.expm1(-2.0 * y)
+        c1, difference = sine / y, (y * c0 - sine) / (-y * t)
+    turned = c0 + e * q * l * c1
+    det = l * l * l * difference / m + e * l * (l + m * e) * c1 + compliance * l * turned
+    return scaled, m, (l * c1 + e * m * c0) / det, -turned / det, e * m * half / det * half
+
+
+@kernel
+def wall_force(strip: Strip, q: float) -> float:
+    """int |q_wall| ds per unit stroke [N/m] under the coupling q."""
+    _, m, clamp, shear, _ = constants(q, strip.length, strip.rod_length, strip.compliance)
+    side = -m * shear
+    return strip.stiffness * both_walls(abs(side), strip.lever * abs(clamp + side * strip.offset))
+
+
+@kernel
+def closed_force(strip: Strip, force: float, stroke: float) -> float:
+    """P [N] with friction closed in, from P0; ``strip.buckled`` where friction buckles the strip.
+
+    The velocity has the sign of the stroke for every crank shorter than its rod.
+    """
+    per_force, push = strip.couples / strip.stiffness, strip.friction * stroke
+    if push == 0.0:
+        return force
+    here, before, slope = force, force, 1.0
+    gap = push * wall_force(strip, per_force * force)
+    for _ in range(_MOST_SECANTS):
+        step = gap / slope
+        before, here = here, here + step
+        if abs(step) <= _CLOSED * (abs(force) + abs(here)):
+            return here
+        if here <= strip.buckled:
+            break
+        gap_before, gap = gap, force + push * wall_force(strip, per_force * here) - here
+        slope = (gap_before - gap) / (here - before)
+        # Without a slope to follow, as beyond the place where there is a solution, a plain step.
+        if not slope > 0.0:
+            slope = 1.0
+    return strip.buckled
+
+
+@kernel
+def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None:
+    """The states at the angles (n,) into a table of shape (ROWS, n)."""
+    for i in range(angle.size):
+        stroke = drive.crank_radius * math.sin(angle[i])
+        force = axial_force(drive, angle[i])
+        if strip.friction != 0.0:
+            force = closed_force(strip, force, stroke)
+        states[ANGLE, i] = angle[i]
+        bend_state(strip, force, stroke, states, i)
+
+
+@kernel
+def bend_state(strip: Strip, force: float, stroke: float, states: Array, i: int) -> None:
+    """The strip under an axial force with the crank pin at a stroke, into column i of a table."""
+    q, m, clamp, shear, head = constants(
+        strip.couples / strip.stiffness * force, strip.length, strip.rod_length, strip.compliance
+    )
+    states[FORCE, i], states[STROKE, i], states[COUPLING, i], states[SOFTENING, i] = force, stroke, q, m
+    states[CLAMP, i], states[SHEAR, i], states[HEAD, i] = clamp * stroke, shear * stroke, head * stroke
+    states[SIDE, i] = -strip.stiffness * m * shear * stroke
+    states[MOMENT, i] = strip.stiffness * clamp * stroke
+
+
+@kernel
+def bend_states(strip: Strip, force: Array, stroke: Array, states: Array) -> None:
+    """The strip under given forces and strokes, into a table of shape (ROWS, n); its angles are left alone."""
+    for i in range(force.size):
+        bend_state(strip, force[i], stroke[i], states, i)
+
+
+@kernel
+def axial_force_with_friction(drive: Drive, strip: Strip, angle: Array) -> Array:
+    """P [N] at the angles, (n,)."""
+    out = np.empty(angle.size)
+    for i in range(angle.size):
+        out[i] = axial_force(drive, angle[i])
+        if strip.friction != 0.0:
+            out[i] = closed_force(strip, out[i], drive.crank_radius * math.sin(angle[i]))
+    return out
+
+
+@kernel
+def _both_walls_begin(drive: Drive, strip: Strip, angle: float) -> float:
+    """6 |M|/Lp - |T| per unit stroke and unit EI: the piston bears on both walls where it is positive."""
+    force = axial_force(drive, angle)
+    force = closed_force(strip, force, drive.crank_radius * math.sin(angle))
+    q = strip.couples / strip.stiffness * force
+    _, m, clamp, shear, _ = constants(q, strip.length, strip.rod_length, strip.compliance)
+    side = -m * shear
+    return strip.lever * abs(clamp + side * strip.offset) - abs(side)
+
+
+@kernel
+def friction_corners(drive: Drive, strip: Strip, angle: Array) -> Array:
+    """Angles [rad] between those given, rising, at which the piston begins or ceases to bear on both walls.
+
+    There alone the second derivative of the friction force jumps: where T or M change sign it is smooth.
+    """
+    found = [0.0 for _ in range(0)]
+    before = _both_walls_begin(drive, strip, angle[0])
+    for i in range(1, angle.size):
+        here = _both_walls_begin(drive, strip, angle[i])
+        if before * here < 0.0:
+            left, right, sign = angle[i - 1], angle[i], math.copysign(1.0, here)
+            while right - left > 4.0 * _EPS * max(abs(left), 1.0):
+                middle = 0.5 * (left + right)
+                if middle <= left or middle >= right:
+                    break
+                if _both_walls_begin(drive, strip, middle) * sign > 0.0:
+                    right = middle
+                else:
+                    left = middle
+            found.append(0.5 * (left + right))
+        before = here
+    return np.array(found)

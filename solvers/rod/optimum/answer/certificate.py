@@ -1,0 +1,144 @@
+"""What is known of an answer: proven for the core, bounded for the full model, and local on the full model.
+
+The core's optimum is proven by branch and bound. A strip that the full model admits is admitted by the core with every
+limit let out by what the effects beyond the core change at most, so the core's bound under such limits, less the same
+change of the objective, bounds the full model. It rests on the effects' influence at the strips where it is read.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+from solvers.outcome import ActiveConstraint, Certificate
+from solvers.rod.constraints import BY_NAME, Limits
+from solvers.rod.optimum import rows
+from solvers.rod.optimum.core_cycle import CoreCycle
+from solvers.rod.optimum.full_optimum import BOXES, Optimum
+from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
+from solvers.rod.problem import Objective
+from solvers.rod.scene import Dimensions
+
+CORE_METHOD = "branch and bound over (ln tau, ln l)"
+FULL_METHOD = "trust-region SQP on the full model, from the proven optimum of its core"
+_PROOF_RESTS_ON = "ranges of the closed-form beam over boxes of (tau, l); monotone in b, h, l by energy"
+_WIDEST = 0.9
+"""An influence beyond which nothing is said."""
+_GAP, _READINGS = 1e-3, 3
+
+Evidence = dict[str, float | int | str]
+Influence = Callable[[Dimensions], float]
+
+
+def owed(shifts: Mapping[int, float], active: tuple[ActiveConstraint, ...]) -> float:
+    """What limits that had to be shifted cost, in ln objective, by the multipliers."""
+    return sum(abs(a.sensitivity * shifts.get(BY_NAME[a.name].row, 0.0)) for a in active if a.name in BY_NAME)
+
+
+def core_certificate(objective: Objective, value: float | None, proof: Proof, gap: float) -> Certificate:
+    """The proof of an answer that has no other physics than the core's; ``gap`` in ln objective."""
+    bound = math.inf if value is None else value * math.exp(-objective.sign * gap)
+    return Certificate(CORE_METHOD, bound, math.expm1(gap), _proof(proof))
+
+
+def infeasible_certificate(proof: Proof, beyond: tuple[str, ...], searches: int, excess: float) -> Certificate | None:
+    """What is known where no strip was found: proven for the core, only searched on the full model."""
+    if not beyond:
+        if not math.isfinite(proof.log_bound):
+            evidence: Evidence = {"boxes": proof.boxes, "rests_on": "every box of (tau, l) violates a requirement"}
+            return Certificate(CORE_METHOD, math.inf, 0.0, evidence)
+        return None
+    core = "proven: no strip meets the requirements" if not math.isfinite(proof.log_bound) else "strips meet them"
+    evidence = {
+        "core": core,
+        "boxes": proof.boxes,
+        "effects_beyond_the_core": ", ".join(beyond),
+        "full_model": "searched, not proven: the least violation of local searches",
+        "local_searches": searches,
+    }
+    if math.isfinite(excess):
+        evidence["least_violation"] = math.expm1(excess)
+    return Certificate("local searches for the least violation on the full model", math.inf, 0.0, evidence)
+
+
+def full_certificate(
+    objective: Objective, value: float | None, proof: Proof, widened: float | None, influence: float,
+    beyond: tuple[str, ...], optimum: Optimum, density: float,
+) -> Certificate:  # fmt: skip
+    """The three things known of an answer on the full model. ``widened`` is the bound of ln objective, or None."""
+    scale = density if objective.per_density else 1.0
+
+    def shown(log_cost: float) -> float:
+        return scale * math.exp(objective.sign * log_cost)
+
+    evidence: Evidence = {"effects_beyond_the_core": ", ".join(beyond)}
+    if proof.best is not None:
+        evidence |= {
+            "core_optimum": shown(proof.best.log_cost),
+            "core_bound": shown(proof.log_bound),
+            "core_gap": math.expm1(max(proof.best.log_cost - proof.log_bound, 0.0)),
+        }
+    else:
+        evidence["core"] = "no strip meets the requirements on the core's physics"
+    evidence |= _proof(proof)
+    evidence["full_model_bound"] = (
+        f"the core's under limits let out by the effects' influence, {influence:.2g} where it was read"
+        if widened is not None
+        else "none: the effects' influence is too great to tell"
+    )
+    if optimum.conditions is not None:
+        evidence["kkt_residual"] = optimum.conditions.kkt_residual
+        evidence["free_directions"] = len(optimum.conditions.tangent)
+    if optimum.second_order is not None and optimum.second_order.curvature is not None:
+        evidence["least_curvature"] = optimum.second_order.curvature
+    evidence |= {"local_searches": optimum.starts, "local_optima": optimum.ends}
+    if math.isfinite(optimum.local.gain):
+        evidence["gain_still_promised"] = optimum.local.gain
+    bound, gap = _bound(objective, value, widened, shown)
+    return Certificate(FULL_METHOD, bound, gap, evidence)
+
+
+def widened_bound(
+    cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, answer: Dimensions, influence: Influence
+) -> tuple[float | None, float]:
+    """A lower bound of ln objective on the full model, None if nothing can be said, and the influence it rests on.
+
+    ``influence`` bounds, at a strip, what the effects beyond the core change of any result. It is read at the answer
+    and at the strips that the widened search ends at, and the greatest is taken.
+    """
+    greatest = influence(answer)
+    for _ in range(_READINGS):
+        if not greatest < _WIDEST:
+            return None, greatest
+        width = -math.log1p(-greatest)
+        wide = {row: limit + width for row, limit in limits.items()}
+        if wide[rows.STABILITY] >= -1e-9:
+            return None, greatest
+        proof = search(cycle, objective, wide, sizes, _GAP, BOXES)
+        lower = proof.log_bound - (0.0 if objective.per_density else width)
+        there = influence(proof.best.dimensions) if proof.best is not None else 0.0
+        if there <= greatest:
+            return lower, greatest
+        greatest = there
+    return lower, greatest
+
+
+def _bound(
+    objective: Objective, value: float | None, widened: float | None, shown: Callable[[float], float]
+) -> tuple[float, float]:
+    if value is None:
+        return math.inf, 0.0
+    if widened is None or not math.isfinite(widened):
+        return (0.0 if objective.sign > 0 else math.inf), math.inf
+    bound = shown(widened)
+    ratio = value / bound if objective.sign > 0 else bound / value
+    return bound, max(ratio - 1.0, 0.0)
+
+
+def _proof(proof: Proof) -> Evidence:
+    return {
+        "boxes": proof.boxes,
+        "rounds": proof.rounds,
+        "angles": proof.angles,
+        "rests_on": _PROOF_RESTS_ON,
+    }

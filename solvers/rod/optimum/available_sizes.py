@@ -1,0 +1,144 @@
+"""The optimum on the full model among sizes that come in steps or from a stock.
+
+The core's search is exhaustive over such sizes too. Its limits are shifted by what the full model changes at the strip
+found, and it is done again until its strip is one that the full model has been asked about: so far the full model's
+change is taken to be the same for all strips. Then the sizes next to the best strip are looked through one by one: what
+the core, corrected at that strip, believes to be better by more than it may be wrong, or nearly admissible, is checked
+on the full model - with the sizes that may be chosen at will searched anew, if there are any - the most promising
+first, and again around every better strip.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+
+from solvers.rod.constraints import Limits
+from solvers.rod.optimum.core_optimum import polish
+from solvers.rod.optimum.full_optimum import Context, Optimum, conditions_at, logarithms
+from solvers.rod.optimum.local_search import Local
+from solvers.rod.problem import Bounds
+from solvers.rod.scene import Dimensions
+
+_SHIFTS = 5
+_MOST_LOOKED_AT = 40
+"""Sizes looked at on the full model around one strip."""
+_WRONG = 0.05
+"""Of the distance in logarithms: what the corrected core may be wrong by, per unit of distance."""
+_STEPS = 2
+"""So many steps to each side are next to a strip."""
+
+
+def discrete_optimum(context: Context, start: Dimensions) -> Optimum | None:
+    """The best strip of available sizes; its iterate may be inadmissible, if none is found."""
+    strip: Dimensions | None = start
+    tried: set[tuple[float, ...]] = set()
+    for _ in range(_SHIFTS):
+        found = _at(context, strip, tried)
+        if found is None:
+            break
+        limits = context.core_limits_at(found.best.outcome.value.dimensions, found.best.outcome.value)
+        proof = context.shifted_core(limits)
+        if proof.best is None:
+            break
+        strip = proof.best.dimensions
+        if _key(context, strip) in tried:
+            break
+    best = context.best()
+    while best is not None and _improved(context, best, tried):
+        best = context.best()
+    if best is None:
+        return None
+    optimum = Optimum(best, starts=context.starts, ends=len(context.ends))
+    if best.found is not None:
+        narrow = context.sizes.around(best.best.outcome.value.dimensions)
+        optimum.conditions = conditions_at(context, best.best, context.bounds, narrow)
+    return optimum
+
+
+def _key(context: Context, d: Dimensions) -> tuple[float, ...]:
+    """The sizes that are to be had, of the slice that a strip lies in."""
+    near = context.sizes.around(d)
+    return tuple(round(math.log(low), 9) if low == high else 0.0 for low, high in (near.b, near.h, near.l))
+
+
+def _at(context: Context, strip: Dimensions, tried: set[tuple[float, ...]]) -> Local | None:
+    """The end of a local search over what is free where a strip's other sizes are held."""
+    tried.add(_key(context, strip))
+    return context.search_from(strip, _within(context, strip))
+
+
+def _within(context: Context, strip: Dimensions) -> Bounds:
+    near = context.sizes.around(strip)
+    return Bounds(near.b, near.h, (near.l[0], min(near.l[1], context.cycle.rod_length)))
+
+
+def _improved(context: Context, best: Local, tried: set[tuple[float, ...]]) -> bool:
+    """Whether sizes next to the best strip's are better, looked at in the order of what the corrected core says."""
+    check = best.best.outcome.value
+    limits = context.core_limits_at(check.dimensions, check)
+    own = context.task.objective.log_cost(check, context.model.scene.material.density)
+    promising = []
+    for strip in _neighbours(context, check.dimensions):
+        if _key(context, strip) in tried:
+            continue
+        expected = _expected(context, strip, check.dimensions, limits)
+        if expected is not None and expected[0] < own:
+            promising.append(expected)
+    promising.sort(key=lambda one: one[0])
+    for _, strip in promising[:_MOST_LOOKED_AT]:
+        _at(context, strip, tried)
+        if context.best() is not best:
+            return True
+    return False
+
+
+def _expected(
+    context: Context, strip: Dimensions, around: Dimensions, limits: Limits
+) -> tuple[float, Dimensions] | None:
+    """The least ln objective that sizes may have by the corrected core, and its strip; None if inadmissible."""
+    doubt = _WRONG * float(np.max(np.abs(logarithms(strip) - logarithms(around))))
+    loose = {row: limit + doubt for row, limit in limits.items()}
+    found = polish(context.cycle, context.problem.objective, loose, _within(context, strip), strip)
+    if found is None:
+        return None
+    shift = 0.0 if context.problem.objective.per_density else doubt
+    return found.log_cost - shift + _cost_shift(context, around), found.dimensions
+
+
+def _cost_shift(context: Context, around: Dimensions) -> float:
+    """What the full model's objective exceeds the core's by at a strip."""
+    objective = context.problem.objective
+    if objective.per_density:
+        return 0.0
+    core = context.cycle.following(context.cycle.peaks(around, context.model.wanted), context.model.wanted)
+    values = core.values(logarithms(around))
+    own = sum(weight * values[row] for row, weight in objective.weights)
+    exact = objective.log_cost(context.model.check(around).value, context.model.scene.material.density)
+    return exact - own if math.isfinite(exact) else 0.0
+
+
+def _neighbours(context: Context, d: Dimensions) -> Iterator[Dimensions]:
+    """Strips whose sizes are a few steps away from a strip's, within the bounds."""
+    sizes, b = context.sizes, context.bounds
+    widths = _steps(d.b, sizes.step_b, b.b)
+    lengths = _steps(d.l, sizes.step_l, b.l)
+    heights = [d.h]
+    if sizes.stock_h is not None:
+        stock = sorted({h for h in sizes.stock_h if b.h[0] <= h <= b.h[1]})
+        at = min(range(len(stock)), key=lambda n: abs(stock[n] - d.h))
+        heights = stock[max(at - _STEPS, 0) : at + _STEPS + 1]
+    for width, height, length in product(widths, heights, lengths):
+        yield Dimensions(width, height, length)
+
+
+def _steps(size: float, step: float | None, within: tuple[float, float]) -> list[float]:
+    if step is None:
+        return [size]
+    middle = round(size / step)
+    sizes = [n * step for n in range(middle - _STEPS, middle + _STEPS + 1)]
+    low, high = within
+    return [min(max(s, low), high) for s in sizes if low * (1 - 1e-12) <= s <= high * (1 + 1e-12)]

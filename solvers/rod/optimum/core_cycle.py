@@ -1,0 +1,147 @@
+"""A scene's cycle sampled once, ready for the search over strips: the core's physics, which are gas load, moving mass,
+beam-column and contact. The axial force is then the same for every strip."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.crank import kinematics
+from solvers.fatigue import FatigueCriterion
+from solvers.fatigue.kernels import Diagram
+from solvers.numerics import periodic
+from solvers.rod.load.axial_force import Drive, axial_forces, drive_of, least_force
+from solvers.rod.optimum import peak_model
+from solvers.rod.optimum.peak_model import Array, CorePeaks, side_and_pressure, stress_table
+from solvers.rod.optimum.peaks import ANGLES, Peaks, Wanted, peaks_of
+from solvers.rod.optimum.rows import Layout
+from solvers.rod.scene import Dimensions, Scene
+
+WHOLE = 512
+"""Angles of a mean, whose error falls with the third power (the piston ceases to bear on its second wall: a corner in
+the derivative): a few 1e-7 at the most of 1,000 random machines."""
+_EXACT = 1e-10
+
+
+@dataclass(frozen=True)
+class CoreCycle:
+    """The axial force [N], the lateral stroke [m] and the numbers of the machine, SI units.
+
+    ``whole`` has force, stroke and |piston speed| [m/s] at as many angles as the mean of friction power takes,
+    ``hardest`` is the angle of the greatest compression. ``guide``: clamp offset, diameter, skirt length [m], friction
+    coefficient.
+    """
+
+    drive: Drive
+    modulus: float
+    guide: Array
+    diagram: Diagram
+    angle: Array
+    force: Array
+    stroke: Array
+    whole: tuple[Array, Array, Array]
+    compression: float
+    hardest: float
+
+    @property
+    def crank_radius(self) -> float:
+        return self.drive.crank_radius
+
+    @property
+    def rod_length(self) -> float:
+        return self.drive.rod_length
+
+    def axial_force(self, angle: Array) -> Array:
+        """P [N] at any crank angles [rad]."""
+        return axial_forces(self.drive, np.ascontiguousarray(angle))
+
+    def lateral_stroke(self, angle: Array) -> Array:
+        """r sin(phi) [m]."""
+        return self.crank_radius * np.sin(angle)
+
+    def strip(self, d: Dimensions) -> CoreStrip:
+        """One strip at any angles and sections."""
+        return CoreStrip(self, d)
+
+    def peaks(self, d: Dimensions, wanted: Wanted) -> Peaks:
+        """Where a strip's results peak."""
+        return peaks_of(self.strip(d), self.diagram, wanted)
+
+    def following(self, peaks: Peaks, wanted: Wanted) -> CoreRows:
+        """The rows of strips near the one with these peaks."""
+        threes, reactions = peaks.threes(), peaks.reaction_threes()
+        core = CorePeaks(
+            self.axial_force(threes), self.lateral_stroke(threes), peaks.stations(),
+            self.axial_force(reactions), self.lateral_stroke(reactions),
+            *(self.whole if wanted.power else (np.empty(0),) * 3),
+            *self.diagram, self.compression, self.guide, self.modulus, self.rod_length,
+        )  # fmt: skip
+        return CoreRows(core, Layout(1 + peaks.sections.size, peaks.reactions.size))
+
+
+@dataclass(frozen=True)
+class CoreStrip:
+    """One strip of the core's physics: a ``peaks.Response``."""
+
+    cycle: CoreCycle
+    dimensions: Dimensions
+
+    def stresses(self, angle: Array, eta: Array) -> Array:
+        c, d, out = self.cycle, self.dimensions, np.empty((2, eta.size, angle.size))
+        force, stroke = c.axial_force(angle), c.lateral_stroke(angle)
+        stress_table(force, stroke, c.modulus, c.rod_length, d.b, d.h, d.l, eta, out)
+        return out
+
+    def reactions(self, angle: Array) -> Array:
+        c, d, out = self.cycle, self.dimensions, np.empty((2, angle.size))
+        force, stroke = c.axial_force(angle), c.lateral_stroke(angle)
+        side_and_pressure(force, stroke, c.modulus, c.rod_length, c.guide, d.b, d.h, d.l, out)
+        return out
+
+
+@dataclass(frozen=True)
+class CoreRows:
+    """All rows of strips near one whose peaks are known, as functions of x = ln(b, h, l)."""
+
+    core: CorePeaks
+    layout: Layout
+
+    def values(self, x: Array) -> Array:
+        """All rows, shape (rows,)."""
+        out = np.empty(self.layout.size)
+        b, h, l = math.exp(x[0]), math.exp(x[1]), min(math.exp(x[2]), self.core.rod_length)
+        peak_model.rows_at(self.core, b, h, l, self._room(), out)
+        return out
+
+    def slopes(self, x: Array) -> Array:
+        """Their derivatives by x, shape (rows, 3)."""
+        out = np.empty((self.layout.size, 3))
+        peak_model.row_slopes(self.core, np.ascontiguousarray(x), self._room(), out)
+        return out
+
+    def _room(self) -> Array:
+        return np.empty((2, self.core.eta.size, self.core.force.size))
+
+
+def core_cycle(scene: Scene, criterion: FatigueCriterion, mass: float) -> CoreCycle:
+    """The cycle of a scene whose axial force holds the inertia of this mass [kg] beside the gas force."""
+    drive, piston = drive_of(scene, mass), scene.piston
+    angle, whole = periodic.grid(ANGLES), periodic.grid(WHOLE)
+    force = axial_forces(drive, angle)
+    least, hardest = least_force(drive, angle, force, _EXACT)
+    m = scene.mechanism
+    speed = np.abs(kinematics.velocity(whole, m.crank_radius, m.rod_length, m.angular_speed))
+    return CoreCycle(
+        drive=drive,
+        modulus=scene.material.elastic_modulus,
+        guide=np.array([piston.clamp_offset, piston.diameter, piston.skirt_length, piston.friction_coefficient]),
+        diagram=criterion.diagram(),
+        angle=angle,
+        force=force,
+        stroke=m.crank_radius * np.sin(angle),
+        whole=(axial_forces(drive, whole), m.crank_radius * np.sin(whole), speed),
+        compression=max(-least, 0.0),
+        hardest=hardest % periodic.TURN,
+    )

@@ -1,1 +1,0 @@
-"""From the core's optimum to that of the full model."""

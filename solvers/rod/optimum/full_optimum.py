@@ -1,0 +1,232 @@
+"""The optimum on the full model: where the local searches start, and which of their ends is the answer.
+
+The core's global optimum is the first start. From the strip found there, what the full model changes in every result
+is known; the core is searched globally once more with its limits shifted by that, and where its optimum lies elsewhere
+it is a start too. Where limits do not pin a strip down in every direction, the curvature along them is measured, and a
+Newton step that promises a gain, or one to both sides where the curvature is negative, is a start again. Sizes that
+come in steps: see ``available_sizes``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from solvers.outcome import Outcome
+from solvers.rod.check import RodCheck
+from solvers.rod.constraints import CONSTRAINTS, Limits
+from solvers.rod.optimum import rows
+from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
+from solvers.rod.optimum.core_cycle import CoreCycle
+from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of
+from solvers.rod.optimum.local_search import Iterate, Local, Task, local_search
+from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
+from solvers.rod.problem import Bounds, RodProblem
+from solvers.rod.scene import Dimensions
+
+BOXES = 20_000
+_SHIFTED_BOXES, _SHIFTED_GAP = 2000, 1e-3
+_ELSEWHERE = 0.02
+"""From here on, in ln b, ln h, ln l, a strip is another start."""
+_APART = 0.02
+"""To each side of a strip its curvature is measured."""
+_FARTHEST = 0.1
+"""A step along the limits, in ln b, ln h, ln l."""
+_NEWTON_STEPS = 4
+_SHIFTS = 3
+
+
+@dataclass(frozen=True)
+class SecondOrder:
+    """The least curvature of the Lagrangian along what limits leave free (None: nothing), the gain in ln objective that
+    a quadratic model promises within reach there, and the steps in ln(b, h, l) that promise it."""
+
+    curvature: float | None
+    gain: float
+    steps: tuple[Array, ...]
+
+
+@dataclass
+class Optimum:
+    """The best end of all local searches, and what is known of it; ``ends`` is how many different strips the searches
+    ended at."""
+
+    local: Local
+    conditions: Stationarity | None = None
+    second_order: SecondOrder | None = None
+    starts: int = 0
+    ends: int = 0
+
+
+@dataclass
+class Context:
+    """A problem with its core and its full model."""
+
+    problem: RodProblem
+    cycle: CoreCycle
+    model: FullModel
+    task: Task
+    sizes: Sizes
+    ends: list[Local] = field(default_factory=list)
+    starts: int = 0
+
+    @property
+    def bounds(self) -> Bounds:
+        """Those of the problem, the length no longer than the rod."""
+        b = self.sizes.bounds
+        return Bounds(b.b, b.h, (b.l[0], min(b.l[1], self.cycle.rod_length)))
+
+    def search_from(self, start: Dimensions, bounds: Bounds, radius: float = 0.15) -> Local | None:
+        """One local search, kept among the ends."""
+        self.starts += 1
+        box = np.log([bounds.b, bounds.h, bounds.l])
+        local = local_search(self.model, self.task, box, logarithms(start), radius)
+        if local is not None:
+            self.ends.append(local)
+        return local
+
+    def best(self) -> Local | None:
+        """The best end: admissible before not, cheaper before dearer."""
+        key = lambda local: (local.best.excess, local.best.log_cost)  # noqa: E731
+        return min(self.ends, key=key, default=None)
+
+    def known(self) -> Outcome[RodCheck] | None:
+        """The best strip of available sizes that was checked and meets every requirement."""
+        p, density = self.problem, self.model.scene.material.density
+        met = [o for o in self.model.checked() if p.requirements.met_by(o.value) and self.available(o.value.dimensions)]
+        return min(met, key=lambda o: p.objective.log_cost(o.value, density), default=None)
+
+    def available(self, d: Dimensions) -> bool:
+        """Whether a strip has sizes that are to be had."""
+        near = self.sizes.around(d)
+        return all(
+            low <= size <= high for size, (low, high) in zip((d.b, d.h, d.l), (near.b, near.h, near.l), strict=True)
+        )
+
+    def best_in_time(self) -> Optimum | None:
+        """What is known when the time is over."""
+        outcome = self.known()
+        if outcome is None:
+            return None
+        d = outcome.value.dimensions
+        cost = self.problem.objective.log_cost(outcome.value, self.model.scene.material.density)
+        at = Iterate(logarithms(d), outcome, cost, 0.0, None, self.task.limits)
+        return Optimum(Local(at, math.inf, 0), starts=self.starts, ends=len(self.ends))
+
+    def core_limits_at(self, d: Dimensions, check: RodCheck, guard: float = 0.0) -> Limits:
+        """The limits as the core sees them: moved by what its rows differ from the full model's at a strip."""
+        core = self.cycle.following(self.cycle.peaks(d, self.model.wanted), self.model.wanted)
+        own = core.values(logarithms(d))
+        own[rows.STABILITY] = max(own[rows.STABILITY], own[rows.SIDEWAYS])
+        limits = dict(self.task.limits)
+        for c in CONSTRAINTS:
+            if c.row in limits:
+                exact = c.log_value(check, self.model.scene)
+                shift = exact - own[c.row] if math.isfinite(exact) else 0.0
+                limits[c.row] -= shift + guard
+        limits[rows.STABILITY] = min(limits[rows.STABILITY], -1e-9)
+        return limits
+
+    def shifted_core(self, limits: Limits) -> Proof:
+        """The core's optimum under other limits."""
+        return search(self.cycle, self.problem.objective, limits, self.sizes, _SHIFTED_GAP, _SHIFTED_BOXES)
+
+
+def logarithms(d: Dimensions) -> Array:
+    """ln of b, h, l [m]."""
+    return np.log([d.b, d.h, d.l])
+
+
+def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
+    """The best strip of sizes that may be chosen at will; its best iterate may be inadmissible, if none is found."""
+    context.search_from(start, context.bounds)
+    for _ in range(_SHIFTS):
+        other, known = _other_start(context), len(context.ends)
+        if other is None:
+            break
+        end = context.search_from(other, context.bounds)
+        if end is None or _near(end.best.x, context.ends[:known], 0.1 * _ELSEWHERE):
+            break
+    for _ in range(_NEWTON_STEPS):
+        local = context.best()
+        if local is None or local.found is None:
+            return None if local is None else Optimum(local, starts=context.starts, ends=1)
+        conditions = conditions_at(context, local.best, context.bounds, context.bounds)
+        second = _second_order(local.best, conditions)
+        if second.gain <= context.task.enough:
+            break
+        for step in second.steps:
+            context.search_from(dimensions_of(local.best.x + step, context.model.scene), context.bounds, _APART)
+        if local.best.log_cost - context.best().best.log_cost <= context.task.enough:
+            break
+    best = context.best()
+    return Optimum(best, conditions, second, context.starts, _different(context.ends))
+
+
+def _other_start(context: Context) -> Dimensions | None:
+    """Where the core has its optimum with limits as the full model shifts them, if that is a new strip."""
+    local = context.best()
+    if local is None:
+        return None
+    strip = local.best.outcome.value
+    best = context.shifted_core(context.core_limits_at(strip.dimensions, strip, context.task.guard)).best
+    if best is None or _near(logarithms(best.dimensions), context.ends, _ELSEWHERE):
+        return None
+    return best.dimensions
+
+
+def _near(x: Array, ends: list[Local], within: float) -> bool:
+    return any(np.max(np.abs(x - end.best.x)) < within for end in ends)
+
+
+def conditions_at(context: Context, at: Iterate, bounds: Bounds, sizes: Bounds) -> Stationarity:
+    """First-order conditions of the full model at an iterate."""
+    values, slopes = at.memory.values(at.x), at.memory.slopes(at.x)
+    within = max(1e-6, 10.0 * context.task.guard)
+    return stationarity(
+        values, slopes, at.memory.active.layout, context.problem.objective, at.limits, bounds, sizes,
+        at.outcome.value.dimensions, within,
+    )  # fmt: skip
+
+
+def _second_order(at: Iterate, conditions: Stationarity) -> SecondOrder:
+    """What Newton's method says along the directions that limits leave free.
+
+    Curvatures are differences over ``_APART``, so that the noise of a time mesh does not count.
+    """
+    ways, slope = conditions.tangent, conditions.tangent @ conditions.residual
+    if not len(ways):
+        return SecondOrder(None, 0.0, ())
+    rows_at, lagrangian = at.memory.active, conditions.weights
+    middle = float(lagrangian @ at.memory.values(at.x))
+
+    def second(way: Array) -> float:
+        ends = [float(lagrangian @ rows_at.values(at.x + side * _APART * way)) for side in (1.0, -1.0)]
+        return (ends[0] + ends[1] - 2.0 * middle) / _APART**2
+
+    matrix = np.diag([second(way) for way in ways])
+    for i in range(len(ways)):
+        for j in range(i):
+            across = second((ways[i] + ways[j]) / math.sqrt(2.0))
+            matrix[i, j] = matrix[j, i] = across - 0.5 * (matrix[i, i] + matrix[j, j])
+    curvatures, axes = np.linalg.eigh(matrix)
+    # The residual is the slope downhill.
+    down = axes.T @ slope
+    lengths = np.clip(down / np.maximum(curvatures, 1e-12), -_FARTHEST, _FARTHEST)
+    gains = down * lengths - 0.5 * curvatures * lengths**2
+    if curvatures[0] > 0.0:
+        return SecondOrder(float(curvatures[0]), float(np.sum(gains)), ((axes @ lengths) @ ways,))
+    both = tuple(side * _FARTHEST * axes[:, 0] @ ways for side in (1.0, -1.0))
+    gain = abs(down[0]) * _FARTHEST - 0.5 * float(curvatures[0]) * _FARTHEST**2
+    return SecondOrder(float(curvatures[0]), gain, both)
+
+
+def _different(ends: list[Local]) -> int:
+    """How many of the ends are other strips."""
+    found: list[Array] = []
+    for end in ends:
+        if all(np.max(np.abs(end.best.x - x)) >= 0.1 * _ELSEWHERE for x in found):
+            found.append(end.best.x)
+    return len(found)

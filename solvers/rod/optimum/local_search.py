@@ -1,0 +1,182 @@
+"""From a strip to the best one nearby on the full model: trust-region SQP with outer approximation.
+
+At every iterate the strip is checked exactly and its peaks are looked for; they join the earlier ones. The active-peak
+model of the full physics, with each limit shifted by what the exact check says of it there, is then solved by SLSQP
+within a trust region. The search ends at a strip that the exact check admits and that the model cannot better.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.outcome import Outcome
+from solvers.rod.check import RodCheck
+from solvers.rod.constraints import CONSTRAINTS, Limits
+from solvers.rod.optimum import rows
+from solvers.rod.optimum.full_model import Array, FullModel, FullRows, dimensions_of
+from solvers.rod.optimum.sqp import Memory, feasibility_program, program, restored, run
+from solvers.rod.problem import Objective, Requirements
+
+ROUNDS = 10
+_FIRST_RADIUS, _LEAST_RADIUS, _GREATEST_RADIUS = 0.15, 1e-7, 0.3
+_POOR, _GOOD = 0.1, 0.75
+_PENALTY = 10.0
+"""Of a violation against the cost: more than the multipliers of rods are."""
+_FAR, _ROUGH = 1e-2, 1e-3
+"""Beyond this excess a strip is first made admissible; to this share of the excess."""
+_STUCK = 0.02
+"""A promise to lessen the excess by a smaller share is none."""
+_ITERATIONS = 12
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is asked of a strip: ``guard`` is how far to the safe side of limits the search keeps, ``enough`` the gain
+    in ln objective below which it ends."""
+
+    objective: Objective
+    requirements: Requirements
+    limits: Limits
+    guard: float
+    enough: float
+
+
+@dataclass(frozen=True)
+class Iterate:
+    """A strip with its exact check, and the model there: all rows, limits shifted by the check.
+
+    ``excess`` is the greatest by which a limit is missed, in logarithms. There is no model (``memory`` None) where the
+    time was over before.
+    """
+
+    x: Array
+    outcome: Outcome[RodCheck]
+    log_cost: float
+    excess: float
+    memory: Memory | None
+    limits: Limits
+
+    @property
+    def admissible(self) -> bool:
+        return self.excess <= 0.0
+
+
+@dataclass(frozen=True)
+class Local:
+    """The best admissible iterate or, without one, that of the least excess; ``gain`` is what the model still promises
+    there, in ln objective, ``rounds`` how often it was solved."""
+
+    best: Iterate
+    gain: float
+    rounds: int
+
+    @property
+    def found(self) -> Iterate | None:
+        return self.best if self.best.admissible else None
+
+
+def local_search(model: FullModel, task: Task, box: Array, start: Array, radius: float = _FIRST_RADIUS) -> Local | None:
+    """The best strip near ``start`` = ln(b, h, l) within ``box`` (3, 2); None where no strip near it stands up."""
+    at = _standing(model, task, box, np.clip(start, box[:, 0], box[:, 1]))
+    if at is None:
+        return None
+    best, gain = at, math.inf
+    for turn in range(1, ROUNDS + 1):
+        step, promised = _promised(model, task, box, at, radius)
+        if at is best:
+            gain = max(promised, 0.0) if at.admissible else math.inf
+            if gain <= task.enough:
+                return Local(best, gain, turn)
+        if at.excess > _FAR and promised < _STUCK * _PENALTY * at.excess:
+            break
+        moved = float(np.max(np.abs(step - at.x)))
+        if moved == 0.0 or radius < _LEAST_RADIUS:
+            break
+        trial = iterate(model, task, step, at.memory.active)
+        actual = -math.inf if trial is None else _merit(at) - _merit(trial)
+        if actual < _POOR * promised:
+            radius = 0.25 * min(radius, moved)
+        elif actual > _GOOD * promised and moved > 0.9 * radius:
+            radius = min(2.0 * radius, _GREATEST_RADIUS)
+        if trial is None:
+            continue
+        if actual > 0.0 or (trial.admissible and not at.admissible):
+            at = trial
+        if _better(trial, best):
+            best = trial
+    return Local(best, gain, ROUNDS)
+
+
+def iterate(model: FullModel, task: Task, x: Array, before: FullRows | None = None) -> Iterate | None:
+    """The exact check and the active-peak model at x, which sees the peaks of ``before`` too; None beyond buckling."""
+    d = dimensions_of(x, model.scene)
+    outcome = model.check(d)
+    check = outcome.value
+    if check.stresses is None:
+        return None
+    peaks = model.peaks(d)
+    memory = Memory(model.following(peaks if before is None else peaks.joined(before.peaks)))
+    values = memory.values(x)
+    exact = {c.row: c.log_value(check, model.scene) for c in CONSTRAINTS if c.row in task.limits}
+    limits = {row: limit - _shift(exact.get(row), values, row) for row, limit in task.limits.items()}
+    # By the very comparison that a user would make, not by logarithms.
+    excess = 0.0
+    if not task.requirements.met_by(check):
+        excess = max((exact[row] - limit for row, limit in task.limits.items() if row in exact), default=0.0)
+        excess = max(excess, 1e-16)
+    cost = task.objective.log_cost(check, model.scene.material.density)
+    return Iterate(x, outcome, cost, excess, memory, limits)
+
+
+def _shift(exact: float | None, values: Array, row: int) -> float:
+    """What the exact value of a row exceeds the model's by."""
+    own = max(values[rows.STABILITY], values[rows.SIDEWAYS]) if row == rows.STABILITY else values[row]
+    return exact - own if exact is not None and math.isfinite(exact) and own > rows.NEVER_COMPRESSED else 0.0
+
+
+def _standing(model: FullModel, task: Task, box: Array, x: Array) -> Iterate | None:
+    """The iterate at x, or at the first thicker strip that does not buckle."""
+    for thicker in (0.0, 0.03, 0.1, 0.3):
+        moved = x.copy()
+        moved[1] = min(x[1] + thicker, box[1, 1])
+        at = iterate(model, task, moved)
+        if at is not None:
+            return at
+    return None
+
+
+def _promised(model: FullModel, task: Task, box: Array, at: Iterate, radius: float) -> tuple[Array, float]:
+    """Where the model has its optimum within the radius, and what merit it promises to gain there.
+
+    From far outside the limits the model is first led to where it violates them least; there is no optimum where that
+    is still outside.
+    """
+    near = np.stack([np.maximum(box[:, 0], at.x - radius), np.minimum(box[:, 1], at.x + radius)], axis=1)
+    layout, values = at.memory.active.layout, at.memory.values(at.x)
+    p, x = program(task.objective, at.limits, layout, task.guard), at.x
+    if at.excess > _FAR:
+        towards = feasibility_program({row: limit - task.guard for row, limit in at.limits.items()}, layout)
+        step = run(at.memory, towards, near, x, _ROUGH * at.excess, _ITERATIONS)
+        x = step.x
+        if step.cost > 0.0:
+            return x, _PENALTY * (p.violation(values) - step.cost)
+    step = run(at.memory, p, near, x, 0.1 * task.enough, _ITERATIONS)
+    if step.violation > 0.1 * task.guard:
+        step = restored(at.memory, p, near, step.x, 3)
+    gain = p.cost(values) - step.cost
+    if not at.admissible:
+        gain += _PENALTY * (max(p.violation(values), 0.0) - max(step.violation, 0.0))
+    return step.x, gain
+
+
+def _merit(at: Iterate) -> float:
+    return at.log_cost + _PENALTY * at.excess
+
+
+def _better(trial: Iterate, best: Iterate) -> bool:
+    if trial.admissible and best.admissible:
+        return trial.log_cost < best.log_cost
+    return trial.excess < best.excess

@@ -1,0 +1,251 @@
+"""The strip bent by a load along it, and the elastica's third-order correction, at one crank angle, compiled.
+
+In lengths of the strip, zeta = z/l in [0, 1], with head = e/l, q = P l^2/EI and Q = -T l^2/EI of the linear theory,
+
+    theta_3'' - q theta_3 - Q_3 = f,   f = -q theta_1^3/6 - Q theta_1^2/2,   theta_3(0) = 0
+    int_0^1 (theta_3 - theta_1^3/6) + head (theta_3 - theta_1^3/6)(1) = 0,   theta_3'(1) + head theta_3''(1) = 0
+
+Unknown are the Legendre coefficients a_k of theta_3'' in x = 2 zeta - 1: integrals of a series keep the
+digits that its derivatives lose. As the integral of P_k is (P_{k+1} - P_{k-1})/(2k+1), theta_3 holds a_{k-2}, a_k and
+a_{k+2} alone, and the equation is tridiagonal in the even and in the odd coefficients, dominated by its diagonal from
+the strongest tension to buckling. What is left open are two numbers: E = q m + Q_3, m the mean of theta_3, which acts
+on the even ones, and B, the mean of theta_3' and so theta_3(1), which acts on the odd ones. The two conditions at the
+head, in which nearly all coefficients cancel, are a 2 x 2 system for them. Nothing divides by q, and values at the head
+come from the equation and from theta_1 there: sums of a series would enlarge its rounding.
+
+The products are sampled at Gauss' points. Source: J. Shen, SIAM J. Sci. Comput. 15 (1994) 1489, for Legendre
+polynomials in second-order problems; the reduction to E and B is our own.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import ArrayLike, NDArray
+
+from solvers.numerics.jit import kernel
+from solvers.rod.strip.beam_column import FORWARD_LIMIT
+
+Array = NDArray[np.float64]
+
+_LIMIT = FORWARD_LIMIT
+_LEAST_NODES, _MORE_NODES, _MOST_NODES = 16, 8, 128
+
+
+class Collocation(NamedTuple):
+    """Tables for n nodes, n even.
+
+    ``nodes`` are Gauss' points on [0, 1] and 1, shape (n + 1,). ``even``, ``odd`` take sums, differences of values
+    at mirrored nodes to Legendre coefficients of even and odd degree, shape (n/2, n/2). The coefficient of
+    degree k of an integral over zeta is low[k] times that of degree k - 1 less high[k] times that of degree k + 1 of
+    its integrand; of a double integral, below[k], -here[k] and above[k] times those of k - 2, k, k + 2; shape (n + 3,).
+    """
+
+    nodes: Array
+    even: Array
+    odd: Array
+    low: Array
+    high: Array
+    below: Array
+    here: Array
+    above: Array
+
+
+@lru_cache(maxsize=32)
+def collocation(nodes: int) -> Collocation:
+    """The tables for an even number of nodes."""
+    x, weight = legendre.leggauss(nodes)
+    degree = np.arange(nodes)
+    half = nodes // 2
+    transform = legendre.legvander(x[:half], nodes - 1) * (weight[:half, None] * (degree + 0.5))
+    k = np.arange(nodes + 4)
+    low, high = 0.5 / (2.0 * k - 1.0), 0.5 / (2.0 * k + 3.0)
+    low[0] = 0.0
+    below, here = np.zeros(nodes + 3), np.zeros(nodes + 3)
+    below[2:] = low[2:-1] * low[1:-2]
+    here[1:] = high[1:-1] * low[2:]
+    # The mean of theta_3' is an unknown of its own, so that a_1 has no part in it.
+    here[2:] += low[2:-1] * high[1:-2]
+    return Collocation(
+        nodes=np.append(0.5 + 0.5 * x, 1.0),
+        even=np.ascontiguousarray(transform[:, 0::2]),
+        odd=np.ascontiguousarray(transform[:, 1::2]),
+        low=low[:-1],
+        high=high[:-1],
+        below=below,
+        here=here,
+        above=high[:-1] * high[1:],
+    )
+
+
+def nodes_for(least: float, greatest: float) -> int:
+    """How many nodes resolve theta_1^3 where q = P l^2/EI lies between these: layers at the ends, or oscillations."""
+    wave = math.sqrt(max(-least, 0.0))
+    decay = math.sqrt(max(greatest, 0.0))
+    wanted = _LEAST_NODES + max(2.0 * wave, 1.5 * decay)
+    return min(_MOST_NODES, _MORE_NODES * math.ceil(wanted / _MORE_NODES))
+
+
+def at_stations(fractions: ArrayLike, degree: int) -> Array:
+    """Legendre's polynomials below this degree at z/l in [0, 1], shape (stations, degree)."""
+    x = 2.0 * np.atleast_1d(np.asarray(fractions, dtype=float)) - 1.0
+    return legendre.legvander(x, degree - 1)
+
+
+@kernel
+def linear_slope(
+    q: float, clamp: float, shear: float, head: float, l: float, nodes: Array, scale: float, offset: float, out: Array
+) -> None:
+    """scale V' + offset at the nodes of the strip clamped with V''(0), V'''(0) and V''(l), q = P/EI [1/m^2].
+
+    ``nodes`` are those of a ``Collocation``. With shear, q and V are those of the section's turn, and the slope of the
+    axis is V'/m - g V'''(0) (``solvers.rod.strip.shear``).
+    """
+    n = nodes.size - 1
+    if q * l * l > _LIMIT:
+        # q V' = V''' - D with V'' from its two ends; what decays from one end is the mirror image of the other.
+        k = math.sqrt(q)
+        whole = math.exp(-k * l)
+        span = -math.expm1(-2.0 * k * l)
+        for i in range(n):
+            out[i] = math.exp(-k * l * nodes[i])
+        gain, constant = scale * k / (span * q), offset - scale * shear / q
+        out[n] = gain * (head * (1.0 + whole * whole) - clamp * (whole + whole)) + constant
+        for i in range((n + 1) // 2):
+            down, up = out[i], out[n - 1 - i]
+            out[i] = gain * (head * (up + whole * down) - clamp * (down + whole * up)) + constant
+            out[n - 1 - i] = gain * (head * (down + whole * up) - clamp * (up + whole * down)) + constant
+        return
+    k = 0.5 * math.sqrt(abs(q))
+    for i in range(n + 1):
+        z = nodes[i] * l
+        x = k * z
+        if x == 0.0:
+            sine, cosine = 0.5 * z, 1.0
+        elif q < 0.0:
+            sine, cosine = 0.5 * math.sin(x) / k, math.cos(x)
+        else:
+            h = math.expm1(x)
+            sine, cosine = 0.25 * h * (h + 2.0) / ((h + 1.0) * k), 1.0 + 0.5 * h * h / (h + 1.0)
+        out[i] = scale * (2.0 * sine * (clamp * cosine + shear * sine)) + offset
+
+
+@kernel
+def scratch(nodes: int) -> Array:
+    """Room for ``bent_by`` and ``third_order`` with so many nodes."""
+    return np.empty((6, nodes + 3))
+
+
+@kernel
+def bent_by(
+    q: float, head: float, offset: float, end: float, load: Array, less: Array, tables: Collocation, room: Array,
+    bend: Array, rise: Array,
+) -> tuple[float, float]:  # fmt: skip
+    """Q and theta'(0) of theta'' - q theta - Q = f with the pin at an offset, in lengths of the strip.
+
+    theta(0) = 0, int (theta - less) + head theta(1) = offset, theta'(1) + head theta''(1) = 0. ``load`` holds the
+    Legendre coefficients of f, ``end`` is f(1), and ``less`` holds those of what the offset's rate is short of theta,
+    (n,) each. ``bend`` receives those of theta', ``rise`` of int (theta - less), (n + 2,) each. ``room`` is a
+    ``scratch``.
+    """
+    n = load.size
+    pivot, a, u, w = room[0], room[1], room[2], room[3]
+    for k in range(n, n + 3):
+        pivot[k], a[k], u[k], w[k] = 0.0, 0.0, 0.0, 0.0
+    # From the highest degree down: ``pivot`` holds reciprocals.
+    below, here, above = tables.below, tables.here, tables.above
+    for k in range(n - 1, 0, -1):
+        carried = q * above[k] * pivot[k + 2]
+        pivot[k] = 1.0 / (1.0 + q * here[k] - carried * (q * below[k + 2]))
+        a[k] = load[k] + carried * a[k + 2]
+    # And up again: a without E and B, what E = 1 adds to the even, B = 1 to the odd ones.
+    a[0], u[0], w[0] = load[0], 1.0, 0.0
+    a[1], u[1], w[1] = a[1] * pivot[1], 0.0, 0.5 * q * pivot[1]
+    for k in range(2, n):
+        ratio = q * below[k] * pivot[k]
+        a[k] = a[k] * pivot[k] + ratio * a[k - 2]
+        u[k], w[k] = ratio * u[k - 2], ratio * w[k - 2]
+    # Offset of the pin, moment at the pin: two equations for E and B. theta''(1) is q B + Q + f(1), Q = E - q m.
+    mean_a, mean_e, mean_b = -(a[0] - 0.2 * a[2]) / 12.0, -(1.0 - 0.2 * u[2]) / 12.0, 0.5
+    offset_e, offset_b, offset_a = mean_e, mean_b + head, offset + less[0] - mean_a
+    moment_e, moment_b = 0.5 + head * (1.0 - q * mean_e), 1.0 + w[1] / 6.0 + head * q * (1.0 - mean_b)
+    moment_a = -(0.5 * a[0] + a[1] / 6.0 + head * (end - q * mean_a))
+    det = offset_b * moment_e - offset_e * moment_b
+    by_even = (offset_b * moment_a - moment_b * offset_a) / det
+    by_odd = (offset_a * moment_e - moment_a * offset_e) / det
+    for k in range(n):
+        a[k] += by_even * u[k] + by_odd * w[k]
+    low, high = tables.low, tables.high
+    bend[0] = by_odd
+    for k in range(1, n + 2):
+        bend[k] = low[k] * a[k - 1] - high[k] * a[k + 1]
+    mean = 0.5 * by_odd - bend[1] / 6.0
+    # theta less ``less``, in ``u``, and its integral.
+    u[0] = mean - less[0]
+    for k in range(1, n):
+        u[k] = low[k] * bend[k - 1] - high[k] * bend[k + 1] - less[k]
+    u[n] = low[n] * bend[n - 1] - high[n] * bend[n + 1]
+    u[n + 1], u[n + 2] = low[n + 1] * bend[n], 0.0
+    rise[0] = 0.5 * u[0] - u[1] / 6.0
+    for k in range(1, n + 2):
+        rise[k] = low[k] * u[k - 1] - high[k] * u[k + 1]
+    return by_even - q * mean, by_odd - 0.5 * a[0] + a[1] / 6.0
+
+
+@kernel
+def third_order(
+    q: float, shear: float, head: float, slope: Array, tables: Collocation, room: Array, bend: Array, rise: Array
+) -> tuple[float, float]:
+    """Q_3 and theta_3'(0), in lengths of the strip, from the linear slope at the nodes, (n + 1,).
+
+    ``bend`` receives the Legendre coefficients of theta_3' (V'' is this over l), ``rise`` those of the offset's
+    correction over l; (n + 2,) each. ``room`` is a ``scratch``.
+    """
+    n = slope.size - 1
+    half = n // 2
+    load, cubic, u, w = room[4], room[5], room[2], room[3]
+    for k in range(n):
+        u[k], w[k] = 0.0, 0.0
+    # Sums and differences of mirrored nodes go to even and odd coefficients.
+    for i in range(half):
+        left, right = slope[i], slope[n - 1 - i]
+        square_left, square_right = left * left, right * right
+        cubic_left, cubic_right = left * square_left / 6.0, right * square_right / 6.0
+        bent_left, bent_right = (
+            -q * cubic_left - 0.5 * shear * square_left,
+            -q * cubic_right - 0.5 * shear * square_right,
+        )
+        cubic_sum, cubic_difference = cubic_left + cubic_right, cubic_left - cubic_right
+        bent_sum, bent_difference = bent_left + bent_right, bent_left - bent_right
+        for k in range(half):
+            u[k] += tables.even[i, k] * cubic_sum
+            u[half + k] += tables.odd[i, k] * cubic_difference
+            w[k] += tables.even[i, k] * bent_sum
+            w[half + k] += tables.odd[i, k] * bent_difference
+    for k in range(half):
+        cubic[2 * k], cubic[2 * k + 1] = u[k], u[half + k]
+        load[2 * k], load[2 * k + 1] = w[k], w[half + k]
+    end = slope[n]
+    end_cubic = end * end * end / 6.0
+    end_load = -q * end_cubic - 0.5 * shear * end * end
+    return bent_by(q, head, head * end_cubic, end_load, load[:n], cubic[:n], tables, room, bend, rise)
+
+
+@kernel
+def third_orders(
+    q: Array, shear: Array, head: float, slope: Array, tables: Collocation
+) -> tuple[Array, Array, Array, Array]:
+    """``third_order`` at many angles: bend and rise, each (angles, n + 2), Q_3 and theta_3'(0), each (angles,).
+
+    ``slope`` is (angles, n + 1).
+    """
+    count, n = slope.shape[0], slope.shape[1] - 1
+    bend, rise = np.empty((count, n + 2)), np.empty((count, n + 2))
+    side, clamp, room = np.empty(count), np.empty(count), scratch(n)
+    for i in range(count):
+        side[i], clamp[i] = third_order(q[i], shear[i], head, slope[i], tables, room, bend[i], rise[i])
+    return bend, rise, side, clamp

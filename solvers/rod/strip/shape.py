@@ -1,0 +1,96 @@
+"""The bent strip at one section and many crank angles at once, from the constants C, D and psi'(l) of every angle.
+
+    psi' = C S0 + D S1,  psi = C S1 + D S2,  V' = psi/m - g D,  V = (C S2 + D S3)/m - g D z
+
+(``strip.beam_column``, ``strip.shear``). Up to q z^2 = 4 the S_k come from series alone, of a quarter of the argument
+and doubled once, which the processor takes several angles at a time. Beyond, in tension, a decaying solution built up
+from the clamp would be the small difference of two growing ones; there psi' comes from its values at the two ends,
+where both parts decay inward, and psi and V from the equation itself, q V'' = V'''', integrated.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel, reducing_kernel
+
+Array = NDArray[np.float64]
+
+FORWARD_LIMIT = 4.0
+"""q l^2 up to which the shape is built up from the clamp."""
+
+_TERMS = 12
+_C2 = tuple((-1.0) ** j / math.factorial(2 * j + 2) for j in range(_TERMS))
+_C3 = tuple((-1.0) ** j / math.factorial(2 * j + 3) for j in range(_TERMS))
+
+
+# Written out term by term: the compiler takes several angles at once only where no loop stands inside the loop.
+@reducing_kernel
+def _remainders(t: float) -> tuple[float, float]:
+    """c2, c3 for |t| <= 5.1, to the last place."""
+    a = _C2[10] + t * _C2[11]
+    a = _C2[9] + t * a
+    a = _C2[8] + t * a
+    a = _C2[7] + t * a
+    a = _C2[6] + t * a
+    a = _C2[5] + t * a
+    a = _C2[4] + t * a
+    a = _C2[3] + t * a
+    a = _C2[2] + t * a
+    a = _C2[1] + t * a
+    a = _C2[0] + t * a
+    b = _C3[10] + t * _C3[11]
+    b = _C3[9] + t * b
+    b = _C3[8] + t * b
+    b = _C3[7] + t * b
+    b = _C3[6] + t * b
+    b = _C3[5] + t * b
+    b = _C3[4] + t * b
+    b = _C3[3] + t * b
+    b = _C3[2] + t * b
+    b = _C3[1] + t * b
+    b = _C3[0] + t * b
+    return a, b
+
+
+@reducing_kernel
+def _from_clamp(q: float, clamp: float, shear: float, z: float) -> tuple[float, float, float]:
+    """psi', psi and their integral for q z^2 <= 4."""
+    t = -q * z * z
+    quarter = 0.25 * t
+    c2, c3 = _remainders(quarter)
+    s1, s0 = 1.0 - quarter * c3, 1.0 - quarter * c2
+    c3 = 0.25 * (c2 + s0 * c3)
+    c2 = 0.5 * s1 * s1
+    c1, turn = s0 * s1, shear * z
+    return clamp * (1.0 - t * c2) + turn * c1, z * (clamp * c1 + turn * c2), z * z * (clamp * c2 + turn * c3)
+
+
+@kernel
+def _from_ends(
+    q: float, clamp: float, shear: float, head: float, l: float, z: float
+) -> tuple[float, float, float]:  # fmt: skip
+    """psi', psi and their integral in strong tension."""
+    k = math.sqrt(q)
+    span = -math.expm1(-2.0 * k * l)
+    near, far = math.exp(-k * z), math.exp(-k * (l - z))
+    near_image, far_image = math.exp(-k * (2.0 * l - z)), math.exp(-k * (l + z))
+    bent = (clamp * (near - near_image) + head * (far - far_image)) / span
+    third = k * (head * (far + far_image) - clamp * (near + near_image)) / span
+    return bent, (third - shear) / q, (bent - clamp - shear * z) / q
+
+
+@reducing_kernel
+def bend(
+    q: Array, clamp: Array, shear: Array, head: Array, l: float, z: float, bent: Array, turned: Array, sunk: Array
+) -> None:
+    """psi' [1/m], psi and int psi dz [m] at the section z for all angles, each (n,)."""
+    most = FORWARD_LIMIT / (l * l)
+    for i in range(q.size):
+        bent[i], turned[i], sunk[i] = _from_clamp(min(q[i], most), clamp[i], shear[i], z)
+    for i in range(q.size):
+        if q[i] > most:
+            bent[i], turned[i], sunk[i] = _from_ends(q[i], clamp[i], shear[i], head[i], l, z)

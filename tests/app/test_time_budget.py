@@ -1,0 +1,133 @@
+"""A design's own time budget: within the service's, told to solvers that look at the clock, a limit for all others."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+
+from app import submission
+from app.designs.kind import Answer, Mode
+from app.designs.registry import KINDS
+from app.designs.schema import OUT_OF_TIME, envelope
+from app.store.migrate import upgrade
+from app.store.repository import RunStore
+from app.submission import Service
+from solvers.outcome import Accuracy, Outcome, Status
+
+DESIGNS = [kind for kind in KINDS.values() if Mode.DESIGN in kind.jobs]
+
+
+class Recording:
+    """An executor that notes what it is given; its answers are as accurate as ``estimated`` says."""
+
+    def __init__(self, estimated: float = 0.0) -> None:
+        self.calls: list[tuple[float | None, float]] = []
+        self._accuracy = {"requested": 1e-6, "estimated": estimated, "met": estimated <= 1e-6, "settings": {}}
+
+    def start(self) -> None: ...
+
+    async def run(self, _kind: str, _mode: str, payload: bytes, budget_s: float, _report: object) -> Answer:
+        self.calls.append((json.loads(payload)["time_budget_s"], budget_s))
+        return Answer("succeeded", {}, [], self._accuracy, {})
+
+    def close(self) -> None: ...
+
+
+@pytest.fixture
+def store(tmp_path) -> Iterator[RunStore]:
+    url = f"sqlite:///{tmp_path}/runs.sqlite3"
+    upgrade(url)
+    with RunStore(url) as opened:
+        yield opened
+
+
+def solve(store, executor, monkeypatch, asked: float | None, best_in_time: bool):
+    rod = KINDS["flexible-rod"]
+    job = replace(rod.jobs[Mode.DESIGN], best_in_time=best_in_time)
+    monkeypatch.setattr(submission, "job_of", lambda _kind, _mode: job)
+    request = job.request.model_validate({**rod.example(Mode.DESIGN), "time_budget_s": asked})
+
+    async def submitted():
+        response = await Service(store, executor, 10.0).submit(rod, Mode.DESIGN, request, None, "")
+        return await store.get(response.run_id)
+
+    return asyncio.run(submitted())
+
+
+@pytest.mark.parametrize(
+    ("asked", "best_in_time", "told", "killed"),
+    [(None, False, None, 10.0), (2.0, False, 2.0, 2.0), (2.0, True, 2.0, 3.0), (None, True, 9.0, 10.0)],
+)
+def test_what_the_solver_is_told_and_when_it_is_killed(store, monkeypatch, asked, best_in_time, told, killed):
+    executor = Recording()
+    run = solve(store, executor, monkeypatch, asked, best_in_time)
+    assert executor.calls == [(told, killed)]
+    assert json.loads(run.spec)["time_budget_s"] == asked, "the stored request is the user's"
+
+
+@pytest.mark.parametrize(("estimated", "solved"), [(1e-9, 1), (1e-3, 2)])
+def test_the_best_found_in_time_is_not_the_answer_to_the_next_request(store, monkeypatch, estimated, solved):
+    """Unless it is as accurate as was asked for, when more time would change nothing."""
+    executor = Recording(estimated)
+    for _ in range(2):
+        solve(store, executor, monkeypatch, 2.0, True)
+    assert len(executor.calls) == solved
+
+
+@pytest.mark.parametrize("kind", DESIGNS, ids=lambda kind: kind.slug)
+@pytest.mark.parametrize("seconds", [0.0, -1.0, 61.0, 4000.0])
+def test_no_more_than_the_services_budget_can_be_asked_for(client, kind, seconds):
+    body = {**kind.example(Mode.DESIGN), "time_budget_s": seconds}
+    answer = client.post(f"/api/v1/designs/{kind.slug}", json=body)
+    assert answer.status_code == 422
+    (entry,) = answer.json()["errors"]
+    assert entry["pointer"] == "/time_budget_s"
+
+
+def test_a_check_has_no_time_budget(client, check_request):
+    answer = client.post("/api/v1/checks/flexible-rod", json={**check_request, "time_budget_s": 5.0})
+    assert answer.json()["errors"][0]["pointer"] == "/time_budget_s"
+
+
+def test_a_solver_that_found_nothing_in_time_gives_a_problem():
+    told = envelope(Outcome(Status.FAILED, None, (), Accuracy(1e-6, 1.0)), {"diagnosis": []})
+    assert told.status == "failed" and told.result is None
+    assert told.problem["title"] == OUT_OF_TIME and told.problem["status"] == 504
+
+
+SLOW = {"front": {"against": "longest_link", "points": 20}, "accuracy": 1e-9}
+
+
+def test_a_design_without_a_clock_fails_when_its_time_is_over(client):
+    body = {**KINDS["impact-linkage"].example(Mode.DESIGN), **SLOW, "time_budget_s": 0.01}
+    run = client.post("/api/v1/designs/impact-linkage", json=body).json()
+    assert run["status"] == "failed" and run["result"] is None
+    assert run["problem"]["status"] == 504 and "0.01 s" in run["problem"]["detail"]
+
+
+def test_a_rod_whose_time_is_over_is_the_best_found_so_far(client, design_request):
+    requirements = {"min_fatigue_safety": 2.65, "min_stability_safety": 1.8}
+    body = {**design_request, "requirements": requirements, "effects": "all", "accuracy": 1e-9, "time_budget_s": 0.02}
+    run = client.post("/api/v1/designs/flexible-rod", json=body).json()
+    assert run["status"] == "succeeded"
+    assert all(run["result"][name.removeprefix("min_")] >= least for name, least in requirements.items())
+    assert run["accuracy"]["met"] is False
+    assert ["is not met" in text or "time budget" in text for text in run["result"]["warnings"]] == [True, True]
+    assert run["result"]["certificate"]["gap"] > 1e-9
+
+
+def test_the_command_line_ends_it_too(tmp_path):
+    from typer.testing import CliRunner
+
+    from app.cli import app
+
+    file = tmp_path / "request.json"
+    file.write_text(json.dumps({**KINDS["impact-linkage"].example(Mode.DESIGN), **SLOW, "time_budget_s": 0.01}))
+    database = f"sqlite:///{tmp_path}/runs.sqlite3"
+    done = CliRunner().invoke(app, ["design", "impact-linkage", str(file), "--json", "--database-url", database])
+    assert done.exit_code == 3
+    assert json.loads(done.stdout)["problem"]["title"] == OUT_OF_TIME

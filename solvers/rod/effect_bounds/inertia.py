@@ -273,8 +273,7 @@ def _corners_ring(
 
 @kernel
 def _advance(state: Array, turn: Array, width: float, begin: float, end: float) -> None:
-    """One step of d'' + w^2 d = -c'' with c'' from ``begin`` to ``end``; ``turn`` holds w and the step's cosine,
-    sine."""
+    """One step of d'' + w^2 d = -c'' with c'' from ``begin`` to ``end``; ``turn`` holds w, its cosine and sine."""
     w, cosine, sine = turn[0], turn[1], turn[2]
     square = w * w
     rate = -(end - begin) / (width * square)

@@ -30,6 +30,8 @@ MOST_RINGING, FASTEST = 12, 5000.0
 """No more modes are made to ring, nor faster ones [1/rad]: what they ring with is cheaper left out than looked at."""
 
 _ROUNDING = 1e-15
+_EXPONENT = 1.4
+_LOOSEST = 1e-4
 
 
 @dataclass(frozen=True)
@@ -37,13 +39,15 @@ class Errors:
     """What a motion leaves unknown, as shares of the greatest V'' or V''' at the clamp, whichever suffers more.
 
     ``series``  of the fast modes ends; ``space``  polynomials along the strip do; ``omitted``  ringing of faster modes;
-    ``phase``  of the other ringing; ``time``  elements, of each; ``closing``  rounding, as closing the turn enlarges it.
+    ``phase``  of the other ringing; ``excited``  what the smooth force excites of it; ``time``  elements, of each;
+    ``closing``  rounding, as closing the turn enlarges it.
     """
 
     series: float
     space: float
     omitted: float
     phase: float
+    excited: float
     time: Array
     closing: float
 
@@ -54,7 +58,7 @@ class Errors:
 
     @property
     def total(self) -> float:
-        return self.series + self.space + self.omitted + self.phase + self.elements + self.closing
+        return self.series + self.space + self.omitted + self.phase + self.excited + self.elements + self.closing
 
 
 @dataclass(frozen=True)
@@ -88,7 +92,7 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     swing, still = equation.swing(states).reshape(-1, p), equation.still(states)
     parts, turned = _parts(equation, m)
     right = (equation.right(states, still) @ turned).reshape(-1, p, modes)
-    columns, last, speeds, change, fell = slow_motion(widths, swing, right, parts, RULE, 0.1 * wanted, _TERMS)
+    columns, last, speeds, change, fell = slow_motion(widths, swing, right, parts, RULE, 0.1 * min(wanted, _LOOSEST), _TERMS)
 
     starts = np.zeros(widths.size, dtype=np.bool_)
     starts[first] = True
@@ -139,10 +143,18 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
         space=_space(equation, d, greatest),
         omitted=omitted,
         phase=phase,
+        excited=excited(equation, excitation, m + 1) if m < modes else 0.0,
         time=left + parted.sum(axis=1),
         closing=_ROUNDING * amplification,
     )
     return Motion(equation, edges, np.ascontiguousarray(d @ equation.modes.T), ringing, errors, amplification)
+
+
+def excited(equation: StripEquation, excitation: Excitation, n: int) -> float:
+    """What the force excites of the n-th mode's ringing between corners, by how fast it changes there: about
+    exp(-omega y) (``excitation``), with a margin on the exponent."""
+    swing = equation.swing(excitation.states).reshape(excitation.edges.size - 1, -1).min(axis=1)
+    return float(np.exp(-np.min(equation.fastest(n, swing) * excitation.analytic) / _EXPONENT))
 
 
 def able_to_ring(equation: StripEquation, slow: int) -> int:

@@ -91,7 +91,7 @@ def slow_motion(
     side alone; the last states of the slow modes, (elements, 2 m + 1, 2 m); the speeds of the rest at an element's two
     ends, (elements, 2, 2 m + 1, rest); the last change of what ``parts.read`` reads, (elements, points, 2 m + 1, 2); and
     the greatest ratio by which changes fell at last. The series ends where it
-    changes less than ``wanted`` of the greatest that is read, after ``most`` terms, or before it grows.
+    changes less than ``wanted`` of the first term's greatest that is read, after ``most`` terms, or before it grows.
     """
     count, p, m, rest = widths.size, swing.shape[1], parts.slowness.size, parts.rates.size
     s, columns, size = p - 1, 2 * m + 1, m + rest
@@ -162,7 +162,9 @@ def slow_motion(
                             total += rule.twice[i, j] * force[j + 1, c, a]
                         solution[i * m + a, c] = base[i * m + a, c] + scale * total
             _substitute(matrix, order, solution)
-            moved[:], most_seen[:] = 0.0, 0.0
+            moved[:] = 0.0
+            if term == 0:
+                most_seen[:] = 0.0
             for i in range(p):
                 for c in range(columns):
                     for a in range(m):
@@ -177,11 +179,12 @@ def slow_motion(
                             total += parts.read[q, k] * x[i, c, k]
                         read[i, c, q] = total
                         moved[c, q] = max(moved[c, q], abs(total - seen[i, c, q]))
-                        most_seen[c, q] = max(most_seen[c, q], abs(total))
+                        if term == 0:
+                            most_seen[c, q] = max(most_seen[c, q], abs(total))
             now = 0.0
             for c in range(columns):
                 for q in range(2):
-                    if moved[c, q] > 0.0:
+                    if most_seen[c, q] > 0.0:
                         now = max(now, moved[c, q] / most_seen[c, q])
             if term > 0:
                 fell = now / last

@@ -95,11 +95,11 @@ def test_the_truncation_is_smaller_than_its_estimate(speed, delta, harmonics, no
     scene = replace(at_speed(speed), load=rod.SchmidtLoad(1.4e6, delta, 1.16))
     angles, curvature, shear = collocated(scene, STRIP, harmonics, nodes)
     stiffness, shear = bending_stiffness(scene, STRIP), -bending_stiffness(scene, STRIP) * shear
-    for tolerance in (1e-4, 1e-7, 1e-10):
+    for tolerance in (1e-4, 1e-6, 1e-8):
         moving = Cycle(scene, STRIP, MOVING, tolerance)
         shape, doubt = moving.at(angles).shape, moving.refinement_error
         assert doubt <= tolerance
-        # Fourth derivatives by collocation cost the reference six of its sixteen digits.
+        # Fourth derivatives by collocation cost the reference six of its sixteen digits; what is left depends on rounding.
         error = max(doubt, 1e-9)
         assert shape.clamp_moment() / stiffness == pytest.approx(curvature, abs=error * np.abs(curvature).max())
         assert shape.side_force() == pytest.approx(shear, abs=error * np.abs(shear).max())

@@ -92,7 +92,9 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     swing, still = equation.swing(states).reshape(-1, p), equation.still(states)
     parts, turned = _parts(equation, m)
     right = (equation.right(states, still) @ turned).reshape(-1, p, modes)
-    columns, last, speeds, change, fell = slow_motion(widths, swing, right, parts, RULE, 0.1 * min(wanted, _LOOSEST), _TERMS)
+    columns, last, speeds, change, fell = slow_motion(
+        widths, swing, right, parts, RULE, 0.1 * min(wanted, _LOOSEST), _TERMS
+    )
 
     starts = np.zeros(widths.size, dtype=np.bool_)
     starts[first] = True
@@ -198,7 +200,9 @@ def _ringing(
     first = excitation.panels(excitation.edges)
     stop = np.append(first[1:], excitation.edges.size - 1) - 1
     both = []
-    for slow, rung in zip((lefts, rights), (free.states(equation, first, 0), free.states(equation, stop, -1)), strict=True):
+    for slow, rung in zip(
+        (lefts, rights), (free.states(equation, first, 0), free.states(equation, stop, -1)), strict=True
+    ):
         slow = slow[:, :, : rung.shape[2]]
         both.append(np.concatenate([slow[:, :-1], rung, slow[:, -1:]], axis=1))
     unknowns, amplification = closed(*both)
@@ -249,7 +253,14 @@ def _parted(whole: Array, speed: Array) -> Array:
 
 @kernel
 def amplitudes(
-    edges: Array, samples: Array, coarse: Array, start: Complex, phase: Complex, shape: Complex, rule: Radau, angle: Array
+    edges: Array,
+    samples: Array,
+    coarse: Array,
+    start: Complex,
+    phase: Complex,
+    shape: Complex,
+    rule: Radau,
+    angle: Array,
 ) -> Array:
     """d in amplitudes of the basis at the angles: (basis, angles). The arguments are those of ``Motion``, ``Ringing``."""
     p, basis, modes = samples.shape[1], samples.shape[2], start.shape[1]

@@ -106,7 +106,9 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
             break
         if max(errors.space, errors.omitted) > max(errors.elements, errors.series, errors.phase, errors.excited):
             able = able_to_ring(equation, slow)
-            if rung == len(LADDER) - 1 or (errors.omitted > errors.space and found.ringing.modes == able < MOST_RINGING):
+            if rung == len(LADDER) - 1 or (
+                errors.omitted > errors.space and found.ringing.modes == able < MOST_RINGING
+            ):
                 break
             rung = min(rung + (2 if errors.omitted > _FAR * wanted else 1), len(LADDER) - 1)
             equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])

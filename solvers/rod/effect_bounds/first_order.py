@@ -23,17 +23,24 @@ from solvers.rod.load.axial_force import drive_of
 from solvers.rod.strip.elastica import ElasticaExpansion
 from solvers.rod.strip.elastica_kernels import nodes_for
 
-_MARGIN, _OF_INERTIA = 1.2, 1.4
+_MARGIN, _OF_RINGING = 1.2, 1.4
+"""Times a change; times that by inertia where it rings."""
 
-_RINGING, _JUMPING, _JUMPING_SIDE = 1.5, 2.0, 8.0
-"""Times the first mode's ringing: that of all modes. Behind jumps of the load, which all of them feel, in bending and
-in the side force, of which fast ones have most."""
+_RINGING, _JUMPING_SIDE = 2.0, 8.0
+"""Times the first mode's ringing: that of all modes, and in the side force behind jumps of the load, which all of them
+feel and of which fast ones have most."""
+
+_LOUD = 5.0
+"""Share of ringing from whose inverse on inertia has the margin of what rings."""
 
 _QUIET = 0.05
 """Share of ringing below which it does not matter whether it adds or takes away."""
 
 _THINNED, _FEWER_NODES = 2, 8
 """Large displacement is smooth: every other angle serves, and fewer nodes than for the last digits."""
+
+_OF_JUMPS = 3.0
+"""How much more than what rings behind jumps of the load its own bound is, in the middle."""
 
 _LIVELY, _LIVELIEST, _NEAR_BUCKLING = 2.0, 1.2, 0.2
 """How much inertia that changes the results by a share of themselves magnifies what others change, per share; up to
@@ -88,7 +95,9 @@ def rod_inertia(situation: Situation) -> float:
     if turn is None or motion is None:
         return 0.0
     if "inertia" not in situation.known:
-        situation.known["inertia"] = _OF_INERTIA * _change_by(turn, motion)
+        change = (_MARGIN + (_OF_RINGING - _MARGIN) * min(_LOUD * motion.share, 1.0)) * _change_by(turn, motion)
+        # What follows the first iterate is as much smaller as that is small.
+        situation.known["inertia"] = change / max(1.0 - change, 0.5)
     return situation.known["inertia"]
 
 
@@ -98,10 +107,10 @@ def _change_by(turn: Turn, motion: Motion) -> float:
     judging, states = part.judging, part.states
     jumps, found = motion.either and part is not turn, 0.0
     for sign in (1.0, -1.0) if motion.either and motion.share > _QUIET else (1.0,):
-        rings, of_side = (_JUMPING, _JUMPING_SIDE) if jumps else (_RINGING, _RINGING)
+        of_side = _JUMPING_SIDE if jumps else _RINGING
         side = states[SIDE] + motion.side + sign * of_side * motion.rings_side
-        moment = states[MOMENT] + motion.moment + sign * rings * motion.rings_moment
-        series = motion.series + sign * rings * motion.rings_series
+        moment = states[MOMENT] + motion.moment + sign * _RINGING * motion.rings_moment
+        series = motion.series + sign * _RINGING * motion.rings_series
         moved = judge(judging, strip, states, side, moment, series, False, critical)
         found = max(found, change(judging, part.judged, moved))
     return found
@@ -118,7 +127,8 @@ def _beside_inertia(situation: Situation, change: float) -> float:
     if not change or not math.isfinite(change) or motion is None:
         return change
     left = max(1.0 - situation.compression / situation.critical, 1e-3)
-    own = min(rod_inertia(situation), _LIVELIEST + _NEAR_BUCKLING / left)
+    own = rod_inertia(situation) / (_OF_JUMPS if situation.driven.sharp.size else 1.0)
+    own = min(own, _LIVELIEST + _NEAR_BUCKLING / left)
     # A change of the stiffness moves the phase of what rings by so much times its radians in half a turn.
-    moved = own * motion.share * min(1.0, change * motion.pace)
+    moved = 0.5 * own * motion.share * min(1.0, change * motion.pace)
     return _MARGIN * change * (1.0 + _LIVELY * own) + moved

@@ -249,7 +249,10 @@ def _own_motion(angle: Array, share: Array, pace: Array, smooth: bool) -> Array:
 def _corners_ring(
     states: Array, count: int, share: Array, pace: Array, friction: float, lever: float, offset: float, critical: float
 ) -> float:  # fmt: skip
-    """Amplitude of a fast mode's ringing behind the corners that friction makes between ``count`` even angles: where 6 |M|/Lp = |T|, F'' jumps by (4/pi) mu |T| ((6 |M|/(|T| Lp))')^2."""
+    """Amplitude of a fast mode's ringing behind the corners that friction makes between ``count`` even angles.
+
+    Where 6 |M|/Lp = |T|, F'' jumps by (4/pi) mu |T| ((6 |M|/(|T| Lp))')^2.
+    """
     total, phase, step = 0.0, 0.0, _TURN / count
     for i in range(count):
         j = (i + 1) % count
@@ -270,8 +273,7 @@ def _corners_ring(
 
 @kernel
 def _advance(state: Array, turn: Array, width: float, begin: float, end: float) -> None:
-    """One step of d'' + w^2 d = -c'' with c'' from ``begin`` to ``end``; ``turn`` holds w and the step's cosine,
-    sine."""
+    """One step of d'' + w^2 d = -c'' with c'' from ``begin`` to ``end``; ``turn`` holds w, its cosine and sine."""
     w, cosine, sine = turn[0], turn[1], turn[2]
     square = w * w
     rate = -(end - begin) / (width * square)

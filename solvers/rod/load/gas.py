@@ -64,8 +64,7 @@ def require_back_pressure(value: float | None) -> None:
 
 
 def sharpest(angle: NDArray[np.float64], values: NDArray[np.float64], most: int = _MOST_SHARP) -> NDArray[np.float64]:
-    """The angles of rising points; of more than ``most`` the highest and the lowest point in each of many equal
-    steps."""
+    """The angles of rising points; of more than ``most`` the highest and the lowest in each of many equal steps."""
     if angle.size <= most:
         return angle
     step = np.floor((angle - angle[0]) * (most // 2 / TURN)).astype(int)

@@ -23,6 +23,7 @@ from solvers.rod.optimum.peak_model import buckled_rows
 from solvers.rod.optimum.peaks import Peaks, Wanted, compression_peaks, peaks_of
 from solvers.rod.optimum.smooth_parts import Parts, vertex
 from solvers.rod.piston.friction import power_at
+from solvers.rod.piston.skirt import pressure_per_load
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling, shear
@@ -176,7 +177,7 @@ class FullRows:
         if self.peaks.reactions.size:
             side, contact = (vertex(*row.reshape(-1, 3).T) for row in strip.reactions(self.peaks.reaction_threes()))
             self._put(out, rows.SIDE, side)
-            self._put(out, rows.PRESSURE, contact * 4.0 / (math.pi * piston.diameter * piston.skirt_length))
+            self._put(out, rows.PRESSURE, contact * pressure_per_load(piston.diameter, piston.skirt_length))
         if self.model.wanted.power:
             out[rows.POWER] = math.log(max(strip.friction_power(), _LEAST))
         if not np.all(np.isfinite(out)):

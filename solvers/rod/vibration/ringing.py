@@ -1,108 +1,147 @@
-"""How strongly changes of the force leave the strip's modes ringing, without following them.
+"""How fast modes ring behind corners of the force.
 
-A mode of the pace omega(phi) [1/rad], whose quasi-static amplitude is c(phi), obeys d'' + omega^2 d = -c'' beside it.
-Over a stretch of the turn its ringing changes by int c' exp(i theta) dphi, theta' = omega, less what a motion without
-ringing has at the stretch's two ends. By parts that is, once and again,
-
-    B = c'/(i omega) - (c'/(i omega))'/(i omega) + ...
-
-an asymptotic series, taken up to its least term. On elements of many radians the integral is the difference of B at the
-ends, so that only the jumps of B between elements are left; shorter ones are integrated as they stand. The changes are
-added up by magnitude; closing the turn enlarges them by at most 1/(2 |sin(theta(2 pi)/2)|) beside 1. To the leading
-order in 1/omega, the modes taken one by one: an estimate within a small factor.
-
-Source: A. Erdelyi, Asymptotic Expansions (1956), section 2.9; G. Floquet (1883).
+What a fast mode would do on the two sides of a corner without ringing (``slow_modes``) differs, and since its amplitude
+and speed are continuous the difference rings on (``free_modes``), as much as closing the turn makes of it. States hold
+amplitudes and speeds, the latter times sqrt(mu), so that a free motion keeps its length; first the amplitudes of the
+slow modes, then their speeds, then amplitude and speed of every fast mode.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
-from numpy.polynomial import chebyshev, legendre
 from numpy.typing import NDArray
 
+from solvers.rod.vibration.equation import StripEquation
+from solvers.rod.vibration.excitation import RULE, TURN, Excitation
+from solvers.rod.vibration.free_modes import free_mode
+
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
-_DEGREE = 15
-PLACES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
-"""Of an element, at which amplitudes and paces are wanted."""
-
-_TERMS = 10
-_MANY = 40.0
-"""Radians in an element beyond which the series serves; without such elements the longest have to."""
-
-_QUADRATURE = 36
-_MOST_CLOSING = 30.0
-"""The phase after a turn is not known well enough to tell a sharper resonance."""
+_MOST_TIMES = 8
+_CLOSING = 3.0
+"""By which closing the turn is taken to enlarge the ringing of modes whose phases are not worth knowing."""
+_PHASED = 8
+"""So many of the fast modes have phases worth knowing."""
+_MARGIN = 1.5
+"""On the ringing of what is left out."""
 
 
-def _matrices() -> tuple[Array, Array, Array, Array]:
-    """From values at ``PLACES``: derivatives there, values at Gauss' points and integrals up to these, of the whole."""
-    series = np.linalg.inv(chebyshev.chebvander(2.0 * PLACES - 1.0, _DEGREE))
-    gauss = legendre.leggauss(_QUADRATURE)[0]
-    integral = chebyshev.chebint(series, lbnd=-1.0, scl=0.5)
-    return (
-        chebyshev.chebval(2.0 * PLACES - 1.0, chebyshev.chebder(series, scl=2.0)).T,
-        chebyshev.chebval(gauss, series).T,
-        chebyshev.chebval(gauss, integral).T,
-        chebyshev.chebval(1.0, integral),
-    )
+@dataclass(frozen=True)
+class Ringing:
+    """Free modes on the elements ``edges``: complex amplitudes at their first ends (elements, modes), the phases grown
+    since then (elements, modes, points) and shapes in amplitudes of the basis (elements, modes, points, basis)."""
+
+    edges: Array
+    start: Complex
+    phase: Complex
+    shape: Complex
+
+    @property
+    def modes(self) -> int:
+        """How many modes ring."""
+        return self.start.shape[1]
+
+    @staticmethod
+    def none(basis: int) -> Ringing:
+        """No mode rings."""
+        empty = np.zeros((1, 0, RULE.points.size, basis), np.complex128)
+        return Ringing(np.array([0.0, TURN]), empty[:, :, 0, 0], empty[..., 0], empty)
 
 
-_DERIVATIVE, _AT_GAUSS, _TO_GAUSS, _WHOLE = _matrices()
-_GAUSS = 0.5 * legendre.leggauss(_QUADRATURE)[1]
+def kicks(equation: StripEquation, swing: Array, jump: Array, greatest: Array) -> Array:
+    """What rings in every mode of the strip as it is at the corners, as a share of V'' or V''' at the clamp, whichever
+    suffers more, all corners added up: (modes,).
 
-
-def ringing(widths: Array, still: Array, pace: Array) -> tuple[Array, Array]:
-    """What the turn adds to each mode's ringing, and the factor by which closing it enlarges that: (modes,) each.
-
-    From the quasi-static amplitudes and the paces at the elements' places, both (elements, places, modes).
+    From forces beside the mean there (corners,), jumps of the states of all modes (corners, 2 modes), amplitude and
+    speed by turns, and the greatest V'' and V'''.
     """
-    found = [_of_one(widths, still[..., n], pace[..., n]) for n in range(still.shape[2])]
-    added, closing = np.array(found).T
-    return added, closing
+    root = np.sqrt(equation.slowness)
+    stiffness = np.eye(root.size) + swing[:, None, None] * equation.coupling
+    square, own = np.linalg.eigh(stiffness / np.outer(root, root))
+    share = np.max(np.abs(equation.clamp / root @ own) / greatest[:, None], axis=1)
+    amplitude = ((jump[:, ::2] * root)[:, None] @ own)[:, 0]
+    speed = (jump[:, 1::2][:, None] @ own)[:, 0] / np.sqrt(square)
+    return np.sum(share * np.hypot(amplitude, speed), axis=0)
 
 
-def _of_one(widths: Array, still: Array, pace: Array) -> tuple[float, float]:
-    rate = still @ _DERIVATIVE.T / widths[:, None]
-    span = widths * (pace @ _WHOLE)
-    ends = _without_ringing(widths, rate, pace)
-    wide = span >= min(_MANY, 0.99 * span.max())
-    total = 0.0
-    # Begin with a wide element, so that every run of narrow ones lies between two of them.
-    order = np.roll(np.arange(widths.size), -int(np.argmax(wide)))
-    narrow = order[~wide[order]]
-    integral = dict(zip(narrow, _integrated(widths[narrow], rate[narrow], pace[narrow]), strict=True))
-    total, run, phase, before = 0.0, 0.0j, 0.0, ends[order[0], 1]
-    for k in [*order[1:], order[0]]:
-        if wide[k]:
-            total += abs(before + run - ends[k, 0] * np.exp(1j * phase))
-            before, run, phase = ends[k, 1], 0.0j, 0.0
-        else:
-            run += integral[k] * np.exp(1j * phase)
-            phase += span[k]
-    turn = abs(np.sin(0.5 * span.sum()))
-    return total, max(1.0, min(0.5 / max(turn, 1e-300), _MOST_CLOSING))
+def closing(equation: StripEquation, excitation: Excitation, slow: int) -> Array:
+    """By which closing the turn enlarges what every fast mode rings with, from its phase to the leading order."""
+    swing, count = equation.swing(excitation.states)[:, None, None], equation.slowness.size - slow
+    own, n = np.diag(equation.coupling), np.arange(slow, min(slow + _PHASED, equation.slowness.size))
+    stiffness = 1.0 + swing[:, 0] * own[n]
+    # What the other modes do in step with one, as they are by themselves.
+    away = 1.0 + swing * own - stiffness[..., None] * (equation.slowness / equation.slowness[n, None])
+    away[:, np.arange(n.size), n] = np.inf
+    stiffness -= np.sum((swing * equation.coupling[n]) ** 2 / away, axis=2)
+    weights = np.outer(np.diff(excitation.edges), RULE.integral[-1]).ravel()
+    phase = weights @ np.sqrt(np.maximum(stiffness, 0.01) / equation.slowness[n])
+    out = np.full(count, _CLOSING)
+    out[: n.size] = np.maximum(0.5 / np.maximum(np.abs(np.sin(0.5 * phase)), 1e-300), 1.0)
+    return out
 
 
-def _integrated(widths: Array, rate: Array, pace: Array) -> NDArray[np.complex128]:
-    """int c' exp(i theta) over each element, theta from its beginning."""
-    phase = widths[:, None] * (pace @ _TO_GAUSS.T)
-    return widths * (((rate @ _AT_GAUSS.T) * np.exp(1j * phase)) @ _GAUSS)
+def chosen(shares: Array, slow: int, most: int, wanted: float) -> tuple[int, float]:
+    """How many fast modes are to ring, and what the others leave out, from what each would ring with.
+
+    The faster half of all modes is not told well by so few polynomials; beyond the slower half shares fall about as
+    n^-6. Phases of many modes have nothing to do with each other, so that squares add up.
+    """
+    known = max((shares.size + slow) // 2 - slow, 1)
+    beyond = shares[known - 1] ** 2 * (known + slow) / 11.0
+    squares = np.append(np.cumsum(shares[:known][::-1] ** 2)[::-1], 0.0)
+    left = _MARGIN * np.sqrt(squares + beyond)
+    enough = np.flatnonzero(left <= 0.3 * wanted)
+    ringing = min(int(enough[0]) if enough.size else known, most)
+    return ringing, float(left[ringing])
 
 
-def _without_ringing(widths: Array, rate: Array, pace: Array) -> NDArray[np.complex128]:
-    """B at both ends of each element, shape (elements, 2)."""
-    # Every term is a real number times a power of i, beginning with 1/i.
-    term, power = rate / pace, -1j
-    total = power * term[:, [0, -1]]
-    size, rows, span = np.abs(term).max(axis=1), np.arange(widths.size), pace * widths[:, None]
-    for _ in range(_TERMS):
-        term, power = (term @ _DERIVATIVE.T) / span[rows], 1j * power
-        now = np.abs(term).max(axis=1)
-        falls = now < size[rows]
-        rows, term = rows[falls], term[falls]
-        if not rows.size:
-            break
-        size[rows] = now[falls]
-        total[rows] += power * term[:, [0, -1]]
-    return total
+@dataclass(frozen=True)
+class FreeModes:
+    """So many fast modes that may ring, from the ``first`` on, on the elements of an excitation: ``shape`` and ``rate``
+    (modes, elements, points, all modes) of a and a' over a free motion that grows by ``phase`` (modes, elements, points)
+    since the element's first end, and by ``since`` (modes, elements) from the last corner to there; ``missed`` (modes,)
+    are errors of the phase over the turn [rad]."""
+
+    first: int
+    shape: Complex
+    rate: Complex
+    phase: Complex
+    since: Complex
+    missed: Array
+
+    @staticmethod
+    def of(equation: StripEquation, excitation: Excitation, first: int, enough: Array) -> FreeModes:
+        """With errors of the phases that are ``enough`` on every element, (modes,)."""
+        widths, panels = np.diff(excitation.edges), excitation.panels(excitation.edges)
+        swing = equation.swing(excitation.states).reshape(widths.size, -1)
+        found = [
+            free_mode(first + k, widths, swing, equation.slowness, equation.coupling, RULE, phase, _MOST_TIMES)
+            for k, phase in enumerate(enough)
+        ]
+        shape, rate, phase, missed = (np.stack(part) for part in zip(*found, strict=True))
+        gone = np.cumsum(phase[:, :, -1], axis=1) - phase[:, :, -1]
+        gone -= np.repeat(gone[:, panels], np.diff(np.append(panels, widths.size)), axis=1)
+        return FreeModes(first, shape, rate, phase, np.exp(gone), missed.sum(axis=1))
+
+    def states(self, equation: StripEquation, elements: NDArray[np.int64], point: int) -> Array:
+        """States at a point of elements that end panels, of the modes up to the last one that rings, for the real and
+        the imaginary part of each one's amplitude behind the last corner: (elements, 2 ringing, states)."""
+        m, last = self.first, self.first + self.missed.size
+        grown = self.since[:, elements] * np.exp(self.phase[:, elements, point])
+        amplitude = (self.shape[:, elements, point, :last] * grown[..., None]).swapaxes(0, 1)
+        speed = (self.rate[:, elements, point, :last] * grown[..., None]).swapaxes(0, 1)
+        speed = speed * np.sqrt(equation.slowness[:last])
+        fast = np.stack([amplitude[..., m:], speed[..., m:]], axis=-1).reshape(*amplitude.shape[:2], -1)
+        both = np.concatenate([amplitude[..., :m], speed[..., :m], fast], axis=-1)
+        return np.stack([both.real, -both.imag], axis=2).reshape(both.shape[0], -1, both.shape[2])
+
+    def ringing(self, equation: StripEquation, excitation: Excitation, begun: Complex) -> Ringing:
+        """With these amplitudes behind the corners, (corners, modes)."""
+        count = excitation.edges.size - 1
+        panels = excitation.panels(excitation.edges)
+        start = np.repeat(begun, np.diff(np.append(panels, count)), axis=0) * self.since.T
+        shape = np.ascontiguousarray(self.shape.swapaxes(0, 1) @ equation.modes.T)
+        return Ringing(excitation.edges, start, np.ascontiguousarray(self.phase.swapaxes(0, 1)), shape)

@@ -1,0 +1,130 @@
+"""What drives the strip, on elements of the turn between the corners of the axial force.
+
+An element is narrow enough where a polynomial follows force, side force and clamp moment. How fast its coefficients fall
+tells how far from the real axis the motion stays analytic: with ratio 1/rho on an element of width h, up to about
+
+    y = h (rho - 1/rho)/4
+
+(Bernstein's ellipse). Of a mode's ringing such a force excites about exp(-omega y) of itself.
+
+Source: L. N. Trefethen, Approximation Theory and Approximation Practice (2013), chapter 8.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.panels import resolve, rule_of
+from solvers.numerics.radau import radau
+from solvers.rod.cycle.composition import Cycle
+from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
+from solvers.rod.load.axial_force import Drive
+
+Array = NDArray[np.float64]
+
+TURN = 2.0 * math.pi
+RULE = radau(10)
+_GRID = TURN / 128 * np.arange(129)
+_WIDEST = TURN / 16
+_APART = 1e-9
+"""Corners closer than this [rad] are one."""
+_MOST_CORNERS = 400
+"""More are no corners to a motion, but texture."""
+_MOST_ELEMENTS = 2000
+_ROUGH = 1e-15
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """``corners`` [rad] are angles at which derivatives of the axial force jump, ``edges`` the ends of elements over one
+    turn, from the first corner on, ``states`` those at ``RULE``'s points of every element, one after the other;
+    ``inertia`` is rho A omega^2 [N/m^2]."""
+
+    strip: Strip
+    drive: Drive
+    inertia: float
+    corners: Array
+    edges: Array
+    states: Array
+
+    @staticmethod
+    def of(cycle: Cycle, wanted: float) -> Excitation:
+        """On elements that follow forces and moment to ``wanted`` of the greatest of each."""
+        strip, drive, d = cycle.strip, cycle.drive, cycle.dimensions
+        corners = _corners(drive, strip)
+        sharp = np.empty(0) if drive.breaks.size else np.mod(cycle.scene.load.sharp_angles(), TURN)
+        if corners.size > _MOST_CORNERS:
+            corners, wanted = corners[:0], max(wanted, 1e-6)
+        first = corners[0] if corners.size else 0.0
+        edges = np.unique(np.concatenate([corners, first + np.mod(sharp - first, TURN), [first, first + TURN]]))
+        edges = edges[np.append(np.diff(edges) > _APART, True)]
+
+        def checked(angle: Array) -> Array:
+            return states_at(drive, strip, angle)[[FORCE, SIDE, MOMENT]]
+
+        rule = rule_of(RULE.points.size)
+        edges = resolve(checked, split(edges, _WIDEST), rule, 3, wanted, _MOST_ELEMENTS)[0].edges
+        inertia = cycle.scene.material.density * d.b * d.h * cycle.scene.mechanism.angular_speed**2
+        return Excitation(strip, drive, inertia, corners, edges, states_at(drive, strip, points(edges)))
+
+    def halved(self, where: NDArray[np.bool_]) -> Excitation:
+        """With two elements in place of each one that is marked."""
+        parts = np.where(where, 0.5 * (1.0 + 1e-6), 1.0) * np.diff(self.edges)
+        edges = split(self.edges, parts)
+        return replace(self, edges=edges, states=states_at(self.drive, self.strip, points(edges)))
+
+    def panels(self, edges: Array) -> NDArray[np.int64]:
+        """The first elements behind the corners; without corners the first one of the turn."""
+        return np.searchsorted(edges, self.corners) if self.corners.size else np.zeros(1, dtype=np.int64)
+
+    @cached_property
+    def mean(self) -> float:
+        """The mean axial force [N]."""
+        weights = np.outer(np.diff(self.edges), RULE.integral[-1]).ravel() / TURN
+        return float(weights @ self.states[FORCE])
+
+    @cached_property
+    def analytic(self) -> Array:
+        """How far from the real axis [rad] the motion stays analytic, of every element."""
+        values = np.abs(self.states[[SIDE, MOMENT]].reshape(2, -1, RULE.points.size))
+        most = values.max(axis=(1, 2), initial=1e-300)[:, None]
+        last = np.abs(self.states[[SIDE, MOMENT]].reshape(values.shape) @ RULE.tail[2:].T).max(axis=2)
+        ratio = np.max(last / most, axis=0) + _ROUGH
+        rho = ratio ** (-1.0 / (RULE.points.size - 2))
+        return 0.25 * np.diff(self.edges) * (rho - 1.0 / rho)
+
+
+def states_at(drive: Drive, strip: Strip, angle: Array) -> Array:
+    """The states at the angles: (rows, angles). What a mean force and its friction do to the strip is known here."""
+    states = np.empty((ROWS, angle.size))
+    fill_states(drive, strip, angle, states)
+    return states
+
+
+def points(edges: Array) -> Array:
+    """Angles of all elements' points, one element after the other."""
+    return (edges[:-1, None] + np.diff(edges)[:, None] * RULE.points).ravel()
+
+
+def split(edges: Array, widest: Array | float) -> Array:
+    """The same edges, and more evenly between them so that no element is wider than ``widest``, which may differ
+    between the elements there were."""
+    parts = np.maximum(np.ceil(np.diff(edges) / widest * (1.0 - 1e-9)), 1.0).astype(int)
+    first = np.repeat(np.cumsum(parts) - parts, parts)
+    inner = (np.arange(first.size) - first) / np.repeat(parts, parts)
+    return np.append(np.repeat(edges[:-1], parts) + inner * np.repeat(np.diff(edges), parts), edges[-1])
+
+
+def _corners(drive: Drive, strip: Strip) -> Array:
+    """Angles in [0, 2 pi), rising: where the load's pieces end, and where the piston begins or ceases to bear on both
+    walls if friction acts back."""
+    found = np.mod(drive.breaks, TURN)
+    if strip.friction:
+        found = np.concatenate([found, friction_corners(drive, strip, np.unique(np.concatenate([_GRID, found])))])
+    found = np.unique(np.mod(found, TURN))
+    return found[np.diff(found, prepend=found[-1:] - TURN) > _APART]

@@ -1,0 +1,284 @@
+"""The strip's periodic motion at one resolution, and what that leaves unknown.
+
+Between two corners of the force slow modes, which anything may have set going, are followed by collocation and fast ones
+follow them (``slow_modes``); where it matters fast modes ring behind corners (``ringing``). A panel's unknowns are the
+first states of its slow modes and the real and imaginary parts of its ringing; states that are equal on both sides of
+every corner determine them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
+from solvers.numerics.radau import Radau
+from solvers.rod.cycle.state import MOMENT, SIDE
+from solvers.rod.vibration.equation import StripEquation
+from solvers.rod.vibration.excitation import RULE, TURN, Excitation, points, split, states_at
+from solvers.rod.vibration.ringing import FreeModes, Ringing, chosen, closing, kicks
+from solvers.rod.vibration.slow_modes import Parts, carried, slow_motion
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_TERMS = 9
+
+MOST_RINGING, FASTEST = 12, 5000.0
+"""No more modes are made to ring, nor faster ones [1/rad]: what they ring with is cheaper left out than looked at."""
+
+_ROUNDING = 1e-15
+
+
+@dataclass(frozen=True)
+class Errors:
+    """What a motion leaves unknown, as shares of the greatest V'' or V''' at the clamp, whichever suffers more.
+
+    ``series``  of the fast modes ends; ``space``  polynomials along the strip do; ``omitted``  ringing of faster modes;
+    ``phase``  of the other ringing; ``time``  elements, of each; ``closing``  rounding, as closing the turn enlarges it.
+    """
+
+    series: float
+    space: float
+    omitted: float
+    phase: float
+    time: Array
+    closing: float
+
+    @property
+    def elements(self) -> float:
+        """What all elements leave unknown: errors of one add to those of another as squares do."""
+        return float(np.sqrt(np.sum(self.time**2)))
+
+    @property
+    def total(self) -> float:
+        return self.series + self.space + self.omitted + self.phase + self.elements + self.closing
+
+
+@dataclass(frozen=True)
+class Motion:
+    """d, what inertia adds to the quasi-static shape: polynomials (elements, points, basis) on ``edges``, and ringing;
+    ``amplification`` is by which closing the turn enlarges what one turn misses."""
+
+    equation: StripEquation
+    edges: Array
+    samples: Array
+    ringing: Ringing
+    errors: Errors
+    amplification: float
+
+    def at(self, angle: Array) -> Array:
+        """d in amplitudes of the basis at the angles: (basis, angles)."""
+        ring, angle = self.ringing, np.ascontiguousarray(angle)
+        return amplitudes(self.edges, self.samples, ring.edges, ring.start, ring.phase, ring.shape, RULE, angle)
+
+
+def motion(equation: StripEquation, excitation: Excitation, slow: int, step: float, wanted: float) -> Motion:
+    """The periodic motion with so many slow modes, on elements in which the fastest of them turns by no more than
+    ``step`` [rad]; series that could give more than ``wanted`` are not asked to."""
+    m, modes, p = slow, equation.slowness.size, RULE.points.size
+    edges = excitation.edges
+    if m:
+        most = equation.swing(excitation.states).reshape(-1, p).max(axis=1)
+        edges = split(edges, step / equation.fastest(m, most))
+    widths, first = np.diff(edges), excitation.panels(edges)
+    states = states_at(excitation.drive, excitation.strip, points(edges))
+    swing, still = equation.swing(states).reshape(-1, p), equation.still(states)
+    parts, turned = _parts(equation, m)
+    right = (equation.right(states, still) @ turned).reshape(-1, p, modes)
+    columns, last, speeds, change, fell = slow_motion(widths, swing, right, parts, RULE, 0.1 * wanted, _TERMS)
+
+    starts = np.zeros(widths.size, dtype=np.bool_)
+    starts[first] = True
+    stop, number = np.append(first[1:], widths.size) - 1, np.cumsum(starts) - 1
+    maps = carried(last, starts)
+    onward = np.zeros((widths.size, 2 * m + 1, 2 * m + 1))
+    onward[:, :, :-1], onward[:, -1, -1] = maps[:, 0], 1.0
+    root = np.sqrt(equation.slowness[m:])
+    lefts, rights = np.zeros((2, first.size, 2 * m + 1, 2 * modes))
+    for state, e, end in ((lefts, first, 0), (rights, stop, -1)):
+        state[:, :, 2 * m :: 2] = columns[e, end, :, m:] @ turned[m:, m:].T
+        state[:, :, 2 * m + 1 :: 2] = speeds[e, end] @ turned[m:, m:].T * root
+    rights = onward[stop] @ rights
+    lefts[:, :, : 2 * m], rights[:, :, : 2 * m] = np.eye(2 * m + 1, 2 * m), maps[stop, 1]
+    begun, amplification = closed(lefts[:, :, : 2 * m], rights[:, :, : 2 * m])
+
+    static = np.abs(states[[MOMENT, SIDE]]).max(axis=1) / equation.strip.stiffness
+    ringing, omitted, phase = Ringing.none(modes), 0.0, 0.0
+    enlarged = closing(equation, excitation, m)
+    if excitation.corners.size:
+        here = _with_one(begun)[:, None]
+        jump = (here @ lefts - np.roll(here @ rights, 1, axis=0))[:, 0]
+        jump[:, : 2 * m] = 0.0
+        kicked = kicks(equation, swing[first, 0], jump, static)[m:]
+        count, omitted = chosen(kicked * enlarged, m, able_to_ring(equation, m), wanted)
+        if count:
+            enough = 1e-2 * wanted / np.maximum(kicked * enlarged**2, 1e-300)[:count] / widths.size
+            free = FreeModes.of(equation, excitation, m, np.minimum(enough, 1e-3))
+            begun, amplification, ringing, phase = _ringing(equation, excitation, free, lefts, rights, static)
+
+    begin = (_with_one(begun)[number][:, None] @ onward)[:, 0]
+    whole = np.einsum("ec,epcn->epn", begin, columns) @ turned.T
+    speed = np.einsum("ec,eicn->ien", begin, speeds) @ turned[m:, m:].T * root
+    d = whole - still.reshape(whole.shape)
+    seen = d @ equation.clamp.T
+    greatest = np.stack([states[MOMENT], -states[SIDE]], axis=1) / equation.strip.stiffness + seen.reshape(-1, 2)
+    greatest = np.maximum(np.abs(greatest).max(axis=0), 1e-300)
+    left = np.max(left_by_series(np.einsum("tp,epq->teq", RULE.tail, seen)) / greatest, axis=1)
+    changed = np.abs(np.einsum("ec,epcq->epq", begin, change)).max(axis=(0, 1)) / greatest
+    parted = _parted(whole, speed) * np.max(np.abs(equation.clamp[:, m:]) / greatest[:, None], axis=0)
+    if excitation.corners.size:
+        parted[stop] = 0.0
+        # What is wrong beside a corner as it is at the next ends of elements, that rings.
+        parted[first] *= enlarged
+        parted[stop - 1] *= enlarged
+    errors = Errors(
+        series=float(changed.max()) * (fell / (1.0 - fell) if fell < 0.5 else 1.0),
+        space=_space(equation, d, greatest),
+        omitted=omitted,
+        phase=phase,
+        time=left + parted.sum(axis=1),
+        closing=_ROUNDING * amplification,
+    )
+    return Motion(equation, edges, np.ascontiguousarray(d @ equation.modes.T), ringing, errors, amplification)
+
+
+def able_to_ring(equation: StripEquation, slow: int) -> int:
+    """How many of the fast modes are made to ring where that is called for."""
+    return min(max(int(np.sum(equation.pace < FASTEST)) - slow, 0), MOST_RINGING)
+
+
+def left_by_series(last: Array) -> Array:
+    """What series leave out, from their last four terms (4, ...), after how pairs of them fall."""
+    before, last = np.abs(last[:2]).max(axis=0), np.abs(last[2:]).max(axis=0)
+    ratio = np.clip(last / np.maximum(before, 1e-300), 0.05, 0.9)
+    return 2.0 * last * ratio / (1.0 - ratio)
+
+
+def _with_one(unknowns: Array) -> Array:
+    return np.concatenate([unknowns, np.ones((unknowns.shape[0], 1))], axis=1)
+
+
+def _parts(equation: StripEquation, m: int) -> tuple[Parts, Array]:
+    """The equation in coordinates of which the first m are modes and the rest makes G diagonal; these in modes."""
+    rates, rest = np.linalg.eigh(equation.coupling[m:, m:])
+    turned = np.eye(equation.slowness.size)
+    turned[m:, m:] = rest
+    parts = Parts(
+        np.ascontiguousarray(equation.slowness[:m]),
+        np.ascontiguousarray(equation.coupling[:m, :m]),
+        np.ascontiguousarray(equation.coupling[:m, m:] @ rest),
+        rates,
+        (rest.T * equation.slowness[m:]) @ rest,
+        np.ascontiguousarray(equation.clamp @ turned),
+    )
+    return parts, turned
+
+
+def _ringing(
+    equation: StripEquation, excitation: Excitation, free: FreeModes, lefts: Array, rights: Array, static: Array
+) -> tuple[Array, float, Ringing, float]:
+    """The slow modes' first states in every panel, with fast modes that ring; what closing the turn enlarges; the
+    ringing; and what its phases leave unknown."""
+    m, count = free.first, free.missed.size
+    first = excitation.panels(excitation.edges)
+    stop = np.append(first[1:], excitation.edges.size - 1) - 1
+    both = []
+    for slow, rung in zip((lefts, rights), (free.states(equation, first, 0), free.states(equation, stop, -1)), strict=True):
+        slow = slow[:, :, : rung.shape[2]]
+        both.append(np.concatenate([slow[:, :-1], rung, slow[:, -1:]], axis=1))
+    unknowns, amplification = closed(*both)
+    begun = unknowns[:, 2 * m :: 2] + 1j * unknowns[:, 2 * m + 1 :: 2]
+    share = np.max(np.abs(equation.clamp[:, m : m + count]) / static[:, None], axis=0)
+    missed = float(np.abs(begun).max(axis=0) * share @ free.missed) * max(amplification, 1.0)
+    return unknowns[:, : 2 * m], amplification, free.ringing(equation, excitation, begun), missed
+
+
+def closed(lefts: Array, rights: Array) -> tuple[Array, float]:
+    """The unknowns of every panel (panels, unknowns), from the states at the panels' two ends for unit unknowns and,
+    last, for none, (panels, unknowns + 1, unknowns) each; and the greatest factor by which closing the turn enlarges
+    what one turn misses."""
+    count, unknowns = lefts.shape[0], lefts.shape[2]
+    if unknowns == 0:
+        return np.empty((count, 0)), 1.0
+    after = np.roll(lefts, -1, axis=0)
+    rights = rights.copy()
+    rights[:, -1] -= after[:, -1]
+    steps = np.linalg.solve(after[:, :-1].swapaxes(1, 2), rights.swapaxes(1, 2)).swapaxes(1, 2)
+    whole = np.eye(unknowns + 1, unknowns)
+    for step in steps:
+        whole = whole @ step[:-1]
+        whole[-1] += step[-1]
+    missing = np.eye(unknowns) - whole[:-1]
+    least = float(np.linalg.svd(missing, compute_uv=False)[-1])
+    found = np.empty((count, unknowns))
+    found[0] = np.linalg.solve(missing.T, whole[-1]) if least > 0.0 else np.inf
+    for k, step in enumerate(steps[:-1]):
+        found[k + 1] = found[k] @ step[:-1] + step[-1]
+    return found, 1.0 / least if least > 0.0 else np.inf
+
+
+def _space(equation: StripEquation, d: Array, greatest: Array) -> float:
+    """What the polynomials along the strip leave out."""
+    combined = equation.basis.combination @ equation.modes
+    series = np.abs(d.reshape(-1, d.shape[2]) @ combined.T).max(axis=0)
+    ends = np.stack([equation.basis.polynomials(0.0, order) * series for order in (2, 3)], axis=1)
+    return float(np.max(left_by_series(ends[-4:]) / greatest))
+
+
+def _parted(whole: Array, speed: Array) -> Array:
+    """By how much the fast modes disagree at the ends of elements: of every element with the next, (elements, fast).
+    From speeds at their first and last ends, (2, elements, fast), times sqrt(mu)."""
+    fast = whole[..., whole.shape[2] - speed.shape[2] :]
+    return np.hypot(np.roll(fast[:, 0], -1, axis=0) - fast[:, -1], np.roll(speed[0], -1, axis=0) - speed[1])
+
+
+@kernel
+def amplitudes(
+    edges: Array, samples: Array, coarse: Array, start: Complex, phase: Complex, shape: Complex, rule: Radau, angle: Array
+) -> Array:
+    """d in amplitudes of the basis at the angles: (basis, angles). The arguments are those of ``Motion``, ``Ringing``."""
+    p, basis, modes = samples.shape[1], samples.shape[2], start.shape[1]
+    out, share, row = np.zeros((basis, angle.size)), np.empty(p), np.empty(basis)
+    for i in range(angle.size):
+        turns = (angle[i] - edges[0]) / TURN
+        place = edges[0] + (turns - np.floor(turns)) * TURN
+        row[:] = 0.0
+        e = _shares(edges, place, rule, share)
+        for k in range(p):
+            for b in range(basis):
+                row[b] += share[k] * samples[e, k, b]
+        if modes > 0:
+            e = _shares(coarse, place, rule, share)
+        for n in range(modes):
+            grown = 0.0j
+            for k in range(p):
+                grown += share[k] * phase[e, n, k]
+            grown = start[e, n] * np.exp(grown)
+            for k in range(p):
+                real, imag = share[k] * grown.real, share[k] * grown.imag
+                for b in range(basis):
+                    row[b] += real * shape[e, n, k, b].real - imag * shape[e, n, k, b].imag
+        for b in range(basis):
+            out[b, i] = row[b]
+    return out
+
+
+@kernel
+def _shares(edges: Array, place: float, rule: Radau, share: Array) -> int:
+    """The element that an angle lies in, and the shares that its points have in the polynomial there."""
+    e = min(max(np.searchsorted(edges, place, side="right"), 1), edges.size - 1) - 1
+    x, total = (place - edges[e]) / (edges[e + 1] - edges[e]), 0.0
+    for k in range(share.size):
+        apart = x - rule.points[k]
+        if apart == 0.0:
+            share[:] = 0.0
+            share[k] = 1.0
+            return e
+        share[k] = rule.weights[k] / apart
+        total += share[k]
+    for k in range(share.size):
+        share[k] /= total
+    return e

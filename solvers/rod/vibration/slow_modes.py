@@ -1,0 +1,250 @@
+"""Slow modes by collocation in time, fast ones following them without ringing: the strip's motion over one element.
+
+    M a'' + (1 + swing(phi) G) a = f(phi)
+
+in coordinates of which the first m are modes and the rest makes G diagonal beside them, so that the stiffness of the
+rest is diagonal at every angle. What the rest does is, w = 1/(1 + swing gamma),
+
+    r = w (f_r - swing C' a_s - M_r r'')
+
+without r'' at first, and again with that of the last r: a series in powers of (slow/fast frequency)^2. It is asymptotic;
+where its terms no longer fall it ends. Each time the slow modes obey Radau's collocation under the force of the rest.
+All columns of the solution (for unit first states, and for f alone) are carried on side by side.
+
+Source: R. J. Guyan (1965); for the series, J. Kevorkian, J. D. Cole, Multiple Scale and Singular Perturbation Methods
+(1996), section 4.3; for the collocation, ``solvers.numerics.radau``.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import fusing_kernel, kernel
+from solvers.numerics.radau import Radau
+
+Array = NDArray[np.float64]
+
+
+class Parts(NamedTuple):
+    """Matrices in the coordinates of above: ``slowness`` (m,) masses of the slow modes, ``own`` (m, m), ``across``
+    (m, rest) and ``rates`` (rest,) of G, ``inert`` (rest, rest) masses of the rest, ``read`` (2, m + rest) what is
+    looked at."""
+
+    slowness: Array
+    own: Array
+    across: Array
+    rates: Array
+    inert: Array
+    read: Array
+
+
+@kernel
+def _factor(a: Array, order: NDArray[np.int64]) -> None:
+    """Gauss's elimination in place, rows exchanged."""
+    n = a.shape[0]
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(a[i, k]) > abs(a[best, k]):
+                best = i
+        order[k] = best
+        for j in range(n if best != k else 0):
+            a[k, j], a[best, j] = a[best, j], a[k, j]
+        for i in range(k + 1, n):
+            share = a[i, k] / a[k, k]
+            a[i, k] = share
+            for j in range(k + 1, n):
+                a[i, j] -= share * a[k, j]
+
+
+@kernel
+def _substitute(a: Array, order: NDArray[np.int64], b: Array) -> None:
+    """Right sides (n, columns) become solutions."""
+    n, columns = b.shape
+    for k in range(n):
+        best = order[k]
+        for j in range(columns if best != k else 0):
+            b[k, j], b[best, j] = b[best, j], b[k, j]
+    for k in range(n):
+        for i in range(k + 1, n):
+            for j in range(columns):
+                b[i, j] -= a[i, k] * b[k, j]
+    for k in range(n - 1, -1, -1):
+        for i in range(k + 1, n):
+            for j in range(columns):
+                b[k, j] -= a[k, i] * b[i, j]
+        for j in range(columns):
+            b[k, j] /= a[k, k]
+
+
+@fusing_kernel
+def slow_motion(
+    widths: Array, swing: Array, right: Array, parts: Parts, rule: Radau, wanted: float, most: int
+) -> tuple[Array, Array, Array, Array, float]:
+    """Motions over the elements, from ``swing`` (elements, points) and ``right`` (elements, points, m + rest).
+
+    Gives (elements, points, 2 m + 1, m + rest): columns for unit first states (a, sqrt(mu) a') and, last, for the right
+    side alone; the last states of the slow modes, (elements, 2 m + 1, 2 m); the speeds of the rest at an element's two
+    ends, (elements, 2, 2 m + 1, rest); the last change of what ``parts.read`` reads, (elements, points, 2 m + 1, 2); and
+    the greatest ratio by which changes fell at last. The series ends where it
+    changes less than ``wanted`` of the greatest that is read, after ``most`` terms, or before it grows.
+    """
+    count, p, m, rest = widths.size, swing.shape[1], parts.slowness.size, parts.rates.size
+    s, columns, size = p - 1, 2 * m + 1, m + rest
+    out, ends = np.zeros((count, p, columns, size)), np.zeros((count, columns, 2 * m))
+    speeds, slip = np.zeros((count, 2, columns, rest)), np.empty((columns, m))
+    change = np.zeros((count, p, columns, 2))
+    matrix, order = np.empty((s * m, s * m)), np.empty(s * m, np.int64)
+    base, solution = np.zeros((s * m, columns)), np.zeros((s * m, columns))
+    soft, held = np.empty((p, rest)), np.empty((p, m, m))
+    inertia, turned = np.zeros((p, columns, rest)), np.empty((columns, rest))
+    load, force, seen = np.empty((columns, rest)), np.empty((p, columns, m)), np.zeros((p, columns, 2))
+    x, read = np.zeros((p, columns, size)), np.empty((p, columns, 2))
+    moved, most_seen = np.empty((columns, 2)), np.empty((columns, 2))
+    slowest = 0.0
+    for e in range(count):
+        h, square = widths[e], widths[e] * widths[e]
+        for i in range(p):
+            for k in range(rest):
+                soft[i, k] = 1.0 / (1.0 + swing[e, i] * parts.rates[k])
+            for a in range(m):
+                for b in range(m):
+                    total = 0.0
+                    for k in range(rest):
+                        total += parts.across[a, k] * soft[i, k] * parts.across[b, k]
+                    held[i, a, b] = swing[e, i] * (parts.own[a, b] - swing[e, i] * total)
+                held[i, a, a] += 1.0
+        for a in range(m):
+            mu = parts.slowness[a]
+            scale = 1.0 / (mu + square)
+            for i in range(s):
+                row = i * m + a
+                for j in range(s):
+                    for b in range(m):
+                        matrix[row, j * m + b] = square * scale * rule.twice[i, j] * held[j + 1, a, b]
+                matrix[row, row] += mu * scale
+                base[row, a] = mu * scale
+                base[row, m + a] = math.sqrt(mu) * scale * h * rule.points[i + 1]
+        _factor(matrix, order)
+        inertia[:], seen[:], last, fell = 0.0, 0.0, np.inf, 0.0
+        x[0] = 0.0
+        for a in range(m):
+            x[0, a, a] = 1.0
+        for term in range(most):
+            for i in range(p):
+                for c in range(columns):
+                    for k in range(rest):
+                        load[c, k] = -inertia[i, c, k]
+                for k in range(rest):
+                    load[columns - 1, k] += right[e, i, m + k]
+                for c in range(columns):
+                    for k in range(rest):
+                        load[c, k] *= soft[i, k]
+                        # What the rest does without the slow modes waits in its place for them.
+                        x[i, c, m + k] = load[c, k]
+                    for a in range(m):
+                        total = 0.0
+                        for k in range(rest):
+                            total += parts.across[a, k] * load[c, k]
+                        force[i, c, a] = -swing[e, i] * total
+                for a in range(m):
+                    force[i, columns - 1, a] += right[e, i, a]
+            for a in range(m):
+                scale = square / (parts.slowness[a] + square)
+                for i in range(s):
+                    for c in range(columns):
+                        total = 0.0
+                        for j in range(s):
+                            total += rule.twice[i, j] * force[j + 1, c, a]
+                        solution[i * m + a, c] = base[i * m + a, c] + scale * total
+            _substitute(matrix, order, solution)
+            moved[:], most_seen[:] = 0.0, 0.0
+            for i in range(p):
+                for c in range(columns):
+                    for a in range(m):
+                        if i > 0:
+                            x[i, c, a] = solution[(i - 1) * m + a, c]
+                        pull = swing[e, i] * x[i, c, a]
+                        for k in range(rest):
+                            x[i, c, m + k] -= pull * parts.across[a, k] * soft[i, k]
+                    for q in range(2):
+                        total = 0.0
+                        for k in range(size):
+                            total += parts.read[q, k] * x[i, c, k]
+                        read[i, c, q] = total
+                        moved[c, q] = max(moved[c, q], abs(total - seen[i, c, q]))
+                        most_seen[c, q] = max(most_seen[c, q], abs(total))
+            now = 0.0
+            for c in range(columns):
+                for q in range(2):
+                    if moved[c, q] > 0.0:
+                        now = max(now, moved[c, q] / most_seen[c, q])
+            if term > 0:
+                fell = now / last
+            if fell >= 1.0:
+                break
+            out[e] = x
+            change[e] = read - seen
+            seen[:] = read
+            if now <= wanted or rest == 0:
+                break
+            last = now
+            for i in range(p):
+                turned[:] = 0.0
+                for j in range(p):
+                    weight = rule.second[i, j] / square
+                    for c in range(columns):
+                        for k in range(rest):
+                            turned[c, k] += weight * x[j, c, m + k]
+                for c in range(columns):
+                    for k in range(rest):
+                        inertia[i, c, k] = 0.0
+                    for j in range(rest):
+                        for k in range(rest):
+                            inertia[i, c, k] += turned[c, j] * parts.inert[j, k]
+        slowest, x[:] = max(slowest, fell), out[e]
+        for c in range(columns):
+            for a in range(m):
+                steep = 0.0
+                for j in range(s):
+                    steep += rule.slope[j] * (x[j + 1, c, a] - x[0, c, a])
+                ends[e, c, a] = x[s, c, a]
+                ends[e, c, m + a] = math.sqrt(parts.slowness[a]) / h * steep
+                # Radau's polynomial has the right slope at its last end alone.
+                slip[c, a] = -1.0 / math.sqrt(parts.slowness[a]) if c == m + a else 0.0
+                for j in range(p):
+                    slip[c, a] += rule.first[0, j] / h * x[j, c, a]
+            for end in range(2):
+                for j in range(p):
+                    weight = rule.first[end * s, j] / h
+                    for k in range(rest):
+                        speeds[e, end, c, k] += weight * x[j, c, m + k]
+            for a in range(m):
+                for k in range(rest):
+                    speeds[e, 0, c, k] += swing[e, 0] * soft[0, k] * parts.across[a, k] * slip[c, a]
+    return out, ends, speeds, change, slowest
+
+
+@kernel
+def carried(ends: Array, starts: NDArray[np.bool_]) -> Array:
+    """Maps to every element's first state and, in the next place, to its last one, from the first state of the last
+    element before it that ``starts``: (elements, 2, 2 m + 1, 2 m), rows as the columns of ``slow_motion``."""
+    count, columns, size = ends.shape
+    out = np.zeros((count, 2, columns, size))
+    for e in range(count):
+        if starts[e]:
+            for a in range(size):
+                out[e, 0, a, a] = 1.0
+        else:
+            out[e, 0] = out[e - 1, 1]
+        for c in range(columns):
+            for b in range(size):
+                total = ends[e, size, b] if c == size else 0.0
+                for a in range(size):
+                    total += out[e, 0, c, a] * ends[e, a, b]
+                out[e, 1, c, b] = total
+    return out

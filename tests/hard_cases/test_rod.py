@@ -15,9 +15,10 @@ import pytest
 
 from oracles.textbook import rod_beam_column
 from solvers import rod
+from solvers.rod.cycle import state
 from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
 from solvers.rod.effects import EFFECTS
-from solvers.rod.strip import beam_column
+from solvers.rod.strip import beam_column, shape
 from tests.hard_cases.make_rod_references import load_cases
 
 EPS = 2.0**-52
@@ -105,6 +106,14 @@ def kernels(case):
     clamp, shear, head, _ = beam_column.solve(one, l, L)
     deflection = beam_column.deflection(one, l, clamp, shear, head, z)[:, 0]
     yield (clamp[0], shear[0], head[0]), {"deflection": deflection}
+    # As a check has them.
+    _, _, *found = state.constants(q, l, L, 0.0)
+    bent, turned, sunk = np.empty((3, z.size))
+    for j, station in enumerate(z.tolist()):
+        shape.bend(
+            one, *(np.array([c]) for c in found), l, station, bent[j : j + 1], turned[j : j + 1], sunk[j : j + 1]
+        )
+    yield tuple(found), {"curvature": bent, "deflection": sunk}
 
 
 def kernel_errors(case, reference):

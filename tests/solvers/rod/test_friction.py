@@ -10,7 +10,6 @@ from scipy.optimize import brentq
 
 from solvers import rod
 from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
-from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.piston.skirt import friction_force
 from solvers.rod.strip.buckling import critical_force
 from tests.solvers.rod.machines import CORE, PAPER, STRIP
@@ -123,20 +122,3 @@ def test_beyond_buckling_forces_are_those_without_friction():
     assert (closed.stability_safety, closed.axial_force_min, closed.axial_force_max) == (
         plain.stability_safety, plain.axial_force_min, plain.axial_force_max,
     )  # fmt: skip
-
-
-@pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
-def test_what_magnifies_a_change_of_the_strip_is_known_beforehand(share):
-    """The side force of the closed loop moves no more than the bounds of effects take it to, up to nine tenths of the
-    coefficient at which friction buckles the strip."""
-    scene = replace(PUSHED, piston=replace(PUSHED.piston, friction_coefficient=share * 0.45))
-    step, across = 1e-6, np.array([1.5 * np.pi])
-
-    def side(factor):
-        stiffer = replace(scene, material=replace(scene.material, elastic_modulus=210e9 * factor))
-        cycle = Cycle(stiffer, THIN, Composition(beam=BEAM_COLUMN, feedback=True))
-        return float(cycle.at(across).shape.side_force()[0])
-
-    moved = abs(np.log(side(1 + step) / side(1 - step))) / (2 * step)
-    situation = Situation.of(scene, THIN)
-    assert moved <= situation.critical / situation.reactions.clearance <= 8.0 * moved

@@ -46,7 +46,8 @@ def _diagnosis(value: list[dict[str, Any]]) -> Iterator[Row]:
 def _certificate(value: dict[str, Any] | None) -> Iterator[Row]:
     if value is not None and "method" in value:
         bound = "none exists" if value["bound"] is None else f"none is better than {value['bound']:.6g}"
-        yield "certificate", f"{bound}, gap {value['gap']:.1e}, by {value['method']}"
+        told = "no bound is known" if value["gap"] is None else f"{bound}, gap {value['gap']:.1e}"
+        yield "certificate", f"{told}, by {value['method']}"
 
 
 def _worst(value: list[dict[str, Any]]) -> Iterator[Row]:

@@ -85,10 +85,11 @@ class ActiveConstraint:
 
 @dataclass(frozen=True)
 class Certificate:
-    """How the answer is known to be the global optimum.
+    """How far the answer is known to be the global optimum.
 
-    ``bound`` is a proven bound of the objective over everything feasible (a lower bound when minimising),
-    ``gap`` the relative distance of the answer from it, ``method`` and ``evidence`` say how it was found.
+    ``bound`` bounds the objective over everything feasible (from below when minimising), ``gap`` is the relative
+    distance of the answer from it, inf where nothing bounds; ``method`` and ``evidence`` say how the answer was found,
+    what the bound rests on, and what is known of the answer beside it.
     """
 
     method: str

@@ -167,7 +167,7 @@ class CertificateResult(Strict):
 
     method: str
     bound: float | None = Field(description="no feasible design is better, in the objective's unit; null: none exists")
-    gap: float = Field(description="relative distance of the answer from the bound")
+    gap: float | None = Field(description="relative distance of the answer from the bound; null: no bound is known")
     evidence: dict[str, float | int | str]
 
 
@@ -203,7 +203,7 @@ def certificate_json(certificate: Certificate | None, unit: float) -> dict[str, 
     return {
         "method": certificate.method,
         "bound": bound if math.isfinite(bound) else None,
-        "gap": float(certificate.gap),
+        "gap": float(certificate.gap) if math.isfinite(certificate.gap) else None,
         "evidence": dict(certificate.evidence),
     }
 

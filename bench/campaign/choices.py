@@ -32,6 +32,9 @@ _CLEAR = 0.5
 _SLACK = 4e-3
 """What two of the most exact solutions may add to a difference, as a share of the tolerance."""
 
+_OF_A_PLACE = frozenset({"stress_amplitude_mpa"})
+"""Told at the section that governs a rod's fatigue, which moves from one to another that is used alike: no effect."""
+
 Chosen = frozenset[str]
 
 
@@ -190,7 +193,8 @@ def _ran(answer: Answer) -> Chosen:
 def _told(scene: Scene, answer: Answer, accuracy: float) -> _Solution | None:
     if answer.status != "succeeded":
         return None
-    return _Solution(scene.results(answer), accuracy, answer.accuracy["estimated"])
+    told = {name: value for name, value in scene.results(answer).items() if name not in _OF_A_PLACE}
+    return _Solution(told, accuracy, answer.accuracy["estimated"])
 
 
 def _verdict(solved: _Solved, tolerance: float, judge_needless: bool) -> Verdict:

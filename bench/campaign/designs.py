@@ -2,9 +2,10 @@
 
 Every kind's random problem is designed at an accuracy drawn for it. Then the answer is put to the kind's check, where
 it must keep its limits and have the objective that the design tells. Rivals, drawn at random over all that is allowed
-and close around the answer, are put to the same check: one that keeps the limits and is better than the certificate's
-bound shows a lie, and so does one that keeps them where the design says that there is none. Last, the same problem
-designed a thousand times tighter must not be better than the bound, nor further away than the estimate.
+and close around the answer, or found by local searches (each kind's ``RIVALS``), are put to the same check: one that
+keeps the limits and is better than the answer by more than its estimate, or than the certificate's bound, shows a lie,
+and so does one that keeps them where the design says that there is none. Last, the same problem designed a thousand
+times tighter must not be better than the bound, nor further away than the estimate.
 
 The check is the physics that both share; the search has nothing of the solver's.
 """
@@ -29,6 +30,12 @@ DESIGNED: Mapping[str, Callable[[np.random.Generator], Problem]] = {
     "pin-profile": pin_designs.problem,
 }
 """For every kind that designs, how a random problem is made; pins and bushings are one kind."""
+RIVALS: Mapping[str, str] = {
+    "flexible-rod": rod_designs.RIVALS,
+    "impact-linkage": linkage_designs.RIVALS,
+    "pin-profile": pin_designs.RIVALS,
+}
+"""How strong the rivals of a kind's designs are."""
 
 _ACCURACIES = (1e-3, 1e-4, 1e-5, 1e-6)
 _TIGHTER = 1e-3
@@ -46,6 +53,7 @@ class Design:
     missed          by what share the answer misses a limit, or its objective, when checked anew
     better          by what share the best rival, or the tighter design, is better than the bound
     estimated       of the answer's own error and gap, and the tighter design's
+    own_estimate    of the answer's own error, with its gap where that is proven
     distance        from the tighter design
     closest         by what share the best rival is worse than the answer
     """
@@ -58,6 +66,7 @@ class Design:
     missed: float = 0.0
     better: float = 0.0
     estimated: float = 0.0
+    own_estimate: float = 0.0
     distance: float = 0.0
     closest: float = math.inf
 
@@ -69,6 +78,11 @@ class Design:
     def bounded(self) -> bool:
         """The bound itself is as exact as the accuracy asked for."""
         return self.better <= self.requested + _ROUNDING
+
+    @property
+    def unbeaten(self) -> bool:
+        """No rival is better than the answer by more than it estimates."""
+        return -self.closest <= self.own_estimate + _ROUNDING
 
     @property
     def honest(self) -> bool:
@@ -101,6 +115,7 @@ def judge_design(slug: str, seed: int) -> Design | None:
         missed=_missed(slug, problem, answer),
         better=max(bound / min(best, least) - 1.0, 0.0),
         estimated=_doubt(answer) + _doubt(tight),
+        own_estimate=_doubt(answer) if proven else answer.accuracy["estimated"],
         distance=abs(value / least - 1.0),
         closest=best / value - 1.0,
     )
@@ -122,17 +137,18 @@ def _checked(slug: str, body: Body, answer: Answer) -> Body | None:
 
 def _best_rival(slug: str, problem: Problem, answer: Answer, rng: np.random.Generator) -> tuple[int, float]:
     """How many rivals had an answer, and the best objective, as made small, of those that keep the limits."""
-    tried, best, result = 0, math.inf, None
-    rivals = problem.rivals(rng, answer)
-    while True:
-        try:
-            body = rivals.send(result) if tried or result is not None else next(rivals)
-        except StopIteration:
-            return tried, best
+    tried, best = 0, math.inf
+
+    def check(body: Body) -> Body | None:
+        nonlocal tried, best
         result = _checked(slug, body, answer)
         tried += 1
         if result is not None and problem.broken(result) <= 0.0 and (value := problem.objective(result)) is not None:
             best = min(best, value**problem.sign)
+        return result
+
+    problem.rivals(rng, answer, check)
+    return tried, best
 
 
 def _missed(slug: str, problem: Problem, answer: Answer) -> float:

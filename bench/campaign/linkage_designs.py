@@ -11,12 +11,13 @@ import numpy as np
 from app.designs.impact_linkage.kind import IMPACT_LINKAGE
 from app.designs.kind import Answer, Mode
 from bench.campaign import impact_linkage
-from bench.campaign.rivalry import Body, Rivalry, excess
+from bench.campaign.rivalry import Body, Check, excess
 from solvers.linkage import KINDS
 from solvers.linkage.family import GREATEST_MARGIN
 from solvers.linkage.kinds import Gain
 
 _RIVALS = 40
+RIVALS = f"{_RIVALS} random free ratios of every type, and {_RIVALS} about the answer's own"
 _MOST = 1e6
 """What a request may ask for."""
 _READ = {
@@ -56,20 +57,20 @@ class LinkageProblem:
         bare = {k: v for k, v in self.body.items() if k not in ("types", "objective")}
         return {**bare, "type": name, "ratios": {KINDS[name].parameter: ratio}}
 
-    def rivals(self, rng: np.random.Generator, answer: Answer) -> Rivalry:
+    def rivals(self, rng: np.random.Generator, answer: Answer, check: Check) -> None:
         """Every type over its free ratio, as far as a certificate says that it was searched, and the answer's own about
         its own."""
         for name in self.body["types"]:
             kind, gain = KINDS[name], Gain(self.restitution)
             low, high = math.log(kind.least_margin(gain)), math.log(GREATEST_MARGIN)
             for beyond in np.exp(np.sort(rng.uniform(low, high, _RIVALS))):
-                yield self._check(name, kind.least_parameter(gain) * (1.0 + float(beyond)))
+                check(self._check(name, kind.least_parameter(gain) * (1.0 + float(beyond))))
             if answer.status == "succeeded" and answer.result["type"] == name:
                 own = math.log(kind.beyond_least(gain, answer.result["ratios"][kind.parameter]))
                 for part in np.geomspace(1e-6, 1e-1, _RIVALS // 2):
                     for near in (own - part, own + part):
                         beyond = math.exp(min(max(near, low), high))
-                        yield self._check(name, kind.least_parameter(gain) * (1.0 + beyond))
+                        check(self._check(name, kind.least_parameter(gain) * (1.0 + beyond)))
 
     def broken(self, result: Body) -> float:
         limits = self.body["limits"]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from app.designs.registry import KINDS
 from bench.campaign.choices import TOLERANCES
-from bench.campaign.designs import Design
+from bench.campaign.designs import RIVALS, Design
 from bench.campaign.honesty import JUDGED_INDEPENDENTLY
 from bench.campaign.scenes import DRAWN
 from bench.campaign.seeds import (
@@ -85,6 +85,9 @@ def _of_designs(designs: list[tuple[int, Design]]) -> Iterator[str]:
     yield _row("a design keeps its limits, checked anew", len(found), (s for s, d in found if not d.admissible))
     honest = "a design is as near to one a thousand times tighter as it estimates"
     yield _row(honest, len(found), (s for s, d in found if not d.honest))
+    rivals = sum(d.rivals for _, d in found)
+    unbeaten = f"none of {rivals:,} rivals is better than the answer by more than it estimates"
+    yield _row(unbeaten, len(found), (s for s, d in found if not d.unbeaten))
     for proven, which in ((True, ""), (False, " that names what its proof leaves out")):
         own = [(s, d) for s, d in found if d.proven is proven]
         rivals = sum(d.rivals for _, d in own)
@@ -134,7 +137,8 @@ def _shares(slug: str, of: dict[str, list[Part]]) -> str:
     closest = [d.closest for _, d in _judged(of[DESIGN]) if math.isfinite(d.closest)]
     if closest:
         said.append(
-            f"The best rival of a design is {statistics.median(closest):.1g} worse than it in the median, relative."
+            f"Rivals of a design are {RIVALS[slug]}; the best is {statistics.median(closest):.1g} worse than the "
+            f"answer in the median, {min(closest):.1g} at least, relative (negative: better)."
         )
     return " ".join(said)
 

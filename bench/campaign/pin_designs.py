@@ -15,9 +15,10 @@ import numpy as np
 from app.designs.kind import Answer, Mode
 from app.designs.pin_profile.kind import PIN_PROFILE
 from bench.campaign import pin_profile
-from bench.campaign.rivalry import Body, Rivalry, excess
+from bench.campaign.rivalry import Body, Check, excess
 
 _WAVES, _HALVINGS = 6, 12
+RIVALS = f"{_WAVES} random waves of the walls, the lightest that holds by {_HALVINGS} halvings each"
 _FINE = 64
 _WIDEST = 0.3
 """How far walls are scaled, as a logarithm, in search of the lightest that holds."""
@@ -63,13 +64,13 @@ class PinProblem:
         points = [{"x_mm": a, self._name: d} for a, d in zip(x.tolist(), size.tolist(), strict=True)]
         return {**bare, "profile": points}
 
-    def rivals(self, rng: np.random.Generator, answer: Answer) -> Rivalry:
+    def rivals(self, rng: np.random.Generator, answer: Answer, check: Check) -> None:
         """Per random wave, the lightest that keeps the limits, closed in on by halving."""
         g = self.body["geometry"]
         length = 2 * g["boss_length_mm"] + g["small_end_length_mm"] + 2 * g["gap_mm"]
         if answer.status != "succeeded":
             thickest = 0.0 if not self._seeks_outside else 1e3 * self.body["bore_mm"] + length
-            yield self._check(np.zeros(1), np.array([thickest]))
+            check(self._check(np.zeros(1), np.array([thickest])))
             return
         kind = self.body["form"]["kind"]
         known = answer.result["corners"] or answer.result["profile"]
@@ -87,7 +88,7 @@ class PinProblem:
             low, high = -_WIDEST, _WIDEST
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
-                result = yield self._check(x, self._shaped(size, bent + middle, kind))
+                result = check(self._check(x, self._shaped(size, bent + middle, kind)))
                 holds = result is not None and self.broken(result) <= 0.0
                 low, high = (low, middle) if holds else (middle, high)
 

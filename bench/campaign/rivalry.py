@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
@@ -11,8 +11,8 @@ import numpy as np
 from app.designs.kind import Answer
 
 Body = dict[str, Any]
-Rivalry = Generator[Body, Body | None, None]
-"""Check requests; each is answered by its checked result, None where it has none."""
+Check = Callable[[Body], Body | None]
+"""From a check request, with the answer's own effects, to the checked result; None where it has none."""
 
 
 class Problem(Protocol):
@@ -32,8 +32,8 @@ class Problem(Protocol):
     def given(self, answer: Answer) -> Body | None:
         """The check request of a design's answer; None where no check can be told of it to all digits."""
 
-    def rivals(self, rng: np.random.Generator, answer: Answer) -> Rivalry:
-        """Check requests of what the form and the bounds allow."""
+    def rivals(self, rng: np.random.Generator, answer: Answer, check: Check) -> None:
+        """Put what the form and the bounds allow to the check; each counts if it keeps the limits."""
 
     def broken(self, result: Body) -> float:
         """By what share the worst of the limits is missed; 0 where all are kept."""

@@ -1,4 +1,5 @@
-"""Random design problems of the flexible rod, and strips that compete with the answer.
+"""Random design problems of the flexible rod, and strips that compete with the answer: random ones, and those that
+local searches on the check find.
 
 The limits are a random strip's own results with room to spare, or, in one of six, more than that strip can give.
 """
@@ -13,11 +14,17 @@ from typing import Any
 import numpy as np
 
 from app.designs.flexible_rod.kind import FLEXIBLE_ROD
+from app.designs.flexible_rod.request import DesignRequest
 from app.designs.kind import Answer, Mode
 from bench.campaign import flexible_rod
-from bench.campaign.rivalry import Body, Rivalry, excess
+from bench.campaign.rivalry import Body, Check, excess
+from oracles.rivals.rod import ROUGH, Strength, compete, core_of, core_optimum, looker, space_of
+from oracles.rivals.rod_search import Array, Hunt, Look
+from solvers import rod
 
-_RIVALS = 20
+_RANDOM = 20
+SEARCHES = Strength(starts=4, evaluations=60, most=800)
+RIVALS = f"{_RANDOM} random strips, and local searches on the check: {SEARCHES}"
 _SIZES = ("b_mm", "h_mm", "l_mm")
 _READ = {
     "mass": "mass_g",
@@ -54,25 +61,52 @@ class RodProblem:
     def given(self, answer: Answer) -> Body:
         return {**self.machine, "dimensions": answer.result["dimensions"]}
 
-    def rivals(self, rng: np.random.Generator, answer: Answer) -> Rivalry:
-        """Strips anywhere within the bounds, and about the answer ever more closely."""
+    def rivals(self, rng: np.random.Generator, answer: Answer, check: Check) -> None:
+        """Strips anywhere within the bounds, and about the answer ever more closely; then local searches."""
         low, high = np.log(np.array([self.body["bounds"][name] for name in _SIZES]).T)
         found = None if answer.status != "succeeded" else answer.result["dimensions"]
-        for turn in range(_RIVALS):
+        near = None if found is None else np.log([found[name] for name in _SIZES])
+        for turn in range(_RANDOM):
             sizes = rng.uniform(low, high)
-            if found is not None and turn % 2:
-                near = np.log([found[name] for name in _SIZES])
+            if near is not None and turn % 2:
                 sizes = np.clip(near + 10 ** rng.uniform(-4.0, -0.5) * rng.standard_normal(3), low, high)
             dimensions = dict(zip(_SIZES, np.exp(sizes).tolist(), strict=True))
             stock = self.body.get("stock_h_mm")
             if stock:
                 dimensions["h_mm"] = min(stock, key=lambda h: abs(h - dimensions["h_mm"]))
-            # Logarithms and back may pass a bound by a rounding.
-            for name in _SIZES:
-                dimensions[name] = min(
-                    max(dimensions[name], self.body["bounds"][name][0]), self.body["bounds"][name][1]
-                )
-            yield {**self.machine, "dimensions": dimensions}
+            check(self._check(dimensions))
+        self._search(rng, answer, near, check)
+
+    def _check(self, dimensions: Body) -> Body:
+        """The check of a strip; logarithms and back may pass a bound by a rounding."""
+        bounds = self.body["bounds"]
+        within = {n: min(max(dimensions[n], bounds[n][0]), bounds[n][1]) for n in _SIZES}
+        return {**self.machine, "dimensions": within}
+
+    def _search(self, rng: np.random.Generator, answer: Answer, near: Array | None, check: Check) -> None:
+        """Local searches, in metres."""
+
+        def look(sizes: Array) -> Look:
+            result = check(self._check(dict(zip(_SIZES, (1e3 * sizes).tolist(), strict=True))))
+            return self._seen(result)
+
+        problem = DesignRequest.model_validate_json(json.dumps(self.body)).problem()
+        active = frozenset(e["name"] for e in answer.effects if e["state"] == "active")
+        selection = rod.EffectSelection(active, frozenset(e["name"] for e in answer.effects) - active)
+        hunt = Hunt(space_of(problem), look, seeking=near is not None)
+        first = None if near is None else near - math.log(1e3)
+        rough = looker(problem, core_of(selection), ROUGH)
+        compete(hunt, first, core_optimum(problem, selection), rough, SEARCHES, rng)
+
+    def _seen(self, result: Body | None) -> Look:
+        """What a search needs of a checked result."""
+        asked = self.body["requirements"]
+        if result is None or (result["fatigue_safety"] is None and result["stability_safety"] is None):
+            result = dict.fromkeys([*_LEAST, *_GREATEST, *_READ.values()])
+        margins = [_log(result[n], asked[limit]) for n, limit in _LEAST.items() if limit in asked]
+        margins += [_log(asked[limit], result[n]) for n, limit in _GREATEST.items() if limit in asked]
+        margins.append(_log(result["stability_safety"], 1.0))
+        return Look(self.sign * _log(self.objective(result), 1.0, math.inf * self.sign), np.array(margins))
 
     def broken(self, result: Body) -> float:
         asked = self.body["requirements"]
@@ -83,6 +117,10 @@ class RodProblem:
         if result["stability_safety"] is not None and result["stability_safety"] <= 1.0:
             found.append(math.inf)
         return max(found, default=0.0)
+
+
+def _log(value: float | None, other: float | None, missing: float = math.nan) -> float:
+    return math.log(value / other) if value and other else missing
 
 
 def problem(rng: np.random.Generator) -> RodProblem:

@@ -1,58 +1,85 @@
 """Measure error against time of every kind beside its peers; write docs/accuracy.md and its diagrams.
 
-python -m bench.work_precision [CASES]
+python -m bench.work_precision [--cases N] [KIND ...]
+
+Sections of kinds that are not asked for stay as they are.
 """
 
 from __future__ import annotations
 
+import argparse
 import multiprocessing
 import os
 import platform
-import sys
 from concurrent.futures import ProcessPoolExecutor
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
+from types import ModuleType
 
-from bench.work_precision import crank_dynamics, flexible_rod, impact_linkage, pin_profile
+# Before numpy is there: times are the processor's, and one thread's are everybody's.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from bench.work_precision import crank_dynamics, flexible_rod, flexible_rod_effects, impact_linkage, pin_profile
 from bench.work_precision.curves import measure
-from bench.work_precision.page import diagram, table
+from bench.work_precision.page import diagram, table, written
 
 DOCS = Path(__file__).parents[2] / "docs"
 CASES = 200
 """Of every kind, or as many as its reference allows."""
-KINDS = {
+KINDS: dict[str, ModuleType] = {
     "flexible-rod": flexible_rod,
+    "flexible-rod-effects": flexible_rod_effects,
     "pin-profile": pin_profile,
     "impact-linkage": impact_linkage,
     "crank-dynamics": crank_dynamics,
 }
+HEAD = """# What accuracy costs
+
+Written by `make bench`, every section on the day that it names; `python -m bench.work_precision KIND` measures one
+again. A quarter of the cases is hard, where a section does not say otherwise. Absolute times move with the machine,
+ratios less. Any request of your own is put to the same question by `POST /api/v1/accuracy/{kind}`.
+"""
 
 
-def main(count: int = CASES) -> None:
-    """Measure and write."""
+def section(slug: str, count: int) -> str:
+    """A kind measured over so many cases; writes its diagram."""
+    kind = KINDS[slug]
+    cases = kind.cases(min(count, kind.CASES))
+    # References are nobody's time: they may use all processors, before anything is measured.
+    with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:
+        exact = list(pool.map(kind.reference, cases, chunksize=4))
+    curves = measure(list(kind.methods()), cases, exact)
+    (DOCS / f"accuracy-{slug}.svg").write_text(diagram(kind.TITLE, curves), "utf-8")
     versions = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "cvxpy"))
-    lines = [
-        "# What accuracy costs",
+    lines = [f"## {kind.TITLE}", "", kind.__doc__.strip(), ""]
+    lines += [*kind.remarks(cases), ""] if hasattr(kind, "remarks") else []
+    lines += [
+        f"{datetime.now(UTC):%Y-%m-%d}: {len(cases)} cases, processor time of one thread, {platform.machine()}, Python "
+        f"{platform.python_version()}, {versions}.",
         "",
-        f"Written by `make bench` on {datetime.now(UTC):%Y-%m-%d}: {platform.machine()}, {os.cpu_count()} cores, "
-        f"Python {platform.python_version()}, {versions}. A quarter of the cases is hard. Absolute times move with the "
-        "machine, ratios less. Any request of your own is put to the same question by `POST /api/v1/accuracy/{kind}`.",
+        f"![{kind.TITLE}](accuracy-{slug}.svg)",
         "",
+        *table(curves),
     ]
-    for slug, kind in KINDS.items():
-        cases = kind.cases(min(count, kind.CASES))
-        # References are nobody's time: they may use all processors, before anything is measured.
-        with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:
-            exact = list(pool.map(kind.reference, cases, chunksize=4))
-        curves = measure(list(kind.methods()), cases, exact)
-        print(f"{kind.TITLE}: {len(cases)} cases", flush=True)
-        (DOCS / f"accuracy-{slug}.svg").write_text(diagram(kind.TITLE, curves), "utf-8")
-        lines += [f"## {kind.TITLE}", "", kind.__doc__.strip(), "", f"![{kind.TITLE}](accuracy-{slug}.svg)", ""]
-        lines += [*table(curves), ""]
-    (DOCS / "accuracy.md").write_text("\n".join(lines), "utf-8")
-    print("\n".join(lines))
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Measure and write."""
+    asked = argparse.ArgumentParser(prog="python -m bench.work_precision", description="error against time")
+    asked.add_argument("--cases", type=int, default=CASES, help="of each kind, at most")
+    asked.add_argument("kinds", nargs="*", default=list(KINDS), metavar="KIND", help=", ".join(KINDS))
+    given = asked.parse_args()
+    for unknown in set(given.kinds) - KINDS.keys():
+        asked.error(f"there is no kind {unknown}")
+    page = DOCS / "accuracy.md"
+    for slug in given.kinds:
+        found = {KINDS[slug].TITLE: section(slug, given.cases)}
+        order = [kind.TITLE for kind in KINDS.values()]
+        page.write_text(written(page.read_text("utf-8") if page.exists() else "", HEAD, order, found), "utf-8")
+        print(found[KINDS[slug].TITLE], flush=True)
 
 
 if __name__ == "__main__":
-    main(*(int(argument) for argument in sys.argv[1:]))
+    main()

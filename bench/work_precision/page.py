@@ -1,9 +1,10 @@
-"""docs/accuracy.md and its diagrams, from measured curves."""
+"""docs/accuracy.md and its diagrams, from measured curves: one section a kind, each with the day of its own run."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, decades_around
 from bench.work_precision.curves import LEAST_ERROR, Curve, Point
@@ -15,22 +16,31 @@ _TARGETS = (1e-3, 1e-6, 1e-9)
 def diagram(title: str, curves: Sequence[Curve]) -> str:
     """SVG of the median error against the median time of every method, both logarithmic."""
     points = [p for curve in curves for p in curve.points if _answered(p)]
-    answering = [(c, color) for c, color in zip(curves, _COLORS, strict=False) if any(map(_answered, c.points))]
+    drawn = [(c, color, dashes) for c, color, dashes in _styled(curves) if any(map(_answered, c.points))]
+    legend = {(curve.part or curve.name): color for curve, color, _ in drawn}
     chart = Chart(
         title,
         decades_around([p.time * 1e3 for p in points]),
         decades_around([max(p.error, LEAST_ERROR) for p in points]),
         "time per case, median, ms",
         "greatest relative error, median",
-        legend=[(curve.name, color) for curve, color in answering],
+        legend=list(legend.items()),
     )
-    for curve, color in answering:
+    for curve, color, dashes in drawn:
         found = [p for p in curve.points if _answered(p)]
         xs, ys = [p.time * 1e3 for p in found], [max(p.error, LEAST_ERROR) for p in found]
-        chart.line(xs, ys, color)
+        chart.line(xs, ys, color, dashes)
         for x, y in zip(xs, ys, strict=True):
             chart.mark(x, y, "", color)
     return chart.svg()
+
+
+def _styled(curves: Sequence[Curve]) -> Iterator[tuple[Curve, str, str]]:
+    """A color for every part of a page, whose peers are dashed; where there are no parts, for every curve."""
+    parts = list(dict.fromkeys(curve.part or curve.name for curve in curves))
+    for curve in curves:
+        own = curve is next(c for c in curves if (c.part or c.name) == (curve.part or curve.name))
+        yield curve, _COLORS[parts.index(curve.part or curve.name) % len(_COLORS)], "" if own else "6 4"
 
 
 def _answered(point: Point) -> bool:
@@ -38,17 +48,26 @@ def _answered(point: Point) -> bool:
 
 
 def table(curves: Sequence[Curve]) -> Iterator[str]:
-    """Markdown rows of every setting, then what each method takes to reach an error."""
-    yield "| method | setting | time, median | error, median | error, worst | cases | without answer |"
-    yield "|---|---|---|---|---|---|---|"
+    """Markdown rows of every setting, then what each method takes to reach an error, part by part."""
+    parts = list(dict.fromkeys(curve.part for curve in curves))
+    first = "| part | method" if any(parts) else "| method"
+    yield f"{first} | setting | time, median | error, median | error, worst | cases | without answer |"
+    yield "|---" * (first.count("|") + 6) + "|"
     for curve in curves:
         for p in curve.points:
             yield (
-                f"| {curve.name} | {p.setting} | {shown_time(p.time)} | {_shown(p.error)} | {_shown(p.worst)} | "
-                f"{p.cases} | {p.failures} |"
+                f"| {f'{curve.part} | ' if curve.part else ''}{curve.name} | {p.setting} | {shown_time(p.time)} | "
+                f"{_shown(p.error)} | {_shown(p.worst)} | {p.cases} | {p.failures} |"
             )
-    yield ""
-    yield "| to reach a median error of | " + " | ".join(curve.name for curve in curves) + " |"
+    for part in parts:
+        yield ""
+        yield from _reached(part, [curve for curve in curves if curve.part == part])
+
+
+def _reached(part: str, curves: Sequence[Curve]) -> Iterator[str]:
+    """The cheapest setting of each method that reaches an error, beside the first method's."""
+    of = f"{part}: to" if part else "to"
+    yield f"| {of} reach a median error of | " + " | ".join(curve.name for curve in curves) + " |"
     yield "|---" * (len(curves) + 1) + "|"
     for target in _TARGETS:
         best = [curve.cheapest(target) for curve in curves]
@@ -62,6 +81,13 @@ def table(curves: Sequence[Curve]) -> Iterator[str]:
             else:
                 cells.append(f"{shown_time(found.time)} ({found.time / ours.time:.3g} times)")
         yield f"| {target:g} | " + " | ".join(cells) + " |"
+
+
+def written(page: str, head: str, order: Sequence[str], sections: Mapping[str, str]) -> str:
+    """The page with these sections, by title, set anew, the others as they were."""
+    old = re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL)
+    known = {title: f"## {title}\n{body}" for title, body in old} | sections
+    return "\n".join([head, *(known[title].rstrip() + "\n" for title in order if title in known)])
 
 
 def shown_time(seconds: float) -> str:

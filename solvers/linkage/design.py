@@ -11,12 +11,13 @@ from solvers.effects import AUTO, EffectSelection
 from solvers.linkage.check import check
 from solvers.linkage.diagnosis import diagnose
 from solvers.linkage.effects import Situation, choose_for
-from solvers.linkage.family import GREATEST_MARGIN, Family
+from solvers.linkage.endless import refuse_endless
+from solvers.linkage.family import FURTHER, GREATEST_MARGIN, Family
 from solvers.linkage.kinds import LONGEST, NEAREST, ChangePoint
 from solvers.linkage.problem import LinkageProblem
 from solvers.linkage.result import LinkageCheck, Mechanism
 from solvers.linkage.scene import Scene
-from solvers.linkage.search import Proven, search
+from solvers.linkage.search import Proven, search_all
 from solvers.linkage.tolerances import Closure
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
 
@@ -61,8 +62,10 @@ def design(
     started = time.perf_counter()
     require_accuracy(accuracy)
     gap = min(max(accuracy, LEAST_GAP), GREATEST_GAP)
+    refuse_endless(problem)
     question, gain = problem.question, problem.scene.restitution.gain
-    found = [(Family(kind, gain), search(question, Family(kind, gain), gap)) for kind in problem.kinds]
+    families = [Family(kind, gain) for kind in problem.kinds]
+    found = list(zip(families, search_all(question, families, gap), strict=True))
     feasible = [(family, proven) for family, proven in found if proven.q is not None]
     settings: dict[str, float | int | str] = {"gap": gap}
     if not feasible:
@@ -119,8 +122,9 @@ def _alternative(problem: LinkageProblem, family: Family, proven: Proven) -> Alt
 def _evidence(found: list[tuple[Family, Proven]]) -> dict[str, float | int | str]:
     out: dict[str, float | int | str] = {f"ranges_{family.kind.name}": proven.cells for family, proven in found}
     out["searched"] = (
-        f"free ratios beyond their least value, relative to it, by {NEAREST:g} (largest rocker: {LONGEST:g} "
-        f"(1 - 1/g^2)) to {GREATEST_MARGIN:g}; farther out links grow without end"
+        f"designs: free ratios beyond their least value, relative to it, by {NEAREST:g} (largest rocker: {LONGEST:g} "
+        f"(1 - 1/g^2)) to {GREATEST_MARGIN:g}; the bound: {FURTHER:g} times further at both ends, up to the "
+        "parallelogram and to where links grow without end and nothing else changes"
     )
     out["rests_on"] = "lengths, swing and u31 monotone in the free ratio; width and height sinusoids between corners"
     return out
@@ -128,13 +132,18 @@ def _evidence(found: list[tuple[Family, Proven]]) -> dict[str, float | int | str
 
 def _warned(value: LinkageCheck, family: Family, best: Proven) -> LinkageCheck:
     said = []
-    if best.gap > GREATEST_GAP:
-        said.append(f"a better mechanism is excluded only to {best.gap:.1e}")
-    if min(abs(best.q - end) for end in family.range) < _ACTIVE:
+    low, high = family.range
+    if abs(best.q - low) < _ACTIVE or abs(high - best.q) < _ACTIVE:
+        kept = 1.0 / (1.0 - min(best.gap, 0.5)) - 1.0
+        endless = best.q > low or family.kind.least_margin(family.gain) != NEAREST
+        where = "links without end" if endless else "the parallelogram"
         said.append(
-            "the best mechanism lies at the end of what is searched: beyond it, links grow without end, and a little "
-            "would be gained; a limit on the size would give a mechanism that can be built"
+            f"the best mechanism lies where designs end, next to {where}: farther out at most {kept:.1e} of the "
+            "objective would be gained"
+            + ("; a limit on the size would give a mechanism that can be built" if endless else "")
         )
+    elif best.gap > GREATEST_GAP:
+        said.append(f"a better mechanism is excluded only to {best.gap:.1e}")
     return replace(value, warnings=(*value.warnings, *said)) if said else value
 
 

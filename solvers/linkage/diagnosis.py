@@ -33,6 +33,7 @@ class _Fit:
     effect: str | None = "envelope"
     settles_motion: bool = False
     grows: bool = False
+    slows: bool = False
 
     def cost(self, figures: Figures):
         return figures.scale[0] * figures.fit
@@ -47,6 +48,7 @@ class _ShortestLink:
     effect: str | None = None
     settles_motion: bool = False
     grows: bool = True
+    slows: bool = False
 
     def cost(self, figures: Figures):
         return 1.0 / (figures.scale[1] * figures.crank)

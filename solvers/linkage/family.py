@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -30,7 +30,11 @@ from solvers.linkage.kinds import ChangePoint, Gain, Ratios
 Array = NDArray[np.float64]
 
 GREATEST_MARGIN = 1e3
-"""How far the free ratio may lie beyond its least value, relative to it: far beyond it the rocker hardly moves."""
+"""How far a design's free ratio should lie beyond its least value, relative to it: farther links grow without end."""
+
+FURTHER = 1e6
+"""So much closer to either end proofs look at the free ratio: to 1e-12 from the parallelogram and to links of a billion
+cranks. Farther out no figure changes by more than 1e-8 of itself but those that grow without end."""
 
 
 @dataclass(frozen=True)
@@ -65,15 +69,24 @@ class Members:
 
 @dataclass(frozen=True)
 class Family:
-    """A kind at one restitution. The free ratio is written p = least (1 + exp(q)); q is what searches run over."""
+    """A kind at one restitution. The free ratio is written p = least (1 + exp(q)); q is what searches run over, all of
+    ``range``, or a part of the family within these ends."""
 
     kind: ChangePoint
     gain: Gain
+    part: tuple[float, float] | None = None
 
     @property
     def range(self) -> tuple[float, float]:
-        """Ends of q."""
-        return math.log(self.kind.least_margin(self.gain)), math.log(GREATEST_MARGIN)
+        """Ends of q: of what a design may be, unless the family is a part."""
+        return self.part or (math.log(self.kind.least_margin(self.gain)), math.log(GREATEST_MARGIN))
+
+    @property
+    def tails(self) -> tuple[Family, Family]:
+        """What lies beyond both ends: next to the parallelogram or to links without end."""
+        low, high = Family(self.kind, self.gain).range
+        more = math.log(FURTHER)
+        return replace(self, part=(low - more, low)), replace(self, part=(high, high + more))
 
     def parameter(self, q: Array | float) -> Array:
         least = self.kind.least_parameter(self.gain)

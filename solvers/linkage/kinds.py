@@ -117,6 +117,9 @@ class ChangePoint(Protocol):
     def least_margin(self, gain: Gain) -> float:
         """How far beyond the least value, relative to it, the free ratio must lie for a design."""
 
+    def margin_of_base(self, gain: Gain, base: float) -> float | None:
+        """How far beyond, relative to it, the base is this many cranks long; None where no base grows without end."""
+
     def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
         """Closure surplus in crank lengths: 0 for a change-point mechanism of this kind."""
 
@@ -166,6 +169,10 @@ class LargestCoupler:
 
     def least_margin(self, gain: Gain) -> float:
         return NEAREST
+
+    def margin_of_base(self, gain: Gain, base: float) -> float | None:
+        # The base is below g^2 cranks.
+        return None
 
     def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
         return base + rocker - 1.0 - coupler
@@ -220,6 +227,10 @@ class LargestRocker:
         # The base is then about 1000 g^2 cranks long.
         return LONGEST * gain.square_less_one / gain.square
 
+    def margin_of_base(self, gain: Gain, base: float) -> float | None:
+        # g^2 (p - 1)/(p - g^2) with p = g^2 (1 + margin).
+        return gain.square_less_one / (base - gain.square) if base > gain.square else None
+
     def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
         return base + coupler - 1.0 - rocker
 
@@ -273,6 +284,9 @@ class LargestBase:
 
     def least_margin(self, gain: Gain) -> float:
         return NEAREST
+
+    def margin_of_base(self, gain: Gain, base: float) -> float | None:
+        return base / gain.value - 1.0 if base > gain.value else None
 
     def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
         return coupler + rocker - 1.0 - base

@@ -54,13 +54,15 @@ class Figures(Protocol):
 
 
 class Objective(Protocol):
-    """What is wanted, as a positive cost to be made small; ``grows`` says that a larger V lowers it."""
+    """What is wanted, as a positive cost to be made small; ``grows`` says that a larger V lowers it, ``slows`` that
+    with a tool at its own radius a smaller |u31(2 pi)| does."""
 
     name: str
     sign: int
     effect: str | None
     settles_motion: bool
     grows: bool
+    slows: bool
 
     def cost(self, figures: Figures) -> Array: ...
 
@@ -72,6 +74,7 @@ class BoxArea:
     effect: str | None = "envelope"
     settles_motion: bool = False
     grows: bool = False
+    slows: bool = False
 
     def cost(self, figures: Figures) -> Array:
         return figures.area(figures.scale[0])
@@ -84,6 +87,7 @@ class LongestLink:
     effect: str | None = None
     settles_motion: bool = False
     grows: bool = False
+    slows: bool = False
 
     def cost(self, figures: Figures) -> Array:
         return figures.scale[0] * figures.longest
@@ -96,6 +100,7 @@ class EnclosingRadius:
     effect: str | None = "envelope"
     settles_motion: bool = False
     grows: bool = False
+    slows: bool = False
 
     def cost(self, figures: Figures) -> Array:
         return figures.scale[0] * figures.radius + figures.question.limits.joint_radius
@@ -108,6 +113,7 @@ class PeakTorque:
     effect: str | None = None
     settles_motion: bool = False
     grows: bool = False
+    slows: bool = False
 
     def cost(self, figures: Figures) -> Array:
         return figures.question.scene.impact_energy * figures.torque
@@ -120,6 +126,7 @@ class PinForce:
     effect: str | None = None
     settles_motion: bool = False
     grows: bool = True
+    slows: bool = False
 
     def cost(self, figures: Figures) -> Array:
         return figures.question.scene.impact_energy * figures.force / (figures.crank * figures.scale[1])
@@ -132,6 +139,7 @@ class ImpactSpeed:
     effect: str | None = None
     settles_motion: bool = True
     grows: bool = True
+    slows: bool = False
 
     def cost(self, figures: Figures) -> Array:
         radius = figures.question.scene.tool_radius
@@ -146,6 +154,7 @@ class BlowFrequency:
     effect: str | None = None
     settles_motion: bool = True
     grows: bool = False
+    slows: bool = True
 
     def cost(self, figures: Figures) -> Array:
         radius = figures.question.scene.tool_radius

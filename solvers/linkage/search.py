@@ -3,12 +3,17 @@
 The free ratio is sampled, the best sample is closed in on (corners of the cost included: no derivative is used), and
 branch and bound over the whole range of the free ratio proves that nothing beats it by more than the gap: a range is
 dropped when its bounds (``figures``) say that no member in it is allowed, or that none costs less.
+
+A design keeps off the ends of the family, the parallelogram and links without end; the proof does not. It looks at
+both tails up to where every figure has settled to 1e-8 of itself, except those that grow without end, as sizes do, and
+then cost. (Costs that fall with them for ever are refused beforehand: ``endless``.)
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +29,11 @@ _POINTS = 25
 _PARTS = 6
 _ROUNDS = 24
 _MOST_CELLS = 160_000
+_FEW, _LOOSE = 24, 1e-4
+"""Cells of what lies beyond the range of designs, and the gap that is closed there where the best lies there."""
+_BEYOND = 1e-8
+_WORTH = 5e-3
+"""What it must gain, relative, to leave the range of designs."""
 _NARROWEST = 1e-11
 _COARSE, _FINE = 1e-4, 1e-13
 _MOST_TRIALS = 24
@@ -33,7 +43,7 @@ _MOST_TRIALS = 24
 class Proven:
     """The best member: q, V [m], cost, a proven lower bound of the cost (inf: nothing is allowed) and what it took.
 
-    ``q`` is None where no member is allowed.
+    ``q`` is None where no member is allowed. The bound holds for members beyond the range of designs as well.
     """
 
     q: float | None
@@ -49,18 +59,47 @@ class Proven:
 
 
 def search(question: Question, family: Family, gap: float) -> Proven:
-    """The best member of a family and a lower bound of every member's cost."""
+    """The best member of one family and a lower bound of every member's cost."""
+    return search_all(question, [family], gap)[0]
+
+
+def search_all(question: Question, families: Sequence[Family], gap: float) -> list[Proven]:
+    """The best member of every family, and bounds of which the least holds for the members of all.
+
+    Members beyond the range of designs are searched as well, up to where nothing changes any more, for what costs less
+    than the best in any range. They lower the bound, and the best of them is a family's answer where the range holds
+    none, or none that comes close to it.
+    """
     if question.fixed_end is not None:
-        return _only_member(question, family)
+        return [_only_member(question, family) for family in families]
+    found = [_within(question, family, gap, math.inf, _CELLS) for family in families]
+    for k, family in enumerate(families):
+        for tail in family.tails:
+            own = found[k]
+            known = math.inf if own.q is None else min(proven.cost for proven in found)
+            beyond = _within(question, tail, gap - 1.1 * _BEYOND, known, _FEW)
+            # Beyond the tail's own end nothing that counts changes by more than this.
+            bound, cells = min(own.bound, beyond.bound * (1.0 - _BEYOND)), own.cells + beyond.cells
+            within = own.q is not None and not beyond.cost < own.cost * (1.0 - _WORTH)
+            found[k] = replace(own if within else beyond, bound=bound, cells=cells)
+    return found
+
+
+def _within(question: Question, family: Family, gap: float, known: float, parts: int) -> Proven:
+    """The same within one family's range; where a cost is ``known``, only what costs less by more than the gap is
+    sought, and the bound is no more than that."""
     low, high = _allowed_range(question, family)
     if low > high:
         return Proven(None, math.nan, math.inf, math.inf, 0)
-    samples = np.linspace(low, high, _SAMPLES)
-    best = _refined(question, family, samples, _costs(question, family, samples, _COARSE))
-    edges = np.linspace(low, high, _CELLS + 1)
+    best = None
+    if not math.isfinite(known):
+        samples = np.linspace(low, high, _SAMPLES * parts // _CELLS)
+        best = _refined(question, family, samples, _costs(question, family, samples, _COARSE))
+    edges = np.linspace(low, high, parts + 1)
     lows, highs, cells, bound = edges[:-1], edges[1:], 0, math.inf
     for turn in range(_ROUNDS):
-        enough = math.inf if best is None else best[1] * (1.0 - gap)
+        least = known if best is None else best[1]
+        enough = least * (1.0 - (gap if best is None or math.isinf(known) else max(gap, _LOOSE)))
         ranges = RangeFigures(question, family, lows, highs, enough)
         cells += lows.size
         bounds = _cost(ranges)
@@ -70,21 +109,20 @@ def search(question: Question, family: Family, gap: float) -> Proven:
             break
         if highs[0] - lows[0] < _NARROWEST or cells + _PARTS * lows.size > _MOST_CELLS:
             # What is this narrow and neither allowed nor excluded differs from what is excluded by rounding only.
-            bound = min(bound, float(bounds.min())) if best is not None else math.inf
+            bound = min(bound, float(bounds.min())) if math.isfinite(least) else math.inf
             break
         if best is None or turn in (1, 2) or (turn > 0 and turn % 3 == 0):
             tried = 0.5 * (lows + highs)[np.argsort(bounds)[:_MOST_TRIALS]]
-            better = _refined_near(question, family, tried, float(highs[0] - lows[0]), best)
+            better = _refined_near(question, family, tried, float(highs[0] - lows[0]), least)
             best = better if better is not None else best
         # Cut into equal parts: a few large rounds cost less than many small ones.
         edges = lows[:, None] + (highs - lows)[:, None] * np.linspace(0.0, 1.0, _PARTS + 1)
         edges[:, -1] = highs
         lows, highs = edges[:, :-1].ravel(), edges[:, 1:].ravel()
+    bound = min(bound, enough)
     if best is None:
-        return Proven(None, math.nan, math.inf, math.inf, cells)
-    q, cost = best
-    bound = min(bound, cost * (1.0 - gap))
-    return Proven(q, _scale(question, family, q), cost, bound, cells)
+        return Proven(None, math.nan, math.inf, bound, cells)
+    return Proven(best[0], _scale(question, family, best[0]), best[1], bound, cells)
 
 
 def _only_member(question: Question, family: Family) -> Proven:
@@ -161,14 +199,14 @@ def _refined(question: Question, family: Family, samples: Array, costs: Array) -
 
 
 def _refined_near(
-    question: Question, family: Family, points: Array, width: float, best: tuple[float, float] | None
+    question: Question, family: Family, points: Array, width: float, known: float
 ) -> tuple[float, float] | None:
-    """What closing in on the best of the points gives, where it is better than what is known by more than rounding."""
+    """What closing in on the best of the points gives, where it is better than the known cost by more than rounding."""
     costs = _costs(question, family, points, _COARSE)
     k = int(np.argmin(costs))
-    if not math.isfinite(costs[k]) or (best is not None and costs[k] >= best[1] * (1.0 - 1e-9)):
+    if not costs[k] < known * (1.0 - 1e-9):
         return None
     bracket = np.array([points[k] - width, points[k], points[k] + width])
     bracket = np.clip(bracket, *_allowed_range(question, family))
     found = _refined(question, family, bracket, np.array([np.inf, costs[k], np.inf]))
-    return found if best is None or (found is not None and found[1] < best[1]) else None
+    return found if found is not None and found[1] < known else None

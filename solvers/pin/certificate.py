@@ -1,4 +1,4 @@
-"""A lower bound of the mass that trusts nobody: tangents of the Lagrangian at the answer.
+"""A lower bound of the mass that trusts nobody: tangents of the Lagrangian at the answer, and its levels.
 
 For multipliers that are not negative the Lagrangian, with every flexibility replaced by its convex envelope, is nowhere
 above the objective on feasible pins, and being convex and separable it lies above its tangents. So for any u^ whatever
@@ -6,9 +6,17 @@ above the objective on feasible pins, and being convex and separable it lies abo
     sum s_i u_i  >=  sum s_i (u^_i + lambda g_i(u^_i)) - lambda + sum of min over [l_i, 1] of h_i (u - u^_i),
 
 h_i = d/du_i of the Lagrangian. Only the multipliers come from a solver; bad ones make the bound loose, not wrong.
-Where u must not fall toward the middle, the tangent's minimum runs over u that do not fall, which on a block of equal
-u^ is a threshold: a sum of suffixes. A slope limit |u_{i+1} - u_i| <= k_i (sqrt(1-u_i) + sqrt(1-u_{i+1})) is separable
-as well, and its multipliers join h_i.
+
+Where u must not fall toward the middle, envelopes of single stations give too much away: they mix thin walls with solid
+ones side by side. There a station's term f_i = s_i (u + lambda g_i) is split at the level c from which phi is concave,
+f_i(u) = f_i(min(u, c)) + [f_i(max(u, c)) - f_i(c)]. The first part is convex, and the tangent's minimum runs over u
+that do not fall, which on a block of equal u^ is a threshold: a sum of suffixes. The second part, summed, is the
+integral over the levels z from c to 1 of the sum of f_i'(z) over all stations whose u is above z: a suffix t(z).
+Whatever u is, that is no less than the integral of M(z) = min over t of sum_{i >= t} f_i'(z). Third derivatives of 1/v
+and phi are negative, so every such sum is concave in z, hence M as well, and the trapezoidal rule lies below its
+integral.
+
+A slope limit |u_{i+1} - u_i| <= k_i (sqrt(1-u_i) + sqrt(1-u_{i+1})) is separable as well, and its multipliers join h_i.
 """
 
 from __future__ import annotations
@@ -20,46 +28,50 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.flexibility import bending, line_from, phi, phi_slope
+from solvers.pin.flexibility import bending, chord, inflection, line_from, phi, phi_slope
 from solvers.pin.program import Program
 from solvers.pin.section import v_of, wall_of
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+_LEVELS = 513
 
 
 @kernel
-def _envelope(u: float, bend: float, shear: float, a: float, b: float, knee: float) -> tuple[float, float]:
-    """The convex envelope of g = bend/v + shear phi on (0, 1] and its slope."""
-    line = line_from(bend, shear, a, b, knee)
+def _envelope(u: float, bend: float, shear: float, a: float, b: float, line: float) -> tuple[float, float]:
+    """g = bend/v + shear phi up to ``line``, from there on straight to (1, g(1)), and its slope."""
     at = min(u, line)
     value, slope, _ = bending(at)
-    g = bend * value + shear * phi(at, a, b, knee)
+    g = bend * value + shear * phi(at, a, b)
     if u > line:
-        end = bend + shear * a
-        chord = (end - g) / (1.0 - line)
-        return end + chord * (u - 1.0), chord
-    return g, bend * slope + shear * phi_slope(at, a, b, knee)
+        fall = chord(line, bend, shear, a, b)
+        return bend + shear * a + fall * (1.0 - u), -fall
+    return g, bend * slope + shear * phi_slope(at, a, b)
 
 
 @kernel
 def _tangents(
-    scale: float, share: Array, bend: Array, shear: Array, a: float, b: float, knee: float, u: Array,
+    scale: float, share: Array, bend: Array, shear: Array, a: float, b: float, enveloped: bool, u: Array,
     value: Array, slope: Array,
 ) -> None:  # fmt: skip
     for i in range(u.size):
         value[i], slope[i] = share[i] * u[i], share[i]
         if scale > 0.0 and (bend[i] > 0.0 or shear[i] > 0.0):
-            g, fall = _envelope(u[i], bend[i], shear[i], a, b, knee)
+            line = line_from(bend[i], shear[i], a, b) if enveloped else 1.0
+            g, fall = _envelope(u[i], bend[i], shear[i], a, b, line)
             value[i] += share[i] * scale * g
             slope[i] += share[i] * scale * fall
 
 
-def lagrangian(program: Program, multiplier: float, u: Array) -> tuple[Array, Array]:
-    """Terms s_i (u_i + lambda g_i(u_i)) and their slopes at u; stations without deflection need no wall for it."""
+def lagrangian(program: Program, multiplier: float, u: Array, enveloped: bool = True) -> tuple[Array, Array]:
+    """Terms s_i (u_i + lambda g_i(u_i)) and their slopes at u; stations without deflection need no wall for it.
+
+    ``enveloped`` replaces g_i by its convex envelope.
+    """
     value, slope, law = np.empty_like(u), np.empty_like(u), program.law
     scale = multiplier / program.limit if multiplier > 0.0 else 0.0
     _tangents(
-        scale, program.share, program.bending, program.shear, law.a, law.b, law.knee, u, value, slope
+        scale, program.share, program.bending, program.shear, law.a, law.b, enveloped, u, value, slope
     )  # fmt: skip
     return value, slope
 
@@ -97,19 +109,62 @@ def monotone_bound(program: Program, low: Array, multiplier: float, u: Array) ->
     """The same over u that also do not fall toward the middle; ``low`` does not fall either."""
     if math.isinf(multiplier):
         return program.volume(u)
-    value, slope = lagrangian(program, multiplier, u)
+    knee = inflection(program.scene.material.poisson)
+    capped, held = np.minimum(u, knee), np.minimum(low, knee)
+    value, slope = lagrangian(program, multiplier, capped, enveloped=False)
+    slope = np.where(low >= knee, 0.0, slope)
     total = float(np.sum(value)) - multiplier
     halves = (slice(0, program.anchor), slice(program.anchor, u.size))
     for half, step in zip(halves, (1, -1), strict=True):
-        un, sn, ln = u[half][::step], slope[half][::step], low[half][::step]
+        un, sn, ln = capped[half][::step], slope[half][::step], held[half][::step]
         if not un.size:
             continue
         starts = np.flatnonzero(np.concatenate([[True], un[1:] != un[:-1]]))
         for begin, end in zip(starts, np.append(starts[1:], un.size), strict=True):
             # u = top from some station of the block on, bottom before it: the extreme points of rising sequences.
-            bottom, top = ln[begin] - un[begin], 1.0 - un[begin]
+            bottom, top = ln[begin] - un[begin], knee - un[begin]
             suffix = np.concatenate([np.cumsum(sn[begin:end][::-1])[::-1], [0.0]])
             total += float(np.min(bottom * (suffix[0] - suffix) + top * suffix))
+        total += _above(program, multiplier, low[half][::step], np.arange(u.size)[half][::step], knee)
+    return total
+
+
+def _above(program: Program, multiplier: float, low: Array, order: NDArray[np.int64], knee: float) -> float:
+    """The integral of M(z) over the levels from ``knee`` to 1, from below; one half's stations in their order."""
+    scale = multiplier / program.limit
+
+    def suffixes(of: Array) -> Array:
+        return np.concatenate([np.cumsum(of[order][::-1])[::-1], [0.0]])
+
+    share = program.share
+    sums = np.stack(
+        [suffixes(share), scale * suffixes(share * program.bending), scale * suffixes(share * program.shear)]
+    )
+    ends = np.array([knee, 1.0])
+    # A wall that must be above some level must be so from its own station on.
+    beyond = low[(low > knee) & (low < 1.0)]
+    if (
+        not beyond.size
+        and low[-1] < 1.0
+        and _levels(ends, np.array([low.size]), sums, program.law.a, program.law.b) == 0.0
+    ):
+        return 0.0
+    levels = np.unique(np.concatenate([np.linspace(knee, 1.0, _LEVELS), beyond]))
+    latest = np.searchsorted(low, levels[1:], side="left")
+    return _levels(levels, latest, sums, program.law.a, program.law.b)
+
+
+@kernel
+def _levels(levels: Array, latest: Indices, sums: Array, a: float, b: float) -> float:
+    """Trapezoidal rule for min over t <= latest of sums[0] + sums[1] (1/v)' + sums[2] phi'."""
+    total = 0.0
+    for k in range(latest.size):
+        for end in range(2):
+            z, least = levels[k + end], np.inf
+            bent, sheared = bending(z)[1], phi_slope(z, a, b)
+            for t in range(latest[k] + 1):
+                least = min(least, sums[0, t] + sums[1, t] * bent + sums[2, t] * sheared)
+            total += 0.5 * (levels[k + 1] - levels[k]) * least
     return total
 
 

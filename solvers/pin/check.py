@@ -23,7 +23,6 @@ from solvers.pin.profile import Profile, WholeProfile
 from solvers.pin.program import Physics, Program, assemble, opening_stations, refined
 from solvers.pin.scene import NO_LIMITS, Limits, Scene
 from solvers.pin.section import CRITERIA, Criterion, solidity_of
-from solvers.pin.stations import NODES
 
 Array = NDArray[np.float64]
 _MOST_STATIONS = 20_000
@@ -227,7 +226,7 @@ def _along(program: Program, wall: Array, equivalent: Array, places: tuple[float
 
 
 def _ring(scene: Scene, bore: Array) -> RingResult:
-    """The ring in the middle, where the bore is widest, which ovals it most, and where its hoop stress is greatest."""
+    """The ring in the middle, and where the bore is widest, which ovals and stresses it most."""
     g, m = scene.geometry, scene.material
 
     def at(diameter: float) -> ring.Ring:
@@ -239,10 +238,9 @@ def _ring(scene: Scene, bore: Array) -> RingResult:
     own = at(min(middle, g.outer_diameter * (1.0 - _LEAST_RING_WALL)))
     if widest > g.outer_diameter * (1.0 - _LEAST_RING_WALL):
         return RingResult(own.ovalization, None, own.stresses, None, own.model)
-    panels = bore.reshape(-1, NODES) / g.outer_diameter
-    worst = ring.most_stressed(panels.min(axis=1), panels.max(axis=1), ring.MOST_STRESSED)
-    stress = max(own.stresses.greatest, *(at(ratio * g.outer_diameter).stresses.greatest for ratio in worst))
-    return RingResult(own.ovalization, at(widest).ovalization, own.stresses, stress, own.model)
+    most = at(widest)
+    stress = max(own.stresses.greatest, most.stresses.greatest)
+    return RingResult(own.ovalization, most.ovalization, own.stresses, stress, own.model)
 
 
 def _pressures(scene: Scene) -> Pressures:

@@ -7,8 +7,7 @@ and |dF/dc|, whose ranges follow from the rules. Where two rules meet in a ridge
 the best shape, and what the bound loses falls with the square of the width.
 
 With d_i = s f_i the bore at station i and g_i > 0 the deflection's slope in it, the implicit function theorem gives
-d(ln s)/dr = -sum g_i (df_i/dr) / sum g_i f_i, all terms of one sign; likewise in c. A shape f_i has a kink in c where
-the cone ends; the range of its slopes holds both sides.
+d(ln s)/dr = -sum g_i (df_i/dr) / sum g_i f_i, all terms of one sign; likewise in c.
 """
 
 from __future__ import annotations
@@ -21,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
+from solvers.pin.tapers import Box, Taper, lost_range
 
 Array = NDArray[np.float64]
-Box = tuple[float, float, float, float]
 _ROUNDING = 1e-14
 
 
@@ -37,18 +36,19 @@ class Rule:
 
 @kernel
 def deflection_slopes(
-    r0: float, r1: float, c0: float, c1: float, least: float, most: float,
-    t: Array, share: Array, bend: Array, shear: Array, a: float, b: float,
+    r0: float, r1: float, turn: float, least: float, most: float, lost_low: Array, lost_high: Array,
+    gentlest: Array, steepest: Array, share: Array, bend: Array, shear: Array, a: float, b: float,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """The ranges of d(ln s)/dr and d(ln s)/dc of the size s in [least, most] that a deflection limit allows.
 
-    Cowper's law without a tangent; infinite ranges where a bore may reach the outer diameter.
+    ``turn`` is the sign of df/dc, the four arrays are those of ``tapers.lost_range``. Infinite ranges where a bore may
+    reach the outer diameter.
     """
     r_low, r_high, c_low, c_high, f_low, f_high = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(t.size):
+    for i in range(share.size):
         if bend[i] == 0.0 and shear[i] == 0.0:
             continue
-        low, high = 1.0 - (1.0 - r0) * min(t[i] / c0, 1.0), 1.0 - (1.0 - r1) * min(t[i] / c1, 1.0)
+        low, high = 1.0 - (1.0 - r0) * lost_high[i], 1.0 - (1.0 - r1) * lost_low[i]
         d0, d1 = least * low, most * high
         if d1 >= 1.0:
             return -np.inf, np.inf, -np.inf, np.inf
@@ -62,51 +62,29 @@ def deflection_slopes(
         g1 = share[i] * d1 * (bend[i] * bend1 + shear[i] * (fall / (u0 * u0) + rise1))
         f_low += g0 * low
         f_high += g1 * high
-        r_low += g0 * min(t[i] / c1, 1.0)
-        r_high += g1 * min(t[i] / c0, 1.0)
-        if t[i] <= c0:
-            c_low += g0 * (1.0 - r1) * t[i] / (c1 * c1) if t[i] < c0 else 0.0
-            c_high += g1 * (1.0 - r0) * t[i] / (c0 * c0)
-        elif t[i] <= c1:
-            c_high += g1 * (1.0 - r0) / t[i]
+        r_low += g0 * lost_low[i]
+        r_high += g1 * lost_high[i]
+        c_low += g0 * (1.0 - r1) * gentlest[i]
+        c_high += g1 * (1.0 - r0) * steepest[i]
     if f_low <= 0.0:
         return -np.inf, np.inf, -np.inf, np.inf
-    return -r_high / f_low, -r_low / f_high, -c_high / f_low, -c_low / f_high
+    if turn > 0.0:
+        return -r_high / f_low, -r_low / f_high, -c_high / f_low, -c_low / f_high
+    return -r_high / f_low, -r_low / f_high, c_low / f_high, c_high / f_low
 
 
-def station_slopes(box: Box, t: float) -> Box:
+def station_slopes(taper: Taper, box: Box, t: float) -> Box:
     """The same for ln s = ln bore - ln f(t), the size that one station's strength allows."""
     r0, r1, c0, c1 = box
-    low, high = 1.0 - (1.0 - r0) * min(t / c0, 1.0), 1.0 - (1.0 - r1) * min(t / c1, 1.0)
+    lost_low, lost_high, gentlest, steepest = (float(x[0]) for x in lost_range(taper, np.array([t]), c0, c1))
+    low, high = 1.0 - (1.0 - r0) * lost_high, 1.0 - (1.0 - r1) * lost_low
     if low <= 0.0:
         return -math.inf, math.inf, -math.inf, math.inf
-    steepest = (1.0 - r0) * t / max(c0, t) ** 2 if t <= c1 else 0.0
-    gentlest = (1.0 - r1) * t / (c1 * c1) if t < c0 else 0.0
-    return -min(t / c0, 1.0) / low, -min(t / c1, 1.0) / high, -steepest / low, -gentlest / high
+    most, least = (1.0 - r0) * steepest / low, (1.0 - r1) * gentlest / high
+    return -lost_high / low, -lost_low / high, *((-most, -least) if taper.turn > 0 else (least, most))
 
 
-def hollow(r: float, c: float) -> float:
-    """Volume of the bore of end diameter 1, relative: c (1 + r + r^2)/3 + (1 - c) r^2."""
-    return c * (1.0 + r + r * r) / 3.0 + (1.0 - c) * r * r
-
-
-def hollow_slopes(box: Box) -> Box:
-    """The ranges of d(ln hollow)/dr and d(ln hollow)/dc over a box."""
-    r0, r1, c0, c1 = box
-    low, high = hollow(r0, c0), hollow(r1, c1)
-
-    def in_r(r: float, c: float) -> float:
-        return c * (1.0 + 2.0 * r) / 3.0 + 2.0 * (1.0 - c) * r
-
-    def in_c(r: float) -> float:
-        return (1.0 - r) * (1.0 + 2.0 * r) / 3.0
-
-    r_low, r_high = min(in_r(r0, c0), in_r(r0, c1)), max(in_r(r1, c0), in_r(r1, c1))
-    c_high = in_c(min(max(0.25, r0), r1))
-    return r_low / high, r_high / low, min(in_c(r0), in_c(r1)) / high, c_high / low
-
-
-def second_order(box: Box, rules: list[Rule]) -> float:
+def second_order(taper: Taper, box: Box, rules: list[Rule]) -> float:
     """The least bound of s^2 hollow that any one or two of the rules prove over the box; infinite where none does.
 
     In the weight the bound is convex and made of straight lines: least at an end or where a slope's range begins or
@@ -114,7 +92,7 @@ def second_order(box: Box, rules: list[Rule]) -> float:
     """
     r0, r1, c0, c1 = box
     half_r, half_c = 0.5 * (r1 - r0), 0.5 * (c1 - c0)
-    own, at = hollow_slopes(box), math.log(hollow(0.5 * (r0 + r1), 0.5 * (c0 + c1)))
+    own, at = taper.hollow_slopes(box), math.log(taper.hollow(0.5 * (r0 + r1), 0.5 * (c0 + c1)))
     pieces = [
         (2.0 * rule.middle + at, *(2.0 * mine + more for mine, more in zip(rule.slopes, own, strict=True)))
         for rule in rules

@@ -4,11 +4,10 @@ Bending: 1/v = 1/(u (2 - u)), convex. Shear: Cowper's coefficient of a tube, 1/(
 
     phi(u) = A/u + B (1 - u)/(u (2 - u)^2),   A = (7 + 6 nu)/(6 (1 + nu)),   B = (20 + 12 nu)/(6 (1 + nu)),
 
-convex up to about u = 0.9 and concave beyond, to the solid section. Designs use it with its tangent beyond that point,
-which makes their program convex; a limit that only the exact law can keep falls back on it. There a station's
-flexibility g = B/v + S phi may be concave close to the solid section. Its convex envelope follows g up to the point
-from which a straight line reaches (1, g(1)) as a tangent, and that line from there on: never above g, and equal to it
-wherever a minimum can lie.
+falling, convex up to about u = 0.9 and concave beyond, to the solid section. A station's flexibility g = B/v + S phi
+may therefore be concave close to the solid section. Its convex envelope follows g up to the point from which a straight
+line reaches (1, g(1)) as a tangent, and that line from there on: never above g, and equal to it wherever the minimum
+of u + lambda g can lie. The third derivatives of 1/v and phi are negative for every u (``phi_curvature`` falls).
 
 Source: G. R. Cowper (1966), The shear coefficient in Timoshenko's beam theory.
 """
@@ -28,51 +27,41 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ShearFlexibility:
-    """The constants A and B of phi, and the ``knee`` beyond which phi goes on as its tangent (1: nowhere)."""
+    """The constants A and B of phi."""
 
     a: float
     b: float
-    knee: float = 1.0
-
-    @property
-    def convex(self) -> bool:
-        return self.knee < 1.0
 
 
 @kernel
-def phi(u: float, a: float, b: float, knee: float) -> float:
+def phi(u: float, a: float, b: float) -> float:
     """Shear flexibility over that of the area A0 alone."""
-    at = min(u, knee)
-    c = 2.0 - at
-    value = a / at + b * (1.0 - at) / (at * c * c)
-    return value + phi_slope(at, a, b, knee) * (u - at) if u > at else value
+    c = 2.0 - u
+    return a / u + b * (1.0 - u) / (u * c * c)
 
 
 @kernel
-def phi_slope(u: float, a: float, b: float, knee: float) -> float:
+def phi_slope(u: float, a: float, b: float) -> float:
     """phi'(u), from the partial fractions (A + B/4)/u + (B/4)/(2-u) - (B/2)/(2-u)^2."""
-    at = min(u, knee)
-    c = 2.0 - at
-    return -(a + 0.25 * b) / (at * at) + 0.25 * b / (c * c) - b / (c * c * c)
+    c = 2.0 - u
+    return -(a + 0.25 * b) / (u * u) + 0.25 * b / (c * c) - b / (c * c * c)
 
 
 @kernel
-def phi_curvature(u: float, a: float, b: float, knee: float) -> float:
-    """phi''(u)."""
-    if u > knee:
-        return 0.0
+def phi_curvature(u: float, a: float, b: float) -> float:
+    """phi''(u); it falls with u, through 0 where phi turns concave."""
     c = 2.0 - u
     return 2.0 * (a + 0.25 * b) / (u * u * u) + 0.5 * b / (c * c * c) - 3.0 * b / (c * c * c * c)
 
 
 @kernel
-def line_from(bend: float, shear: float, a: float, b: float, knee: float) -> float:
+def line_from(bend: float, shear: float, a: float, b: float) -> float:
     """From which u the convex envelope of g = bend/v + shear phi on (0, 1] is a straight line to (1, g(1)); 1: nowhere.
 
     g + g' e = g(1) with e = 1 - u; the common factor e^2 divided out, that is
     shear b (1 - 3e) = bend (1 + e)(1 + e^2) + shear a (1 + e)^3, falling on the left, rising on the right.
     """
-    if knee < 1.0 or shear * b <= bend + shear * a:
+    if shear * b <= bend + shear * a:
         return 1.0
     e = 0.0
     for _ in range(30):
@@ -84,6 +73,14 @@ def line_from(bend: float, shear: float, a: float, b: float, knee: float) -> flo
         if abs(step) <= 1e-15:
             break
     return 1.0 - e
+
+
+@kernel
+def chord(u: float, bend: float, shear: float, a: float, b: float) -> float:
+    """(g(u) - g(1))/(1 - u), -g'(1) at u = 1: how fast g falls on the straight line to the solid section."""
+    e = 1.0 - u
+    c = 1.0 + e
+    return (bend * e / c + shear * (a + b / (c * c))) / u
 
 
 @kernel
@@ -101,18 +98,13 @@ def cowper(poisson: float) -> ShearFlexibility:
 
 
 @cache
-def convex_cowper(poisson: float) -> ShearFlexibility:
-    """Cowper's law, from its inflection on continued by its tangent: convex, never below it, at most 0.6 % above.
-
-    With it the program is convex and its optimum without jumps to the solid section, which the exact law's concave end
-    rewards by some 1e-4 of the mass.
-    """
-    exact = cowper(poisson)
-    low, high = 0.5, 1.0
+def inflection(poisson: float) -> float:
+    """The u from which phi is concave, 0.90 to 0.91."""
+    law, low, high = cowper(poisson), 0.5, 1.0
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if phi_curvature(middle, exact.a, exact.b, 1.0) > 0.0 else (low, middle)
-    return ShearFlexibility(exact.a, exact.b, low)
+        low, high = (middle, high) if phi_curvature(middle, law.a, law.b) > 0.0 else (low, middle)
+    return low
 
 
 def deflection_terms(
@@ -132,12 +124,9 @@ def deflection_terms(
 def flexibility_values(solidity: Array, law: ShearFlexibility) -> tuple[Array, Array]:
     """1/v and phi at u of shape (n,); infinite where no section is left."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        at = np.minimum(solidity, law.knee)
-        c = 2.0 - at
-        shear = law.a / at + law.b * (1.0 - at) / (at * c * c)
-        if law.convex:
-            shear = shear + phi_slope(law.knee, law.a, law.b, law.knee) * (solidity - at)
-        return 1.0 / (solidity * (2.0 - solidity)), shear
+        c = 2.0 - solidity
+        shear = law.a / solidity + law.b * (1.0 - solidity) / (solidity * c * c)
+        return 1.0 / (solidity * c), shear
 
 
 def product(weight: Array, flexibility: Array) -> Array:

@@ -1,9 +1,10 @@
-"""The certifying tier: the same program as a cone program for cvxpy and Clarabel, with a bound of our own.
+"""Where a slope limit ties stations together: the same program as a cone program, with a bound of our own.
 
 In u every part is convex but one: phi = (A + B/4)/u + (B/4)/(2-u) - (B/2)/(2-u)^2, whose last term is concave. It is
 replaced by its tangent at the last answer, which is never below it, and the program is solved again: the answers stay
-feasible, fall, and settle in a few rounds, since that term bends little. Everything is divided by its own size, and the
-reciprocals stand as s_i <= u_i t_i with the weight inside the cone, without which the interior point stops short.
+feasible, fall, and settle in a few rounds, since that term bends little. The bound takes every station's convex
+envelope instead, so that nearly solid pins keep a gap. Everything is divided by its own size, and the reciprocals
+stand as s_i <= u_i t_i with the weight inside the cone, without which the interior point stops short.
 
 The solver's word is not taken: its answer is moved toward the solid pin until it keeps every limit by our own formulas,
 and the bound comes from its multipliers through ``solvers.pin.certificate``.
@@ -21,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.certificate import Neighbours, coupled_bound
-from solvers.pin.flexibility import phi_slope
 from solvers.pin.form import Found
 from solvers.pin.program import Program
 from solvers.pin.separable import rising, weigh
@@ -30,6 +30,8 @@ from solvers.pin.slope import gentle
 Array = NDArray[np.float64]
 _ROUNDS = 12
 _TOLERANCE = 1e-10
+_SETTLED = 1e-9
+"""Rounds that bring answer and bound no closer than by this, relative, are the last."""
 
 
 @dataclass(frozen=True)
@@ -67,20 +69,14 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool) -> _Answer 
     if program.limit is not None:
         bend, shear = share * program.bending / program.limit, share * program.shear / program.limit
         bends, shears = np.flatnonzero(bend > 0), np.flatnonzero(shear > 0)
-        # Beyond the knee phi goes on straight: shear sees z = min(u, knee), and the knee's slope for the rest.
-        z = cp.Variable(shears.size)
-        s = shear[shears]
-        point = np.minimum(at[shears], law.knee)
+        s, point = shear[shears], at[shears]
         drop, drop_slope = -0.5 * law.b * s / (2.0 - point) ** 2, -law.b * s / (2.0 - point) ** 3
-        straight = s * phi_slope(law.knee, law.a, law.b, law.knee) if law.convex else np.zeros_like(s)
-        constraints += [z <= u[shears], z <= law.knee]
         parts = [
             _over(u[bends], 0.5 * bend[bends], constraints),
             _over(2.0 - u[bends], 0.5 * bend[bends], constraints),
-            _over(z, s * (law.a + 0.25 * law.b), constraints),
-            _over(2.0 - z, s * 0.25 * law.b, constraints),
-            float(drop.sum()) + drop_slope @ (z - point),
-            straight @ (u[shears] - z),
+            _over(u[shears], s * (law.a + 0.25 * law.b), constraints),
+            _over(2.0 - u[shears], s * 0.25 * law.b, constraints),
+            float(drop.sum()) + drop_slope @ (u[shears] - point),
         ]
         deflection = sum(parts) <= 1.0
         constraints.append(deflection)
@@ -157,7 +153,8 @@ def sloped(program: Program, low: Array, drillable: bool, gap: float) -> Found |
     weighed = weigh(program, low, drillable)
     first = low if weighed is None else gentle(program, weighed.solidity)
     at, found, bound, status, rounds = first, solid, 0.0, "", 0
-    for rounds in range(1, _ROUNDS + 1):  # noqa: B007
+    for rounds in range(1, _ROUNDS + 1):
+        before = program.volume(found) - bound
         answer = _solve(program, low, at, drillable)
         if answer is None:
             break
@@ -173,6 +170,8 @@ def sloped(program: Program, low: Array, drillable: bool, gap: float) -> Found |
             coupled_bound(program, low, answer.multiplier, Neighbours(answer.rise, answer.fall, reach, answer.order)),
         )
         if program.volume(found) - bound <= 0.1 * min(gap, 1e-7) * bound:
+            break
+        if rounds > 1 and before - (program.volume(found) - bound) <= _SETTLED * bound:
             break
         at = np.clip(answer.solidity, low, 1.0)
     volume = program.volume(found)

@@ -15,12 +15,14 @@ from solvers.pin.interior_point import sloped
 from solvers.pin.peaks import risen
 from solvers.pin.program import Program, assemble, bore_of, folded, refined, walls_of
 from solvers.pin.section import wall_of
-from solvers.pin.separable import Weighed, rising, weigh
+from solvers.pin.separable import Weighed, monotone_at, rising, weigh
 from solvers.pin.slope import gentle, missed_by_slope
 from solvers.pin.stations import Stations
 
 Array = NDArray[np.float64]
 _PASSES = 40
+_TIGHT, _AROUND, _TRIES, _GOLDEN = 1e-7, 0.2, 14, 0.5 * (math.sqrt(5.0) - 1.0)
+"""Below which gap no better multiplier is looked for; where and how often otherwise."""
 
 
 def missed_by_order(stations: Stations, lower: Array, anchor: int) -> Array:
@@ -55,6 +57,33 @@ def _doubt(program: Program, weighed: Weighed, drillable: bool) -> Array:
     return doubt
 
 
+def _best_monotone_bound(program: Program, low: Array, multiplier: float, u: Array) -> float:
+    """``monotone_bound`` at the answer's multiplier; where a jump to the solid section has kept that from being the
+    best one, at others around it (golden section: the bound is concave in the multiplier)."""
+    bound = monotone_bound(program, low, multiplier, u)
+    if math.isinf(multiplier) or bound >= program.volume(u) * (1.0 - _TIGHT):
+        return bound
+
+    def at(factor: float) -> float:
+        price = factor * multiplier
+        return monotone_bound(program, low, price, monotone_at(program, low, price, u))
+
+    left, right = 1.0 - _AROUND, 1.0 + _AROUND
+    ahead, behind = right - _GOLDEN * (right - left), left + _GOLDEN * (right - left)
+    one, other = at(ahead), at(behind)
+    for _ in range(_TRIES):
+        bound = max(bound, one, other)
+        if one > other:
+            right, behind, other = behind, ahead, one
+            ahead = right - _GOLDEN * (right - left)
+            one = at(ahead)
+        else:
+            left, ahead, one = ahead, behind, other
+            behind = left + _GOLDEN * (right - left)
+            other = at(behind)
+    return max(bound, one, other)
+
+
 @dataclass(frozen=True)
 class Free:
     """Any bore; ``drillable`` keeps it from widening toward the middle."""
@@ -78,7 +107,7 @@ class Free:
         if weighed.multiplier == 0.0:
             bound, method = least_walls_bound(program, low), "every station's wall is the least that holds"
         else:
-            lower_bound = monotone_bound if self.drillable else pointwise_bound
+            lower_bound = _best_monotone_bound if self.drillable else pointwise_bound
             bound = lower_bound(program, low, weighed.multiplier, weighed.solidity)
             method = "Lagrangian dual, tangents at the answer"
         evidence = {

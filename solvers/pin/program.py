@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.pin import ring
-from solvers.pin.flexibility import ShearFlexibility, convex_cowper, deflection_terms, flexibility_values, product
+from solvers.pin.flexibility import ShearFlexibility, cowper, deflection_terms, flexibility_values, product
 from solvers.pin.loads import InternalForces, breakpoints, forces_at
 from solvers.pin.scene import Limits, Scene
 from solvers.pin.section import (
@@ -185,7 +185,7 @@ def assemble(
 ) -> Program:
     """The program at these stations; ``lower`` is NaN where even the solid section is too weak.
 
-    ``law`` is how sections shear, Cowper's with its tangent unless another is given.
+    ``law`` is how sections shear, Cowper's unless another is given.
     """
     g, m = scene.geometry, scene.material
     demands = demands_at(scene, criterion, stations.x, stations.side, stations.rest)
@@ -207,7 +207,7 @@ def assemble(
     anchor = stations.x.size if scene.symmetric else int(np.searchsorted(stations.side, middle, side="left"))
     return Program(
         scene, limits, criterion, physics, stations, demands, floor, solidity_of(wall), bending, shear,
-        law or convex_cowper(m.poisson), limits.max_deflection, anchor,
+        law or cowper(m.poisson), limits.max_deflection, anchor,
     )  # fmt: skip
 
 

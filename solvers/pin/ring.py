@@ -1,9 +1,12 @@
 """The pin as a ring: how much it flattens under the pressure of rod and piston, and the stresses that come with it.
 
-Up to d/D = 0.8 the textbook's formula for a thin ring under a pressure that goes with |sin| on both sides, with its
-empirical factor K = 1.5 - 15 (alpha - 0.4)^3 for how the load spreads along the pin. Beyond, K falls to zero (at 0.864)
-for no physical reason, and a mass optimiser would walk there; the plane elastic ring (Michell's series) takes over,
-with K = 1. It gives more than the formula at the seam, so the deformation rises with the bore everywhere.
+Two models stand beside each other. The textbook's formula is that of a thin ring under a pressure that goes with
+|sin| on both sides, with an empirical factor K = 1.5 - 15 (alpha - 0.4)^3 for how the load crowds along a stiff pin.
+The plane elastic ring (Michell's series) takes any wall and spreads the load evenly: no pin's ring bears less. K falls
+below 1 at 0.722 and to zero at 0.864 for no physical reason, and a mass optimiser would walk there. So the formula
+stands as long as it gives no less than the elastic ring, up to about 0.73 for the growth and 0.70 to 0.73 for the
+stresses; from there on the elastic ring does, figure by figure. All are continuous, and growth and greatest stress rise
+with the bore.
 
 Sources: the ovalization formulas of the textbooks on engine design (Kolchin and Demidov); J. H. Michell (1899).
 """
@@ -12,16 +15,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import dataclass, fields
 
 from solvers.numerics.jit import kernel
 
-Array = NDArray[np.float64]
-CLASSICAL_LIMIT = 0.8
-"""d/D up to which the factor K is used."""
+_FORMULA_TO, _ELASTIC_FROM = 0.65, 0.8
+"""d/D up to which the formula gives the more of every figure, and from which the elastic ring does."""
 
 _LEAST_RATIO = 0.02
 """Below this d/D a pin is as good as solid: the inner fibre's stress formula has 1/alpha."""
@@ -64,7 +63,7 @@ def load_factor(ratio: float) -> float:
 
 
 def classical(force: float, diameter: float, length: float, ratio: float, modulus: float) -> Ring:
-    """0.09 (P/(E l)) ((1 + alpha)/(1 - alpha))^3 K and the stresses at the four points; alpha = d/D up to 0.8."""
+    """0.09 (P/(E l)) ((1 + alpha)/(1 - alpha))^3 K and the stresses at the four points; alpha = d/D to about 0.72."""
     k, wall = load_factor(ratio), 1.0 - ratio
     a = max(ratio, _LEAST_RATIO)
     growth = 0.09 * force / (modulus * length) * ((1.0 + ratio) / wall) ** 3 * k
@@ -163,64 +162,28 @@ def _beyond_its_argument(x: float) -> float:
 
 
 def ring(force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float) -> Ring:
-    """The ring of bore ratio alpha = d/D, by the model that is valid there."""
-    if ratio <= CLASSICAL_LIMIT:
-        return classical(force, diameter, length, ratio, modulus)
-    return thick_ring(force, diameter, length, ratio, modulus, poisson)
-
-
-def _summit(carried: float) -> float:
-    """Where the formula's greatest hoop stress, that at the inner side, times alpha^``carried`` is greatest.
-
-    It is K (0.19 + 1.57 alpha - 0.62 alpha^2)/(alpha (1 - alpha)^2) times P/(D l); it rises from 0.3 on, and falls
-    again toward the end of the formula's range, as K does.
-    """
-    low, high = 0.5, CLASSICAL_LIMIT
-    for _ in range(60):
-        a = 0.5 * (low + high)
-        steepness = (
-            -45.0 * (a - 0.4) ** 2 / load_factor(a) + (1.57 - 1.24 * a) / (0.19 + (1.57 - 0.62 * a) * a)
-            + (carried - 1.0) / a + 2.0 / (1.0 - a)
-        )  # fmt: skip
-        low, high = (a, high) if steepness > 0.0 else (low, a)
-    return low
-
-
-MOST_STRESSED, MOST_STRESSED_AROUND = _summit(0.0), _summit(1.0)
-"""d/D at which the formula's hoop stress is greatest, of all bores in one outer diameter, and of all rings around one
-bore."""
-
-
-def most_stressed(low: Array, high: Array, summit: float) -> tuple[float, ...]:
-    """Of bores whose d/D take all values of some ranges, those whose hoop stress may be the greatest from 0.3 on.
-
-    Beyond the formula's range the stress rises, and is everywhere more than within it.
-    """
-    widest = float(high.max())
-    if widest > CLASSICAL_LIMIT:
-        return (widest,)
-    nearest = np.clip(summit, low, high)
-    below, above = nearest[nearest <= summit], nearest[nearest >= summit]
-    return (*([float(below.max())] if below.size else []), *([float(above.min())] if above.size else []))
+    """The ring of bore ratio alpha = d/D: of the growth and each stress the greater one of the two models."""
+    if ratio >= _ELASTIC_FROM:
+        return thick_ring(force, diameter, length, ratio, modulus, poisson)
+    formula = classical(force, diameter, length, ratio, modulus)
+    if ratio <= _FORMULA_TO:
+        return formula
+    elastic = thick_ring(force, diameter, length, ratio, modulus, poisson)
+    one, other = formula.stresses, elastic.stresses
+    stresses = RingStresses(*(max(getattr(one, f.name), getattr(other, f.name), key=abs) for f in fields(RingStresses)))
+    governs = formula if formula.ovalization >= elastic.ovalization else elastic
+    return Ring(governs.ovalization, stresses, governs.model)
 
 
 def _crossing(
-    ring_at: Callable[[float], Ring], measure: Callable[[Ring], float], limit: float, start: float, summit: float,
-    tolerance: float,
+    ring_at: Callable[[float], Ring], measure: Callable[[Ring], float], limit: float, start: float, tolerance: float
 ) -> float:  # fmt: skip
-    """The greatest d/D up to which ``measure`` stays within ``limit``, from ``start`` on, where it does.
-
-    The formula's values rise up to ``summit``, those of the elastic ring all the way.
-    """
-
-    def fits(ratio: float) -> bool:
-        return measure(ring_at(ratio)) <= limit
-
+    """The greatest d/D up to which ``measure``, which rises, stays within ``limit``, from ``start`` on."""
     # Thinner than 1e-6 of the diameter no ring is asked for: it yields by the cube of what is left.
-    low, high = (CLASSICAL_LIMIT, 1.0 - 1e-6) if fits(summit) else (start, summit)
+    low, high = start, 1.0 - 1e-6
     while high - low > tolerance:
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if fits(middle) else (low, middle)
+        low, high = (middle, high) if measure(ring_at(middle)) <= limit else (low, middle)
     return low
 
 
@@ -234,7 +197,7 @@ def greatest_ratio(
 
     if at(0.0).ovalization > limit:
         return None
-    return _crossing(at, lambda found: found.ovalization, limit, 0.0, CLASSICAL_LIMIT, 2e-16)
+    return _crossing(at, lambda found: found.ovalization, limit, 0.0, 2e-16)
 
 
 def ratio_at_stress(
@@ -251,4 +214,4 @@ def ratio_at_stress(
     least = 0.3
     if at(least).stresses.greatest > stress:
         return least
-    return _crossing(at, lambda found: found.stresses.greatest, stress, least, MOST_STRESSED, 1e-6)
+    return _crossing(at, lambda found: found.stresses.greatest, stress, least, 1e-6)

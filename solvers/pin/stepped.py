@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
+from solvers.pin.flexibility import flexibility_values, product
 from solvers.pin.form import Found
 from solvers.pin.pointwise import Free
 from solvers.pin.program import Program, least_walls_at
@@ -33,7 +34,7 @@ def half_of(program: Program) -> Half[Program]:
         found = weigh(reduced, None, True)
         return None if found is None else Walls(found.solidity, reduced.volume(found.solidity), found.multiplier)
 
-    return Half(program, Law(-1.0, law.a, law.b, law.knee), least_at, lightest)
+    return Half(program, Law(-1.0, law.a, law.b), least_at, lightest)
 
 
 @dataclass(frozen=True)
@@ -52,13 +53,22 @@ class Stepped:
             raise InvalidInput("limits.max_slope", "a step has no slope", "no slope limit with a stepped bore")
         # No steps are lighter than the bore that may narrow all the way.
         smooth = Free(drillable=True).find(program, gap) if program.limit is not None else None
-        found = lightest_steps(half_of(program), self.steps, 0.0 if smooth is None else smooth.bound)
+        half = half_of(program)
+        found = lightest_steps(half, self.steps, 0.0 if smooth is None else smooth.bound)
         if found is None:
             return None
         g, walls = program.scene.geometry, found.walls
+        evidence = dict(found.evidence)
+        if program.limit is not None:
+            pulls = np.diff(half.sums().upto(np.concatenate([[0.0], found.places])), axis=1)
+            gives = flexibility_values(walls.levels, program.law)
+            total = sum(
+                float(product(np.maximum(pull, 0.0), give).sum()) for pull, give in zip(pulls, gives, strict=True)
+            )
+            evidence["deflection_as_constrained_um"] = 1e6 * program.limit * total
         places = found.places * 0.5 * g.length
         return Found(
             at_stations(program, places, walls.levels), float(walls.volume), float(min(found.bound, walls.volume)),
-            found.method, found.evidence,
+            found.method, evidence,
             corners=corners_of(places, g.outer_diameter * (1.0 - wall_of(walls.levels)), g.length),
         )  # fmt: skip

@@ -18,6 +18,7 @@ from solvers.rod.cycle.guide_loads import friction_power, guide_loads
 from solvers.rod.cycle.sampled import Extreme, SampledCycle
 from solvers.rod.cycle.section import DEFLECTION, FIBRES, STATIONS, station_table, worst
 from solvers.rod.effects import choose_for, compose
+from solvers.rod.piston.skirt import contact_load, pressure_per_load
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling, shear
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
@@ -231,7 +232,7 @@ def _guide_error(cycle: Cycle, side: float, moment: float, pressure: float, powe
     """What the corrections' errors, shares of the greatest side force and moment, may make in their sum and mean."""
     piston, mechanism = cycle.scene.piston, cycle.scene.mechanism
     couple = 6.0 * (moment + side * abs(piston.clamp_offset)) / piston.skirt_length
-    most = 4.0 / (math.pi * piston.diameter * piston.skirt_length) * (side + couple)
+    most = pressure_per_load(piston.diameter, piston.skirt_length) * contact_load(side, couple)
     # Both walls together carry at most the side force and the couple; the mean of |v| is two strokes a turn.
     mean = piston.friction_coefficient * (4.0 / math.pi) * (side + couple) * 4.0 * mechanism.crank_radius
     mean *= mechanism.speed

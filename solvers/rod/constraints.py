@@ -1,6 +1,6 @@
 """The requirements of a rod's design: one table that problem, search, sensitivities and diagnosis read.
 
-A requirement limits one result of a check, and one row of the search (``solvers.rod.optimum.rows``): "row at most so
+A requirement limits one result of a check, and one row of the search (``solvers.rod.rows``): "row at most so
 much", the row being a logarithm.
 """
 
@@ -10,8 +10,8 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from solvers.rod import rows
 from solvers.rod.check import RodCheck
-from solvers.rod.optimum import rows
 from solvers.rod.scene import Scene
 
 Limits = Mapping[int, float]

@@ -18,10 +18,10 @@ from solvers.outcome import (
     Outcome,
     Status,
 )
+from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import Limits
 from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
-from solvers.rod.optimum import rows
 from solvers.rod.optimum.answer import certificate
 from solvers.rod.optimum.answer.infeasibility import diagnose
 from solvers.rod.optimum.answer.sensitivities import stationarity

@@ -10,7 +10,7 @@ from solvers.effects import Demand
 from solvers.errors import InvalidInput
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, LEAST_STABILITY, Constraint, Limits
-from solvers.rod.optimum.rows import LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
+from solvers.rod.rows import LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
 from solvers.rod.scene import Scene
 
 Range = tuple[float, float]
@@ -72,7 +72,7 @@ class Requirements:
 class Objective:
     """What is wanted: a result to be made small (``sign`` +1) or great (-1), and the effect it needs, if any.
 
-    ``weights`` are the factors of its logarithm, as made small, in the rows of ``solvers.rod.optimum.rows``; a mass is
+    ``weights`` are the factors of its logarithm, as made small, in the rows of ``solvers.rod.rows``; a mass is
     one ``per_density``, ln(mass/density) = ln l - ln tau - 2 ln h.
     """
 

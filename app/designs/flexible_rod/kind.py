@@ -117,6 +117,9 @@ class DesignResult(RodResult):
 _UNIT_OF_OBJECTIVE = {"mass": MILLI, "contact_pressure": MEGA}
 """Where the result shows an objective in another unit than SI."""
 
+_OF_THE_OBJECTIVE = {"core_optimum", "core_bound"}
+"""Evidence of a certificate in the objective's unit."""
+
 _LIMITS = {
     "max_contact_pressure": ("max_contact_pressure_mpa", MEGA),
     "max_friction_power": ("max_friction_power_w", 1.0),
@@ -139,7 +142,11 @@ def run_design(request: DesignRequest) -> Answer:
         )
     except InvalidInput as refusal:
         return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
-    certificate = certificate_json(outcome.certificate, _UNIT_OF_OBJECTIVE.get(request.objective, 1.0))
+    unit = _UNIT_OF_OBJECTIVE.get(request.objective, 1.0)
+    certificate = certificate_json(outcome.certificate, unit)
+    if certificate is not None:
+        evidence = certificate["evidence"]
+        certificate["evidence"] = {n: v / unit if n in _OF_THE_OBJECTIVE else v for n, v in evidence.items()}
     found, repairs = outcome.value, repairs_json(request, request.repairs())
     if found is None:
         told = {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate, "repairs": repairs}

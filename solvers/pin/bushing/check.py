@@ -26,7 +26,6 @@ from solvers.pin.profile import Profile, WholeProfile
 from solvers.pin.program import Physics
 from solvers.pin.scene import NO_LIMITS, Limits
 from solvers.pin.section import CRITERIA, Criterion
-from solvers.pin.stations import NODES
 
 Array = NDArray[np.float64]
 _MOST_STATIONS = 20_000
@@ -213,7 +212,7 @@ def _along(program: BushingProgram, outer: Array, equivalent: Array) -> OutsideA
 
 
 def _ring(scene: BushingScene, outer: Array) -> RingResult:
-    """The ring in the middle, where the wall is thinnest, which ovals it most, and where its stress is greatest."""
+    """The ring in the middle, and where the wall is thinnest, which ovals and stresses it most."""
     g, m = scene.geometry, scene.material
 
     def at(diameter: float) -> ring.Ring:
@@ -225,12 +224,9 @@ def _ring(scene: BushingScene, outer: Array) -> RingResult:
     own = at(max(middle, least, 1e-9))
     if thinnest < max(least, 1e-9):
         return RingResult(own.ovalization, None, own.stresses, None, own.model)
-    panels = outer.reshape(-1, NODES)
-    stress = own.stresses.greatest
-    if g.bore > 0.0:
-        worst = ring.most_stressed(g.bore / panels.max(axis=1), g.bore / panels.min(axis=1), ring.MOST_STRESSED_AROUND)
-        stress = max(stress, *(at(g.bore / ratio).stresses.greatest for ratio in worst))
-    return RingResult(own.ovalization, at(thinnest).ovalization, own.stresses, stress, own.model)
+    most = at(thinnest)
+    stress = max(own.stresses.greatest, most.stresses.greatest)
+    return RingResult(own.ovalization, most.ovalization, own.stresses, stress, own.model)
 
 
 def _pressures(program: BushingProgram, outer: Array) -> Pressures | None:

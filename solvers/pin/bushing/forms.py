@@ -142,7 +142,7 @@ def half_of(program: BushingProgram) -> Half[BushingProgram]:
         found = weigh(reduced, reduced.lower, True)
         return Walls(found.y, reduced.volume(found.y), found.multiplier)
 
-    return Half(program, Law(program.kappa, program.a, program.b, 1.0), least_at, lightest)
+    return Half(program, Law(program.kappa, program.a, program.b), least_at, lightest)
 
 
 @dataclass(frozen=True)

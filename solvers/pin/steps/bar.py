@@ -21,13 +21,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Law:
-    """How u holds: kappa (-1: the pin's bore inside a given outside; 0, 1: ``solvers.pin.tube``), Cowper's constants,
-    and the knee from which the pin's shear goes on as its tangent."""
+    """How u holds: kappa (-1: the pin's bore inside a given outside; 0, 1: ``solvers.pin.tube``), and Cowper's
+    constants."""
 
     kappa: float
     a: float
     b: float
-    knee: float
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,7 @@ def chained(layers: list[Cells], multiplier: float, law: Law) -> Chain:
         key = id(before), id(after)
         if key not in known:
             known[key] = np.empty((before.t.size, after.t.size, 2, 2))
-            sought = costs(multiplier, before.table, after.table, law.kappa, law.a, law.b, law.knee, known[key])
+            sought = costs(multiplier, before.table, after.table, law.kappa, law.a, law.b, known[key])
             work += 10 * sought + known[key].size
         cost = known[key]
         best, source = np.empty((cost.shape[1], 2)), np.empty((cost.shape[1], 2), dtype=np.int64)

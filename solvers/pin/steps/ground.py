@@ -96,8 +96,8 @@ class Ground:
         sums = np.maximum(np.diff(self.sums.upto(np.concatenate([[0.0], path])), axis=1), 0.0)
         for width, floor, (bend, shear) in zip(np.diff(path, prepend=0.0), self.bar.least(path), sums.T, strict=True):
             if bend > 0.0 or shear > 0.0:
-                u = lightest(multiplier, width, bend, shear, floor, 0.5, law.kappa, law.a, law.b, law.knee)
-                beta, phi, _, _ = flexibilities(max(u, 1e-300), law.kappa, law.a, law.b, law.knee)
+                u = lightest(multiplier, width, bend, shear, floor, 0.5, law.kappa, law.a, law.b)
+                beta, phi, _, _ = flexibilities(max(u, 1e-300), law.kappa, law.a, law.b)
                 total += bend * beta + shear * phi
         return total
 
@@ -119,7 +119,7 @@ class Ground:
                 continue
             at = self.edges[inside]
             bend, shear = self.sums.upto(at) - self.sums.upto(np.array([begin]))
-            beta, phi = slopes(u, law.kappa, law.a, law.b, law.knee)
+            beta, phi = slopes(u, law.kappa, law.a, law.b)
             price[inside] = np.maximum(begin - at - walls.multiplier * (bend * beta + shear * phi), 0.0)
         return price
 

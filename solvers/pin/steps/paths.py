@@ -15,8 +15,9 @@ u that rises with L, psi bends upward in t1 by no more than
 
     k = 2 L' Y' + lambda L'^2 (B beta'' + S phi''),
 
-so that nowhere in the cell it lies more than k h^2/8 below what its ends say. Where no wall at the ends lies on L, L is
-no bound and this is nothing. So dynamic programming over the ends of cells, these losses taken off, bounds all break
+so that nowhere in the cell it lies more than k h^2/8 below what its ends say (beta'' and phi'' fall with u, so those of
+the least L hold). Where no wall at the ends lies on L, nor has jumped to the solid section, L is no bound and this is
+nothing. So dynamic programming over the ends of cells, these losses taken off, bounds all break
 points in the cells.
 """
 
@@ -42,38 +43,38 @@ ROWS = 10
 @kernel
 def lightest(
     lam: float, width: float, bend: float, shear: float, floor: float, start: float,
-    kappa: float, a: float, b: float, knee: float,
+    kappa: float, a: float, b: float,
 ) -> float:  # fmt: skip
     """The u >= floor that costs least."""
     if lam == 0.0 or (bend <= 0.0 and shear <= 0.0):
         return floor
     if kappa < 0.0:
-        return place(lam, width, bend, shear, floor, start, a, b, knee) if width > 0.0 else 1.0
+        return place(lam, width, bend, shear, floor, start, a, b) if width > 0.0 else 1.0
     return place_around(lam, width, bend, shear, floor, kappa, a, b) if width > 0.0 else np.inf
 
 
 @kernel
-def flexibilities(u: float, kappa: float, a: float, b: float, knee: float) -> tuple[float, float, float, float]:
+def flexibilities(u: float, kappa: float, a: float, b: float) -> tuple[float, float, float, float]:
     """beta and phi with their curvatures."""
     if kappa < 0.0:
         value, _, curve = bending(u)
-        return value, phi(u, a, b, knee), curve, max(phi_curvature(u, a, b, knee), 0.0)
+        return value, phi(u, a, b), curve, max(phi_curvature(u, a, b), 0.0)
     bent, sheared = tube_bending(u, kappa), shearing(u, kappa, a, b)
     return bent[0], sheared[0], bent[2], sheared[2]
 
 
 @kernel
-def slopes(u: float, kappa: float, a: float, b: float, knee: float) -> tuple[float, float]:
+def slopes(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
     """The derivatives of beta and phi."""
     if kappa < 0.0:
-        return bending(u)[1], phi_slope(u, a, b, knee)
+        return bending(u)[1], phi_slope(u, a, b)
     return tube_bending(u, kappa)[1], shearing(u, kappa, a, b)[1]
 
 
 @kernel
 def _loss(
     lam: float, j: int, after: Array, fixed: bool, bend: float, shear: float,
-    kappa: float, a: float, b: float, knee: float,
+    kappa: float, a: float, b: float,
 ) -> float:  # fmt: skip
     """What psi may lie below its values at the ends of two cells, the second being j; inf: too much to be told.
 
@@ -84,14 +85,14 @@ def _loss(
     if lam > 0.0 and fixed and rise > 0.0 and (bend > 0.0 or shear > 0.0):
         if low <= 0.0:
             return np.inf
-        _, _, curve, shear_curve = flexibilities(low, kappa, a, b, knee)
+        _, _, curve, shear_curve = flexibilities(low, kappa, a, b)
         loss += 0.125 * lam * rise * rise * (bend * curve + shear * shear_curve)
     return loss
 
 
 @kernel
 def costs(
-    lam: float, before: Array, after: Array, kappa: float, a: float, b: float, knee: float, out: Array
+    lam: float, before: Array, after: Array, kappa: float, a: float, b: float, out: Array
 ) -> int:  # fmt: skip
     """out[i, j, e, f]: cost of a step from end e of cell i to end f of cell j, less what it may lie below elsewhere.
 
@@ -123,12 +124,13 @@ def costs(
                     bend, shear = max(more_bend, 0.0), max(more_shear, 0.0)
                     floor = after[FLOOR + f, j]
                     sought += 1 if lam > 0.0 and (bend > 0.0 or shear > 0.0) else 0
-                    u = lightest(lam, width, bend, shear, floor, u, kappa, a, b, knee)
-                    fixed = fixed or u <= floor
+                    u = lightest(lam, width, bend, shear, floor, u, kappa, a, b)
+                    # A solid step may be so only because the floor lies above a thinner one that costs less.
+                    fixed = fixed or u <= floor or (kappa < 0.0 and u >= 1.0)
                     bend_most, shear_most = max(bend_most, bend), max(shear_most, shear)
                     cost = u * width if u < np.inf else 0.0
                     if lam > 0.0 and (bend > 0.0 or shear > 0.0) and u < np.inf:
-                        beta, sheared, _, _ = flexibilities(max(u, 1e-300), kappa, a, b, knee)
+                        beta, sheared, _, _ = flexibilities(max(u, 1e-300), kappa, a, b)
                         cost += lam * (bend * beta + shear * sheared)
                     if lam > 0.0 and (more_bend < 0.0 or more_shear < 0.0):
                         # Lines of two cells may fall from one to the next: a gain, greatest for the thinnest wall.
@@ -136,13 +138,13 @@ def costs(
                             cost = -np.inf
                         else:
                             if not known:
-                                beta_most, shear_most_each, _, _ = flexibilities(least, kappa, a, b, knee)
+                                beta_most, shear_most_each, _, _ = flexibilities(least, kappa, a, b)
                                 known = True
                             cost += lam * (min(more_bend, 0.0) * beta_most + min(more_shear, 0.0) * shear_most_each)
                     out[i, j, e, f] = cost
             if ends == 1 and tips == 1:
                 continue
-            loss = _loss(lam, j, after, fixed, bend_most, shear_most, kappa, a, b, knee)
+            loss = _loss(lam, j, after, fixed, bend_most, shear_most, kappa, a, b)
             for e in range(ends):
                 for f in range(tips):
                     if out[i, j, e, f] < np.inf:

@@ -151,6 +151,9 @@ class _Search:
                 # Too many cells: this part's bound is final.
                 done = min(done, bound)
             for smaller in divided:
+                if not all(layer.t.size for layer in smaller.layers):
+                    # All that is left of a break is no better than breaks elsewhere, which have bounds of their own.
+                    continue
                 count += 1
                 width = min(width, smaller.width)
                 heapq.heappush(queue, (bound, count, smaller))

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from solvers.rod.cycle.sampled import TURN, Extreme, SampledCycle
 from solvers.rod.piston.friction import power_at
+from solvers.rod.piston.skirt import pressure_per_load
 
 Array = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ def guide_loads(sampled: SampledCycle, contact: bool) -> tuple[Extreme, Extreme,
         return greatest_side, greatest_moment, None
     couple = 6.0 / piston.skirt_length * (moment + side * piston.clamp_offset)
     sums = _greater(_magnitude(sampled, side + couple), _magnitude(sampled, side - couple))
-    per_force = 4.0 / (math.pi * piston.diameter * piston.skirt_length)
+    per_force = pressure_per_load(piston.diameter, piston.skirt_length)
     return greatest_side, greatest_moment, Extreme(sums.value * per_force, sums.error * per_force, sums.angle)
 
 

@@ -1,48 +1,59 @@
-"""A scene with its strip as the bounds of effects see it: extremes of forces and reactions, sampled closed forms."""
+"""A scene with its strip as the influences of effects see it: one turn with every effect in closed form, and what is
+needed to take one away."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.numerics.jit import kernel
+from solvers.fatigue import serensen
 from solvers.numerics.periodic import TURN, grid
-from solvers.rod.effect_bounds.ringing_bound import left_ringing, pieces_of
-from solvers.rod.load.axial_force import Drive, axial_force, drive_of, pressure
-from solvers.rod.piston import skirt
+from solvers.rod.cycle.state import MOMENT, SIDE, Strip
+from solvers.rod.effect_bounds.inertia import Motion, motion_of
+from solvers.rod.effect_bounds.main_results import Judged, Judging, change_without, judge, sampled_turn
+from solvers.rod.load.axial_force import Drive, axial_forces, drive_of
+from solvers.rod.load.gas import sharpest
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip import beam_column
 from solvers.rod.strip.buckling import log_critical_parameter
+from solvers.rod.strip.shear import critical_coupling
+from solvers.rod.strip.stiffness import shear_stiffness
 from solvers.rod.vibration.natural_frequencies import natural_frequency
 
 Array = NDArray[np.float64]
 
-_EVEN = grid(128)
-"""Close enough for second differences of what changes evenly; pieces between a load's own angles are ``jolts``."""
+_EVEN, _MOST_EVEN = 128, 1024
+"""Even angles, as many times more as it takes to resolve the clamp moment."""
 
-_FLEXURE = 0.35
-"""Of L/l: how much more a short flexure's reactions feel a force on the strip than its first frequency tells."""
-_LIVELIEST = 20.0
-"""How much the strip's inertia is taken to magnify at the most: where it may cancel the reactions no bound holds."""
-_TOLD = 1e-6
-"""Of the critical force: a force whose effect on the reactions has digits left."""
+_BENT = 0.06
+"""Second difference of the clamp moment at even angles, as a share of its greatest, up to which they resolve it."""
+
+_FEW, _MANY = 32, 256
+"""Pieces of a load up to which each is sampled inside as well, and up to which all of their ends are."""
+
+_APART = 1e-6
 
 
-def relative(part: float, whole: float) -> float:
-    """part/(whole - part): a change relative to the changed value; inf when it may cancel it."""
-    return part / (whole - part) if part < whole else (0.0 if part == 0 else math.inf)
+class Sampling(NamedTuple):
+    """Crank angles [rad], the first ``even`` of them even; indices that put them in rising order; |dx/dphi| [m] at them
+    times each one's share of the turn."""
+
+    angle: Array
+    even: int
+    order: NDArray[np.intp]
+    travel: Array
 
 
 @dataclass(frozen=True)
 class Driven:
-    """A scene's forces as every strip in it feels them, sampled once."""
+    """A scene's turn as every strip in it feels it, sampled once."""
 
     scene: Scene
+    _samplings: dict[int, Sampling] = field(default_factory=dict, repr=False, compare=False)
 
     @cached_property
     def drive(self) -> Drive:
@@ -51,45 +62,67 @@ class Driven:
 
     @cached_property
     def sharp(self) -> Array:
-        return self.scene.load.sharp_angles()
+        """Angles [rad] where the load is sharp, with three between the ends of each piece where there are few."""
+        sharp = self.scene.load.sharp_angles()
+        if not sharp.size:
+            return sharp
+        ends = np.unique(np.mod(sharp, TURN))
+        if ends.size > _MANY:
+            ends = sharpest(ends, axial_forces(self.drive, ends), _MANY)
+        if ends.size > _FEW:
+            return ends
+        width = np.diff(ends, append=ends[0] + TURN)
+        return np.mod((ends[:, None] + width[:, None] * np.arange(4) / 4).ravel(), TURN)
 
-    @cached_property
-    def sampled(self) -> tuple[Array, Array, float, float]:
-        """Axial force [N] with all inertia, and sin(phi), first at even angles, then where the load is sharp; the least
-        and the greatest gas force [N]."""
-        return _sampled(self.drive, np.concatenate([_EVEN, self.sharp]) if self.sharp.size else _EVEN)
+    def sampling(self, even: int) -> Sampling:
+        """So many even angles, and behind them the sharp ones."""
+        if even not in self._samplings:
+            step = TURN / even
+            beside = np.mod(self.sharp + 0.5 * step, step) - 0.5 * step
+            angle = np.concatenate([grid(even), self.sharp[np.abs(beside) > _APART]])
+            order = np.argsort(angle)
+            self._samplings[even] = Sampling(angle, even, order, self._travel(angle, order))
+        return self._samplings[even]
+
+    def _travel(self, angle: Array, order: NDArray[np.intp]) -> Array:
+        m, rising, width = self.scene.mechanism, angle[order], np.empty(order.size)
+        width[order] = 0.5 * (np.append(rising[1:], rising[0] + TURN) - np.append(rising[-1] - TURN, rising[:-1]))
+        sine, ratio = np.sin(angle), m.crank_radius / m.rod_length
+        lean = np.sqrt((1.0 - ratio * sine) * (1.0 + ratio * sine))
+        return np.abs(m.crank_radius * sine * (1.0 + ratio * np.cos(angle) / lean)) * width / TURN
 
 
-class Reactions(NamedTuple):
-    """What the strip's closed forms give at the sampled angles, and at a few forces."""
+class Turn(NamedTuple):
+    """A sampled turn: its strip, what results are made with, the states (``cycle.state``), and the main results."""
 
-    side: float
-    """Greatest side force [N]."""
-    moment: float
-    """Greatest clamp moment [N m]."""
-    contact: float
-    """Greatest contact load |T| + 6 |M0 + T e|/Lp [N]."""
-    clearance: float
-    """Least sqrt(m (m - 4 F)) [N], m what the compression leaves of P_cr and F the friction force; 0 where friction may
-    buckle the strip."""
-    steepness: float
-    """Greatest change of these reactions between no force and the present one, per newton, as a share of theirs."""
-    unsteadiness: float
-    """Greatest acceleration of the strip's middle, beside that of one that follows the stroke's sine."""
-    at_least: tuple[float, float, float]
-    """V''(0), V'''(0), V''(l) per unit stroke at the least force, inertia included."""
-    at_most: tuple[float, float, float]
-    """The same at the greatest force."""
-    unloaded: tuple[float, float, float]
-    """The same at no force."""
+    sampling: Sampling
+    strip: Strip
+    judging: Judging
+    states: Array
+    judged: Judged
+
+    def part(self, step: int) -> Turn:
+        """The turn at every so many of its even angles alone."""
+        even = self.sampling.even
+        if step == 1 and even == self.sampling.angle.size:
+            return self
+        angle, travel = self.judging.angle[:even:step].copy(), self.judging.travel[:even:step].copy()
+        judging, states = self.judging._replace(angle=angle, travel=travel), self.states[:, :even:step].copy()
+        sampling = Sampling(angle, angle.size, np.arange(angle.size), travel)
+        judged = judge(
+            judging, self.strip, states, states[SIDE], states[MOMENT], np.empty((0, 0)), False, self.judged.critical
+        )
+        return Turn(sampling, self.strip, judging, states, judged)
 
 
 @dataclass(frozen=True)
 class Situation:
-    """A scene with its strip, and what the bounds need of it; what takes more than a few operations is kept."""
+    """A scene with its strip; what is derived from them is found when it is first asked for."""
 
     driven: Driven
     dimensions: Dimensions
+    known: dict[str, float] = field(default_factory=dict, repr=False, compare=False)
+    """Influences that others need."""
 
     @staticmethod
     def of(scene: Scene, dimensions: Dimensions) -> Situation:
@@ -104,191 +137,121 @@ class Situation:
         return self.driven.scene
 
     @property
-    def gas_extremes(self) -> tuple[float, float]:
-        """The least and the greatest gas force [N]."""
-        return self.driven.sampled[2:]
-
-    @property
-    def inertia_force(self) -> float:
-        """m_j r omega^2 (1 + lambda) [N]: the greatest, at top dead centre."""
-        m = self.scene.mechanism
-        top = m.crank_radius * m.angular_speed**2 * (1.0 + m.crank_radius / m.rod_length)
-        return self.scene.piston.reciprocating_mass * top
-
-    @property
     def stiffness(self) -> float:
+        """EI [N m^2]."""
         return self.scene.material.elastic_modulus * self.dimensions.b * self.dimensions.h**3 / 12.0
 
+    @property
+    def compliance(self) -> float:
+        """g = EI/(kGA) [m^2]."""
+        return self.stiffness / shear_stiffness(self.scene, self.dimensions)
+
     @cached_property
+    def in_plane(self) -> float:
+        """P_cr [N] of bending in the crank's plane, rigid in shear."""
+        length = self.scene.mechanism.rod_length
+        return self.stiffness * (math.exp(log_critical_parameter(self.dimensions.l, length)[0]) / length) ** 2
+
+    @property
     def critical(self) -> float:
-        d, s = self.dimensions, self.scene
-        ln_u, _ = log_critical_parameter(d.l, s.mechanism.rod_length)
-        weaker = d.b * d.h * min(d.b, d.h) ** 2 / 12.0
-        return s.material.elastic_modulus * weaker * (math.exp(ln_u) / s.mechanism.rod_length) ** 2
+        """P_cr [N] about the weaker axis, rigid in shear."""
+        return self.in_plane * min(1.0, (self.dimensions.b / self.dimensions.h) ** 2)
+
+    @cached_property
+    def critical_with_shear(self) -> float:
+        """P_cr [N] about the weaker axis, bending in the crank's plane with shear."""
+        length = self.scene.mechanism.rod_length
+        return min(self.critical, -self.stiffness * critical_coupling(self.dimensions.l, length, self.compliance))
+
+    @cached_property
+    def gas_and_inertia(self) -> Array:
+        """The axial force [N] without friction at the sampled angles."""
+        return axial_forces(self.driven.drive, self.driven.sampling(_EVEN).angle)
 
     @property
     def compression(self) -> float:
-        """The greatest compression [N], inertia included."""
-        return max(-self.gas_extremes[0], 0.0) + self.inertia_force
-
-    @property
-    def least_extreme(self) -> float:
-        """The smaller of the force's two extremes in magnitude: what a small error weighs most against."""
-        return min(abs(force) for force in self.gas_extremes)
-
-    @property
-    def amplification(self) -> float:
-        """1/(1 - |P|/P_cr): how much nearness to buckling magnifies a small change; inf at and beyond buckling."""
-        margin = 1.0 - self.compression / self.critical
-        return 1.0 / margin if margin > 0 else math.inf
-
-    @property
-    def sensitivity(self) -> float:
-        """How much a small change of the strip's flexibility is magnified in what the guide feels.
-
-        Reactions go as 1/(P_cr - P), and so does the friction force F, which adds to the compression: with
-        P = P_0 + F m/(P_cr - P) closed, m = P_cr - P_0, they change by P_cr/sqrt(m (m - 4 F)) times the share by which
-        P_cr does; too little within a tenth of the friction that buckles the strip, which comes a little sooner. The
-        strip's inertia may magnify the change once more, or cancel what it is compared with.
-        """
-        clearance = self.reactions.clearance
-        if not clearance:
-            return math.inf
-        lively = 1.0 / max(1.0 - self.vibration, 1.0 / _LIVELIEST)
-        return max(self.amplification, self.critical / clearance) * lively
-
-    @property
-    def extremes(self) -> tuple[float, float]:
-        """The least and the greatest axial force [N], as far as gas and inertia can go together."""
-        least, most = self.gas_extremes
-        return least - self.inertia_force, most + self.inertia_force
+        """The greatest compression [N] without friction."""
+        return max(-float(self.gas_and_inertia.min()), 0.0)
 
     @cached_property
-    def reactions(self) -> Reactions:
-        """What the strip's closed forms give."""
-        force, sine, _, _ = self.driven.sampled
-        m, piston = self.scene.mechanism, self.scene.piston
-        lever = 6.0 / piston.skirt_length
-        found = _reactions(
-            *(force, sine, *self.extremes, self.stiffness, self.dimensions.l, m.rod_length, m.crank_radius),
-            *(lever, piston.clamp_offset, piston.friction_coefficient, self.critical),
-        )
-        return Reactions(*found[:6], found[6:9], found[9:12], found[12:])
-
-    @property
-    def unsteadiness(self) -> float:
-        """Greatest acceleration of the strip's middle, beside that of one that follows the stroke's sine: 1 or more."""
-        return max(1.0, self.reactions.unsteadiness)
-
-    @cached_property
-    def vibration(self) -> float:
-        """Bound of what the strip's own inertia changes, as a share of the reactions."""
-        if not math.isfinite(self.amplification):
-            return math.inf
-        slowest, mechanism = natural_frequency(self.scene, self.dimensions, -self.compression), self.scene.mechanism
-        flexure = max(1.0, _FLEXURE * mechanism.rod_length / self.dimensions.l)
-        share = relative((3.0 * mechanism.speed) ** 2 * self.unsteadiness, slowest**2)
-        steady = 2.0 * share * flexure * self.weakness if share else 0.0
-        # Closing the turn enlarges what rings by a factor that no phase over so many periods tells.
-        return max(steady, 4.0 * flexure * self.jolt(slowest))
-
-    def jolt(self, frequency: float) -> float:
-        """How far the force sets a mode of this frequency [Hz] ringing, as a share of the greatest reactions."""
-        sharp, m = self.driven.sharp, self.scene.mechanism
-        if not sharp.size:
-            return 0.0
-        shape = self.stiffness, self.dimensions.l, m.rod_length
-        left = left_ringing(self.driven.drive, pieces_of(sharp), *shape, frequency / m.speed)
-        wholes = self.reactions.side, self.reactions.moment
-        return max(
-            part * self.stiffness * m.crank_radius / whole if whole else math.inf
-            for part, whole in zip(left, wholes, strict=True)
+    def strip(self) -> Strip:
+        """The strip with every effect in closed form: coupling, shear, friction that acts back."""
+        piston = self.scene.piston
+        return Strip(
+            stiffness=self.stiffness,
+            length=self.dimensions.l,
+            rod_length=self.scene.mechanism.rod_length,
+            couples=1.0,
+            compliance=self.compliance,
+            friction=4.0 / math.pi * piston.friction_coefficient,
+            lever=6.0 / piston.skirt_length,
+            offset=piston.clamp_offset,
+            buckled=-2.0 * self.critical,
         )
 
     @cached_property
-    def weakness(self) -> float:
-        """How small the axial force makes the guide's greatest reactions, beside those of the strip's stiffness alone.
+    def turn(self) -> Turn:
+        """The turn with every effect in closed form."""
+        return self._resolved(self.driven.drive, self.strip)
 
-        An effect changes them by a share of the latter. The greatest ratio of side forces, moments and contact loads.
-        """
-        piston, found = self.scene.piston, self.reactions
-        stroke = self.stiffness * self.scene.mechanism.crank_radius
-        side, moment = -stroke * found.unloaded[1], stroke * found.unloaded[0]
-        contact = abs(side) + 6.0 / piston.skirt_length * (abs(moment) + abs(side * piston.clamp_offset))
-        pairs = (abs(side), found.side), (abs(moment), found.moment), (contact, found.contact)
-        return max(1.0, *(w / x if x else math.inf for w, x in pairs))
+    @cached_property
+    def upright(self) -> Turn | None:
+        """The turn, or where the strip buckles in it one without friction, or without inertia too: what corrections of
+        the shape are judged by. None where it buckles under the gas alone."""
+        if self.stands:
+            return self.turn
+        rubless = self.strip._replace(friction=0.0)
+        for drive in (self.driven.drive, drive_of(self.scene, 0.0)):
+            turn = self._resolved(drive, rubless)
+            if turn.judged.stands:
+                return turn
+        return None
 
-    def by_force(self, force: float) -> float:
-        """What a small axial force [N] changes: a share of the others, of reactions that these nearly cancel, and its
-        own stress beside the amplitude of the bending stress."""
-        if not force:
-            return 0.0
-        reactions = max(self.weakness / self.critical, self.reactions.steepness)
-        share = max(relative(force, self.least_extreme), force * reactions)
-        return 3.0 * share * self.sensitivity + 2.0 * self._direct(force)
+    def _resolved(self, drive: Drive, strip: Strip) -> Turn:
+        sharp, even = self.driven.sharp.size > 0, _EVEN
+        while True:
+            turn = self._turn(self.driven.sampling(even), drive, strip)
+            if sharp or not turn.judged.stands or even >= _MOST_EVEN:
+                return turn
+            moment = turn.states[MOMENT, :even]
+            bent = float(np.abs(moment[:-2] - 2.0 * moment[1:-1] + moment[2:]).max()) / float(np.abs(moment).max())
+            if not bent > _BENT:
+                return turn
+            even *= 2 if bent <= 4.0 * _BENT else 4
 
-    def _direct(self, force: float) -> float:
-        bending = 0.5 * self.dimensions.h / self.stiffness * self.reactions.moment * self.scene.material.elastic_modulus
-        share = force / (self.dimensions.b * self.dimensions.h)
-        return share / bending if bending else math.inf
+    def _turn(self, sampling: Sampling, drive: Drive, strip: Strip) -> Turn:
+        d, piston, material = self.dimensions, self.scene.piston, self.scene.material
+        judging = Judging(
+            sampling.angle,
+            sampling.travel,
+            6.0 / piston.skirt_length,
+            piston.clamp_offset,
+            4.0 / math.pi * piston.friction_coefficient,
+            1.0 / (d.b * d.h),
+            0.5 * material.elastic_modulus * d.h,
+            *serensen(material).diagram(),
+            self.in_plane,
+        )
+        return Turn(sampling, strip, judging, *sampled_turn(judging, drive, strip, self.critical_with_shear))
 
+    @property
+    def stands(self) -> bool:
+        return self.turn.judged.stands > 0.0
 
-@kernel
-def _sampled(drive: Drive, angles: Array) -> tuple[Array, Array, float, float]:
-    """Axial force, sin(phi), and the extremes of the force without inertia."""
-    force, sine = np.empty(angles.size), np.empty(angles.size)
-    least, most = np.inf, -np.inf
-    for i in range(angles.size):
-        gas = -(pressure(drive, angles[i]) - drive.back_pressure) * drive.area
-        least, most = min(least, gas), max(most, gas)
-        force[i], sine[i] = axial_force(drive, angles[i]), math.sin(angles[i])
-    return force, sine, least, most
+    def change_without(self, drive: Drive, strip: Strip, critical: float) -> float:
+        """The greatest relative change of the main results where the turn is that of this drive and strip."""
+        return change_without(self.turn.judging, drive, strip, critical, self.turn.judged)
 
+    @cached_property
+    def motion(self) -> Motion | None:
+        """What the strip's inertia adds to the upright turn."""
+        return None if self.upright is None else motion_of(self, self.upright)
 
-@kernel
-def _reactions(
-    force: Array, sine: Array, least: float, most: float, stiffness: float, l: float, rod_length: float, radius: float,
-    lever: float, offset: float, coefficient: float, critical: float,
-) -> tuple[float, ...]:  # fmt: skip
-    """The fields of ``Reactions`` one after the other."""
-    q = np.empty(force.size + 3)
-    for i in range(force.size):
-        q[i] = force[i] / stiffness
-    q[-3], q[-2], q[-1] = least / stiffness, most / stiffness, 0.0
-    clamp, shear, head, _ = beam_column.solve(q, l, rod_length)
-    stroke = stiffness * radius
-    most_side, most_moment, most_contact, clearance = 0.0, 0.0, 0.0, np.inf
-    steep_side, steep_moment, steep_contact = 0.0, 0.0, 0.0
-    for i in range(force.size):
-        side, moment = -shear[i] * stroke * sine[i], clamp[i] * stroke * sine[i]
-        most_side, most_moment = max(most_side, abs(side)), max(most_moment, abs(moment))
-        couple = lever * abs(moment + side * offset)
-        most_contact = max(most_contact, abs(side) + couple)
-        reach = stroke * abs(sine[i]) / max(abs(force[i]), _TOLD * critical)
-        by_side, by_moment = reach * (shear[i] - shear[-1]), reach * (clamp[-1] - clamp[i])
-        steep_side, steep_moment = max(steep_side, abs(by_side)), max(steep_moment, abs(by_moment))
-        steep_contact = max(steep_contact, abs(by_side) + lever * abs(by_moment + by_side * offset))
-        # On the way up it adds to the compression, on the way down it relieves it.
-        friction = math.copysign(coefficient * 4.0 / np.pi * skirt.both_walls(abs(side), couple), -sine[i])
-        left = critical + force[i]
-        clearance = min(clearance, left * (left - 4.0 * friction) if left > 0.0 else 0.0)
-    few = (
-        clamp[-3], shear[-3], head[-3], clamp[-2], shear[-2], head[-2], clamp[-1], shear[-1], head[-1],
-    )  # fmt: skip
-    # The middle, at the even angles and, last of all, with no force.
-    count = _EVEN.size
-    q[count], clamp[count], shear[count], head[count] = q[-1], clamp[-1], shear[-1], head[-1]
-    q, clamp, shear, head = q[: count + 1], clamp[: count + 1], shear[: count + 1], head[: count + 1]
-    middle = beam_column.deflection(q, l, clamp, shear, head, np.array([0.5 * l]))[0]
-    greatest = 0.0
-    before, here = middle[count - 1] * sine[count - 1], middle[0] * sine[0]
-    for i in range(count):
-        follows = i + 1 if i < count - 1 else 0
-        after = middle[follows] * sine[follows]
-        greatest = max(greatest, abs(before - 2.0 * here + after))
-        before, here = here, after
-    unsteadiness = greatest * (count / TURN) ** 2 / middle[count]
-    steepness = 0.0
-    for steep, most in ((steep_side, most_side), (steep_moment, most_moment), (steep_contact, most_contact)):
-        steepness = max(steepness, steep / most if most > 0.0 else (np.inf if steep > 0.0 else 0.0))
-    return (most_side, most_moment, most_contact, math.sqrt(max(clearance, 0.0)), steepness, unsteadiness, *few)
+    def pace(self, force: Array) -> Array:
+        """omega_1/omega of the strip under axial forces [N]: a parabola through three of them, squared."""
+        least, most = float(force.min()), float(force.max())
+        known = np.array([least, 0.5 * (least + most), most])
+        squares = np.array([natural_frequency(self.scene, self.dimensions, f) for f in known.tolist()]) ** 2
+        x = (force - known[1]) / max(0.5 * (most - least), 1e-12 * self.in_plane)
+        bent, tilt = 0.5 * (squares[0] + squares[2]) - squares[1], 0.5 * (squares[2] - squares[0])
+        return np.sqrt(np.maximum(squares[1] + x * (tilt + x * bent), 1e-6 * squares[1])) / self.scene.mechanism.speed

@@ -63,11 +63,11 @@ def require_back_pressure(value: float | None) -> None:
     _require(value is None or math.isfinite(value), "back_pressure", "must be finite", "(-inf, inf) or none")
 
 
-def sharpest(angle: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The angles of rising points, of very many the highest and the lowest point in each of many equal steps."""
-    if angle.size <= _MOST_SHARP:
+def sharpest(angle: NDArray[np.float64], values: NDArray[np.float64], most: int = _MOST_SHARP) -> NDArray[np.float64]:
+    """The angles of rising points; of more than ``most`` the highest and the lowest in each of many equal steps."""
+    if angle.size <= most:
         return angle
-    step = np.floor((angle - angle[0]) * (_MOST_SHARP // 2 / TURN)).astype(int)
+    step = np.floor((angle - angle[0]) * (most // 2 / TURN)).astype(int)
     first = np.flatnonzero(np.diff(step, prepend=-1))
     chosen = [np.lexsort((sign * values, step))[first] for sign in (1.0, -1.0)]
     return angle[np.unique(np.concatenate(chosen))]

@@ -16,7 +16,7 @@ from solvers.rod.load.axial_force import Drive, axial_forces, drive_of, least_fo
 from solvers.rod.optimum import peak_model
 from solvers.rod.optimum.peak_model import Array, CorePeaks, side_and_pressure, stress_table
 from solvers.rod.optimum.peaks import ANGLES, Peaks, Wanted, peaks_of
-from solvers.rod.optimum.rows import Layout
+from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
 
 WHOLE = 512

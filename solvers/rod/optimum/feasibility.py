@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from solvers.rod import rows
 from solvers.rod.constraints import Limits
-from solvers.rod.optimum import rows
 from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.full_optimum import Context, logarithms
 from solvers.rod.optimum.local_search import Local

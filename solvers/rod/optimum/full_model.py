@@ -16,13 +16,14 @@ from solvers.effects import EffectSelection
 from solvers.fatigue import FatigueCriterion
 from solvers.numerics import periodic
 from solvers.outcome import Outcome
+from solvers.rod import rows
 from solvers.rod.check import RodCheck, check
 from solvers.rod.cycle.composition import Array, Composition, Cycle
-from solvers.rod.optimum import rows
 from solvers.rod.optimum.peak_model import buckled_rows, sampled_rows
 from solvers.rod.optimum.peaks import Peaks, Wanted, compression_peaks, peaks_of
-from solvers.rod.optimum.rows import Layout
 from solvers.rod.piston.friction import power_at
+from solvers.rod.piston.skirt import pressure_per_load
+from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling, shear
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
@@ -30,8 +31,8 @@ from solvers.rod.vibration.steady_response import RodInertia
 
 _WHOLE = periodic.grid(256)
 """Angles of the mean of friction power: what they miss, strips near each other miss alike, and exact checks tell."""
-_STEP, _COARSE_STEP = 1e-6, 1e-4
-"""Of forward differences in ln b, ln h, ln l: of closed forms, and where time meshes may change between strips."""
+_STEP, _COARSE_STEP = 1e-6, 1e-3
+"""Of differences in ln b, ln h, ln l: one-sided of closed forms, central where time meshes change between strips."""
 _KEPT = 4
 
 Watch = Callable[[], None]
@@ -161,7 +162,7 @@ class FullRows:
             return out
         stresses = strip.stresses(self.peaks.threes(), self.peaks.stations())
         reactions = strip.reactions(self.peaks.reaction_threes()) if self.peaks.reactions.size else np.empty((2, 0))
-        per_force = 4.0 / (math.pi * piston.diameter * piston.skirt_length)
+        per_force = pressure_per_load(piston.diameter, piston.skirt_length)
         sampled_rows(np.ascontiguousarray(stresses), reactions, *diagram, per_force, out)
         if self.model.wanted.power:
             out[rows.POWER] = math.log(max(strip.friction_power(), 1e-300))
@@ -170,20 +171,26 @@ class FullRows:
         return out
 
     def slopes(self, x: Array) -> Array:
-        """Their derivatives by x, shape (rows, 3), by forward differences, or backward beside buckling."""
+        """Their derivatives by x, shape (rows, 3), by differences; to one side beside buckling and the rod's end."""
         here, out = self.values(x), np.empty((self.layout.size, 3))
         meshed = any(isinstance(part, RodInertia) for part in self.model.composition.corrections)
         step = _COARSE_STEP if meshed else _STEP
-        longest = math.log(self.model.scene.mechanism.rod_length)
-        for v in range(3):
-            moved = x.copy()
-            moved[v] += step if v < 2 or x[v] + step <= longest else -step
-            beside = self.values(moved)
-            if beside[rows.UTILISATION] == rows.BUCKLED:
-                moved[v] = 2.0 * x[v] - moved[v]
-                beside = self.values(moved)
-            out[:, v] = (beside - here) / (moved[v] - x[v])
+        for v, unit in enumerate(np.eye(3)):
+            up, down = self._beside(x + step * unit), None
+            if up is None or meshed:
+                down = self._beside(x - step * unit)
+            if up is None and down is None:
+                up = down = here
+            first, last = (here if down is None else down), (here if up is None else up)
+            out[:, v] = (last - first) / (step * ((up is not None) + (down is not None)))
         return out
+
+    def _beside(self, x: Array) -> Array | None:
+        """The rows at x; None where there is no such strip."""
+        if x[2] > math.log(self.model.scene.mechanism.rod_length):
+            return None
+        values = self.values(x)
+        return None if values[rows.UTILISATION] == rows.BUCKLED else values
 
 
 def dimensions_of(x: Array, scene: Scene) -> Dimensions:

@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solvers.outcome import Outcome
+from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
-from solvers.rod.optimum import rows
 from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
 from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers.outcome import Outcome
+from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
-from solvers.rod.optimum import rows
 from solvers.rod.optimum.full_model import Array, FullModel, FullRows, dimensions_of
 from solvers.rod.optimum.sqp import Memory, feasibility_program, program, restored, run
 from solvers.rod.problem import Objective, Requirements

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel
 from solvers.rod.optimum.proof.intervals import clamp, curvature_and_stiffness
-from solvers.rod.optimum.rows import (
+from solvers.rod.rows import (
     BUCKLED,
     FIRST_PART,
     LENGTH,
@@ -140,7 +140,7 @@ def reaction(force: float, stroke: float, f: CorePeaks, l: float, scale: float) 
 
 @kernel
 def rows_at(f: CorePeaks, b: float, h: float, l: float, room: Array, out: Array) -> None:
-    """All rows of a strip (``solvers.rod.optimum.rows``) on the core's physics.
+    """All rows of a strip (``solvers.rod.rows``) on the core's physics.
 
     Side force, pressure and power are 0 where they are not looked at. ``room`` has shape (2, sections, angles).
     """

@@ -14,11 +14,11 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.rod import rows
 from solvers.rod.constraints import Limits
-from solvers.rod.optimum import rows
 from solvers.rod.optimum.peaks import Wanted
-from solvers.rod.optimum.rows import Layout
 from solvers.rod.problem import Objective
+from solvers.rod.rows import Layout
 
 Array = NDArray[np.float64]
 

@@ -24,13 +24,15 @@ from numpy.typing import ArrayLike, NDArray
 from solvers.numerics.jit import kernel
 
 
-def contact_pressure(
-    side_force: ArrayLike, clamp_moment: ArrayLike, clamp_offset: float, diameter: float, skirt_length: float
-) -> NDArray[np.float64]:
-    """Greatest contact pressure [Pa]: 4/(pi D Lp) (|T| + 6 |M0 + T e|/Lp)."""
-    T = np.asarray(side_force, dtype=float)
-    moment = np.asarray(clamp_moment, dtype=float) + T * clamp_offset
-    return 4.0 / (math.pi * diameter * skirt_length) * (np.abs(T) + 6.0 * np.abs(moment) / skirt_length)
+@kernel
+def contact_load(side: float, couple: float) -> float:
+    """Lp max|q| [N] from |T| and 6 |M|/Lp: times ``pressure_per_load`` the greatest contact pressure."""
+    return side + couple
+
+
+def pressure_per_load(diameter: float, skirt_length: float) -> float:
+    """4/(pi D Lp) [1/m^2]: the greatest contact pressure per contact load."""
+    return 4.0 / (math.pi * diameter * skirt_length)
 
 
 @kernel

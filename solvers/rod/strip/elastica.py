@@ -32,6 +32,7 @@ from solvers.rod.strip.elastica_kernels import (
     collocation,
     linear_slope,
     nodes_for,
+    scratch,
     third_order,
 )
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
@@ -111,7 +112,7 @@ def _add(
 ) -> None:  # fmt: skip
     """``ElasticaExpansion.add`` on arrays."""
     n, per_force = tables.nodes.size - 1, l * l / stiffness
-    slope, room, bend, rise = np.empty(n + 1), np.empty((6, n + 3)), np.empty(n + 2), np.empty(n + 2)
+    slope, room, bend, rise = np.empty(n + 1), scratch(n), np.empty(n + 2), np.empty(n + 2)
     for i in range(states.shape[1]):
         m = states[SOFTENING, i]
         sheared = -compliance * states[SHEAR, i]

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.rod.strip.beam_column import FORWARD_LIMIT
@@ -90,12 +90,6 @@ def nodes_for(least: float, greatest: float) -> int:
     return min(_MOST_NODES, _MORE_NODES * math.ceil(wanted / _MORE_NODES))
 
 
-def at_stations(fractions: ArrayLike, degree: int) -> Array:
-    """Legendre's polynomials below this degree at z/l in [0, 1], shape (stations, degree)."""
-    x = 2.0 * np.atleast_1d(np.asarray(fractions, dtype=float)) - 1.0
-    return legendre.legvander(x, degree - 1)
-
-
 @kernel
 def linear_slope(
     q: float, clamp: float, shear: float, head: float, l: float, nodes: Array, scale: float, offset: float, out: Array
@@ -135,6 +129,12 @@ def linear_slope(
 
 
 @kernel
+def scratch(nodes: int) -> Array:
+    """Room for ``bent_by`` and ``third_order`` with so many nodes."""
+    return np.empty((6, nodes + 3))
+
+
+@kernel
 def bent_by(
     q: float, head: float, offset: float, end: float, load: Array, less: Array, tables: Collocation, room: Array,
     bend: Array, rise: Array,
@@ -143,7 +143,7 @@ def bent_by(
 
     theta(0) = 0, int (theta - less) + head theta(1) = offset, theta'(1) + head theta''(1) = 0. ``load`` holds the
     Legendre coefficients of f, ``end`` is f(1), and ``less`` holds those of what the offset's rate is short of theta,
-    (n,) each. ``bend`` receives those of theta', ``rise`` of int (theta - less), (n + 2,) each. ``room`` is (4, n + 3).
+    (n,) each. ``bend`` receives those of theta', ``rise`` of int (theta - less), (n + 2,) each. ``room``: ``scratch``.
     """
     n = load.size
     pivot, a, u, w = room[0], room[1], room[2], room[3]
@@ -196,7 +196,7 @@ def third_order(
     """Q_3 and theta_3'(0), in lengths of the strip, from the linear slope at the nodes, (n + 1,).
 
     ``bend`` receives the Legendre coefficients of theta_3' (V'' is this over l), ``rise`` those of the offset's
-    correction over l; (n + 2,) each. ``room`` is (6, n + 3) of scratch.
+    correction over l; (n + 2,) each. ``room`` is a ``scratch``.
     """
     n = slope.size - 1
     half = n // 2
@@ -226,19 +226,3 @@ def third_order(
     end_cubic = end * end * end / 6.0
     end_load = -q * end_cubic - 0.5 * shear * end * end
     return bent_by(q, head, head * end_cubic, end_load, load[:n], cubic[:n], tables, room, bend, rise)
-
-
-@kernel
-def third_orders(
-    q: Array, shear: Array, head: float, slope: Array, tables: Collocation
-) -> tuple[Array, Array, Array, Array]:
-    """``third_order`` at many angles: bend and rise, each (angles, n + 2), Q_3 and theta_3'(0), each (angles,).
-
-    ``slope`` is (angles, n + 1).
-    """
-    count, n = slope.shape[0], slope.shape[1] - 1
-    bend, rise = np.empty((count, n + 2)), np.empty((count, n + 2))
-    side, clamp, room = np.empty(count), np.empty(count), np.empty((6, n + 3))
-    for i in range(count):
-        side[i], clamp[i] = third_order(q[i], shear[i], head, slope[i], tables, room, bend[i], rise[i])
-    return bend, rise, side, clamp

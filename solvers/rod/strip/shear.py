@@ -15,21 +15,15 @@ Source: F. Engesser (1891); Z. P. Bazant, L. Cedolin, Stability of Structures, s
 
 from __future__ import annotations
 
-from solvers.numerics.stumpff import stumpff
+import math
+
+import numpy as np
+
+from solvers.numerics.jit import kernel
 from solvers.rod.strip.buckling import critical_phase
 
-
-def _determinant(
-    c0: float,
-    c1: float,
-    c2_minus_c3: float,
-    q: float,
-    softening: float,
-    l: float,
-    e: float,
-    compliance: float,
-) -> float:
-    return l**3 * c2_minus_c3 / softening + e * l * (l + softening * e) * c1 + compliance * l * (c0 + e * q * l * c1)
+_MOST_STEPS = 100
+_CLOSE = 4.0 * float(np.finfo(float).eps)
 
 
 def critical_coupling(length: float, rod_length: float, compliance: float) -> float:
@@ -37,17 +31,45 @@ def critical_coupling(length: float, rod_length: float, compliance: float) -> fl
 
     With x^2 = -q_s l^2, m = 1/(1 + g x^2/l^2). Shear can only soften, so the root lies below that without it.
     """
-    from scipy.optimize import brentq
+    x = _first_root(length, rod_length, compliance, float(critical_phase(length / rod_length)))
+    return -((x / length) ** 2) / (1.0 + compliance * (x / length) ** 2)
 
-    e = rod_length - length
 
-    def determinant(x: float) -> float:
-        scaled = -((x / length) ** 2)
-        softening = 1.0 / (1.0 - compliance * scaled)
-        c = stumpff(x * x)
-        q = scaled * softening
-        return float(_determinant(c.c0, c.c1, c.c2 - c.c3, q, softening, length, e, compliance)) / rod_length**3
+@kernel
+def _scaled_determinant(x: float, l: float, rod_length: float, compliance: float) -> float:
+    """det/L^3 in compression."""
+    e, scaled = rod_length - l, -((x / l) ** 2)
+    softening = 1.0 / (1.0 - compliance * scaled)
+    c0, sine = math.cos(x), math.sin(x)
+    c1, difference = sine / x, (sine - x * c0) / (x * x * x)
+    turned = c0 + e * scaled * softening * l * c1
+    det = l**3 * difference / softening + e * l * (l + softening * e) * c1 + compliance * l * turned
+    return det / rod_length**3
 
-    rigid = float(critical_phase(length / rod_length))
-    root = brentq(determinant, 1e-3, rigid, xtol=1e-15, rtol=8.9e-16) if determinant(rigid) < 0 else rigid
-    return -((root / length) ** 2) / (1.0 + compliance * (root / length) ** 2)
+
+@kernel
+def _first_root(l: float, rod_length: float, compliance: float, rigid: float) -> float:
+    """By the Illinois variant of regula falsi, from the root without shear down."""
+    high, above = rigid, _scaled_determinant(rigid, l, rod_length, compliance)
+    if not above < 0.0:
+        return rigid
+    low, below, kept = 0.5 * rigid, 1.0, 0
+    while True:
+        below = _scaled_determinant(low, l, rod_length, compliance)
+        if below > 0.0:
+            break
+        high, above, low = low, below, 0.5 * low
+    for _ in range(_MOST_STEPS):
+        x = high - above * (high - low) / (above - below)
+        value = _scaled_determinant(x, l, rod_length, compliance)
+        if value == 0.0 or high - low <= _CLOSE * high:
+            return x
+        if value > 0.0:
+            low, below = x, value
+            above = 0.5 * above if kept == 1 else above
+            kept = 1
+        else:
+            high, above = x, value
+            below = 0.5 * below if kept == -1 else below
+            kept = -1
+    return high

@@ -266,13 +266,88 @@ def test_a_low_box_about_a_long_base_is_proven_too():
     assert outcome.certificate.gap <= 1.1e-6
 
 
-def test_a_certificate_says_how_far_was_searched_and_a_design_when_it_lies_there():
+BLOW = linkage.Scene(linkage.Restitution(0.0739, 0.0739), 5.83, 1.2237, 0.375)
+
+
+def test_a_certificate_holds_for_links_without_end_and_a_design_says_when_it_lies_there():
     """Without a limit on the size the least pin force is that of a base without end."""
-    blow = linkage.Scene(linkage.Restitution(0.0739, 0.0739), 5.83, 1.2237, 0.375)
-    problem = linkage.LinkageProblem(blow, linkage.Limits(), linkage.OBJECTIVES["pin_force"], (linkage.LARGEST_ROCKER,))
-    found = linkage.design(problem)
+    asked = problem(BLOW, linkage.Limits(), "pin_force", "largest_rocker")
+    found = linkage.design(asked)
     assert "grow without end" in found.certificate.evidence["searched"]
-    assert any("end of what is searched" in said for said in found.value.check.warnings)
+    assert any("next to links without end" in said for said in found.value.check.warnings)
+    family = Family(linkage.LARGEST_ROCKER, BLOW.restitution.gain)
+    margins = np.geomspace(1e-12, 1e12, 4001)
+    figures = MemberFigures(asked.question, family, np.log(margins), 1e-9)
+    costs = np.where(figures.scale[0] <= figures.scale[1], asked.objective.cost(figures), np.inf)
+    assert 1e-5 < 1 - costs.min() / found.value.value < 1e-2
+    assert found.certificate.bound <= costs.min()
+    assert found.certificate.gap < 1.1 * (1 - costs.min() / found.value.value) + 2e-6
     longest = found.value.check.mechanism.crank * found.value.check.mechanism.bar.longest
-    within = replace(problem, limits=linkage.Limits(longest_link=0.1 * longest))
-    assert not any("end of what is searched" in said for said in linkage.design(within).value.check.warnings)
+    within = replace(asked, limits=linkage.Limits(longest_link=0.1 * longest))
+    held = linkage.design(within)
+    assert not any("designs end" in said for said in held.value.check.warnings)
+    assert held.certificate.gap <= 1.1e-6
+
+
+@pytest.mark.parametrize("restitution", [0.01, 0.2, 0.8])
+@pytest.mark.parametrize("kind", KINDS)
+def test_beyond_the_tails_nothing_changes_but_what_grows_without_end(kind, restitution):
+    """Figures per crank at both ends of the tails and a thousand times beyond."""
+    scene = replace(BLOW, restitution=linkage.Restitution(restitution, restitution))
+    family = Family(linkage.KINDS[kind], scene.restitution.gain)
+    question = problem(scene, Limits(), "peak_torque", kind).question
+    (low, _), (_, high) = (tail.part for tail in family.tails)
+    for end, step in ((low, -math.log(1e3)), (high, math.log(1e3))):
+        near, far = (MemberFigures(question, family, np.array([q]), 1e-9) for q in (end, end + step))
+
+        def told(figures):
+            lengths = figures.members.lengths[0]
+            return np.array([*lengths, figures.members.end[0], figures.torque[0], figures.force[0]])
+
+        change = told(far) / told(near)
+        # Links and loads may grow without end; |u31(2 pi)|, the crank and the base may vanish.
+        endless = change > 10.0
+        endless[[0, 1, 4]] |= change[[0, 1, 4]] < 0.1
+        assert np.all(endless | (np.abs(change - 1.0) < 1e-8))
+
+
+def test_a_frequency_without_end_is_refused_and_the_missing_limit_named():
+    """A rocker ten times as long beats ten times as often, as the check confirms."""
+    scene = linkage.Scene(linkage.Restitution(0.2, 0.2), 20.0, 5.0, 10.0, tool_radius=0.05)
+    limits = Limits(min_link=8e-3)
+    asked = problem(scene, limits, "blow_frequency")
+    with pytest.raises(InvalidInput, match="without end") as refusal:
+        linkage.design(asked)
+    assert refusal.value.field == "limits.longest_link"
+    frequencies = []
+    for base in (36.0, 360.0):
+        family = Family(linkage.LARGEST_ROCKER, scene.restitution.gain)
+        q = math.log(family.kind.margin_of_base(family.gain, base / 8e-3))
+        member = MemberFigures(asked.question, family, np.array([q]), 1e-9)
+        assert member.members.ratios.base[0] == pytest.approx(base / 8e-3, rel=1e-9)
+        frequencies.append(1.0 / asked.objective.cost(member)[0])
+    assert frequencies[0] == pytest.approx(28655.85, rel=1e-3)
+    assert frequencies[1] == pytest.approx(10 * frequencies[0], rel=1e-3)
+    # One side of the box leaves the other free; the largest coupler's base ends at g^2 cranks.
+    with pytest.raises(InvalidInput):
+        designed(scene, replace(limits, width=0.1), "blow_frequency")
+    for kinds, more in (
+        (("largest_coupler",), {}),
+        ((), {"longest_link": 50.0}),
+        ((), {"enclosing_radius": 0.5}),
+        ((), {"width": 0.2, "height": 0.2}),
+        ((), {"width": 0.02}),
+    ):
+        outcome = designed(scene, replace(limits, **more), "blow_frequency", *kinds)
+        assert outcome.certificate.gap < 5.1e-3
+        if "longest_link" in more:
+            # The longest links are what beats most often.
+            assert outcome.value.value == pytest.approx(28655.85 * 50.0 / 36.028, rel=1e-3)
+
+
+def test_a_limit_that_only_links_beyond_the_range_of_designs_keep_is_kept():
+    """Between the least pin force of a design and that of links without end."""
+    least = designed(BLOW, Limits(), "pin_force", "largest_rocker")
+    held = Limits(max_pin_force=0.5 * (least.value.value + least.certificate.bound))
+    outcome = designed(BLOW, held, "longest_link", "largest_rocker")
+    assert outcome.value.check.strike.peaks.force <= held.max_pin_force * (1 + 1e-9)

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
 from solvers import pin
-from solvers.pin.cone_bounds import hollow, second_order
+from solvers.pin.cone_bounds import second_order
 from solvers.pin.cones import _Cones
-from solvers.pin.flexibility import cowper
 from solvers.pin.program import Physics, assemble, opening_stations
+from solvers.pin.tapers import NARROWING, WIDENING
 from tests.solvers.pin.pins import PAPER, VAZ
 
 
-def cones(deflection, slope=None):
+def cones(deflection, slope=None, taper=NARROWING):
     limits = pin.Limits(max_deflection=deflection, max_slope=slope)
-    law = cowper(VAZ.material.poisson)
-    return _Cones(assemble(VAZ, limits, PAPER, Physics(), opening_stations(VAZ), law))
+    return _Cones(assemble(VAZ, limits, PAPER, Physics(), opening_stations(VAZ)), taper)
 
 
 def boxes(random, count):
@@ -26,18 +27,20 @@ def boxes(random, count):
         yield float(low[0]), float(low[0] + width[0]), float(low[1]), float(low[1] + width[1])
 
 
+@pytest.mark.parametrize("taper", [NARROWING, WIDENING])
 @pytest.mark.parametrize(("deflection", "slope"), [(8.5e-6, None), (11e-6, None), (13e-6, None), (11e-6, 0.2)])
-def test_no_shape_of_a_box_holds_more_than_its_bound(deflection, slope):
-    random, some = np.random.default_rng(7), cones(deflection, slope)
+def test_no_shape_of_a_box_holds_more_than_its_bound(deflection, slope, taper):
+    random, some = np.random.default_rng(7), cones(deflection, slope, taper)
     for box in boxes(random, 60):
-        bound = min(second_order(box, some._rules(box)), some.most(box))
+        bound = min(second_order(some.taper, box, some._rules(box)), some.most(box))
         shapes = random.uniform((box[0], box[2]), (box[1], box[3]), (30, 2)).tolist()
         shapes += [(r, c) for r in box[:2] for c in box[2:]]
         assert max(some.gain(r, c) for r, c in shapes) <= bound * (1.0 + 1e-13)
 
 
-def test_each_rules_slopes_hold_every_difference_in_the_box():
-    random, some = np.random.default_rng(11), cones(11e-6)
+@pytest.mark.parametrize("taper", [NARROWING, WIDENING])
+def test_each_rules_slopes_hold_every_difference_in_the_box(taper):
+    random, some = np.random.default_rng(11), cones(11e-6, taper=taper)
     for box in boxes(random, 60):
         deflection = some._rules(box)[-1]
         for _ in range(10):
@@ -59,12 +62,12 @@ def test_on_a_ridge_of_two_rules_the_bound_loses_the_square_of_the_width():
         for _ in range(50):
             c = 0.5 * (low + high)
             low, high = (c, high) if some._stiff(r, c) >= 1.0 else (low, c)
-        ridge.append((hollow(r, low), r, low))
+        ridge.append((NARROWING.hollow(r, low), r, low))
     best, r, c = max(ridge)
     lost = []
     for half in (4e-3, 1e-3):
         box = (r - half, r + half, c - half, c + half)
-        lost.append(second_order(box, some._rules(box)) / best - 1.0)
+        lost.append(second_order(some.taper, box, some._rules(box)) / best - 1.0)
     assert 0.0 <= lost[1] < lost[0] / 8.0
 
 
@@ -93,3 +96,38 @@ def test_cones_of_unlike_sides_are_proven(geometry, force, criterion):
     assert 0.0 <= outcome.certificate.gap <= 1e-7
     assert outcome.value.check.strength_utilisation <= 1.0 + 1e-6
     assert outcome.certificate.bound >= outcome.value.free_mass * (1.0 - 1e-6)
+
+
+@pytest.mark.parametrize("taper", [NARROWING, WIDENING])
+def test_the_volume_of_a_shape_and_its_slopes(taper):
+    t = (np.arange(200_000) + 0.5) / 200_000
+    for r, c in ((0.0, 0.3), (0.4, 0.7), (0.9, 1.0)):
+        assert taper.hollow(r, c) == pytest.approx(np.mean((1 - (1 - r) * taper.lost(t, c)) ** 2), rel=1e-9)
+    random = np.random.default_rng(3)
+    for box in boxes(random, 200):
+        r, c = random.uniform((box[0], box[2]), (box[1], box[3]))
+        slopes = taper.hollow_slopes(box)
+        for side, (dr, dc) in ((0, (box[1] - r, 0.0)), (2, (0.0, box[3] - c))):
+            change = np.log(taper.hollow(r + dr, c + dc) / taper.hollow(r, c))
+            assert slopes[side] * (dr + dc) - 1e-15 <= change <= slopes[side + 1] * (dr + dc) + 1e-15
+
+
+@pytest.mark.parametrize(("allowable_shear", "rival"), [(30e6, 96.6464), (None, 40.690)])
+def test_a_short_pin_is_lighter_with_cones_that_widen_toward_the_middle(allowable_shear, rival):
+    """A profile that keeps every limit, and the shapes around the answer: the check finds none that is lighter."""
+    scene = pin.Scene(
+        pin.Geometry(30e-3, 6e-3, 24e-3, 0.5e-3), 12e3, pin.PinMaterial(150e6, 210e9, 0.3, 7850.0, allowable_shear)
+    )
+    for form in (pin.Cone(), pin.Cone(cylinder=True)):
+        outcome = pin.design(pin.PinProblem(scene, form=form), accuracy=1e-9)
+        value = outcome.value.check
+        assert 1e3 * value.mass <= rival * (1 + 1e-5)
+        assert value.strength_utilisation <= 1 + 1e-9
+        assert 0 <= outcome.certificate.gap <= 1e-7
+    (_, end), (_, middle), _ = pin.design(pin.PinProblem(scene, form=pin.Cone()), accuracy=1e-9).value.corners
+    assert end < middle
+    for by_end, by_middle in itertools.product(np.linspace(-1e-4, 1e-4, 9), repeat=2):
+        rivals = pin.Profile((0.0, 18.5e-3), (end + by_end, min(middle + by_middle, 30e-3)))
+        found = pin.check(scene, rivals, accuracy=1e-6).value
+        kept = found.strength_utilisation is not None and found.strength_utilisation <= 1 + 1e-9
+        assert not kept or found.mass >= outcome.certificate.bound

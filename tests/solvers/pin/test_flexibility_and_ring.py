@@ -1,4 +1,4 @@
-"""Shear flexibility, its tangent and its envelope; the ring against its thin limit and against equilibrium."""
+"""Shear flexibility and its envelope; the ring against its thin limit and against equilibrium."""
 
 from __future__ import annotations
 
@@ -9,7 +9,16 @@ from scipy.integrate import solve_bvp
 
 from solvers import pin
 from solvers.pin import bushing, ring
-from solvers.pin.flexibility import convex_cowper, cowper, flexibility_values, line_from, phi, phi_curvature, phi_slope
+from solvers.pin.flexibility import (
+    chord,
+    cowper,
+    flexibility_values,
+    inflection,
+    line_from,
+    phi,
+    phi_curvature,
+    phi_slope,
+)
 
 FORCE, DIAMETER, LENGTH, MODULUS, POISSON = 15e3, 21.99e-3, 80e-3, 210e9, 0.3
 PIN = (FORCE, DIAMETER, LENGTH)
@@ -22,28 +31,31 @@ def test_shear_flexibility_is_cowpers_coefficient(poisson):
     u = 1 - m**2
     assert flexibility_values(u, cowper(poisson))[1] == pytest.approx(1 / (k * u), rel=1e-12)
     solid = 6 * (1 + poisson) / (7 + 6 * poisson)
-    assert phi(1.0, cowper(poisson).a, cowper(poisson).b, 1.0) == pytest.approx(1 / solid, rel=1e-15)
+    assert phi(1.0, cowper(poisson).a, cowper(poisson).b) == pytest.approx(1 / solid, rel=1e-15)
 
 
-def test_the_convex_law_is_tangent_above_and_half_a_percent_at_most():
-    law, exact = convex_cowper(POISSON), cowper(POISSON)
-    assert law.knee == pytest.approx(0.9029, abs=5e-5)
-    u = np.linspace(0.05, 1.0, 4001)
-    convex, true = flexibility_values(u, law)[1], flexibility_values(u, exact)[1]
-    assert np.all(convex >= true * (1 - 1e-14))
-    assert (convex / true).max() - 1 == pytest.approx(0.0051, abs=5e-5)
-    assert np.all(np.diff(convex, 2) > -1e-12)
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
+def test_shear_is_convex_up_to_its_inflection_and_its_third_derivative_negative(poisson):
+    law, u = cowper(poisson), np.linspace(0.05, 1.0, 4001)
+    curvature = np.diff(flexibility_values(u, law)[1], 2)
+    turns = u[1:-1][np.argmax(curvature < 0)]
+    assert inflection(poisson) == pytest.approx(turns, abs=5e-4)
+    assert np.all(np.diff(curvature) < 0)
+    assert np.all(np.diff(1 / (u * (2 - u)), 3) < 0)
 
 
 def test_derivatives_are_those_of_the_function():
-    law = convex_cowper(POISSON)
-    for u in (0.1, 0.5, 0.89, 0.95):
+    law = cowper(POISSON)
+    for u in (0.1, 0.5, 0.89, 0.95, 0.999):
         h = 1e-6
-        args = (law.a, law.b, law.knee)
+        args = (law.a, law.b)
         assert phi_slope(u, *args) == pytest.approx((phi(u + h, *args) - phi(u - h, *args)) / (2 * h), rel=1e-6)
         assert phi_curvature(u, *args) == pytest.approx(
             (phi_slope(u + h, *args) - phi_slope(u - h, *args)) / (2 * h), rel=1e-6, abs=1e-6
         )
+        for bend in (0.0, 0.7):
+            fall = bend / (u * (2 - u)) + phi(u, *args) - bend - phi(1.0, *args)
+            assert chord(u, bend, 1.0, *args) == pytest.approx(fall / (1 - u), rel=1e-9)
 
 
 @pytest.mark.parametrize("bend", [0.0, 0.2, 1.0, 1.8, 5.0])
@@ -54,7 +66,7 @@ def test_the_envelopes_line_touches_and_stays_below(bend):
         bent, sheared = flexibility_values(u, law)
         return bend * bent + sheared
 
-    start = line_from(bend, 1.0, law.a, law.b, 1.0)
+    start = line_from(bend, 1.0, law.a, law.b)
     u = np.linspace(0.3, 1.0, 7001)
     if start == 1.0:
         assert np.all(np.diff(g(u), 2) > -1e-12)
@@ -173,31 +185,42 @@ def test_the_ring_grows_with_the_bore_everywhere():
     assert np.all(np.diff(growth) > 0)
 
 
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
+def test_no_figure_of_the_ring_jumps_and_none_is_less_than_the_elastic_rings(poisson):
+    """The textbook's formula ended at 0.8 with 31.6 um, where the elastic ring has 58.2."""
+    ratios = np.linspace(0.3, 0.95, 13_001)
+    rings = [ring.ring(*PIN, r, MODULUS, poisson) for r in ratios]
+    elastic = [ring.thick_ring(*PIN, r, MODULUS, poisson) for r in ratios]
+    growth, even = (np.array([found.ovalization for found in some]) for some in (rings, elastic))
+    assert np.all(np.diff(growth) > 0)
+    assert np.all(np.diff(growth) < 5e-3 * growth[:-1])
+    assert np.all(growth >= even)
+    for point in ("outer_side", "inner_side", "outer_top", "inner_top"):
+        own = np.array([getattr(found.stresses, point) for found in rings])
+        assert np.all(np.abs(np.diff(own)) < 5e-3 * np.abs(own).max())
+    greatest = np.array([found.stresses.greatest for found in rings])
+    assert np.all(np.diff(greatest) > 0)
+    assert np.all(greatest >= [found.stresses.greatest for found in elastic])
+    # Where the formula begins and ends to be the more.
+    first = ring.classical(*PIN, 0.65, MODULUS)
+    assert ring.ring(*PIN, 0.65, MODULUS, poisson) == first
+    assert ring.classical(*PIN, 0.8, MODULUS).ovalization < even[np.searchsorted(ratios, 0.8)]
+
+
 def test_the_load_factors_zero_is_no_way_out():
     """The textbook's formula falls beyond 0.814 and ends at 0 at 0.864: no limit may be met there."""
     assert abs(ring.load_factor(0.8641588834)) < 1e-8
-    for limit in (1e-6, 1e-5, 3e-5, 1e-4, 1e-2):
+    for limit in (1e-6, 1e-5, 3e-5, 4e-5, 1e-4, 1e-2):
         ratio = ring.greatest_ratio(limit, *PIN, MODULUS, POISSON)
         assert ring.ring(*PIN, ratio, MODULUS, POISSON).ovalization <= limit
-        if ratio < 0.799:
-            assert ring.ring(*PIN, ratio * (1 + 1e-9) + 1e-9, MODULUS, POISSON).ovalization > limit
-    assert ring.greatest_ratio(4e-5, *PIN, MODULUS, POISSON) == pytest.approx(0.8, abs=1e-12)
+        assert ring.ring(*PIN, ratio * (1 + 1e-9) + 1e-9, MODULUS, POISSON).ovalization > limit
     assert ring.greatest_ratio(1e-9, *PIN, MODULUS, POISSON) is None
 
 
 def test_the_ratio_at_a_stress_is_where_the_stress_is():
-    ratio = ring.ratio_at_stress(150e6, *PIN, MODULUS, POISSON)
-    assert ring.ring(*PIN, ratio, MODULUS, POISSON).stresses.greatest == pytest.approx(150e6, rel=1e-4)
-
-
-def test_the_ratio_at_a_stress_is_the_least_although_the_formulas_stress_falls_again():
-    """Toward 0.8 the load factor falls faster than the bending stress rises: so it is reached before."""
-    ratios = np.linspace(0.3, 0.8, 20_001)
-    stress = np.array([ring.ring(*PIN, r, MODULUS, POISSON).stresses.greatest for r in ratios])
-    assert stress[-1] < stress.max()
-    for limit in (0.7 * stress.max(), 0.99 * stress.max(), 0.5 * (stress.max() + stress[-1])):
-        first = ratios[np.argmax(stress > limit)]
-        assert ring.ratio_at_stress(limit, *PIN, MODULUS, POISSON) == pytest.approx(first, abs=5e-5)
+    for stress in (80e6, 150e6, 155e6, 200e6, 500e6):
+        ratio = ring.ratio_at_stress(stress, *PIN, MODULUS, POISSON)
+        assert ring.ring(*PIN, ratio, MODULUS, POISSON).stresses.greatest == pytest.approx(stress, rel=1e-4)
 
 
 def hoop(ratios, bore=None):
@@ -207,22 +230,14 @@ def hoop(ratios, bore=None):
     return np.array([found.stresses.greatest for found in rings])
 
 
-@pytest.mark.parametrize(("bore", "summit"), [(None, ring.MOST_STRESSED), (14e-3, ring.MOST_STRESSED_AROUND)])
-def test_the_hoop_stress_rises_to_its_summit_falls_to_the_seam_and_rises_beyond(bore, summit):
-    before, behind, beyond = (
-        np.linspace(0.3, summit, 200),
-        np.linspace(summit, 0.8, 50),
-        np.linspace(0.8001, 0.9999, 500),
-    )
-    assert np.all(np.diff(hoop(before, bore)) > 0)
-    assert np.all(np.diff(hoop(behind, bore)) < 0)
-    assert np.all(np.diff(hoop(beyond, bore)) > 0)
-    assert hoop([0.8001], bore)[0] > hoop([summit], bore)[0]
+@pytest.mark.parametrize("bore", [None, 14e-3])
+def test_the_hoop_stress_rises_with_the_bore_and_around_it(bore):
+    assert np.all(np.diff(hoop(np.linspace(0.3, 0.9999, 3000), bore)) > 0)
 
 
 @pytest.mark.parametrize("ends", [(0.5, 0.799), (0.79, 0.6), (0.77, 0.8), (0.4, 0.76), (0.5, 0.85), (0.9, 0.81)])
 def test_no_ring_along_a_pin_or_a_bushing_is_stressed_more_than_told(ends):
-    """The widest bore is not the most stressed where the formula's load factor falls faster than the wall."""
+    """Every ring along it, against the one that is told."""
     ratios = np.linspace(*ends, 2001)
     scene = pin.Scene(
         pin.Geometry(DIAMETER, 24e-3, 30e-3, 1e-3), FORCE, pin.PinMaterial(150e6, MODULUS, POISSON, 7850.0)
@@ -237,14 +252,3 @@ def test_no_ring_along_a_pin_or_a_bushing_is_stressed_more_than_told(ends):
     assert bushing.check(around, outside, effects=pin.ALL).value.ring.stress_max == pytest.approx(
         hoop(ratios, 14e-3).max(), rel=1e-5
     )
-
-
-def test_two_bores_on_either_side_of_the_summit_compete():
-    scene = pin.Scene(
-        pin.Geometry(DIAMETER, 24e-3, 30e-3, 1e-3), FORCE, pin.PinMaterial(150e6, MODULUS, POISSON, 7850.0)
-    )
-    for ratios in ((0.798, 0.74, 0.5), (0.798, 0.7, 0.5), (0.79, 0.76, 0.775)):
-        wide, narrow, middle = (DIAMETER * r for r in ratios)
-        stepped = pin.Profile((0.0, 0.01, 0.01, 0.02, 0.02), (wide, wide, narrow, narrow, middle))
-        told = pin.check(scene, stepped, effects=pin.ALL).value.ring
-        assert told.stress_max == pytest.approx(hoop(ratios).max(), rel=1e-12)

@@ -10,10 +10,10 @@ import pytest
 
 from solvers import pin
 from solvers.pin.certificate import least_walls_bound, monotone_bound, pointwise_bound
-from solvers.pin.flexibility import convex_cowper, cowper
+from solvers.pin.flexibility import cowper, flexibility_values, product
 from solvers.pin.interior_point import sloped
 from solvers.pin.pointwise import Free
-from solvers.pin.separable import rising, weigh
+from solvers.pin.separable import monotone_at, rising, weigh
 from solvers.pin.slope import gentle
 from solvers.pin.stations import Stations
 from tests.solvers.pin.pins import BENDING_ONLY, GEOMETRY, VAZ, grams, program, scaled, vaz
@@ -22,10 +22,10 @@ LIMIT = 11.22302193e-6
 
 
 def test_the_reference_optimum_by_an_independent_dense_quadrature():
-    """Bisection on the multiplier with a table search at 40,000 midpoints, from the textbook's formulas alone."""
+    """Bisection on the multiplier with a search at 10,000 midpoints, from the textbook's formulas alone."""
     g, m = GEOMETRY, VAZ.material
     a, b, gap, D, P = g.boss_length, g.small_end_length, g.gap, g.outer_diameter, 15e3
-    n = 40_000
+    n = 10_000
     x = (np.arange(n) + 0.5) / n * 0.04
     t = x - a - gap
     shear = np.where(x < a, P * x**2 / (2 * a * a), np.where(t < 0, P / 2, P / 2 - P * t / b))
@@ -42,31 +42,61 @@ def test_the_reference_optimum_by_an_independent_dense_quadrature():
     inside = x > a
     bend = np.where(inside, moment * (x - a) / 2 / (m.elastic_modulus * g.inertia), 0)
     cut = np.where(inside, shear / 2 / (m.shear_modulus * g.area), 0)
-    law = convex_cowper(0.3)
+    law = cowper(0.3)
 
     def flexibility(u):
-        c = np.minimum(u, law.knee)
-        value = law.a / c + law.b * (1 - c) / (c * (2 - c) ** 2)
-        k = law.knee
-        slope = -(law.a + law.b / 4) / k**2 + law.b / 4 / (2 - k) ** 2 - law.b / (2 - k) ** 3
-        return bend / (u * (2 - u)) + cut * (value + slope * (u - c))
+        return bend / (u * (2 - u)) + cut * (law.a / u + law.b * (1 - u) / (u * (2 - u) ** 2))
 
     def best(price):
-        lo, hi = least.copy(), np.ones(n)
-        for _ in range(52):  # golden section on a convex function
-            p, q = hi - 0.618034 * (hi - lo), lo + 0.618034 * (hi - lo)
-            left = p + price * flexibility(p) < q + price * flexibility(q)
-            lo, hi = np.where(left, lo, p), np.where(left, q, hi)
-        return np.where(inside, (lo + hi) / 2, least)
+        # Convex up to 0.9, then both shapes: golden section on pieces short enough for one least value each, and 1.
+        found, least_cost = np.ones(n), 1.0 + price * flexibility(np.ones(n))
+        for piece in np.array([[0.0, 0.9], [0.9, 1.0]]):
+            lo, hi = np.maximum(least, piece[0]), np.maximum(least, piece[1])
+            for _ in range(52):
+                p, q = hi - 0.618034 * (hi - lo), lo + 0.618034 * (hi - lo)
+                left = p + price * flexibility(p) < q + price * flexibility(q)
+                lo, hi = np.where(left, lo, p), np.where(left, q, hi)
+            u = (lo + hi) / 2
+            cost = u + price * flexibility(u)
+            found, least_cost = np.where(cost < least_cost, u, found), np.minimum(cost, least_cost)
+        return np.where(inside, found, least)
 
     down, up = 0.0, 1e6
     for _ in range(46):
         price = (down + up) / 2
         soft = 2 * flexibility(best(price))[inside].sum() * 0.04 / n > LIMIT
         down, up = (price, up) if soft else (down, price)
+    # At this price one of the 10,000 is split, no more.
     mass = 7850 * g.area * g.length * best(up).mean() * 1e3
-    assert grams(VAZ, max_deflection=LIMIT) == pytest.approx(mass, rel=1e-8)
-    assert mass == pytest.approx(94.4897865, rel=3e-9)
+    assert grams(VAZ, max_deflection=LIMIT) == pytest.approx(mass, rel=2e-6)
+    assert grams(VAZ, max_deflection=LIMIT) == pytest.approx(94.475914, rel=1e-8)
+
+
+WORST = pin.Scene(
+    pin.Geometry(54.032711269773465e-3, 28.71342618822056e-3, 29.901389266987234e-3, 2.157238812273209e-3),
+    86467.93287163248,
+    pin.PinMaterial(300e6, 210e9, 0.0, 7850.0),
+)
+
+
+@pytest.mark.parametrize(
+    ("scene", "limit", "form", "rival"),
+    [
+        (VAZ, 8.4e-6, Free(), 120.027555),
+        (VAZ, 8.4e-6, pin.Constant(), 237.120195),
+        (VAZ, 8.4e-6, Free(drillable=True), 121.274203),
+        (VAZ, 8.4e-6, pin.Stepped(3), 144.260239),
+        (VAZ, LIMIT, Free(), 94.4769109),
+        (WORST, 3.3001216212699878e-6, Free(), 693.881806),
+    ],
+)
+def test_the_neighbours_at_a_looser_limit_are_not_lighter(scene, limit, form, rival):
+    """Pins found at slightly looser limits, with a tangent for shear's concave end, kept these limits all the same."""
+    outcome = pin.design(pin.PinProblem(scene, pin.Limits(max_deflection=limit), form), accuracy=1e-9)
+    check, gap = outcome.value.check, outcome.certificate.gap
+    assert 1e3 * check.mass <= rival * (1 + 1e-8)
+    assert check.deflection == pytest.approx(limit, rel=1e-12)
+    assert 0 <= gap < 2e-7
 
 
 @pytest.mark.parametrize("monotone", [False, True])
@@ -81,7 +111,7 @@ def test_the_gap_is_what_it_says_from_the_solid_pin_to_no_limit(monotone, share)
     assert p.deflection(found.solidity) <= p.limit * (1 + 1e-12)
     bound = (monotone_bound if monotone else pointwise_bound)(p, low, found.multiplier, found.solidity)
     volume = p.volume(found.solidity)
-    assert -1e-13 <= (volume - bound) / bound <= 1e-9
+    assert -1e-13 <= (volume - bound) / bound <= (1e-8 if monotone else 1e-5)
     if monotone:
         assert np.all(np.diff(found.solidity) >= 0)
 
@@ -106,28 +136,46 @@ def test_a_limit_only_the_solid_pin_misses_has_no_answer():
     assert p.deflection(exact.solidity) == pytest.approx(solid, rel=1e-14)
 
 
-def test_between_the_two_laws_of_shear_the_exact_one_answers():
-    """The solid pin deflects by 0.14 % less than its convex law says: a limit between is kept all the same."""
+@pytest.mark.parametrize("form", [Free(), Free(drillable=True), pin.Constant(), pin.Stepped(2), pin.Cone()])
+def test_every_form_uses_a_limit_next_to_the_solid_pin_up(form):
+    """What a design bends by is what its check says, up to the limit that the solid pin just keeps."""
     p = program(max_deflection=1.0)
-    exact = replace(p, law=cowper(0.3)).deflection(np.ones_like(p.lower))
-    convex = p.deflection(np.ones_like(p.lower))
-    assert exact < convex
-    for limit in (exact, exact * (1 + 1e-9), 0.5 * (exact + convex)):
-        outcome = pin.design(pin.PinProblem(VAZ, pin.Limits(max_deflection=limit)))
-        assert outcome.value.check.deflection <= limit * (1 + 1e-12)
-        assert outcome.certificate.gap < 1e-7
-    assert pin.design(pin.PinProblem(VAZ, pin.Limits(max_deflection=exact * (1 - 1e-9)))).value is None
+    solid = p.deflection(np.ones_like(p.lower))
+    for factor in (1 + 1e-9, 1.0007, 1.01):
+        problem = pin.PinProblem(VAZ, pin.Limits(max_deflection=solid * factor), form)
+        outcome = pin.design(problem)
+        deflection = outcome.value.check.deflection
+        assert solid * factor * (1 - 1e-6) <= deflection <= solid * factor * (1 + 1e-12)
+        assert outcome.certificate.gap < 1e-5
+    assert pin.design(pin.PinProblem(VAZ, pin.Limits(max_deflection=solid * (1 - 1e-9)), form)).value is None
 
 
-def test_the_exact_law_would_save_a_ten_thousandth_by_jumping_to_solid():
-    convex = weigh(program(max_deflection=LIMIT), None, False)
-    p = replace(program(max_deflection=LIMIT, uniform=2000), law=cowper(0.3))
-    jumping = weigh(p, None, False)
-    bound = pointwise_bound(p, p.lower, jumping.multiplier, jumping.solidity)
-    volume = p.volume(jumping.solidity)
-    assert (volume - bound) / bound < 1e-6
-    saved = 1 - volume / program(max_deflection=LIMIT).volume(convex.solidity)
-    assert 1e-4 < saved < 2e-4
+def by_dynamic_programming(p, low, multiplier, levels):
+    """The Lagrangian's least value over u that rise through these levels."""
+    rest = np.zeros(levels.size)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bent, sheared = flexibility_values(levels, p.law)
+    for i in range(low.size - 1, -1, -1):
+        pull = (product(p.bending[i], bent) + product(p.shear[i], sheared)) / p.limit
+        cost = p.share[i] * (levels + multiplier * pull) + rest
+        cost[levels < low[i] * (1 - 1e-12)] = np.inf
+        rest = np.minimum.accumulate(cost[::-1])[::-1]
+    return rest[0] - multiplier
+
+
+@pytest.mark.parametrize(("scene", "limit"), [(VAZ, 8.4e-6), (VAZ, LIMIT), (WORST, 3.3001216212699878e-6)])
+def test_the_bound_of_drillable_bores_is_the_lagrangians_least_value_or_less(scene, limit):
+    """At prices around the answer's, against dynamic programming over 3,000 walls and every station's least one."""
+    p = program(scene, max_deflection=limit)
+    low = rising(p.lower, p.anchor)
+    found = weigh(p, low, True)
+    levels = np.unique(np.concatenate([np.linspace(0.0, 1.0, 3001), low]))
+    for factor in (0.5, 0.95, 1.0, 1.05, 2.0):
+        price = factor * found.multiplier
+        bound = monotone_bound(p, low, price, monotone_at(p, low, price, found.solidity))
+        least = by_dynamic_programming(p, low, price, levels)
+        assert bound <= least + 1e-12
+        assert bound >= least * (1 - 3e-4)
 
 
 @pytest.mark.parametrize("stations", [50, 500, 2000])
@@ -138,9 +186,11 @@ def test_the_two_tiers_agree_and_both_are_certified(stations):
         fast = Free(drillable).find(p, 1e-9)
         cone = sloped(p, low, drillable, 1e-9)
         for found in (fast, cone):
-            assert 0 <= (found.volume - found.bound) / found.bound <= 1e-7
             assert p.deflection(found.solidity) <= LIMIT * (1 + 1e-12)
-        assert cone.volume == pytest.approx(fast.volume, rel=1e-7)
+        assert 0 <= (fast.volume - fast.bound) / fast.bound <= (1e-7 if drillable else 1e-5 / stations)
+        # The cone program's answer holds nowhere a jump to the solid section, which saves up to 2e-4.
+        assert fast.bound <= cone.volume <= fast.volume * (1 + 2e-4)
+        assert cone.bound <= fast.volume
 
 
 @pytest.mark.parametrize("factor", [1e-3, 200 / 21.99])
@@ -216,4 +266,4 @@ def test_a_limit_that_asks_for_walls_far_above_the_least(load):
             low = rising(p.lower, p.anchor) if monotone else p.lower
             found = weigh(soft, low, monotone)
             bound = (monotone_bound if monotone else pointwise_bound)(soft, low, found.multiplier, found.solidity)
-            assert 0 <= soft.volume(found.solidity) / bound - 1 <= 1e-9
+            assert 0 <= soft.volume(found.solidity) / bound - 1 <= 1e-8

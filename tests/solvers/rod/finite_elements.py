@@ -37,6 +37,12 @@ def matrices(length, rod_length, elements=40):
 
 def vibration(scene, dimensions, angles, force, elements=40, modes=12):
     """Deflection beyond the quasi-static one at the nodes, (nodes, angles), by collocation at uniform angles."""
+    _, departure, _ = periodic_field(scene, dimensions, angles, force, elements, modes)
+    return departure[:, ::2].T
+
+
+def periodic_field(scene, dimensions, angles, force, elements, modes):
+    """The quasi-static field, what the strip departs from it and the whole's second derivative, (angles, freedoms)."""
     from scipy.linalg import eigh
 
     bending, geometric, mass, free, unit = matrices(dimensions.l, scene.mechanism.rod_length, elements)
@@ -60,4 +66,5 @@ def vibration(scene, dimensions, angles, force, elements=40, modes=12):
         still[i] = (free @ free_part + unit) * stroke[i]
     right = -line * (second @ still) @ mass @ free @ vectors
     departure = np.linalg.solve(moving, right.ravel()).reshape(count, modes)
-    return (free @ vectors @ departure.T)[::2]
+    departure = departure @ (free @ vectors).T
+    return still, departure, second @ (still + departure)

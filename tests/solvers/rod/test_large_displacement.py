@@ -8,6 +8,7 @@ from functools import lru_cache
 import mpmath
 import numpy as np
 import pytest
+from numpy.polynomial import legendre
 from scipy.integrate import solve_bvp
 
 from oracles.textbook import rod_beam_column
@@ -17,7 +18,7 @@ from solvers.rod.cycle.composition import BeamColumn, ShearFlexible
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING
 from solvers.rod.strip.buckling import critical_phase
 from solvers.rod.strip.elastica import ElasticaExpansion
-from solvers.rod.strip.elastica_kernels import at_stations, collocation, linear_slope, nodes_for, third_orders
+from solvers.rod.strip.elastica_kernels import collocation, linear_slope, nodes_for, scratch, third_order
 from solvers.rod.strip.stiffness import bending_stiffness
 from tests.solvers.rod.machines import PAPER, STRIP
 
@@ -171,13 +172,14 @@ def test_the_correction_is_that_of_its_equations(q, head, terms):
         q = -0.97 * float(critical_phase(1.0 / (1.0 + head))) ** 2
     shear, side, curvature, rise = by_power_series(q, head, 0.1, terms)
     constants, tables = solve([q], 1.0, 1.0 + head), collocation(nodes_for(q, q))
-    slope = np.ascontiguousarray(0.1 * rod_beam_column.slope(constants, tables.nodes).T)
-    bend, offset, found, clamp = third_orders(np.array([q]), np.array([shear]), head, slope, tables)
-    at = at_stations([0.0, 0.125, 0.5, 1.0], bend.shape[1])
-    assert at @ bend[0] == pytest.approx(curvature, abs=1e-12 * np.abs(curvature).max())
-    assert clamp[0] == pytest.approx(curvature[0], rel=1e-12)
-    assert found[0] == pytest.approx(side, rel=1e-12)
-    assert at @ offset[0] == pytest.approx(rise, abs=1e-12 * np.abs(rise).max())
+    slope = np.ascontiguousarray(0.1 * rod_beam_column.slope(constants, tables.nodes)[:, 0])
+    bend, offset, room = np.empty(slope.size + 1), np.empty(slope.size + 1), scratch(slope.size - 1)
+    found, clamp = third_order(q, shear, head, slope, tables, room, bend, offset)
+    at = legendre.legvander(2.0 * np.array([0.0, 0.125, 0.5, 1.0]) - 1.0, bend.size - 1)
+    assert at @ bend == pytest.approx(curvature, abs=1e-12 * np.abs(curvature).max())
+    assert clamp == pytest.approx(curvature[0], rel=1e-12)
+    assert found == pytest.approx(side, rel=1e-12)
+    assert at @ offset == pytest.approx(rise, abs=1e-12 * np.abs(rise).max())
 
 
 @pytest.mark.parametrize("q", [2000.0, 4900.0])
@@ -187,8 +189,9 @@ def test_very_strong_tension_has_nodes_enough(q):
     constants = solve([q], 1.0, 1.0 + head)
     for nodes in (nodes_for(q, q), 240):
         tables = collocation(nodes)
-        slope = np.ascontiguousarray(0.05 * rod_beam_column.slope(constants, tables.nodes).T)
-        found.append(np.stack(third_orders(np.array([q]), 0.05 * constants.clamp_shear, head, slope, tables)[2:]))
+        slope = np.ascontiguousarray(0.05 * rod_beam_column.slope(constants, tables.nodes)[:, 0])
+        shear, series = 0.05 * float(constants.clamp_shear[0]), np.empty((2, slope.size + 1))
+        found.append(third_order(q, shear, head, slope, tables, scratch(slope.size - 1), *series))
     assert found[0] == pytest.approx(found[1], rel=1e-10)
 
 

@@ -15,7 +15,7 @@ from solvers.rod.optimum.core_cycle import core_cycle
 from solvers.rod.optimum.proof.bound_tightening import contract
 from solvers.rod.optimum.proof.box_bounds import box_bound, fill, point_value, workspace
 from solvers.rod.optimum.proof.intervals import bending_ranges, clamp, curvature_and_stiffness
-from solvers.rod.optimum.rows import POWER, PRESSURE, STABILITY, STRESS, UTILISATION
+from solvers.rod.rows import POWER, PRESSURE, STABILITY, STRESS, UTILISATION
 from tests.solvers.rod.machines import PAPER
 
 certificate = importlib.import_module("solvers.rod.optimum.proof.outer_approximation")

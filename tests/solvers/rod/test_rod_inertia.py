@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from oracles.dense.rod_effects import RodModel
 from solvers import rod
 from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle
 from solvers.rod.effects import EFFECTS
@@ -102,6 +103,16 @@ def test_the_truncation_is_smaller_than_its_estimate(speed, delta, harmonics, no
         error = max(doubt, 1e-9)
         assert shape.clamp_moment() / stiffness == pytest.approx(curvature, abs=error * np.abs(curvature).max())
         assert shape.side_force() == pytest.approx(shear, abs=error * np.abs(shear).max())
+
+
+@pytest.mark.parametrize(("speed", "delta", "harmonics", "nodes"), [(50.0, 0.25, 60, 14), (400.0, 0.25, 40, 18)])
+def test_the_dense_model_of_the_motion_is_the_collocated_one(speed, delta, harmonics, nodes):
+    """What bench judges by: Galerkin's method and Radau's points against Chebyshev's points and harmonics."""
+    scene = replace(at_speed(speed), load=rod.SchmidtLoad(1.4e6, delta, 1.16))
+    angles, curvature, shear = collocated(scene, STRIP, harmonics, nodes)
+    found = RodModel(scene, STRIP, frozenset({"rod_inertia"})).motion.at_clamp(angles)
+    for mine, expected in zip(found, (curvature, shear), strict=True):
+        assert mine == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
 def test_a_check_says_what_truncation_leaves_out():

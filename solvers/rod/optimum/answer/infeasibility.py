@@ -14,8 +14,8 @@ from itertools import combinations
 
 from solvers.fatigue.kernels import GREATEST, Diagram
 from solvers.outcome import Shortfall
+from solvers.rod import rows
 from solvers.rod.constraints import BY_NAME, Constraint, Limits
-from solvers.rod.optimum import rows
 from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.proof.outer_approximation import Sizes, search
 from solvers.rod.problem import OBJECTIVES, Objective, Requirements

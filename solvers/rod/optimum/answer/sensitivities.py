@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.outcome import ActiveConstraint
+from solvers.rod import rows
 from solvers.rod.constraints import CONSTRAINTS, Limits
-from solvers.rod.optimum import rows
-from solvers.rod.optimum.rows import Layout
 from solvers.rod.problem import Bounds, Objective
+from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions
 
 Array = NDArray[np.float64]

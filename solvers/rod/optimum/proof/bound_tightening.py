@@ -36,7 +36,7 @@ from solvers.rod.optimum.proof.box_bounds import (
 )
 from solvers.rod.optimum.proof.intervals import product
 from solvers.rod.optimum.proof.reaction_intervals import reaction_row
-from solvers.rod.optimum.rows import LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
+from solvers.rod.rows import LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
 from solvers.rod.strip.buckling import log_critical_parameter
 
 _SLACK = 1e-12

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel
 from solvers.rod.optimum.proof.intervals import bending_ranges
-from solvers.rod.optimum.rows import (
+from solvers.rod.rows import (
     COUNT,
     LENGTH,
     NEVER_COMPRESSED,

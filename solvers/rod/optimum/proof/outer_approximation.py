@@ -15,8 +15,8 @@ import numpy as np
 
 from solvers.fatigue.kernels import severities
 from solvers.numerics.periodic import grid
+from solvers.rod import rows
 from solvers.rod.constraints import Limits
-from solvers.rod.optimum import rows
 from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.core_optimum import Polished, polish
 from solvers.rod.optimum.peaks import Peaks, Wanted, reaction_peaks

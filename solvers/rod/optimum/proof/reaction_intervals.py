@@ -19,7 +19,7 @@ import numpy as np
 from solvers.numerics.jit import kernel
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation, Work
 from solvers.rod.optimum.proof.intervals import product
-from solvers.rod.optimum.rows import POWER, PRESSURE, SIDE
+from solvers.rod.rows import POWER, PRESSURE, SIDE
 
 
 @kernel

@@ -1,0 +1,266 @@
+"""A thousand realistic designs of the rod: how long they take, whether they are as exact as was asked, who beats them.
+
+Machines are like the example's: every quantity is drawn, log-uniformly, over a factor of 3 about its own (an angle over
+the whole turn; reciprocating mass and clamp offset, 0 there, in half of the machines). The bounds go along with the
+machine's size; requirements vary about the example's, one in five limits contact pressure, friction power or stress
+as well. The six objectives take turns, and one problem in five has thicknesses from a stock, steps of width and length,
+or both. Some cannot be met. All is left at its default: the effects are chosen, the accuracy asked for is 1e-6.
+
+Rivals are local searches on the check itself, with the effects of the answer. A rival wins where the check finds all
+requirements met and its objective is better than the answer's by more than the answer estimates.
+
+`python -m bench.rod_problems [COUNT] [--first SEED] [--rivals N] [--strong N] [--csv PATH] [--without EFFECT ...]` puts
+the first N answers to rivals, and the first so many to strong ones. Times are the processor's.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import math
+import time
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.designs.flexible_rod.kind import FLEXIBLE_ROD
+from app.designs.flexible_rod.request import DesignRequest
+from app.designs.kind import Mode
+from oracles.rivals.rod import STRONG, WEAK, Contest, contest
+from solvers import rod
+from solvers.errors import InvalidInput
+from solvers.outcome import EffectState, Outcome, Status
+
+FACTOR = 3.0
+STOCK_MM = (0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0)
+STEPS_MM = (0.1, 0.25, 0.5)
+COUNT, RIVALS, STRONGEST = 1000, 100, 20
+_WARM = 1_000_000
+_SLOW = 3.0
+_QUANTILES = (0.5, 0.9, 0.99, 1.0)
+_SHOWN = 20
+
+
+def request(seed: int) -> dict[str, Any]:
+    """The design request of a seed."""
+    rng, body = np.random.default_rng([seed, 14]), FLEXIBLE_ROD.example(Mode.DESIGN)
+    objectives = list(rod.OBJECTIVES)
+
+    def about(value: float, factor: float = FACTOR) -> float:
+        return value * factor ** rng.uniform(-0.5, 0.5)
+
+    mechanism = {name: about(value) for name, value in body["mechanism"].items()}
+    example = body["piston"]
+    piston = {name: about(example[name]) for name in ("diameter_mm", "skirt_length_mm", "friction_coefficient")}
+    piston["reciprocating_mass_kg"] = about(0.1) if rng.random() < 0.5 else 0.0
+    piston["clamp_offset_mm"] = piston["skirt_length_mm"] * rng.uniform(-0.3, 0.3) if rng.random() < 0.5 else 0.0
+    load = {
+        "kind": "schmidt",
+        "p_min_mpa": about(body["load"]["p_min_mpa"]),
+        "delta": about(body["load"]["delta"]),
+        "theta_rad": rng.uniform(0.0, 2.0 * math.pi),
+    }
+    material = {name: about(value) for name, value in body["material"].items() if name != "fatigue_reduction"}
+    material["fatigue_reduction"] = 1.0 + about(body["material"]["fatigue_reduction"] - 1.0)
+    wide, long = piston["diameter_mm"] / example["diameter_mm"], mechanism["rod_length_mm"] / 45.5
+    bounds = {
+        name: [about(low * size, 1.5), about(high * size, 1.5)]
+        for name, size in (("b_mm", wide), ("h_mm", wide), ("l_mm", long))
+        for low, high in [body["bounds"][name]]
+    }
+    bounds["l_mm"][0] *= 0.5
+    bounds["l_mm"][1] = min(bounds["l_mm"][1], mechanism["rod_length_mm"])
+    requirements = {"min_fatigue_safety": rng.uniform(1.2, 2.65), "min_stability_safety": rng.uniform(1.2, 3.0)}
+    if rng.random() < 0.2:
+        limit, value = [
+            ("max_contact_pressure_mpa", about(0.1)),
+            ("max_friction_power_w", about(0.5)),
+            ("min_yield_safety", about(2.0)),
+        ][rng.integers(3)]
+        requirements[limit] = value
+    body |= {"name": f"realistic {seed}", "mechanism": mechanism, "piston": piston, "load": load, "material": material}
+    body |= {"requirements": requirements, "bounds": bounds, "objective": objectives[seed % len(objectives)]}
+    if rng.random() < 0.2:
+        body |= _sizes(rng, bounds)
+    return body
+
+
+def _sizes(rng: np.random.Generator, bounds: dict[str, list[float]]) -> dict[str, Any]:
+    """A stock, steps, or both."""
+    which, found = rng.integers(3), {}
+    stock = [h for h in STOCK_MM if bounds["h_mm"][0] <= h <= bounds["h_mm"][1]]
+    if which != 1 and stock:
+        found["stock_h_mm"] = stock
+    if which != 0:
+        found["step_mm"] = {"b": float(rng.choice(STEPS_MM)), "l": float(rng.choice(STEPS_MM))}
+    return found
+
+
+def problem(seed: int) -> rod.RodProblem:
+    """The same in SI units."""
+    return DesignRequest.model_validate_json(json.dumps(request(seed))).problem()
+
+
+@dataclass(frozen=True)
+class Solved:
+    """One problem, how long it took [s], and what became of its rivals, if it had some. ``told`` says that an accuracy
+    that was missed is said to be missed."""
+
+    seed: int
+    seconds: float
+    outcome: Outcome[rod.RodDesign] | None
+    trouble: str = ""
+    rivals: Contest | None = None
+
+    @property
+    def status(self) -> str:
+        return str(self.outcome.status) if self.outcome else "error"
+
+    @property
+    def met(self) -> bool:
+        return self.outcome is not None and self.outcome.accuracy.met
+
+    @property
+    def told(self) -> bool:
+        value = self.outcome.value if self.outcome else None
+        return value is not None and any("accuracy" in warning for warning in value.check.warnings)
+
+    @property
+    def gap(self) -> float:
+        certificate = self.outcome.certificate if self.outcome else None
+        return math.nan if certificate is None else certificate.gap
+
+
+def solved(seeds: Iterable[int], rivals: int, strong: int, effects: rod.EffectSelection = rod.AUTO) -> Iterator[Solved]:
+    """Design them, one after the other; the first so many answers meet their rivals."""
+    for warm in range(_WARM, _WARM + 6):
+        rod.design(problem(warm), effects)
+    for number, seed in enumerate(seeds):
+        asked, started, outcome, trouble = problem(seed), time.process_time(), None, ""
+        try:
+            outcome = rod.design(asked, effects)
+        except (InvalidInput, ArithmeticError, ValueError, RuntimeError) as error:
+            trouble = f"{type(error).__name__}: {error}"
+        seconds, met = time.process_time() - started, None
+        if number < rivals and outcome is not None and outcome.status is not Status.FAILED:
+            met = contest(asked, outcome, STRONG if number < strong else WEAK, seed)
+        yield Solved(seed, seconds, outcome, trouble, met)
+
+
+def lines_of(found: Sequence[Solved], strong: int) -> list[str]:
+    """The page's lines."""
+    times = np.array([s.seconds for s in found])
+    answers = [s for s in found if s.status == "succeeded"]
+    gaps = np.array([s.gap for s in answers if math.isfinite(s.gap)])
+    share = lambda part, whole: f"{len(part) / len(whole):.1%}" if whole else "none"  # noqa: E731
+    quantile = lambda values, q: f"{np.quantile(values, q):.3g}" if len(values) else ""  # noqa: E731
+    missed = [s for s in found if not s.met]
+    statuses = ", ".join(f"{count:,} {status}" for status, count in Counter(s.status for s in found).most_common())
+    lines = [
+        "| | median | 90 % | 99 % | most |",
+        "|---|---|---|---|---|",
+        "| time of a design [ms] | " + " | ".join(quantile(1e3 * times, q) for q in _QUANTILES) + " |",
+        "| gap of the certificate | " + " | ".join(quantile(gaps, q) for q in _QUANTILES) + " |",
+        "",
+        f"Of {len(found):,} problems {statuses}; {sum(s.seconds > 1.0 for s in found)} took more than 1 s, "
+        f"{sum(s.seconds > _SLOW for s in found)} more than {_SLOW:g} s. The accuracy asked for is met in "
+        f"{share([s for s in found if s.met], found)}; {sum(s.told for s in missed)} of the {len(missed)} others say "
+        "so in a warning.",
+    ]
+    for title, seeds in (
+        ("Accuracy missed", [s.seed for s in missed]),
+        (f"More than {_SLOW:g} s", [s.seed for s in found if s.seconds > _SLOW]),
+        ("Errors", [s.seed for s in found if s.trouble]),
+    ):
+        if seeds:
+            more = " …" if seeds[_SHOWN:] else ""
+            lines += ["", f"{title}: seeds {', '.join(map(str, seeds[:_SHOWN]))}{more}."]
+    contests = [s for s in found if s.rivals is not None]
+    return lines + (["", *_of_rivals(contests, strong)] if contests else [])
+
+
+def _of_rivals(contests: Sequence[Solved], strong: int) -> list[str]:
+    won = [s for s in contests if s.rivals.won]
+    checks = sum(s.rivals.evaluations for s in contests)
+    best = [s.rivals.gain for s in contests if math.isfinite(s.rivals.gain)]
+    weak = f"; the others to weak ones ({WEAK})" if len(contests) > strong else ""
+    lines = [
+        f"{len(contests):,} answers were put to rivals, {min(strong, len(contests))} of them to strong ones ({STRONG})"
+        f"{weak}: {checks:,} checks in all. {len(won)} were beaten.",
+    ]
+    if best:
+        lines[0] += f" The best rival is better by {max(best):.2g}, in the median by {np.median(best):.2g}, relative."
+    missed = [s for s in contests if s.rivals.missed > max(s.outcome.accuracy.estimated, 1e-8)]
+    if missed:
+        lines += ["", f"Limits missed, checked anew: seeds {', '.join(str(s.seed) for s in missed[:_SHOWN])}."]
+    if won:
+        lines += ["", "| seed | objective | answer b, h, l [m] | estimated | rival b, h, l [m] | better by |"]
+        lines += ["|---|---|---|---|---|---|"]
+        lines += [_row(s) for s in sorted(won, key=lambda s: -s.rivals.gain)[:_SHOWN]]
+    return lines
+
+
+def _row(s: Solved) -> str:
+    answer = "infeasible" if s.outcome.value is None else _sized(s.outcome.value.check.dimensions)
+    name = problem(s.seed).objective.name
+    return (
+        f"| {s.seed} | {name} | {answer} | {s.rivals.estimated:.2g} | {_sized(s.rivals.rival)} | {s.rivals.gain:.3g} |"
+    )
+
+
+def _sized(d: rod.Dimensions) -> str:
+    return f"{d.b!r}, {d.h!r}, {d.l!r}"
+
+
+def table(count: int = COUNT) -> list[str]:
+    """The page's lines."""
+    return lines_of(list(solved(range(count), RIVALS, STRONGEST)), STRONGEST)
+
+
+def _record(s: Solved) -> dict[str, Any]:
+    """One problem's line in a table for people who look for what is wrong."""
+    o, r = s.outcome, s.rivals
+    d = o.value.check.dimensions if o and o.value else None
+    return {
+        "seed": s.seed, "objective": problem(s.seed).objective.name, "status": s.status, "seconds": s.seconds,
+        "estimated": o.accuracy.estimated if o else "", "gap": s.gap, "told": s.told, "trouble": s.trouble,
+        "effects": " ".join(e.name for e in o.effects if e.state is EffectState.ACTIVE) if o else "",
+        "b": d and d.b, "h": d and d.h, "l": d and d.l,
+        "gain": r and r.gain, "won": r and r.won, "missed": r and r.missed, "found_by": r and r.found_by,
+        "checks": r and r.evaluations,
+        **({"rival_b": r.rival.b, "rival_h": r.rival.h, "rival_l": r.rival.l} if r and r.rival else
+           {"rival_b": "", "rival_h": "", "rival_l": ""}),
+    }  # fmt: skip
+
+
+def main() -> None:
+    """Print what was found, and each problem as it comes where that is asked for."""
+    asked = argparse.ArgumentParser(prog="python -m bench.rod_problems", description="realistic designs of the rod")
+    asked.add_argument("count", nargs="?", type=int, default=COUNT)
+    asked.add_argument("--first", type=int, default=0, help="seed of the first problem")
+    asked.add_argument("--rivals", type=int, default=0, help="so many of the first answers are put to rivals")
+    asked.add_argument("--strong", type=int, default=0, help="so many of these to strong ones")
+    asked.add_argument("--csv", type=Path, help="every problem is written there as it is solved")
+    asked.add_argument("--without", nargs="*", default=[], metavar="EFFECT", help="effects to leave out")
+    given = asked.parse_args()
+    found, effects = [], rod.EffectSelection(exclude=frozenset(given.without))
+    seeds = range(given.first, given.first + given.count)
+    for one in solved(seeds, max(given.rivals, given.strong), given.strong, effects):
+        found.append(one)
+        if given.csv:
+            record, new = _record(one), len(found) == 1
+            with given.csv.open("w" if new else "a", newline="", encoding="utf-8") as file:
+                writer = csv.DictWriter(file, list(record))
+                if new:
+                    writer.writeheader()
+                writer.writerow(record)
+    print("\n".join(lines_of(found, given.strong)))
+
+
+if __name__ == "__main__":
+    main()

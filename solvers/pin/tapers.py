@@ -1,0 +1,117 @@
+"""The two ways a cone can taper: its bore is greatest at the pin's end, or in the middle.
+
+At the share t of the half the bore over its greatest is f = 1 - (1 - r) p(t, c): r the narrowest bore over the
+greatest, c the share of the half that the cone takes, p the share of the taper that is lost there. Both f and the
+volume per size h grow with r. Of a cone that narrows toward the middle they grow with c, of one that widens they fall.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Box = tuple[float, float, float, float]
+
+
+class Taper(Protocol):
+    """One way. ``turn`` is the sign of df/dc."""
+
+    turn: int
+
+    def lost(self, t: Array, c: float) -> Array:
+        """p at places t."""
+
+    def hollow(self, r: float, c: float) -> float:
+        """h: volume of the bore whose greatest diameter is 1, over that of the cylinder."""
+
+    def hollow_slopes(self, box: Box) -> Box:
+        """The ranges of d(ln h)/dr and d(ln h)/dc over a box."""
+
+    def diameters(self, r: float) -> tuple[float, float]:
+        """Bore at the end and in the middle, over the greatest."""
+
+
+@dataclass(frozen=True)
+class Narrowing:
+    """Toward the middle: p = min(t/c, 1), h = c (1 + r + r^2)/3 + (1 - c) r^2."""
+
+    turn: int = 1
+
+    def lost(self, t: Array, c: float) -> Array:
+        return np.minimum(t / c, 1.0)
+
+    def hollow(self, r: float, c: float) -> float:
+        return c * (1.0 + r + r * r) / 3.0 + (1.0 - c) * r * r
+
+    def hollow_slopes(self, box: Box) -> Box:
+        r0, r1, c0, c1 = box
+        low, high = self.hollow(r0, c0), self.hollow(r1, c1)
+
+        def in_r(r: float, c: float) -> float:
+            return c * (1.0 + 2.0 * r) / 3.0 + 2.0 * (1.0 - c) * r
+
+        def in_c(r: float) -> float:
+            return (1.0 - r) * (1.0 + 2.0 * r) / 3.0
+
+        r_low, r_high = min(in_r(r0, c0), in_r(r0, c1)), max(in_r(r1, c0), in_r(r1, c1))
+        c_high = in_c(min(max(0.25, r0), r1))
+        return r_low / high, r_high / low, min(in_c(r0), in_c(r1)) / high, c_high / low
+
+    def diameters(self, r: float) -> tuple[float, float]:
+        return 1.0, r
+
+
+@dataclass(frozen=True)
+class Widening:
+    """Toward the middle: p = 1 - min(t/c, 1), h = c (1 + r + r^2)/3 + 1 - c."""
+
+    turn: int = -1
+
+    def lost(self, t: Array, c: float) -> Array:
+        return 1.0 - np.minimum(t / c, 1.0)
+
+    def hollow(self, r: float, c: float) -> float:
+        return 1.0 - c * (1.0 - r) * (2.0 + r) / 3.0
+
+    def hollow_slopes(self, box: Box) -> Box:
+        r0, r1, c0, c1 = box
+        low, high = self.hollow(r0, c1), self.hollow(r1, c0)
+
+        def in_c(r: float) -> float:
+            return -(1.0 - r) * (2.0 + r) / 3.0
+
+        return c0 * (1.0 + 2.0 * r0) / 3.0 / high, c1 * (1.0 + 2.0 * r1) / 3.0 / low, in_c(r0) / low, in_c(r1) / high
+
+    def diameters(self, r: float) -> tuple[float, float]:
+        return r, 1.0
+
+
+NARROWING, WIDENING = Narrowing(), Widening()
+
+
+def widest(taper: Taper, box: Box) -> tuple[float, float]:
+    """The shape of a box with the least f everywhere, whose greatest size is the greatest in it."""
+    r0, _, c0, c1 = box
+    return (r0, c0) if taper.turn > 0 else (r0, c1)
+
+
+def narrowest(taper: Taper, box: Box) -> tuple[float, float]:
+    """The shape of a box with the greatest f everywhere, whose volume per size is the greatest in it as well."""
+    _, r1, c0, c1 = box
+    return (r1, c1) if taper.turn > 0 else (r1, c0)
+
+
+def lost_range(taper: Taper, t: Array, c0: float, c1: float) -> tuple[Array, Array, Array, Array]:
+    """At places t for c in [c0, c1]: the least and greatest p, and the least and greatest |dp/dc|.
+
+    p has a kink where the cone ends; its slopes there hold both sides.
+    """
+    ends = taper.lost(t, c0), taper.lost(t, c1)
+    with np.errstate(divide="ignore"):
+        steepest = np.where(t <= c1, t / np.maximum(c0, t) ** 2, 0.0)
+    gentlest = np.where(t < c0, t / (c1 * c1), 0.0)
+    return np.minimum(*ends), np.maximum(*ends), gentlest, steepest

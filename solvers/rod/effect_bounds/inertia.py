@@ -1,0 +1,282 @@
+"""The strip's inertia, to first order: what follows the quasi-static motion, and the first mode's own motion.
+
+    EI d'''' - P(phi) d'' = -rho A omega^2 V_phiphi,     d clamped, with the pin at no offset
+
+V is the quasi-static shape, d the first of the iterates whose sum is the motion without ringing; each angle is solved
+for alone (``strip.elastica_kernels``). The first mode, whose share c(phi) of V is taken with d's own shape, obeys
+
+    a'' + Omega(phi)^2 a = -c'',     Omega = omega_1(P)/omega
+
+which is solved exactly on steps with Omega constant and c'' linear, and closed over the turn: harmonics near a
+resonance, corners and jumps of the load, however narrow, and the changes of Omega are in it. What it has beside
+-c''/Omega^2, which d holds already, is added in d's shape. A mode faster than the steps are narrow is known by its
+amplitude, and where the load is smooth by the corners that friction makes.
+
+What closing the turn makes of the motion depends on the phase after a turn; it is moved toward resonance by as much as
+it may be wrong. Faster modes ring too and are not followed: ``first_order`` has margins for that.
+
+Sources: G. Floquet (1883); A. Erdelyi, Asymptotic Expansions (1956), section 2.9, for what corners leave ringing.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
+from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, STROKE
+from solvers.rod.strip.elastica_kernels import Collocation, bent_by, collocation, scratch
+
+if TYPE_CHECKING:
+    from solvers.rod.effect_bounds.situation import Situation, Turn
+
+Array = NDArray[np.float64]
+
+NODES = 16
+"""Legendre polynomials along the strip: layers of a twentieth of it are resolved as well as an estimate needs."""
+
+_SIGNED, _FOLLOWED = 0.5, 2.0
+"""Radians of the first mode in an even step: from the first on the steps may miss where it is greatest, from the second
+on they do not follow how it comes about."""
+
+_PHASE_ERROR = 0.03
+"""Of the first mode after a turn [rad]."""
+
+_TURN = 2.0 * math.pi
+_LEAST_SINE = 1e-3
+_UNEVEN = 4.0
+
+
+class Motion(NamedTuple):
+    """What inertia adds at the even angles, and for kernels of the main results.
+
+    side, moment, series        T [N] and M0 [N m], (angles,), and Legendre coefficients over the strip of V'' [1/m],
+                                (terms, angles), by what follows the load
+    rings_side, _moment, …      the same by what the first mode rings with
+    either                      whether ringing may as well add as take away at any angle
+    share                       of ringing in the first mode's greatest motion
+    pace                        mean of Omega
+    """
+
+    side: Array
+    moment: Array
+    series: Array
+    rings_side: Array
+    rings_moment: Array
+    rings_series: Array
+    either: bool
+    share: float
+    pace: float
+
+
+def motion_of(situation: Situation, turn: Turn) -> Motion:
+    """The motion in a turn in which the strip stands."""
+    sampling, states, strip = turn.sampling, turn.states, turn.strip
+    even = sampling.even
+    d, m, material = situation.dimensions, situation.scene.mechanism, situation.scene.material
+    l = d.l
+    inertia = material.density * d.b * d.h * m.angular_speed**2 * l**4 / situation.stiffness
+    pace = situation.pace(states[FORCE])
+    rows, rings, either, share = _motion(
+        states, sampling.order, sampling.angle[sampling.order], pace, l * l / situation.stiffness, l,
+        (m.rod_length - l) / l, inertia, even, collocation(NODES), strip.friction, strip.lever, strip.offset,
+        situation.in_plane,
+    )  # fmt: skip
+    per_length = situation.stiffness / l
+    return Motion(
+        *(-per_length / l * rows[0], per_length * rows[1], rows[2:] / l),
+        *(-per_length / l * rings[0], per_length * rings[1], rings[2:] / l),
+        *(either, share, float(pace[:even].mean())),
+    )
+
+
+@kernel
+def _motion(
+    states: Array, order: NDArray[np.intp], rising: Array, pace: Array, per_force: float, l: float, head: float,
+    inertia: float, even: int, tables: Collocation, friction: float, lever: float, offset: float, critical: float,
+) -> tuple[Array, Array, bool, float]:  # fmt: skip
+    """Q, theta'(0) and the series of theta' in lengths of the strip, (NODES + 4, even), of what follows and of what
+    rings; the last two of ``Motion``."""
+    rise = _quasi_static(states, per_force, l, head, tables)
+    rows, shape, greatest = _first_iterate(rise, states, per_force, head, inertia, even, tables)
+    share = _share_of(rise, shape)
+    follows, step = np.empty(even), _TURN / even
+    for i in range(even):
+        before, after = share[i - 1 if i > 0 else even - 1], share[i + 1 if i < even - 1 else 0]
+        follows[i] = -(before - 2.0 * share[i] + after) / (step * pace[i]) ** 2
+    smooth, fast = order.size == even, pace.min() * step > _SIGNED
+    rings = np.empty(even)
+    if smooth and pace.min() * step > _FOLLOWED:
+        rings[:] = _corners_ring(states, even, share, pace, friction, lever, offset, critical)
+    else:
+        own = _own_motion(rising, share[order], pace[order], smooth)
+        for i in range(order.size):
+            if order[i] < even:
+                rings[order[i]] = own[i] - follows[order[i]]
+        if fast:
+            # The greatest within a quarter of a period.
+            beside, reach = np.abs(rings), max(1, round(1.5 / (pace.mean() * step)))
+            for i in range(even):
+                for k in range(-reach, reach + 1):
+                    rings[i] = max(abs(rings[i]), beside[(i + k) % even])
+    whole, most = np.abs(follows).max(), np.abs(rings).max()
+    if fast:
+        # At every angle as the stroke goes, or all against it.
+        for i in range(even):
+            rings[i] = math.copysign(rings[i], states[STROKE, i])
+    rung = np.empty(rows.shape)
+    for k in range(rows.shape[0]):
+        for i in range(even):
+            rung[k, i] = rows[k, greatest] * rings[i]
+    return rows, rung, fast, most / max(whole, most) if most > 0.0 else 0.0
+
+
+@kernel
+def _quasi_static(states: Array, per_force: float, l: float, head: float, tables: Collocation) -> Array:
+    """Legendre coefficients of V over the strip's length at all angles, (angles, NODES + 2)."""
+    n, count = NODES, states.shape[1]
+    room, none, bend, out = scratch(n), np.zeros(n), np.empty(n + 2), np.empty((count, n + 2))
+    for i in range(count):
+        bent_by(per_force * states[FORCE, i], head, states[STROKE, i] / l, 0.0, none, none, tables, room, bend, out[i])
+    return out
+
+
+@kernel
+def _first_iterate(
+    rise: Array, states: Array, per_force: float, head: float, inertia: float, count: int, tables: Collocation
+) -> tuple[Array, Array, int]:
+    """d at the first ``count`` angles, which are even: (NODES + 4, count), and the Legendre coefficients of its shape
+    where it is greatest, (NODES + 2,), with that angle's index.
+
+    Rows are Q and theta'(0) in lengths of the strip, then the Legendre coefficients of theta'. ``per_force`` is l^2/EI,
+    ``inertia`` rho A omega^2 l^4/EI.
+    """
+    n = NODES
+    room, load, none = scratch(n), np.zeros(n), np.zeros(n)
+    out, shape = np.empty((n + 4, count)), np.zeros(n + 2)
+    bend, sunk, moved = np.empty(n + 2), np.empty(n + 2), np.empty(n + 2)
+    scale, greatest, where = inertia * (count / _TURN) ** 2, -1.0, 0
+    for i in range(count):
+        before, after = rise[i - 1 if i > 0 else count - 1], rise[i + 1 if i < count - 1 else 0]
+        for k in range(n + 2):
+            moved[k] = scale * (before[k] - 2.0 * rise[i, k] + after[k])
+        load[0] = -(0.5 * moved[0] - moved[1] / 6.0)
+        for k in range(1, n):
+            load[k] = -(tables.low[k] * moved[k - 1] - tables.high[k] * moved[k + 1])
+        q, c = bent_by(per_force * states[FORCE, i], head, 0.0, -moved[0], load, none, tables, room, bend, sunk)
+        out[0, i], out[1, i] = q, c
+        for k in range(n + 2):
+            out[2 + k, i] = bend[k]
+        if abs(sunk[0]) > greatest:
+            greatest = abs(sunk[0])
+            shape[:], where = sunk, i
+    return out, shape, where
+
+
+@kernel
+def _share_of(rise: Array, shape: Array) -> Array:
+    """int V psi dz/int psi^2 dz at every angle: how much of the shape psi there is."""
+    out, whole = np.zeros(rise.shape[0]), 0.0
+    for k in range(shape.size):
+        whole += shape[k] * shape[k] / (2 * k + 1)
+    for i in range(out.size):
+        for k in range(shape.size):
+            out[i] += rise[i, k] * shape[k] / (2 * k + 1)
+        out[i] = out[i] / whole if whole > 0.0 else 0.0
+    return out
+
+
+@kernel
+def _own_motion(angle: Array, share: Array, pace: Array, smooth: bool) -> Array:
+    """a at rising angles of one turn, from c and Omega there.
+
+    Where the load is ``smooth`` c'' is continuous, and the angles are even; else it is that of cubics through values
+    and slopes, and jumps.
+    """
+    n = angle.size
+    width, begin, end = np.empty(n), np.empty(n), np.empty(n)
+    for i in range(n):
+        width[i] = (angle[i + 1] if i < n - 1 else angle[0] + _TURN) - angle[i]
+    if smooth:
+        for i in range(n):
+            a, b = share[i - 2 if i > 1 else n + i - 2], share[i - 1 if i > 0 else n - 1]
+            d, e = share[(i + 1) % n], share[(i + 2) % n]
+            begin[i] = (16.0 * (b + d) - a - e - 30.0 * share[i]) / (12.0 * width[i] * width[i])
+        for i in range(n):
+            end[i] = begin[(i + 1) % n]
+    else:
+        slope = np.empty(n)
+        for i in range(n):
+            h, g = width[i - 1 if i > 0 else n - 1], width[i]
+            rise, follow = share[i] - share[i - 1 if i > 0 else n - 1], share[(i + 1) % n] - share[i]
+            slope[i] = (rise / h * g + follow / g * h) / (h + g)
+            if max(h, g) > _UNEVEN * min(h, g):
+                # Beside a jump the parabola through three values overshoots, and the load's own slope is no greater.
+                most = 3.0 * min(abs(rise) / h, abs(follow) / g)
+                slope[i] = min(max(slope[i], -most), most)
+        for i in range(n):
+            h, j = width[i], (i + 1) % n
+            secant = (share[j] - share[i]) / h
+            begin[i] = (6.0 * secant - 4.0 * slope[i] - 2.0 * slope[j]) / h
+            end[i] = (-6.0 * secant + 2.0 * slope[i] + 4.0 * slope[j]) / h
+    turn = np.empty((3, n))
+    for i in range(n):
+        w = 0.5 * (pace[i] + pace[(i + 1) % n])
+        turn[0, i], turn[1, i], turn[2, i] = w, math.cos(w * width[i]), math.sin(w * width[i])
+    # d and d' after a turn that begins at rest, and after one that begins with either alone and is not driven.
+    forced, first, second = np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0])
+    for i in range(n):
+        _advance(forced, turn[:, i], width[i], begin[i], end[i])
+        _advance(first, turn[:, i], width[i], 0.0, 0.0)
+        _advance(second, turn[:, i], width[i], 0.0, 0.0)
+    # (I - M)^-1 = (I - M^-1)/(2 - tr M), as det M = 1; the divisor is 4 sin^2 of half the phase after a turn.
+    left = 2.0 - first[0] - second[1]
+    sine = max(math.sqrt(0.25 * max(left, 0.0)), _LEAST_SINE)
+    scale = 1.0 / (4.0 * sine * max(sine - 0.5 * _PHASE_ERROR, _LEAST_SINE))
+    state, out = np.empty(2), np.empty(n)
+    state[0] = scale * ((1.0 - second[1]) * forced[0] + second[0] * forced[1])
+    state[1] = scale * (first[1] * forced[0] + (1.0 - first[0]) * forced[1])
+    for i in range(n):
+        out[i] = state[0]
+        _advance(state, turn[:, i], width[i], begin[i], end[i])
+    return out
+
+
+@kernel
+def _corners_ring(
+    states: Array, count: int, share: Array, pace: Array, friction: float, lever: float, offset: float, critical: float
+) -> float:  # fmt: skip
+    """Amplitude of a fast mode's ringing behind the corners that friction makes between ``count`` even angles.
+
+    Where 6 |M|/Lp = |T|, F'' jumps by (4/pi) mu |T| ((6 |M|/(|T| Lp))')^2.
+    """
+    total, phase, step = 0.0, 0.0, _TURN / count
+    for i in range(count):
+        j = (i + 1) % count
+        phase += pace[i] * step
+        here, after = abs(states[SIDE, i]), abs(states[SIDE, j])
+        skew = lever * abs(states[MOMENT, i] + states[SIDE, i] * offset) - here
+        skew_after = lever * abs(states[MOMENT, j] + states[SIDE, j] * offset) - after
+        if friction == 0.0 or skew * skew_after >= 0.0:
+            continue
+        at = skew / (skew - skew_after)
+        side, rate = here + at * (after - here), (skew_after - skew) / step
+        force = states[FORCE, i] + at * (states[FORCE, j] - states[FORCE, i])
+        stiff = max(critical + force - friction * side, 1e-3 * critical)
+        moved = abs(share[i] + at * (share[j] - share[i])) / stiff
+        total += friction * rate * rate / side * moved / (pace[i] * pace[i])
+    return total * max(1.0, 0.5 / max(abs(math.sin(0.5 * phase)) - 0.5 * _PHASE_ERROR, _LEAST_SINE))
+
+
+@kernel
+def _advance(state: Array, turn: Array, width: float, begin: float, end: float) -> None:
+    """One step of d'' + w^2 d = -c'' with c'' from ``begin`` to ``end``; ``turn`` holds w, its cosine and sine."""
+    w, cosine, sine = turn[0], turn[1], turn[2]
+    square = w * w
+    rate = -(end - begin) / (width * square)
+    y, v = state[0] + begin / square, state[1] - rate
+    state[0] = y * cosine + v / w * sine - end / square
+    state[1] = -w * y * sine + v * cosine + rate

@@ -1,0 +1,214 @@
+"""What a check is judged by, of one sampled turn: the numbers that no effect may change unnoticed.
+
+    sigma+- = N/(b h) +- (E h/2) psi',   T,   M0,   |T| + 6 |M0 + T e|/Lp,   F |v|,   P,   P_cr,   omega_1
+
+at equal steps along the strip and at given angles: extremes are those of the samples. Two turns sampled alike are
+compared, and what sampling leaves out of the one it leaves out of the other.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.fatigue.kernels import utilisation_of
+from solvers.numerics.jit import kernel, reducing_kernel
+from solvers.rod.cycle.state import (
+    CLAMP,
+    COUPLING,
+    FORCE,
+    HEAD,
+    MOMENT,
+    ROWS,
+    SHEAR,
+    SIDE,
+    SOFTENING,
+    Strip,
+    fill_states,
+)
+from solvers.rod.load.axial_force import Drive, axial_force
+from solvers.rod.piston.skirt import both_walls, contact_load
+from solvers.rod.strip.shape import bend
+
+Array = NDArray[np.float64]
+
+STATIONS = 13
+
+UTILISATION, STRESS, MOST_SIDE, MOST_MOMENT, MOST_CONTACT, POWER = range(6)
+"""1/n of fatigue, greatest |sigma| [Pa], greatest |T| [N], |M0| [N m] and contact load |T| + 6 |M0 + T e|/Lp [N], and
+the mean of F |dx/dphi| [N m]."""
+
+RESULTS = 6
+
+
+class Judging(NamedTuple):
+    """What results are made with, SI units.
+
+    angle, travel    crank angles and |dx/dphi| [m] there times each one's share of the turn, (n,)
+    lever, offset    6/Lp [1/m] of the skirt and the clamp's offset e [m]
+    friction         (4/pi) mu
+    direct, bending  1/(b h) [1/m^2] and E h/2 [Pa m]
+    lines, parabola  the fatigue diagram (``solvers.fatigue.kernels``)
+    in_plane         P_cr [N] of bending in the crank's plane, rigid in shear
+    """
+
+    angle: Array
+    travel: Array
+    lever: float
+    offset: float
+    friction: float
+    direct: float
+    bending: float
+    lines: Array
+    parabola: Array
+    in_plane: float
+
+
+class Judged(NamedTuple):
+    """The results of one turn.
+
+    ``results`` (RESULTS,), and of every fibre and station the utilisation and the stress amplitude [Pa] in ``sections``
+    (2, 2 stations); ``force`` P [N] at the angles, (n,); ``critical`` P_cr [N]. If the strip buckles, ``stands`` is 0
+    and there are but forces: without friction, or P_cr as the greatest compression where it takes friction to buckle.
+    """
+
+    results: Array
+    sections: Array
+    force: Array
+    critical: float
+    stands: float
+
+
+@reducing_kernel
+def _extremes(f: Array) -> tuple[float, float]:
+    high, low = -np.inf, np.inf
+    for i in range(f.size):
+        high, low = max(high, f[i]), min(low, f[i])
+    return high, low
+
+
+@kernel
+def judge(
+    j: Judging, strip: Strip, states: Array, side: Array, moment: Array, series: Array, inclined: bool, critical: float
+) -> Judged:
+    """The main results of a table of states (``cycle.state``) of a strip that stands, one column an angle.
+
+    ``side`` and ``moment`` hold T and M0 with all corrections, (n,); ``series`` the Legendre coefficients over the
+    strip of what corrections add to V'' [1/m], (terms, n), or no terms; ``inclined`` says whether N follows the strip's
+    slope.
+    """
+    n = states.shape[1]
+    results, sections, force = np.zeros(RESULTS), np.empty((2, 2 * STATIONS)), states[FORCE]
+    for i in range(n):
+        t, couple = abs(side[i]), j.lever * abs(moment[i] + side[i] * j.offset)
+        results[MOST_SIDE], results[MOST_MOMENT] = max(results[MOST_SIDE], t), max(results[MOST_MOMENT], abs(moment[i]))
+        results[MOST_CONTACT] = max(results[MOST_CONTACT], contact_load(t, couple))
+        results[POWER] += j.friction * j.travel[i] * both_walls(t, couple)
+    bent, turned, sunk, upper, lower = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    for m in range(STATIONS):
+        z = strip.length * m / (STATIONS - 1)
+        bend(states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], strip.length, z, bent, turned, sunk)
+        before, here, x = 0.0, 1.0, 2.0 * m / (STATIONS - 1) - 1.0
+        for k in range(series.shape[0]):
+            for i in range(n):
+                bent[i] += here * series[k, i]
+            before, here = here, ((2 * k + 1) * x * here - k * before) / (k + 1)
+        for i in range(n):
+            tangent = force[i]
+            if inclined:
+                slope = turned[i] / states[SOFTENING, i] - strip.compliance * states[SHEAR, i]
+                tangent = tangent * (1.0 - 0.5 * slope * slope) + side[i] * slope
+            upper[i] = j.direct * tangent + j.bending * bent[i]
+            lower[i] = j.direct * tangent - j.bending * bent[i]
+        for fibre in range(2):
+            high, low = _extremes(upper if fibre == 0 else lower)
+            used = utilisation_of(high, low, j.lines, j.parabola)
+            sections[0, fibre * STATIONS + m], sections[1, fibre * STATIONS + m] = used, 0.5 * (high - low)
+            results[UTILISATION] = max(results[UTILISATION], used)
+            results[STRESS] = max(results[STRESS], max(high, -low))
+    return Judged(results, sections, force, critical, 1.0)
+
+
+@kernel
+def sampled_turn(j: Judging, drive: Drive, strip: Strip, critical: float) -> tuple[Array, Judged]:
+    """The states at the angles, and the main results."""
+    states = np.empty((ROWS, j.angle.size))
+    fill_states(drive, strip, j.angle, states)
+    if states[FORCE].min() > -critical:
+        return states, judge(
+            j, strip, states, states[SIDE], states[MOMENT], np.empty((0, 0)), False, critical
+        )  # fmt: skip
+    force = np.empty(j.angle.size)
+    for i in range(force.size):
+        force[i] = axial_force(drive, j.angle[i])
+    if force.min() > -critical:
+        force[force.argmin()] = -critical
+    return states, Judged(np.zeros(RESULTS), np.zeros((2, 2 * STATIONS)), force, critical, 0.0)
+
+
+@kernel
+def change_without(j: Judging, drive: Drive, strip: Strip, critical: float, exact: Judged) -> float:
+    """``change`` of a turn from this drive and strip."""
+    return change(j, sampled_turn(j, drive, strip, critical)[1], exact)
+
+
+@kernel
+def change(j: Judging, found: Judged, exact: Judged) -> float:
+    """The greatest relative difference of the first's results from the second's; inf where one exists in one only."""
+    if found.stands != exact.stands:
+        return np.inf
+    worst = max(abs(found.critical / exact.critical - 1.0), _change_of_force(j, found, exact))
+    if exact.stands == 0.0:
+        return worst
+    for k in range(RESULTS):
+        here, truth = found.results[k], exact.results[k]
+        # A safety is the inverse of what is used.
+        base = here if k in (UTILISATION, STRESS) else truth
+        if here != truth:
+            worst = max(worst, abs(here - truth) / base if base > 0.0 else np.inf)
+    return max(worst, _change_of_amplitude(found.sections, exact.sections))
+
+
+@kernel
+def _change_of_force(j: Judging, found: Judged, exact: Judged) -> float:
+    """Of the extremes of the axial force, of the stability and of the natural frequency under the mean of the extremes.
+
+    An extreme lies between samples: the greatest difference at the samples beside it counts.
+    """
+    worst, n, mean, means = 0.0, j.angle.size, 0.0, 0.0
+    for sign in (1.0, -1.0):
+        here, there = 0, 0
+        for i in range(n):
+            here = i if sign * exact.force[i] > sign * exact.force[here] else here
+            there = i if sign * found.force[i] > sign * found.force[there] else there
+        truth, differs = exact.force[here], abs(found.force[there] - exact.force[here])
+        for i in range(here - 1, here + 2):
+            differs = max(differs, abs(found.force[i % n] - exact.force[i % n]))
+        if differs > 0.0:
+            worst = max(worst, differs / abs(truth) if truth != 0.0 else np.inf)
+        mean, means = mean + 0.5 * truth, means + 0.5 * found.force[there]
+        if sign < 0.0:
+            if (truth < 0.0) != (found.force[there] < 0.0):
+                worst = np.inf
+            elif truth < 0.0:
+                worst = max(worst, abs(truth / found.force[there] * (found.critical / exact.critical) - 1.0))
+    stiff = max(j.in_plane + min(mean, means), 1e-3 * j.in_plane)
+    return max(worst, 0.5 * abs(mean - means) / stiff)
+
+
+@kernel
+def _change_of_amplitude(found: Array, exact: Array) -> float:
+    """Of the amplitude at the section that governs fatigue.
+
+    At the best strips two sections govern alike, and a small change moves the place from one to the other: the
+    amplitude that a check tells, like the place itself, then jumps, though no section is stressed much differently.
+    """
+    top, at = 0.0, 0
+    for m in range(exact.shape[1]):
+        if exact[0, m] > top:
+            top, at = exact[0, m], m
+    if top <= 0.0 or exact[1, at] == 0.0:
+        return 0.0
+    return abs(found[1, at] / exact[1, at] - 1.0)

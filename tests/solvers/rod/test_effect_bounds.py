@@ -1,0 +1,173 @@
+"""Influences of effects: the kernels against closed forms and the check's own physics, the bounds against the truth."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solvers import rod
+from solvers.rod.effect_bounds import first_order
+from solvers.rod.effect_bounds.inertia import _own_motion
+from solvers.rod.effect_bounds.main_results import MOST_CONTACT, MOST_MOMENT, MOST_SIDE, POWER, STRESS, UTILISATION
+from solvers.rod.effect_bounds.situation import Situation
+from solvers.rod.effects import EFFECTS, choose_for
+from tests.solvers.rod.machines import PAPER, STRIP, random_machine
+
+NAMES = frozenset(effect.name for effect in EFFECTS)
+MAIN = (
+    "fatigue_safety", "yield_safety", "stress_amplitude", "side_force_max", "clamp_moment_max", "contact_pressure_max",
+    "friction_power",
+)  # fmt: skip
+
+
+def table(degrees, megapascals):
+    return rod.TableLoad(tuple(np.radians(degrees)), tuple(1e6 * np.array(megapascals)))
+
+
+def checked(scene, strip, names, accuracy=1e-6):
+    names = frozenset(names)
+    return rod.check(scene, strip, rod.EffectSelection(include=names, exclude=NAMES - names), accuracy=accuracy)
+
+
+def results(scene, strip, names, accuracy=1e-6):
+    value = checked(scene, strip, names, accuracy).value
+    found = {"stability": value.stability_safety, "least": value.axial_force_min, "most": value.axial_force_max}
+    found |= {name: getattr(value.stresses, name) for name in MAIN}
+    return {name: x for name, x in found.items() if x}
+
+
+def change_without(scene, strip, name, accuracy=1e-6):
+    exact, found = (results(scene, strip, names, accuracy) for names in (NAMES, NAMES - {name}))
+    return max(abs(found[key] / x - 1.0) for key, x in exact.items())
+
+
+def influence(scene, strip, name):
+    return getattr(first_order, name)(Situation.of(scene, strip))
+
+
+def test_main_results_are_the_checks():
+    """Of the turn with every effect in closed form, sampled at 128 angles and 13 sections."""
+    judged = Situation.of(PAPER, STRIP).turn.judged
+    value = checked(PAPER, STRIP, NAMES - {"rod_inertia", "large_displacement"}).value
+    s, per_force = value.stresses, 4.0 / (math.pi * PAPER.piston.diameter * PAPER.piston.skirt_length)
+    assert judged.critical == pytest.approx(value.critical_force, rel=1e-12)
+    assert judged.results[UTILISATION] == pytest.approx(1.0 / s.fatigue_safety, rel=2e-3)
+    assert judged.results[STRESS] == pytest.approx(1200e6 / s.yield_safety, rel=2e-3)
+    assert judged.results[MOST_SIDE] == pytest.approx(s.side_force_max, rel=1e-3)
+    assert judged.results[MOST_MOMENT] == pytest.approx(s.clamp_moment_max, rel=1e-3)
+    assert judged.results[MOST_CONTACT] * per_force == pytest.approx(s.contact_pressure_max, rel=1e-3)
+    assert judged.results[POWER] * PAPER.mechanism.angular_speed == pytest.approx(s.friction_power, rel=1e-3)
+
+
+@pytest.mark.parametrize("pace", [0.4, 7.3, 33.3])
+def test_a_mode_of_constant_pace_answers_a_harmonic_as_it_must(pace):
+    """a'' + W^2 a = 9 cos 3 phi is solved by 9/(W^2 - 9) cos 3 phi."""
+    angle = 2.0 * np.pi / 256 * np.arange(256)
+    share = np.cos(3.0 * angle)
+    found = _own_motion(angle, share, np.full(256, pace), True)
+    expected = 9.0 / (pace**2 - 9.0) * share
+    # The phase after a turn is moved toward resonance by a few hundredths of a radian.
+    assert found == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("pace", [5.3, 30.3, 101.3])
+def test_a_jump_of_the_load_rings_as_strongly_as_a_turn_without_damping_lets_it(pace):
+    """Of c that falls by 1 at once and comes back evenly, a - -c''/W^2 has the amplitude 1/(2 |sin(pi W)|)."""
+    width = 1e-5
+    angle = np.sort(np.concatenate([2.0 * np.pi / 128 * np.arange(1, 128), 1.0 + width * np.arange(5) / 4]))
+    share = np.interp(np.mod(angle - 1.0, 2.0 * np.pi), [0.0, width, 2.0 * np.pi], [0.0, -1.0, 0.0])
+    found = _own_motion(angle, share, np.full(angle.size, pace), False)
+    away = np.abs(np.mod(angle - 1.0 + 0.1, 2.0 * np.pi)) > 0.3
+    assert np.abs(found[away]).max() == pytest.approx(0.5 / abs(math.sin(math.pi * pace)), rel=0.05)
+
+
+@pytest.mark.parametrize("name", ["shear", "friction_feedback", "large_displacement", "rod_inertia"])
+def test_bounds_of_random_machines_hold_and_are_sharp(name):
+    rng, ratios = np.random.default_rng(17), []
+    for _ in range(6):
+        scene, strip = random_machine(rng)
+        truth = change_without(scene, strip, name)
+        if 1e-5 < truth < 0.3:
+            ratios.append(influence(scene, strip, name) / truth)
+    assert len(ratios) >= 3
+    assert min(ratios) >= 1.0
+    assert np.median(ratios) <= 3.0
+
+
+def test_bounds_of_the_papers_machine_are_close():
+    """What the check finds when each effect is left out, of all."""
+    for name in ("shear", "friction_feedback", "large_displacement", "rod_inertia"):
+        truth = change_without(PAPER, STRIP, name)
+        assert truth <= influence(PAPER, STRIP, name) <= 2.0 * truth, name
+
+
+def test_the_papers_machine_calls_for_friction_that_acts_back_and_no_more():
+    choice = choose_for(PAPER, STRIP, tolerance=1e-2)
+    assert {effect.name for effect in choice.active} == {"beam_column", "friction_feedback", "friction"}
+
+
+def test_what_is_not_there_has_no_influence():
+    bare = replace(PAPER, piston=replace(PAPER.piston, friction_coefficient=0.0))
+    assert influence(bare, STRIP, "reciprocating_inertia") == 0.0
+    assert influence(bare, STRIP, "friction_feedback") == 0.0
+
+
+def test_where_friction_buckles_the_strip_it_cannot_be_left_out():
+    upward = rod.SchmidtLoad(1.4e6, 0.25, 2.0 * math.pi - 1.16)
+    rough = replace(PAPER, load=upward, piston=replace(PAPER.piston, friction_coefficient=0.3))
+    thin = replace(STRIP, h=0.38e-3)
+    assert checked(rough, thin, NAMES - {"rod_inertia"}).value.stresses is None
+    assert influence(rough, thin, "friction_feedback") == math.inf
+    # Without friction the strip stands, and what corrects its shape is judged there.
+    assert 0.0 < influence(rough, thin, "large_displacement") < math.inf
+
+
+def test_nothing_corrects_a_strip_that_gas_buckles():
+    thin = replace(STRIP, h=0.3e-3)
+    assert influence(PAPER, thin, "large_displacement") == influence(PAPER, thin, "rod_inertia") == 0.0
+
+
+def campaign_scene(load, lengths, piston, material):
+    """Scenes that a campaign found: crank, rod [mm], speed [Hz]; diameter, skirt, offset [mm], friction; E, density."""
+    radius, length, speed = lengths
+    diameter, skirt, offset, friction = piston
+    modulus, density, sensitivity = material
+    return rod.Scene(
+        rod.Mechanism(radius * 1e-3, length * 1e-3, speed),
+        rod.Piston(diameter * 1e-3, skirt * 1e-3, 0.0, offset * 1e-3, friction),
+        load,
+        rod.Material(modulus * 1e9, 480e6, 1.15, sensitivity, 1200e6, density),
+    )
+
+
+STEEP = (
+    campaign_scene(
+        table([85.26, 216.78, 223.97, 225.63, 289.37, 327.39], [0.1168, 0.0815, 0.1012, 0.0784, 0.0918, 0.0573]),
+        (0.82063, 27.221, 0.86906),
+        (6.3323, 9.2724, 4.6384, 0.14468),
+        (169.15, 7510.6, 0.00288),
+    ),
+    rod.Dimensions(3.10945e-3, 0.117868e-3, 14.22218e-3),
+)
+JUMP = (
+    campaign_scene(
+        table(
+            [29.2333, 82.2698, 158.968, 186.379, 191.789, 310.084, 329.024],
+            [1.51797, 1.71551, 1.54761, 1.79399, 0.832212, 1.92475, 1.1281],
+        ),
+        (0.0283086, 33.154, 34.8491),
+        (9.7179, 20.6897, 0.0, 0.261463),
+        (101.027, 2568.59, 0.388176),
+    ),
+    rod.Dimensions(3.00674e-3, 0.801517e-3, 11.1549e-3),
+)
+
+
+@pytest.mark.parametrize(("scene", "strip"), [STEEP, JUMP], ids=["1.7 degrees", "5.4 degrees"])
+def test_a_steep_fall_calls_for_the_strips_inertia(scene, strip):
+    """It sets the strip ringing for good, since no damping ends that: more than its accelerations alone would tell."""
+    truth = change_without(scene, strip, "rod_inertia", accuracy=1e-5)
+    assert truth <= influence(scene, strip, "rod_inertia") <= 40.0 * truth

@@ -113,11 +113,11 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
 
     static = np.abs(states[[MOMENT, SIDE]]).max(axis=1) / equation.strip.stiffness
     ringing, omitted, phase = Ringing.none(modes), 0.0, 0.0
-    enlarged = closing(equation, excitation, m)
     if excitation.corners.size:
         here = _with_one(begun)[:, None]
         jump = (here @ lefts - np.roll(here @ rights, 1, axis=0))[:, 0]
         jump[:, : 2 * m] = 0.0
+        enlarged = closing(equation, excitation, m)
         kicked = kicks(equation, swing[first, 0], jump, static)[m:]
         count, omitted = chosen(kicked * enlarged, m, able_to_ring(equation, m), wanted)
         if count:

@@ -93,7 +93,7 @@ def chosen(shares: Array, slow: int, most: int, wanted: float) -> tuple[int, flo
     beyond = shares[known - 1] ** 2 * (known + slow) / 11.0
     squares = np.append(np.cumsum(shares[:known][::-1] ** 2)[::-1], 0.0)
     left = _MARGIN * np.sqrt(squares + beyond)
-    enough = np.flatnonzero(left <= 0.3 * wanted)
+    enough = np.flatnonzero(left <= 0.5 * wanted)
     ringing = min(int(enough[0]) if enough.size else known, most)
     return ringing, float(left[ringing])
 

@@ -94,7 +94,7 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
     excitation = Excitation.of(cycle, 0.1 * wanted)
     rung = sum(wanted < bound for bound in _RUNGS)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
-    slow, step = _slow(equation, excitation, wanted), _step(wanted)
+    slow, step = _slow(equation, excitation, wanted), _step(excitation, wanted)
     best, vain, before = None, 0, np.inf
     for _ in range(_MOST_TRIES):
         slow = _affordable(equation, excitation, slow, step)
@@ -128,9 +128,11 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
     return SteadyVibration(best, best.errors.total, best.errors.total)
 
 
-def _step(wanted: float) -> float:
-    """Radians in an element of the fastest mode followed: more than so many have never been enough."""
-    return 8.0 if wanted > 1e-6 else 6.0 if wanted > 1e-8 else 4.5
+def _step(excitation: Excitation, wanted: float) -> float:
+    """Radians in an element of the fastest mode followed: more than so many have never been enough. That mode rings
+    behind corners, and has to be followed the more closely."""
+    loose = 1e-8 if excitation.corners.size else 1e-10
+    return 8.0 if wanted > 1e-6 else 6.0 if wanted > loose else 4.5
 
 
 def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int:

@@ -1,9 +1,9 @@
 """The strip's periodic motion at one resolution, and what that leaves unknown.
 
-Between two corners of the force slow modes, which anything may have set going, are followed by collocation and fast ones
-follow them (``slow_modes``); where it matters fast modes ring behind corners (``ringing``). A panel's unknowns are the
-first states of its slow modes and the real and imaginary parts of its ringing; states that are equal on both sides of
-every corner determine them.
+Between two corners of the force slow modes, which anything may have set going, are followed by collocation and fast
+ones follow them (``slow_modes``); where it matters fast modes ring behind corners (``ringing``). A panel's unknowns are
+the first states of its slow modes and the real and imaginary parts of its ringing; states that are equal on both sides
+of every corner determine them.
 """
 
 from __future__ import annotations
@@ -262,7 +262,8 @@ def amplitudes(
     rule: Radau,
     angle: Array,
 ) -> Array:
-    """d in amplitudes of the basis at the angles: (basis, angles). The arguments are those of ``Motion``, ``Ringing``."""
+    """d in amplitudes of the basis at the angles: (basis, angles). The arguments are those of ``Motion``,
+    ``Ringing``."""
     p, basis, modes = samples.shape[1], samples.shape[2], start.shape[1]
     out, share, row = np.zeros((basis, angle.size)), np.empty(p), np.empty(basis)
     for i in range(angle.size):

@@ -101,9 +101,9 @@ def chosen(shares: Array, slow: int, most: int, wanted: float) -> tuple[int, flo
 @dataclass(frozen=True)
 class FreeModes:
     """So many fast modes that may ring, from the ``first`` on, on the elements of an excitation: ``shape`` and ``rate``
-    (modes, elements, points, all modes) of a and a' over a free motion that grows by ``phase`` (modes, elements, points)
-    since the element's first end, and by ``since`` (modes, elements) from the last corner to there; ``missed`` (modes,)
-    are errors of the phase over the turn [rad]."""
+    (modes, elements, points, all modes) of a and a' over a free motion that grows by ``phase`` (modes, elements,
+    points) since the element's first end, and by ``since`` (modes, elements) from the last corner to there; ``missed``
+    (modes,) are errors of the phase over the turn [rad]."""
 
     first: int
     shape: Complex

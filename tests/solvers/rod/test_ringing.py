@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -65,7 +66,7 @@ def integrated(equation, excitation, angles):
 
     def run(start, left, right, **options):
         ends = np.unique(np.concatenate([[left], np.clip(excitation.corners, left, right), [right]]))
-        for a, b in zip(ends[:-1], ends[1:], strict=True):
+        for a, b in itertools.pairwise(ends):
             start = solve_ivp(driven, (a, b), start, method="DOP853", rtol=1e-9, atol=1e-13).y[:, -1]
         return start
 

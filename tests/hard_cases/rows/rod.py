@@ -47,7 +47,7 @@ SECTIONS = (
     ),
     Section(
         "The strip's constants",
-        "V''(0), V'''(0) and V''(l) at one load, by all three ways in which the solvers compute them; the textbook's "
+        "V''(0), V'''(0) and V''(l) at one load, by the solvers' kernels and by numpy; the textbook's "
         "families as above.",
         CASES["kernels"],
         kernel_row,

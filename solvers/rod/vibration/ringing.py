@@ -93,7 +93,7 @@ def chosen(shares: Array, slow: int, most: int, wanted: float) -> tuple[int, flo
     beyond = shares[known - 1] ** 2 * (known + slow) / 11.0
     squares = np.append(np.cumsum(shares[:known][::-1] ** 2)[::-1], 0.0)
     left = _MARGIN * np.sqrt(squares + beyond)
-    enough = np.flatnonzero(left <= 0.3 * wanted)
+    enough = np.flatnonzero(left <= 0.5 * wanted)
     ringing = min(int(enough[0]) if enough.size else known, most)
     return ringing, float(left[ringing])
 
@@ -101,9 +101,9 @@ def chosen(shares: Array, slow: int, most: int, wanted: float) -> tuple[int, flo
 @dataclass(frozen=True)
 class FreeModes:
     """So many fast modes that may ring, from the ``first`` on, on the elements of an excitation: ``shape`` and ``rate``
-    (modes, elements, points, all modes) of a and a' over a free motion that grows by ``phase`` (modes, elements, points)
-    since the element's first end, and by ``since`` (modes, elements) from the last corner to there; ``missed`` (modes,)
-    are errors of the phase over the turn [rad]."""
+    (modes, elements, points, all modes) of a and a' over a free motion that grows by ``phase`` (modes, elements,
+    points) since the element's first end, and by ``since`` (modes, elements) from the last corner to there; ``missed``
+    (modes,) are errors of the phase over the turn [rad]."""
 
     first: int
     shape: Complex

@@ -22,7 +22,7 @@ from solvers.rod.cycle.composition import Array, Cycle
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import Excitation
-from solvers.rod.vibration.motion import MOST_RINGING, Motion, able_to_ring, motion
+from solvers.rod.vibration.motion import MOST_RINGING, Motion, able_to_ring, excited, motion
 from solvers.rod.vibration.natural_frequencies import StripBasis
 
 LEAST_ERROR = 3e-11
@@ -37,7 +37,6 @@ MOST_WORK = 100_000
 
 _MOST_TRIES, _MOST_VAIN = 8, 2
 _FAR, _WORST, _FINER = 30.0, 0.03, 0.75
-_EXPONENTS = 1.6
 _NARROW = 3.0
 _RESONANT = 1e5
 _UNKNOWN = 0.1
@@ -95,7 +94,7 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
     excitation = Excitation.of(cycle, 0.1 * wanted)
     rung = sum(wanted < bound for bound in _RUNGS)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
-    slow, step = _slow(equation, excitation, wanted), _step(wanted)
+    slow, step = _slow(equation, excitation, wanted), _step(excitation, wanted)
     best, vain, before = None, 0, np.inf
     for _ in range(_MOST_TRIES):
         slow = _affordable(equation, excitation, slow, step)
@@ -105,13 +104,15 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
             best, vain = found, 0
         if errors.total <= cycle.tolerance or vain == _MOST_VAIN:
             break
-        if max(errors.space, errors.omitted) > max(errors.elements, errors.series, errors.phase):
+        if max(errors.space, errors.omitted) > max(errors.elements, errors.series, errors.phase, errors.excited):
             able = able_to_ring(equation, slow)
-            if rung == len(LADDER) - 1 or (errors.omitted > errors.space and found.ringing.modes == able < MOST_RINGING):
+            if rung == len(LADDER) - 1 or (
+                errors.omitted > errors.space and found.ringing.modes == able < MOST_RINGING
+            ):
                 break
             rung = min(rung + (2 if errors.omitted > _FAR * wanted else 1), len(LADDER) - 1)
             equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
-        elif errors.elements > max(errors.series, errors.phase) and errors.elements < 0.5 * before:
+        elif errors.elements > max(errors.series, errors.phase, errors.excited) and errors.elements < 0.5 * before:
             # Halving these did help the time before, if there was one.
             before = errors.elements
             places = 0.5 * (found.edges[:-1] + found.edges[1:])[errors.time > _WORST * errors.time.max()]
@@ -127,9 +128,11 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
     return SteadyVibration(best, best.errors.total, best.errors.total)
 
 
-def _step(wanted: float) -> float:
-    """Radians in an element of the fastest mode followed: more than so many have never been enough."""
-    return 8.0 if wanted > 1e-6 else 6.0 if wanted > 1e-8 else 4.5
+def _step(excitation: Excitation, wanted: float) -> float:
+    """Radians in an element of the fastest mode followed: more than so many have never been enough. That mode rings
+    behind corners, and has to be followed the more closely."""
+    loose = 1e-8 if excitation.corners.size else 1e-10
+    return 8.0 if wanted > 1e-6 else 6.0 if wanted > loose else 4.5
 
 
 def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int:
@@ -137,9 +140,8 @@ def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int
     are too narrow for series."""
     swing = equation.swing(excitation.states).reshape(excitation.edges.size - 1, -1).min(axis=1)
     for n in range(1, equation.slowness.size):
-        pace = equation.fastest(n, swing)
-        excited = np.min(pace * excitation.analytic) < _EXPONENTS * np.log(1.0 / wanted)
-        if not excited and np.min(pace * np.diff(excitation.edges)) > _NARROW:
+        wide = np.min(equation.fastest(n, swing) * np.diff(excitation.edges)) > _NARROW
+        if wide and excited(equation, excitation, n) < wanted:
             return n - 1
     return equation.slowness.size - 1
 

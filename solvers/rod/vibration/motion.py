@@ -1,9 +1,9 @@
 """The strip's periodic motion at one resolution, and what that leaves unknown.
 
-Between two corners of the force slow modes, which anything may have set going, are followed by collocation and fast ones
-follow them (``slow_modes``); where it matters fast modes ring behind corners (``ringing``). A panel's unknowns are the
-first states of its slow modes and the real and imaginary parts of its ringing; states that are equal on both sides of
-every corner determine them.
+A panel lies between two corners of the force. There slow modes, which anything may have set going, are followed by
+collocation, and fast ones follow them (``slow_modes``); where it matters fast modes ring behind corners (``ringing``).
+A panel's unknowns are the first states of its slow modes and the real and imaginary parts of its ringing; states that
+are equal on both sides of every corner determine them.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ MOST_RINGING, FASTEST = 12, 5000.0
 """No more modes are made to ring, nor faster ones [1/rad]: what they ring with is cheaper left out than looked at."""
 
 _ROUNDING = 1e-15
-_EXPONENT = 1.4
+_EXPONENT = 1.5
 _LOOSEST = 1e-4
 
 
@@ -92,7 +92,9 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     swing, still = equation.swing(states).reshape(-1, p), equation.still(states)
     parts, turned = _parts(equation, m)
     right = (equation.right(states, still) @ turned).reshape(-1, p, modes)
-    columns, last, speeds, change, fell = slow_motion(widths, swing, right, parts, RULE, 0.1 * min(wanted, _LOOSEST), _TERMS)
+    columns, last, speeds, change, fell = slow_motion(
+        widths, swing, right, parts, RULE, 0.1 * min(wanted, _LOOSEST), _TERMS
+    )
 
     starts = np.zeros(widths.size, dtype=np.bool_)
     starts[first] = True
@@ -198,7 +200,9 @@ def _ringing(
     first = excitation.panels(excitation.edges)
     stop = np.append(first[1:], excitation.edges.size - 1) - 1
     both = []
-    for slow, rung in zip((lefts, rights), (free.states(equation, first, 0), free.states(equation, stop, -1)), strict=True):
+    for slow, rung in zip(
+        (lefts, rights), (free.states(equation, first, 0), free.states(equation, stop, -1)), strict=True
+    ):
         slow = slow[:, :, : rung.shape[2]]
         both.append(np.concatenate([slow[:, :-1], rung, slow[:, -1:]], axis=1))
     unknowns, amplification = closed(*both)
@@ -249,9 +253,16 @@ def _parted(whole: Array, speed: Array) -> Array:
 
 @kernel
 def amplitudes(
-    edges: Array, samples: Array, coarse: Array, start: Complex, phase: Complex, shape: Complex, rule: Radau, angle: Array
+    edges: Array,
+    samples: Array,
+    coarse: Array,
+    start: Complex,
+    phase: Complex,
+    shape: Complex,
+    rule: Radau,
+    angle: Array,
 ) -> Array:
-    """d in amplitudes of the basis at the angles: (basis, angles). The arguments are those of ``Motion``, ``Ringing``."""
+    """d in amplitudes of the basis at the angles, (basis, angles), from ``Motion`` and its ``Ringing``."""
     p, basis, modes = samples.shape[1], samples.shape[2], start.shape[1]
     out, share, row = np.zeros((basis, angle.size)), np.empty(p), np.empty(basis)
     for i in range(angle.size):

@@ -7,9 +7,9 @@ rest is diagonal at every angle. What the rest does is, w = 1/(1 + swing gamma),
 
     r = w (f_r - swing C' a_s - M_r r'')
 
-without r'' at first, and again with that of the last r: a series in powers of (slow/fast frequency)^2. It is asymptotic;
-where its terms no longer fall it ends. Each time the slow modes obey Radau's collocation under the force of the rest.
-All columns of the solution (for unit first states, and for f alone) are carried on side by side.
+without r'' at first, and again with that of the last r: a series in powers of (slow/fast frequency)^2. It is
+asymptotic; where its terms no longer fall it ends. Each time the slow modes obey Radau's collocation under the force of
+the rest. All columns of the solution (for unit first states, and for f alone) are carried on side by side.
 
 Source: R. J. Guyan (1965); for the series, J. Kevorkian, J. D. Cole, Multiple Scale and Singular Perturbation Methods
 (1996), section 4.3; for the collocation, ``solvers.numerics.radau``.
@@ -89,9 +89,9 @@ def slow_motion(
 
     Gives (elements, points, 2 m + 1, m + rest): columns for unit first states (a, sqrt(mu) a') and, last, for the right
     side alone; the last states of the slow modes, (elements, 2 m + 1, 2 m); the speeds of the rest at an element's two
-    ends, (elements, 2, 2 m + 1, rest); the last change of what ``parts.read`` reads, (elements, points, 2 m + 1, 2); and
-    the greatest ratio by which changes fell at last. The series ends where it
-    changes less than ``wanted`` of the first term's greatest that is read, after ``most`` terms, or before it grows.
+    ends, (elements, 2, 2 m + 1, rest); the last change of what ``parts.read`` reads, (elements, points, 2 m + 1, 2);
+    and the greatest ratio by which changes fell at last. The series ends where it changes less than ``wanted`` of the
+    first term's greatest that is read, after ``most`` terms, or before it grows.
     """
     count, p, m, rest = widths.size, swing.shape[1], parts.slowness.size, parts.rates.size
     s, columns, size = p - 1, 2 * m + 1, m + rest

@@ -29,8 +29,8 @@ from solvers.rod.optimum.available_sizes import discrete_optimum
 from solvers.rod.optimum.core_cycle import core_cycle
 from solvers.rod.optimum.core_optimum import Polished
 from solvers.rod.optimum.feasibility import least_violating, least_violation
-from solvers.rod.optimum.full_model import FullModel, no_watch
-from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, conditions_at, continuous_optimum, logarithms
+from solvers.rod.optimum.full_model import FullModel, logarithms, no_watch
+from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, conditions_at, continuous_optimum
 from solvers.rod.optimum.local_search import Task
 from solvers.rod.optimum.peaks import ANGLES
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
@@ -45,6 +45,8 @@ _CHOICES = 3
 _GUARD, _ENOUGH = 0.05, 0.1
 """Shares of the accuracy: how far to the safe side of limits an answer lies, and the gain not worth another step."""
 _CORRECTIONS = 6
+_HOPELESS = 0.1
+"""An excess over the core's limits, in logarithms, that effects may still undo."""
 _PATIENCE = 100
 """Strips evaluated in search of a first admissible one, whatever the time."""
 
@@ -179,7 +181,9 @@ class _Design:
         beyond = tuple(sorted(chosen - _CORE))
         if not beyond:
             return self.on_core(context, proof, strip)
-        optimum = self.on_full_model(context, excess, strip)
+        # The effects would have to change results by more than three times as much as they are known to at most.
+        hopeless = excess > max(_HOPELESS, 3.0 * self.influence(strip, beyond))
+        optimum = self.on_full_model(context, excess, strip, hopeless)
         if self.out_of_time and optimum is None:
             return self.failed(), strip
         if optimum is None or optimum.local.found is None:
@@ -222,11 +226,11 @@ class _Design:
         estimated = max(outcome.accuracy.estimated, told.gap)
         return self.answer(result, conditions.active, estimated, told)
 
-    def on_full_model(self, context: Context, excess: float, strip: Dimensions) -> Optimum | None:
+    def on_full_model(self, context: Context, excess: float, strip: Dimensions, hopeless: bool) -> Optimum | None:
         """The best strip on the full model that could be found in time."""
         try:
             if excess > 0.0:
-                local = least_violating(context, strip) if math.isfinite(excess) else None
+                local = least_violating(context, strip, hopeless) if math.isfinite(excess) else None
                 if local is None or local.found is None:
                     return None if local is None else Optimum(local, starts=context.starts)
                 strip = local.best.outcome.value.dimensions

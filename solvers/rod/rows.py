@@ -26,20 +26,22 @@ BUCKLED = 40.0
 
 
 class Layout(NamedTuple):
-    """Where the parts are: the utilisations of both fibres at every group of sections, their greatest stresses in the
-    same order, then side force and contact pressure at each of their peaks in turn."""
+    """Where the parts are: so many utilisations, so many stresses, then side force and contact pressure at each of so
+    many peaks in turn."""
 
-    groups: int
+    utilisations: int
+    stresses: int
     peaks: int
 
     @property
     def size(self) -> int:
-        return FIRST_PART + 4 * self.groups + 2 * self.peaks
+        """The number of all rows."""
+        return FIRST_PART + self.utilisations + self.stresses + 2 * self.peaks
 
     def parts(self, row: int) -> range:
         """The rows that a row is the greatest of, or the row itself."""
-        stresses = FIRST_PART + 2 * self.groups
-        reactions = stresses + 2 * self.groups
+        stresses = FIRST_PART + self.utilisations
+        reactions = stresses + self.stresses
         if row == UTILISATION:
             return range(FIRST_PART, stresses)
         if row == STRESS:

@@ -18,7 +18,8 @@ import numpy as np
 
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core_optimum import polish
-from solvers.rod.optimum.full_optimum import Context, Optimum, conditions_at, logarithms
+from solvers.rod.optimum.full_model import logarithms
+from solvers.rod.optimum.full_optimum import Context, Optimum, conditions_at
 from solvers.rod.optimum.local_search import Local
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions

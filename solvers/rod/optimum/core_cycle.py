@@ -78,7 +78,9 @@ class CoreCycle:
             *(self.whole if wanted.power else (np.empty(0),) * 3),
             *self.diagram, self.compression, self.guide, self.modulus, self.rod_length,
         )  # fmt: skip
-        return CoreRows(core, Layout(1 + peaks.sections.size, peaks.reactions.size))
+        # Both fibres of the clamp and of every inner section.
+        fibres = 2 * (1 + peaks.sections.size)
+        return CoreRows(core, Layout(fibres, fibres, peaks.reactions.size))
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,9 @@ import numpy as np
 from solvers.rod import rows
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core_cycle import CoreCycle
-from solvers.rod.optimum.full_optimum import Context, logarithms
-from solvers.rod.optimum.local_search import Local
+from solvers.rod.optimum.full_model import logarithms
+from solvers.rod.optimum.full_optimum import Context
+from solvers.rod.optimum.local_search import Iterate, Local, excess_of
 from solvers.rod.optimum.proof.outer_approximation import Sizes, search
 from solvers.rod.problem import OBJECTIVES
 from solvers.rod.scene import Dimensions
@@ -52,11 +53,15 @@ def least_violation(cycle: CoreCycle, limits: Limits, sizes: Sizes) -> tuple[flo
     return high, strip
 
 
-def least_violating(context: Context, start: Dimensions) -> Local | None:
+def least_violating(context: Context, start: Dimensions, hopeless: bool = False) -> Local | None:
     """The end of local searches for an admissible strip on the full model, from ``start`` and from spread strips.
 
-    The best admissible one, or the least violating; None where every strip tried buckles.
+    The best admissible one, or the least violating; None where every strip tried buckles. Where it is ``hopeless``,
+    ``start`` is checked and nothing else.
     """
+    if hopeless:
+        at = checked_only(context, start)
+        return None if at is None else Local(at, math.inf, 0)
     context.search_from(start, context.bounds)
     best = context.best()
     if best is not None and (best.found is not None or best.best.excess > _HOPELESS):
@@ -67,6 +72,15 @@ def least_violating(context: Context, start: Dimensions) -> Local | None:
         if best is not None and best.found is not None:
             break
     return best
+
+
+def checked_only(context: Context, strip: Dimensions) -> Iterate | None:
+    """A strip with its check and no model around it; None if it buckles."""
+    outcome, task, scene = context.model.check(strip), context.task, context.model.scene
+    if outcome.value.stresses is None:
+        return None
+    cost = task.objective.log_cost(outcome.value, scene.material.density)
+    return Iterate(logarithms(strip), outcome, cost, excess_of(task, outcome.value, scene), None, task.limits)
 
 
 def _spread(context: Context) -> list[Dimensions]:

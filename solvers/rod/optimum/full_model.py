@@ -19,8 +19,9 @@ from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck, check
 from solvers.rod.cycle.composition import Array, Composition, Cycle
-from solvers.rod.optimum.peak_model import buckled_rows, sampled_rows
+from solvers.rod.optimum.peak_model import buckled_rows
 from solvers.rod.optimum.peaks import Peaks, Wanted, compression_peaks, peaks_of
+from solvers.rod.optimum.smooth_parts import Parts, vertex
 from solvers.rod.piston.friction import power_at
 from solvers.rod.piston.skirt import pressure_per_load
 from solvers.rod.rows import Layout
@@ -31,9 +32,10 @@ from solvers.rod.vibration.steady_response import RodInertia
 
 _WHOLE = periodic.grid(256)
 """Angles of the mean of friction power: what they miss, strips near each other miss alike, and exact checks tell."""
-_STEP, _COARSE_STEP = 1e-6, 1e-3
+_STEP, _COARSE_STEP = 1e-6, 1e-5
 """Of differences in ln b, ln h, ln l: one-sided of closed forms, central where time meshes change between strips."""
 _KEPT = 4
+_LEAST = 1e-300
 
 Watch = Callable[[], None]
 
@@ -92,9 +94,11 @@ class FullModel:
         pushed = compression_peaks(strip.cycle.axial_force)
         return peaks_of(strip, self.criterion.diagram(), self.wanted)._replace(pushed=pushed)
 
-    def following(self, peaks: Peaks) -> FullRows:
-        """The rows of strips near the one with these peaks."""
-        return FullRows(self, peaks, Layout(1 + peaks.sections.size, peaks.reactions.size))
+    def following(self, peaks: Peaks, d: Dimensions) -> FullRows:
+        """The rows of strips near this one, which has these peaks, maybe with those of others."""
+        stresses = self.strip(d).stresses(peaks.threes(), peaks.stations())
+        parts = Parts.near_the_worst(stresses, peaks.angles, self.criterion.diagram())
+        return FullRows(self, peaks, parts, d)
 
 
 @dataclass(frozen=True)
@@ -143,17 +147,23 @@ class FullRows:
 
     model: FullModel
     peaks: Peaks
-    layout: Layout
+    parts: Parts
+    home: Dimensions
+
+    @property
+    def layout(self) -> Layout:
+        parts = self.parts
+        return Layout(parts.utilisations.shape[1], parts.stresses.shape[1], self.peaks.reactions.size)
 
     def values(self, x: Array) -> Array:
         """All rows, shape (rows,)."""
         out = np.zeros(self.layout.size)
         scene, diagram = self.model.scene, self.model.criterion.diagram()
-        strip = self.model.strip(dimensions_of(x, scene))
+        strip = self.model.strip(self._dimensions(x))
         d, piston = strip.dimensions, scene.piston
         out[rows.TAU], out[rows.LENGTH] = -math.log(d.b * d.h**3), math.log(d.l)
         out[rows.THICKNESS] = math.log(d.h)
-        pushed = -_dips(strip.cycle.axial_force(self.peaks.pushed_threes()))
+        pushed = float(np.max(vertex(*-strip.cycle.axial_force(self.peaks.pushed_threes()).reshape(-1, 3).T)))
         out[[rows.STABILITY, rows.SIDEWAYS]] = (
             np.log(pushed / np.array(strip.critical)) if pushed > 0.0 else rows.NEVER_COMPRESSED
         )
@@ -161,14 +171,27 @@ class FullRows:
             buckled_rows(out)
             return out
         stresses = strip.stresses(self.peaks.threes(), self.peaks.stations())
-        reactions = strip.reactions(self.peaks.reaction_threes()) if self.peaks.reactions.size else np.empty((2, 0))
-        per_force = pressure_per_load(piston.diameter, piston.skirt_length)
-        sampled_rows(np.ascontiguousarray(stresses), reactions, *diagram, per_force, out)
+        used, strained = self.parts.values(stresses, diagram)
+        self._put(out, rows.UTILISATION, used)
+        self._put(out, rows.STRESS, strained)
+        if self.peaks.reactions.size:
+            side, contact = (vertex(*row.reshape(-1, 3).T) for row in strip.reactions(self.peaks.reaction_threes()))
+            self._put(out, rows.SIDE, side)
+            self._put(out, rows.PRESSURE, contact * pressure_per_load(piston.diameter, piston.skirt_length))
         if self.model.wanted.power:
-            out[rows.POWER] = math.log(max(strip.friction_power(), 1e-300))
+            out[rows.POWER] = math.log(max(strip.friction_power(), _LEAST))
         if not np.all(np.isfinite(out)):
             buckled_rows(out)
         return out
+
+    def _dimensions(self, x: Array) -> Dimensions:
+        """The strip of the logarithms x; the one that the rows are of has its sizes to the last place."""
+        return self.home if np.array_equal(x, logarithms(self.home)) else dimensions_of(x, self.model.scene)
+
+    def _put(self, out: Array, row: int, parts: Array) -> None:
+        """A row and its parts."""
+        logs = np.log(np.maximum(parts, _LEAST))
+        out[self.layout.parts(row)], out[row] = logs, logs.max()
 
     def slopes(self, x: Array) -> Array:
         """Their derivatives by x, shape (rows, 3), by differences; to one side beside buckling and the rod's end."""
@@ -193,16 +216,12 @@ class FullRows:
         return None if values[rows.UTILISATION] == rows.BUCKLED else values
 
 
+def logarithms(d: Dimensions) -> Array:
+    """ln of b, h, l [m]."""
+    return np.log([d.b, d.h, d.l])
+
+
 def dimensions_of(x: Array, scene: Scene) -> Dimensions:
     """The strip of the logarithms x of b, h, l."""
     b, h, l = np.exp(x).tolist()
     return Dimensions(b, h, min(l, scene.mechanism.rod_length))
-
-
-def _dips(force: Array) -> float:
-    """The least of parabolas through threes of samples."""
-    left, middle, right = force.reshape(-1, 3).T
-    bend, slope = left - 2.0 * middle + right, 0.5 * (right - left)
-    inside = (bend > 0.0) & (np.abs(slope) <= bend)
-    lowest = np.where(inside, middle - 0.5 * slope**2 / np.where(inside, bend, 1.0), np.minimum(left, right))
-    return float(np.min(np.minimum(lowest, middle)))

@@ -20,7 +20,7 @@ from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
 from solvers.rod.optimum.core_cycle import CoreCycle
-from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of
+from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of, logarithms
 from solvers.rod.optimum.local_search import Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.problem import Bounds, RodProblem
@@ -81,8 +81,7 @@ class Context:
     def search_from(self, start: Dimensions, bounds: Bounds, radius: float = 0.15) -> Local | None:
         """One local search, kept among the ends."""
         self.starts += 1
-        box = np.log([bounds.b, bounds.h, bounds.l])
-        local = local_search(self.model, self.task, box, logarithms(start), radius)
+        local = local_search(self.model, self.task, bounds, logarithms(start), radius)
         if local is not None:
             self.ends.append(local)
         return local
@@ -106,7 +105,7 @@ class Context:
         )
 
     def best_in_time(self) -> Optimum | None:
-        """What is known when the time is over."""
+        """The best admissible strip of all that were checked, when the time is over; None where there is none."""
         outcome = self.known()
         if outcome is None:
             return None
@@ -132,11 +131,6 @@ class Context:
     def shifted_core(self, limits: Limits) -> Proof:
         """The core's optimum under other limits."""
         return search(self.cycle, self.problem.objective, limits, self.sizes, _SHIFTED_GAP, _SHIFTED_BOXES)
-
-
-def logarithms(d: Dimensions) -> Array:
-    """ln of b, h, l [m]."""
-    return np.log([d.b, d.h, d.l])
 
 
 def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:

@@ -16,9 +16,11 @@ from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
-from solvers.rod.optimum.full_model import Array, FullModel, FullRows, dimensions_of
+from solvers.rod.optimum.core_optimum import within
+from solvers.rod.optimum.full_model import Array, FullModel, FullRows, logarithms
 from solvers.rod.optimum.sqp import Memory, feasibility_program, program, restored, run
-from solvers.rod.problem import Objective, Requirements
+from solvers.rod.problem import Bounds, Objective, Requirements
+from solvers.rod.scene import Dimensions, Scene
 
 ROUNDS = 10
 _FIRST_RADIUS, _LEAST_RADIUS, _GREATEST_RADIUS = 0.15, 1e-7, 0.3
@@ -27,6 +29,7 @@ _PENALTY = 10.0
 """Of a violation against the cost: more than the multipliers of rods are."""
 _FAR, _ROUGH = 1e-2, 1e-3
 """Beyond this excess a strip is first made admissible; to this share of the excess."""
+_LEAST_EXCESS = 1e-16
 _STUCK = 0.02
 """A promise to lessen the excess by a smaller share is none."""
 _ITERATIONS = 12
@@ -78,9 +81,12 @@ class Local:
         return self.best if self.best.admissible else None
 
 
-def local_search(model: FullModel, task: Task, box: Array, start: Array, radius: float = _FIRST_RADIUS) -> Local | None:
-    """The best strip near ``start`` = ln(b, h, l) within ``box`` (3, 2); None where no strip near it stands up."""
-    at = _standing(model, task, box, np.clip(start, box[:, 0], box[:, 1]))
+def local_search(
+    model: FullModel, task: Task, bounds: Bounds, start: Array, radius: float = _FIRST_RADIUS
+) -> Local | None:
+    """The best strip near ``start`` = ln(b, h, l) within the bounds; None where no strip near it stands up."""
+    box = np.log([bounds.b, bounds.h, bounds.l])
+    at = _standing(model, task, bounds, np.clip(start, box[:, 0], box[:, 1]))
     if at is None:
         return None
     best, gain = at, math.inf
@@ -95,7 +101,7 @@ def local_search(model: FullModel, task: Task, box: Array, start: Array, radius:
         moved = float(np.max(np.abs(step - at.x)))
         if moved == 0.0 or radius < _LEAST_RADIUS:
             break
-        trial = iterate(model, task, step, at.memory.active)
+        trial = iterate(model, task, within(bounds, step), at.memory.active)
         actual = -math.inf if trial is None else _merit(at) - _merit(trial)
         if actual < _POOR * promised:
             radius = 0.25 * min(radius, moved)
@@ -110,25 +116,29 @@ def local_search(model: FullModel, task: Task, box: Array, start: Array, radius:
     return Local(best, gain, ROUNDS)
 
 
-def iterate(model: FullModel, task: Task, x: Array, before: FullRows | None = None) -> Iterate | None:
-    """The exact check and the active-peak model at x, which sees the peaks of ``before`` too; None beyond buckling."""
-    d = dimensions_of(x, model.scene)
-    outcome = model.check(d)
+def iterate(model: FullModel, task: Task, d: Dimensions, before: FullRows | None = None) -> Iterate | None:
+    """The exact check and the active-peak model at a strip, which sees the peaks of ``before`` too; None beyond
+    buckling."""
+    outcome, x = model.check(d), logarithms(d)
     check = outcome.value
     if check.stresses is None:
         return None
     peaks = model.peaks(d)
-    memory = Memory(model.following(peaks if before is None else peaks.joined(before.peaks)))
+    memory = Memory(model.following(peaks if before is None else peaks.joined(before.peaks), d))
     values = memory.values(x)
     exact = {c.row: c.log_value(check, model.scene) for c in CONSTRAINTS if c.row in task.limits}
     limits = {row: limit - _shift(exact.get(row), values, row) for row, limit in task.limits.items()}
-    # By the very comparison that a user would make, not by logarithms.
-    excess = 0.0
-    if not task.requirements.met_by(check):
-        excess = max((exact[row] - limit for row, limit in task.limits.items() if row in exact), default=0.0)
-        excess = max(excess, 1e-16)
     cost = task.objective.log_cost(check, model.scene.material.density)
-    return Iterate(x, outcome, cost, excess, memory, limits)
+    return Iterate(x, outcome, cost, excess_of(task, check, model.scene), memory, limits)
+
+
+def excess_of(task: Task, check: RodCheck, scene: Scene) -> float:
+    """The greatest by which a check misses a limit, in logarithms; 0 where it meets every requirement."""
+    # By the very comparison that a user would make, not by logarithms.
+    if task.requirements.met_by(check):
+        return 0.0
+    missed = (c.log_value(check, scene) - task.limits[c.row] for c in CONSTRAINTS if c.row in task.limits)
+    return max(max(missed, default=0.0), _LEAST_EXCESS)
 
 
 def _shift(exact: float | None, values: Array, row: int) -> float:
@@ -137,12 +147,12 @@ def _shift(exact: float | None, values: Array, row: int) -> float:
     return exact - own if exact is not None and math.isfinite(exact) and own > rows.NEVER_COMPRESSED else 0.0
 
 
-def _standing(model: FullModel, task: Task, box: Array, x: Array) -> Iterate | None:
+def _standing(model: FullModel, task: Task, bounds: Bounds, x: Array) -> Iterate | None:
     """The iterate at x, or at the first thicker strip that does not buckle."""
     for thicker in (0.0, 0.03, 0.1, 0.3):
         moved = x.copy()
-        moved[1] = min(x[1] + thicker, box[1, 1])
-        at = iterate(model, task, moved)
+        moved[1] += thicker
+        at = iterate(model, task, within(bounds, moved))
         if at is not None:
             return at
     return None

@@ -3,7 +3,7 @@
 Where stresses peak is found once (``solvers.rod.optimum.peaks``); from then on the peaks are followed by parabolas
 through three angles and three sections beside each of them. That makes an evaluation of a strip of the core's physics,
 with all derivatives, a matter of microseconds, and exact where the peaks were found: away from there the error grows
-with the cube of the distance. What turns samples into rows is the same for every physics (``sampled_rows``).
+with the cube of the distance.
 """
 
 from __future__ import annotations

@@ -105,7 +105,7 @@ def peaks_of(strip: Response, diagram: Diagram, wanted: Wanted) -> Peaks:
     rows = table[:, columns].reshape(-1, angle.size)
     start = angle[np.flatnonzero(_humps(rows) | _humps(-rows))]
     angles = _climb(strip, start, np.array([1.0, *chosen]))
-    sections = [_zoom(strip, section, angles, diagram, n >= by_use) for n, section in enumerate(chosen)]
+    sections = _apart([_zoom(strip, section, angles, diagram, n >= by_use) for n, section in enumerate(chosen)])
     reactions = reaction_peaks(strip) if wanted.reactions else np.empty(0)
     return Peaks(angles, np.array(sections), reactions)
 

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from solvers import rod
-from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle, ShearFlexible
+from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
 from solvers.rod.cycle.state import MOMENT, SIDE
 from solvers.rod.vibration import motion as motions
 from solvers.rod.vibration.equation import StripEquation
@@ -88,7 +88,7 @@ def integrated(equation, excitation, angles):
 def test_motions_are_those_of_an_integration_in_time(monkeypatch, load, feedback, shears, slow):
     """Of so few modes that all can ring."""
     monkeypatch.setattr(motions, "chosen", lambda shares, *_: (shares.size, 0.0))
-    beam = ShearFlexible(BeamColumn()) if shears else BeamColumn()
+    beam = BEAM_COLUMN.with_shear() if shears else BEAM_COLUMN
     cycle = Cycle(replace(QUICK, load=load), STRIP, Composition(beam=beam, feedback=feedback))
     excitation = Excitation.of(cycle, 1e-9)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 5)
@@ -105,7 +105,7 @@ def test_motions_are_those_of_an_integration_in_time(monkeypatch, load, feedback
 
 def test_what_is_left_out_of_the_ringing_is_known(monkeypatch):
     """The paper's machine with the corners of its friction force, with fewer and fewer modes that ring."""
-    cycle = Cycle(PAPER, STRIP, Composition(beam=BeamColumn(), feedback=True))
+    cycle = Cycle(PAPER, STRIP, Composition(beam=BEAM_COLUMN, feedback=True))
     excitation = Excitation.of(cycle, 1e-10)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 16)
     angles = np.linspace(0.0, TURN, 2001)

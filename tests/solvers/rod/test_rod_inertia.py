@@ -9,7 +9,7 @@ import pytest
 
 from oracles.dense.rod_effects import RodModel
 from solvers import rod
-from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle
+from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
 from solvers.rod.effects import EFFECTS
 from solvers.rod.strip.stiffness import bending_stiffness
 from solvers.rod.vibration.natural_frequencies import natural_frequency
@@ -20,7 +20,7 @@ from tests.solvers.rod.machines import PAPER, STRIP
 ANGLES = 2 * np.pi * np.arange(40) / 40
 """Enough for the harmonics of a smooth force; the reference leaves out what a far higher one may resonate with."""
 STATIONS = np.linspace(0.0, STRIP.l, 41)
-STILL, MOVING = Composition(beam=BeamColumn()), Composition(beam=BeamColumn(), corrections=(RodInertia(),))
+STILL, MOVING = Composition(beam=BEAM_COLUMN), Composition(beam=BEAM_COLUMN, corrections=(RodInertia(),))
 
 
 def departure(scene):

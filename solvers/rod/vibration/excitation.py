@@ -100,7 +100,7 @@ class Excitation:
 
 
 def states_at(drive: Drive, strip: Strip, angle: Array) -> Array:
-    """The states at the angles: (rows, angles). What a mean force and its friction do to the strip is known here."""
+    """The states of the quasi-static strip at the angles, with friction closed in: (rows, angles)."""
     states = np.empty((ROWS, angle.size))
     fill_states(drive, strip, angle, states)
     return states

@@ -7,13 +7,12 @@ leaves for the rate x and for what the other modes do in step with mode n
     mu_n (x^2 + x') = -(1 + swing sum_k G_nk y_k),
     y_k (1 + swing G_kk + mu_k (x^2 + x')) = -swing sum_(j != k) G_kj y_j - mu_k (y_k'' + 2 x y_k')
 
-which are solved again and again with the derivatives, and for y_k the y_j, of the time before: every time by a factor
-of about (change of the stiffness in a period) better. Where a mode rings many times while the force changes, few times
-are enough, whatever its frequency; a real motion is the real part of a complex multiple.
+which are solved again and again with the derivatives, and for y_k the y_j, of the time before: every time better by
+about the share by which the stiffness changes in a period. Where a mode rings many times while the force changes, few
+times are enough, whatever its frequency; a real motion is the real part of a complex multiple.
 
-Source: for second-order equations, F. J. Agocs, A. H. Barnett, An adaptive spectral method for oscillatory second-order
-linear ODEs with frequency-independent cost (2024); for one mode without derivatives, G. Green (1837), J. Liouville
-(1837).
+Source: for one mode, F. J. Agocs, A. H. Barnett, An adaptive spectral method for oscillatory second-order linear ODEs
+with frequency-independent cost (2024); without derivatives, G. Green, J. Liouville (both 1837).
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """The strip's periodic motion at one resolution, and what that leaves unknown.
 
-Between two corners of the force slow modes, which anything may have set going, are followed by collocation and fast
-ones follow them (``slow_modes``); where it matters fast modes ring behind corners (``ringing``). A panel's unknowns are
-the first states of its slow modes and the real and imaginary parts of its ringing; states that are equal on both sides
-of every corner determine them.
+A panel lies between two corners of the force. There slow modes, which anything may have set going, are followed by
+collocation, and fast ones follow them (``slow_modes``); where it matters fast modes ring behind corners (``ringing``).
+A panel's unknowns are the first states of its slow modes and the real and imaginary parts of its ringing; states that
+are equal on both sides of every corner determine them.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ MOST_RINGING, FASTEST = 12, 5000.0
 """No more modes are made to ring, nor faster ones [1/rad]: what they ring with is cheaper left out than looked at."""
 
 _ROUNDING = 1e-15
-_EXPONENT = 1.4
+_EXPONENT = 1.5
 _LOOSEST = 1e-4
 
 
@@ -262,8 +262,7 @@ def amplitudes(
     rule: Radau,
     angle: Array,
 ) -> Array:
-    """d in amplitudes of the basis at the angles: (basis, angles). The arguments are those of ``Motion``,
-    ``Ringing``."""
+    """d in amplitudes of the basis at the angles, (basis, angles), from ``Motion`` and its ``Ringing``."""
     p, basis, modes = samples.shape[1], samples.shape[2], start.shape[1]
     out, share, row = np.zeros((basis, angle.size)), np.empty(p), np.empty(basis)
     for i in range(angle.size):

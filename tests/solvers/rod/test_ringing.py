@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -64,9 +64,9 @@ def integrated(equation, excitation, angles):
         held = a[:count] + swing * (equation.coupling @ a[:count])
         return np.concatenate([a[count:], (load - held) / equation.slowness[:, None]]).ravel()
 
-    def run(start, left, right, **options):
+    def run(start, left, right):
         ends = np.unique(np.concatenate([[left], np.clip(excitation.corners, left, right), [right]]))
-        for a, b in itertools.pairwise(ends):
+        for a, b in pairwise(ends):
             start = solve_ivp(driven, (a, b), start, method="DOP853", rtol=1e-9, atol=1e-13).y[:, -1]
         return start
 

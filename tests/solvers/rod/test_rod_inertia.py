@@ -99,7 +99,7 @@ def test_the_truncation_is_smaller_than_its_estimate(speed, delta, harmonics, no
         moving = Cycle(scene, STRIP, MOVING, tolerance)
         shape, doubt = moving.at(angles).shape, moving.refinement_error
         assert doubt <= tolerance
-        # Fourth derivatives by collocation cost the reference six of its sixteen digits; the rest is rounding.
+        # Fourth derivatives by collocation cost the reference six of its sixteen digits.
         error = max(doubt, 1e-9)
         assert shape.clamp_moment() / stiffness == pytest.approx(curvature, abs=error * np.abs(curvature).max())
         assert shape.side_force() == pytest.approx(shear, abs=error * np.abs(shear).max())

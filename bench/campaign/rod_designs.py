@@ -116,6 +116,10 @@ class RodProblem:
         found += [excess(result[name], asked.get(limit)) for name, limit in _GREATEST.items()]
         if result["stability_safety"] is not None and result["stability_safety"] <= 1.0:
             found.append(math.inf)
+        # A search first goes where no such thickness is to be had.
+        stock, h = self.body.get("stock_h_mm"), result["dimensions"]["h_mm"]
+        if stock and not any(math.isclose(h, one, rel_tol=1e-9) for one in stock):
+            found.append(math.inf)
         return max(found, default=0.0)
 
 

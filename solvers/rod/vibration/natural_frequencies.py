@@ -29,6 +29,7 @@ Array = NDArray[np.float64]
 POLYNOMIALS = 14
 _MORE_POINTS = 6
 _MOST_POWERS = 500
+_MOST_POLYNOMIALS = 60
 _EPS = float(np.finfo(float).eps)
 
 
@@ -129,8 +130,11 @@ def strip_basis(length: float, rod_length: float, polynomials: int = POLYNOMIALS
 
 def natural_frequency(scene: Scene, dimensions: Dimensions, axial_force: float) -> float:
     """First natural frequency [Hz] of the strip in place under a constant axial force [N]; 0 where it buckles."""
-    basis = strip_basis(dimensions.l, scene.mechanism.rod_length)
     stiffness = scene.material.elastic_modulus * dimensions.b * dimensions.h**3 / 12.0
+    # Under tension the strip bends in layers at its ends, 1/decay of its length.
+    decay = math.sqrt(max(axial_force, 0.0) / stiffness) * dimensions.l
+    polynomials = min(POLYNOMIALS + math.ceil(0.5 * decay), _MOST_POLYNOMIALS)
+    basis = strip_basis(dimensions.l, scene.mechanism.rod_length, polynomials)
     line_mass = scene.material.density * dimensions.b * dimensions.h
     square = line_mass * greatest_ratio(basis.mass, stiffness * basis.bending + axial_force * basis.geometric)
     return 1.0 / (2.0 * math.pi * math.sqrt(square)) if square > 0 else 0.0

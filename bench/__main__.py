@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from bench import crank, design, effects, kernels, linkage, pin, random_designs, service
+from bench import crank, design, effects, kernels, linkage, pin, random_designs, rod_problems, service
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 
@@ -27,6 +27,7 @@ def main() -> None:
     sections = (
         ("A design", design),
         ("Random problems", random_designs),
+        ("A thousand realistic rods", rod_problems),
         ("The kernel that the general optimizers are given", kernels),
         ("The piston pin", pin),
         ("The impact linkage", linkage),

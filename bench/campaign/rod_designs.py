@@ -19,7 +19,7 @@ from app.designs.kind import Answer, Mode
 from bench.campaign import flexible_rod
 from bench.campaign.rivalry import Body, Check, excess
 from oracles.rivals.rod import ROUGH, Strength, compete, core_of, core_optimum, looker, space_of
-from oracles.rivals.rod_search import Array, Hunt, Look
+from oracles.rivals.rod_hunt import Array, Hunt, Look
 from solvers import rod
 
 _RANDOM = 20

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.extremes import greater, lesser
 from solvers.numerics.jit import fusing_kernel, kernel
-from solvers.rod.strip.beam_column import beam_constants
+from solvers.rod.strip.beam_column import constants
 
 Array = NDArray[np.float64]
 
@@ -141,7 +141,7 @@ def _strong_extremes(
     near, far, head_near, head_far, fall, rise = room[0], room[1], room[2], room[3], room[4], room[5]
     for i in range(near.size):
         q = coupling * force[weak + i]
-        clamp, _, head, _ = beam_constants(q, l, rod_length)
+        _, _, clamp, _, head = constants(q, l, rod_length, 0.0)
         k = math.sqrt(q)
         fall[i] = math.exp(-k * l / steps)
         rise[i] = min(1.0 / fall[i], 1e300) if fall[i] > 0.0 else 1e300

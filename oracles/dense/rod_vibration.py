@@ -11,7 +11,7 @@ its polynomial through the points of an element. The periodic start follows from
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -188,11 +188,9 @@ def _transfers(c: Array, once: Array, width: Array, mass: Array, stiff: Array, r
 def _shear_forcing(model: RodModel, angle: Array, width: Array, points: Array, z: Array, weighted: Array) -> Array:
     """int rho A omega^2 psi delta_phiphi dz at the elements' points but the first."""
     still = model.still(angle.ravel())
-    q, _, clamp, shear = model.constants(still.force, 0.0)
-    from oracles.dense.rod_effects import families
-
-    _, _, s2, s3 = families(q, z[:, None])
-    added = model.deflection(still, z[:, None]) - (clamp * s2 + shear * s3) * still.stroke
+    rigid = replace(model, effects=frozenset())
+    added = model.deflection(still, z[:, None])
+    added -= rigid.deflection(rigid.bent(still.angle, still.force), z[:, None])
     added = (weighted.T @ added).reshape(-1, *angle.shape)
     x = 2.0 * points - 1.0
     vander = legendre.legvander(x, x.size - 1)

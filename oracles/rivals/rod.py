@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oracles.rivals.rod_search import WAYS, Array, Hunt, Look, Space, Spent, search
+from oracles.rivals.rod_hunt import Array, Hunt, Look, Space, Spent
+from oracles.rivals.rod_search import WAYS, search
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion

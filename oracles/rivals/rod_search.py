@@ -8,8 +8,6 @@ the least over sections and fibres, and where two of them govern, one gradient t
 
 Sizes that come in steps or from a stock are first searched as if they did not, then on their grid: the sizes that stay
 free are searched anew at every neighbour, until none is better.
-
-Every strip that is looked at is a rival: the best one that keeps all limits is remembered, whichever way came past it.
 """
 
 from __future__ import annotations
@@ -18,143 +16,21 @@ import contextlib
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.optimize import NonlinearConstraint, linprog, minimize
 
-Array = np.ndarray
+from oracles.rivals.rod_hunt import PENALTY, PULLS, PUSH, Array, Hunt, Look, Spent
 
-DIFFERENCE = 3e-6
-"""Step of the differences in the logarithms. The check's errors, mostly below 1e-9, spoil a slope by less than a
-thousandth; a greater step would straddle the corners of the limits."""
 _DIFFERENCES = (3e-7, 3e-5)
-"""Of the linear programs, which go along with their reach."""
-_PUSH = 1e-9
-"""By how much searches keep clear of the limits, so that where they end is within them."""
-_LOST = 1.0
-"""How far beyond its limit a result counts that does not exist, beyond what stability alone says."""
-_PENALTY = 1000.0
-"""What a limit missed costs, against the objective; near the greatest fatigue safety that there is, multipliers exceed
-100."""
+"""Steps of the differences of the linear programs, which go along with their reach."""
 _LEAST_REACH, _LEAST_GAIN = 1e-6, 1e-9
+_CURVED = 0.02
+"""Tangents are kept where a curvature of order 1 makes them wrong by less than this share of the reach."""
+_STRADDLED = 30.0
+"""More curvature, as logarithms, than limits have."""
 _POLISH = 1e-3
 """Reach of the linear programs that bring the end of another search back within its limits."""
-_SAME = 1e-9
-
-
-@dataclass(frozen=True)
-class Look:
-    """What a check says of a strip: the logarithm of the objective, as made small, and by how much, as logarithms, each
-    limit is kept (negative: missed). Not finite where there is no such result."""
-
-    cost: float
-    margins: Array
-
-    @property
-    def violation(self) -> float:
-        return max(0.0, -float(self.margins.min())) if self.margins.size else 0.0
-
-
-@dataclass(frozen=True)
-class Space:
-    """Bounds of the sizes (b, h, l) [any unit], and the values to be had of those that are not free, else None."""
-
-    lower: Array
-    upper: Array
-    grids: tuple[Array | None, Array | None, Array | None] = (None, None, None)
-
-    @property
-    def stepped(self) -> tuple[int, ...]:
-        return tuple(i for i, grid in enumerate(self.grids) if grid is not None)
-
-    def sizes(self, logs: Array) -> tuple[Array, bool]:
-        """The sizes, within bounds to the last digit, and whether they can be had."""
-        sizes = np.clip(np.exp(logs), self.lower, self.upper)
-        had = True
-        for i in self.stepped:
-            nearest = self.grids[i][np.abs(self.grids[i] - sizes[i]).argmin()]
-            if abs(nearest / sizes[i] - 1.0) < _SAME:
-                sizes[i] = nearest
-            else:
-                had = False
-        return sizes, had
-
-
-class Spent(Exception):
-    """A search has had its evaluations."""
-
-
-@dataclass
-class Hunt:
-    """The strips looked at so far. ``seeking`` False asks for any strip within the limits, whatever it costs."""
-
-    space: Space
-    look: Callable[[Array], Look]
-    seeking: bool = True
-    best: tuple[float, Array] | None = None
-    found_by: str = ""
-    evaluations: int = 0
-    way: str = ""
-    lead: tuple[float, Array] | None = None
-    _left: float = math.inf
-    _known: dict[bytes, Look] = field(default_factory=dict)
-    _worst_cost: float = -math.inf
-
-    def allow(self, evaluations: int, way: str) -> None:
-        """What the next search is called, and what it may use; the lead is the best that it will have come to."""
-        self._left, self.way, self.lead = evaluations, way, None
-
-    def at(self, logs: Array) -> Look:
-        """The look at a strip, with finite numbers where there is none."""
-        sizes, had = self.space.sizes(logs)
-        key = sizes.tobytes()
-        if key in self._known:
-            return self._known[key]
-        if self._left <= 0:
-            raise Spent
-        self._left -= 1
-        self.evaluations += 1
-        seen = self.look(sizes)
-        counts = had and seen.violation == 0.0 and np.all(np.isfinite(seen.margins)) and math.isfinite(seen.cost)
-        if counts and (self.best is None or seen.cost < self.best[0]):
-            self.best, self.found_by = (seen.cost, sizes), self.way
-        self._known[key] = known = self._finite(seen)
-        if self.lead is None or _merit(known) < self.lead[0]:
-            self.lead = _merit(known), np.log(sizes)
-        return known
-
-    def _finite(self, seen: Look) -> Look:
-        missing = ~np.isfinite(seen.margins)
-        margins = np.where(missing, 0.0, seen.margins)
-        margins = np.where(missing, min(0.0, float(margins.min(initial=0.0))) - _LOST, margins)
-        if math.isfinite(seen.cost):
-            self._worst_cost = max(self._worst_cost, seen.cost)
-        cost = seen.cost if math.isfinite(seen.cost) else max(self._worst_cost, -1e3) + _LOST
-        return Look(cost if self.seeking else 0.0, margins)
-
-    def slopes(self, logs: Array, free: tuple[int, ...], difference: float = DIFFERENCE) -> tuple[Array, Array]:
-        """Slopes of the cost and of the margins (limits × free sizes) by one-sided differences, within the bounds."""
-        here, cost, margins = self.at(logs), [], []
-        for i in free:
-            step = difference if logs[i] + difference <= math.log(self.space.upper[i]) else -difference
-            moved = logs.copy()
-            moved[i] += step
-            there = self.at(moved)
-            cost.append((there.cost - here.cost) / step)
-            margins.append((there.margins - here.margins) / step)
-        return np.array(cost), np.array(margins).T
-
-    def clipped(self, logs: Array) -> Array:
-        return np.clip(logs, np.log(self.space.lower), np.log(self.space.upper))
-
-    def merit(self, logs: Array) -> float:
-        return _merit(self.at(logs))
-
-
-def _merit(seen: Look) -> float:
-    return seen.cost + _PENALTY * max(float(_PUSH - seen.margins.min(initial=math.inf)), 0.0)
-
 
 Tangent = tuple[Array, Look, Array, Array]
 """A strip (in logarithms), what is seen there, and the slopes of cost and margins."""
@@ -177,7 +53,7 @@ def slsqp(hunt: Hunt, start: Array, free: tuple[int, ...], reach: float) -> Arra
         bounds=_box(hunt, free),
         constraints={
             "type": "ineq",
-            "fun": lambda x: hunt.at(whole(x)).margins - _PUSH,
+            "fun": lambda x: hunt.at(whole(x)).margins - PUSH,
             "jac": lambda x: hunt.slopes(whole(x), free)[1],
         },
         method="SLSQP",
@@ -198,7 +74,7 @@ def cobyqa(hunt: Hunt, start: Array, free: tuple[int, ...], reach: float) -> Arr
         lambda x: hunt.at(whole(x)).cost,
         start[list(free)],
         bounds=_box(hunt, free),
-        constraints=NonlinearConstraint(lambda x: hunt.at(whole(x)).margins, _PUSH, np.inf),
+        constraints=NonlinearConstraint(lambda x: hunt.at(whole(x)).margins, PUSH, np.inf),
         method="COBYQA",
         options={"initial_tr_radius": reach, "final_tr_radius": 1e-8, "maxfev": 1000},
     )
@@ -243,23 +119,40 @@ def linear_programs(hunt: Hunt, start: Array, free: tuple[int, ...], reach: floa
 
 
 def _programmed(hunt: Hunt, seen: list[Tangent], here: Array, index: list[int], reach: float) -> tuple[float, Array]:
-    """The value that the linear program promises, and its step."""
+    """The merit that the linear program promises, and its step; in units of the reach, so that a solver's tolerances
+    are shares of it."""
+    level, near = hunt.at(here).cost, []
+    for number, (point, *_) in enumerate(seen):
+        far = np.abs(point - here).max()
+        if (far <= 2.0 * reach or far**2 <= _CURVED * reach) and _holds(seen, number, index):
+            near.append(seen[number])
     rows, right = [], []
-    for point, look, cost, margins in seen:
-        if np.abs(point - here).max() > 2.0 * reach and look is not seen[-1][1]:
-            continue
+    for point, look, cost, margins in near or seen[-1:]:
         apart = (here - point)[index]
         # The step d, the cost's greatest tangent, and the slack t.
         rows.append(np.concatenate([cost, [-1.0, 0.0]]))
-        right.append(-look.cost - cost @ apart)
+        right.append((level - look.cost - cost @ apart) / reach)
         rows += [np.concatenate([-slope, [0.0, -1.0]]) for slope in margins]
-        right += list(look.margins + margins @ apart - _PUSH)
+        right += list((look.margins + margins @ apart - PUSH) / reach)
     low, high = np.log(hunt.space.lower[index]) - here[index], np.log(hunt.space.upper[index]) - here[index]
-    within = np.minimum(np.maximum(low, -reach), 0.0), np.maximum(np.minimum(high, reach), 0.0)
-    goal = np.concatenate([np.zeros(len(index)), [1.0, _PENALTY]])
+    within = np.minimum(np.maximum(low / reach, -1.0), 0.0), np.maximum(np.minimum(high / reach, 1.0), 0.0)
+    goal = np.concatenate([np.zeros(len(index)), [1.0, PENALTY]])
     bounds = [*zip(*within, strict=True), (None, None), (0.0, None)]
     solved = linprog(goal, np.array(rows), np.array(right), bounds=bounds)
-    return (math.inf, np.zeros(len(index))) if solved.x is None else (solved.fun, solved.x[: len(index)])
+    if solved.x is None:
+        return math.inf, np.zeros(len(index))
+    return level + reach * solved.fun, reach * solved.x[: len(index)]
+
+
+def _holds(seen: list[Tangent], number: int, index: list[int]) -> bool:
+    """Whether no margin seen elsewhere is greater than a tangent says: limits are the least of smooth ones, so that
+    one whose differences straddled a corner gives itself away."""
+    point, look, _, margins = seen[number]
+    for other, there, *_ in seen:
+        apart = other - point
+        if np.any(there.margins > look.margins + margins @ apart[index] + _STRADDLED * np.abs(apart).max() ** 2 + PUSH):
+            return False
+    return True
 
 
 def _box(hunt: Hunt, free: tuple[int, ...]) -> list[tuple[float, float]]:
@@ -285,6 +178,9 @@ def search(hunt: Hunt, way: str, start: Array, evaluations: int, reach: float) -
         with contextlib.suppress(Spent):
             WAYS[POLISHER](hunt, end, everything, _POLISH)
         end = hunt.lead[1] if hunt.lead else end
+    with contextlib.suppress(Spent):
+        hunt.allow_more(PULLS)
+        hunt.pull_in()
     if hunt.space.stepped:
         hunt.allow(evaluations, f"{way}, then over the grid")
         with contextlib.suppress(Spent):

@@ -3,8 +3,8 @@
 Points are the element's first end and Radau's, the last of which is its other end; the method is of order 2 s - 1 in
 the number s of the latter, and damps what its steps cannot follow.
 
-Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5; J.-P. Berrut, L. N. Trefethen (2004), for
-the barycentric weights.
+Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5; for the barycentric weights, J.-P.
+Berrut, L. N. Trefethen, SIAM Review 46 (2004).
 """
 
 from __future__ import annotations

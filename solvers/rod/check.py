@@ -109,8 +109,11 @@ def check(
         if safety is not None:
             # Near buckling the last digits of load and strip decide over the first ones of the stresses.
             error = max(error, _LAST_DIGITS / (1.0 - 1.0 / safety))
-    error = max(error, _ROUNDING)
     mean_force = 0.5 * (pulled.value - pushed.value)
+    if critical + mean_force > 0.0:
+        # The frequency goes with the root of what the mean force leaves of the critical one.
+        error = max(error, 0.5 * (pulled.error + pushed.error) / (critical + mean_force))
+    error = max(error, _ROUNDING)
     value = RodCheck(
         dimensions=dimensions,
         stability_safety=safety,

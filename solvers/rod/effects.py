@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
-from solvers.rod.cycle.composition import BeamColumn, Composition, PlainBending, ShearFlexible
+from solvers.rod.cycle.composition import BEAM_COLUMN, PLAIN_BENDING, Composition
 from solvers.rod.effect_bounds import first_order
 from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.scene import Dimensions, Scene
@@ -56,7 +56,7 @@ class BeamColumnEffect:
         return first_order.beam_column(situation)
 
     def join(self, composition: Composition) -> Composition:
-        return _with(composition, beam=BeamColumn())
+        return _with(composition, beam=BEAM_COLUMN)
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class ShearEffect:
         return first_order.shear(situation)
 
     def join(self, composition: Composition) -> Composition:
-        return _with(composition, beam=ShearFlexible(composition.beam))
+        return _with(composition, beam=composition.beam.with_shear())
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def choose_for(
 
 def compose(choice: Choice[RodEffect]) -> Composition:
     """The physics that the chosen effects make up, on top of gas load and plain bending."""
-    composition = Composition(beam=PlainBending())
+    composition = Composition(beam=PLAIN_BENDING)
     for effect in choice.active:
         composition = effect.join(composition)
     return composition

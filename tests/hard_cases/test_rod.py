@@ -15,9 +15,9 @@ import pytest
 
 from oracles.textbook import rod_beam_column
 from solvers import rod
-from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle
+from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
 from solvers.rod.effects import EFFECTS
-from solvers.rod.strip import beam_column
+from solvers.rod.strip import beam_column, shape
 from tests.hard_cases.make_rod_references import load_cases
 
 EPS = 2.0**-52
@@ -102,9 +102,14 @@ def kernels(case):
     fields = {"curvature": rod_beam_column.curvature, "deflection": rod_beam_column.deflection}
     yield constants, {name: field(plain, z)[:, 0] for name, field in fields.items()}
     one = np.array([q])
-    clamp, shear, head, _ = beam_column.solve(one, l, L)
-    deflection = beam_column.deflection(one, l, clamp, shear, head, z)[:, 0]
-    yield (clamp[0], shear[0], head[0]), {"deflection": deflection}
+    # As a check has them.
+    _, _, *found = beam_column.constants(q, l, L, 0.0)
+    bent, turned, sunk = np.empty((3, z.size))
+    for j, station in enumerate(z.tolist()):
+        shape.bend(
+            one, *(np.array([c]) for c in found), l, station, bent[j : j + 1], turned[j : j + 1], sunk[j : j + 1]
+        )
+    yield tuple(found), {"curvature": bent, "deflection": sunk}
 
 
 def kernel_errors(case, reference):
@@ -130,7 +135,7 @@ def test_kernels(case):
 def fed_back(case):
     """The axial force at the case's angle."""
     scene, dimensions = scene_of(case)
-    cycle = Cycle(scene, dimensions, Composition(beam=BeamColumn(), feedback=True))
+    cycle = Cycle(scene, dimensions, Composition(beam=BEAM_COLUMN, feedback=True))
     return float(cycle.axial_force(np.array([case["angle"]]))[0])
 
 

@@ -73,6 +73,10 @@ class BeamModel:
     couples: float
     shears: bool = False
 
+    def with_shear(self) -> BeamModel:
+        """The same with shear."""
+        return replace(self, shears=True)
+
     def bend(self, scene: Scene, dimensions: Dimensions, force: Array, stroke: Array) -> BentStrip:
         """The strip under the axial force [N] with the crank pin at the lateral stroke [m]."""
         strip, states = strip_of(scene, dimensions, self, 0.0), np.empty((ROWS, force.size))
@@ -80,19 +84,10 @@ class BeamModel:
         return BentStrip.linear(strip, states)
 
 
-def PlainBending() -> BeamModel:
-    """The strip bends as if the axial force did not: q = 0."""
-    return BeamModel(0.0)
-
-
-def BeamColumn() -> BeamModel:
-    """The axial force stiffens or softens the strip: q = P/EI."""
-    return BeamModel(1.0)
-
-
-def ShearFlexible(base: BeamModel) -> BeamModel:
-    """A beam model with shear, on top of plain bending or of a beam-column."""
-    return replace(base, shears=True)
+PLAIN_BENDING = BeamModel(couples=0.0)
+"""The strip bends as if the axial force did not: q = 0."""
+BEAM_COLUMN = BeamModel(couples=1.0)
+"""The axial force stiffens or softens the strip: q = P/EI."""
 
 
 def strip_of(scene: Scene, dimensions: Dimensions, beam: BeamModel, friction: float) -> Strip:
@@ -117,7 +112,7 @@ class Composition:
     """Which physics a cycle is made of."""
 
     moving: tuple[MovingMass, ...] = ()
-    beam: BeamModel = BeamModel(0.0)
+    beam: BeamModel = PLAIN_BENDING
     feedback: bool = False
     corrections: tuple[Correction, ...] = ()
 
@@ -150,7 +145,7 @@ class Cycle:
 
     def without_feedback(self) -> Cycle:
         """The same with an axial force that no shape acts back on, which bends no strip."""
-        plain = replace(self.composition, corrections=(), feedback=False, beam=PlainBending())
+        plain = replace(self.composition, corrections=(), feedback=False, beam=PLAIN_BENDING)
         return replace(self, composition=plain)
 
     @cached_property

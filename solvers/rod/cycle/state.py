@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.rod.load.axial_force import Drive, axial_force
 from solvers.rod.piston.skirt import both_walls
+from solvers.rod.strip.beam_column import constants
 
 Array = NDArray[np.float64]
 
@@ -32,9 +33,6 @@ ANGLE, FORCE, STROKE, COUPLING, CLAMP, SHEAR, HEAD, SOFTENING, SIDE, MOMENT = ra
 
 ROWS = 10
 
-_SERIES_LIMIT = 1.0
-_C2 = tuple((-1.0) ** j / math.factorial(2 * j + 2) for j in range(11))
-_C3 = tuple((-1.0) ** j / math.factorial(2 * j + 3) for j in range(11))
 _MOST_SECANTS = 60
 _EPS = float(np.finfo(float).eps)
 _CLOSED = 4.0 * _EPS
@@ -61,41 +59,6 @@ class Strip(NamedTuple):
     lever: float
     offset: float
     buckled: float
-
-
-@kernel
-def constants(q: float, l: float, rod_length: float, compliance: float) -> tuple[float, float, float, float, float]:
-    """q_s, m, C, D and psi'(l) per unit stroke for the coupling q = P/EI.
-
-        det = l^3 (c2 - c3)/m + e l (l + m e) c1 + g l (c0 + e q l c1)
-        C = (l c1 + e m c0)/det,  D = -(c0 + e q l c1)/det,  psi'(l) = e m/det,      c_k at t = -q_s l^2
-
-    Without shear det is a sum of positive terms from the strongest tension to half-way to buckling. In tension all c_k
-    are scaled by exp(-sqrt(q_s) l).
-    """
-    e, m = rod_length - l, 1.0 + compliance * q
-    scaled = q / m
-    t = -scaled * l * l
-    half = 1.0
-    if abs(t) <= _SERIES_LIMIT:
-        c2, c3 = _C2[10], _C3[10]
-        for j in range(9, -1, -1):
-            c2, c3 = _C2[j] + t * c2, _C3[j] + t * c3
-        c1, c0, difference = 1.0 - t * c3, 1.0 - t * c2, c2 - c3
-    elif t > 0.0:
-        x = math.sqrt(t)
-        c0, sine = math.cos(x), math.sin(x)
-        c1, difference = sine / x, (sine - x * c0) / (x * t)
-    else:
-        y = math.sqrt(-t)
-        # Half the decay at a time: all of it may be too small a number to keep its digits.
-        half = math.exp(-0.5 * y)
-        decay = half * half
-        c0, sine = 0.5 * (1.0 + decay * decay), -0.5 * math.expm1(-2.0 * y)
-        c1, difference = sine / y, (y * c0 - sine) / (-y * t)
-    turned = c0 + e * q * l * c1
-    det = l * l * l * difference / m + e * l * (l + m * e) * c1 + compliance * l * turned
-    return scaled, m, (l * c1 + e * m * c0) / det, -turned / det, e * m * half / det * half
 
 
 @kernel

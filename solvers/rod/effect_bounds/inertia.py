@@ -21,17 +21,14 @@ Sources: G. Floquet (1883); A. Erdelyi, Asymptotic Expansions (1956), section 2.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, STROKE
-from solvers.rod.strip.elastica_kernels import Collocation, bent_by, collocation, scratch
-
-if TYPE_CHECKING:
-    from solvers.rod.effect_bounds.situation import Situation, Turn
+from solvers.rod.strip.elastica_kernels import Collocation, bent_by, scratch
 
 Array = NDArray[np.float64]
 
@@ -72,29 +69,8 @@ class Motion(NamedTuple):
     pace: float
 
 
-def motion_of(situation: Situation, turn: Turn) -> Motion:
-    """The motion in a turn in which the strip stands."""
-    sampling, states, strip = turn.sampling, turn.states, turn.strip
-    even = sampling.even
-    d, m, material = situation.dimensions, situation.scene.mechanism, situation.scene.material
-    l = d.l
-    inertia = material.density * d.b * d.h * m.angular_speed**2 * l**4 / situation.stiffness
-    pace = situation.pace(states[FORCE])
-    rows, rings, either, share = _motion(
-        states, sampling.order, sampling.angle[sampling.order], pace, l * l / situation.stiffness, l,
-        (m.rod_length - l) / l, inertia, even, collocation(NODES), strip.friction, strip.lever, strip.offset,
-        situation.in_plane,
-    )  # fmt: skip
-    per_length = situation.stiffness / l
-    return Motion(
-        *(-per_length / l * rows[0], per_length * rows[1], rows[2:] / l),
-        *(-per_length / l * rings[0], per_length * rings[1], rings[2:] / l),
-        *(either, share, float(pace[:even].mean())),
-    )
-
-
 @kernel
-def _motion(
+def motion_rows(
     states: Array, order: NDArray[np.intp], rising: Array, pace: Array, per_force: float, l: float, head: float,
     inertia: float, even: int, tables: Collocation, friction: float, lever: float, offset: float, critical: float,
 ) -> tuple[Array, Array, bool, float]:  # fmt: skip

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from solvers.fatigue import serensen
 from solvers.numerics.periodic import TURN, grid
-from solvers.rod.cycle.state import MOMENT, SIDE, Strip
-from solvers.rod.effect_bounds.inertia import Motion, motion_of
+from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
+from solvers.rod.effect_bounds.inertia import NODES, Motion, motion_rows
 from solvers.rod.effect_bounds.main_results import Judged, Judging, change_without, judge, sampled_turn
 from solvers.rod.load.axial_force import Drive, axial_forces, drive_of
 from solvers.rod.load.gas import sharpest
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import log_critical_parameter
+from solvers.rod.strip.elastica_kernels import collocation
 from solvers.rod.strip.shear import critical_coupling
 from solvers.rod.strip.stiffness import shear_stiffness
 from solvers.rod.vibration.natural_frequencies import natural_frequency
@@ -255,3 +256,24 @@ class Situation:
         x = (force - known[1]) / max(0.5 * (most - least), 1e-12 * self.in_plane)
         bent, tilt = 0.5 * (squares[0] + squares[2]) - squares[1], 0.5 * (squares[2] - squares[0])
         return np.sqrt(np.maximum(squares[1] + x * (tilt + x * bent), 1e-6 * squares[1])) / self.scene.mechanism.speed
+
+
+def motion_of(situation: Situation, turn: Turn) -> Motion:
+    """The motion in a turn in which the strip stands."""
+    sampling, states, strip = turn.sampling, turn.states, turn.strip
+    even = sampling.even
+    d, m, material = situation.dimensions, situation.scene.mechanism, situation.scene.material
+    l = d.l
+    inertia = material.density * d.b * d.h * m.angular_speed**2 * l**4 / situation.stiffness
+    pace = situation.pace(states[FORCE])
+    rows, rings, either, share = motion_rows(
+        states, sampling.order, sampling.angle[sampling.order], pace, l * l / situation.stiffness, l,
+        (m.rod_length - l) / l, inertia, even, collocation(NODES), strip.friction, strip.lever, strip.offset,
+        situation.in_plane,
+    )  # fmt: skip
+    per_length = situation.stiffness / l
+    return Motion(
+        *(-per_length / l * rows[0], per_length * rows[1], rows[2:] / l),
+        *(-per_length / l * rings[0], per_length * rings[1], rings[2:] / l),
+        *(either, share, float(pace[:even].mean())),
+    )

@@ -16,11 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel, reducing_kernel
+from solvers.rod.strip.beam_column import FORWARD_LIMIT
 
 Array = NDArray[np.float64]
-
-FORWARD_LIMIT = 4.0
-"""q l^2 up to which the shape is built up from the clamp."""
 
 _TERMS = 12
 _C2 = tuple((-1.0) ** j / math.factorial(2 * j + 2) for j in range(_TERMS))

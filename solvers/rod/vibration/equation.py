@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
+from solvers.numerics.jit import kernel
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING, STROKE, Strip, constants
 from solvers.rod.strip.shape import bend
 from solvers.rod.vibration.natural_frequencies import StripBasis, strip_basis
@@ -64,12 +65,7 @@ class StripEquation:
             ) from None
         modes = modes[:, ::-1]
         stations, weights = basis.quadrature()
-        q = mean / strip.stiffness
-        _, _, *reactions = constants(q, l, strip.rod_length, 0.0)
-        one = [np.array([value]) for value in (q, *reactions)]
-        slope, value, unused = np.empty(stations.size + 1), np.empty(stations.size + 1), np.empty(1)
-        for i, z in enumerate((*stations, l)):
-            bend(*one, l, z, unused, slope[i : i + 1], value[i : i + 1])
+        slope, value = _static_shape(mean / strip.stiffness, l, strip.rod_length, np.append(stations, l))
         turned = basis.values(np.append(stations, l), 1) @ modes
         borne = inertia * weights[:, None] * (basis.values(stations, 0) @ modes)
         return StripEquation(
@@ -125,3 +121,14 @@ class StripEquation:
         """(1 + swing G)^-1 load."""
         rates, turned = np.linalg.eigh(self.coupling)
         return ((load @ turned) / (1.0 + np.outer(swing, rates))) @ turned.T
+
+
+@kernel
+def _static_shape(q: float, l: float, rod_length: float, stations: Array) -> tuple[Array, Array]:
+    """g' and g at the stations for the coupling q, without shear."""
+    _, _, clamp, shear, head = constants(q, l, rod_length, 0.0)
+    one = np.array([[q], [clamp], [shear], [head]])
+    slope, value, unused = np.empty(stations.size), np.empty(stations.size), np.empty(1)
+    for i in range(stations.size):
+        bend(one[0], one[1], one[2], one[3], l, stations[i], unused, slope[i : i + 1], value[i : i + 1])
+    return slope, value

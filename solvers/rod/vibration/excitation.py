@@ -1,7 +1,7 @@
 """What drives the strip, on elements of the turn between the corners of the axial force.
 
-An element is narrow enough where a polynomial follows force, side force and clamp moment. How fast its coefficients fall
-tells how far from the real axis the motion stays analytic: with ratio 1/rho on an element of width h, up to about
+An element is narrow enough where a polynomial follows force, side force and clamp moment. How fast its coefficients
+fall tells how far from the real axis the motion stays analytic: with ratio 1/rho on an element of width h, up to about
 
     y = h (rho - 1/rho)/4
 
@@ -41,8 +41,8 @@ _ROUGH = 1e-15
 
 @dataclass(frozen=True)
 class Excitation:
-    """``corners`` [rad] are angles at which derivatives of the axial force jump, ``edges`` the ends of elements over one
-    turn, from the first corner on, ``states`` those at ``RULE``'s points of every element, one after the other;
+    """``corners`` [rad] are angles at which derivatives of the axial force jump, ``edges`` the ends of elements over
+    one turn, from the first corner on, ``states`` those at ``RULE``'s points of every element, one after the other;
     ``inertia`` is rho A omega^2 [N/m^2]."""
 
     strip: Strip
@@ -100,7 +100,7 @@ class Excitation:
 
 
 def states_at(drive: Drive, strip: Strip, angle: Array) -> Array:
-    """The states at the angles: (rows, angles). What a mean force and its friction do to the strip is known here."""
+    """The states of the quasi-static strip at the angles, with friction closed in: (rows, angles)."""
     states = np.empty((ROWS, angle.size))
     fill_states(drive, strip, angle, states)
     return states

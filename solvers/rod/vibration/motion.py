@@ -1,9 +1,9 @@
 """The strip's periodic motion at one resolution, and what that leaves unknown.
 
-Between two corners of the force slow modes, which anything may have set going, are followed by collocation and fast ones
-follow them (``slow_modes``); where it matters fast modes ring behind corners (``ringing``). A panel's unknowns are the
-first states of its slow modes and the real and imaginary parts of its ringing; states that are equal on both sides of
-every corner determine them.
+A panel lies between two corners of the force. There slow modes, which anything may have set going, are followed by
+collocation, and fast ones follow them (``slow_modes``); where it matters fast modes ring behind corners (``ringing``).
+A panel's unknowns are the first states of its slow modes and the real and imaginary parts of its ringing; states that
+are equal on both sides of every corner determine them.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ MOST_RINGING, FASTEST = 12, 5000.0
 """No more modes are made to ring, nor faster ones [1/rad]: what they ring with is cheaper left out than looked at."""
 
 _ROUNDING = 1e-15
+_EXPONENT = 1.5
+_LOOSEST = 1e-4
 
 
 @dataclass(frozen=True)
@@ -37,13 +39,15 @@ class Errors:
     """What a motion leaves unknown, as shares of the greatest V'' or V''' at the clamp, whichever suffers more.
 
     ``series``  of the fast modes ends; ``space``  polynomials along the strip do; ``omitted``  ringing of faster modes;
-    ``phase``  of the other ringing; ``time``  elements, of each; ``closing``  rounding, as closing the turn enlarges it.
+    ``phase``  of the other ringing; ``excited``  what the smooth force excites of it; ``time``  elements, of each;
+    ``closing``  rounding, as closing the turn enlarges it.
     """
 
     series: float
     space: float
     omitted: float
     phase: float
+    excited: float
     time: Array
     closing: float
 
@@ -54,7 +58,7 @@ class Errors:
 
     @property
     def total(self) -> float:
-        return self.series + self.space + self.omitted + self.phase + self.elements + self.closing
+        return self.series + self.space + self.omitted + self.phase + self.excited + self.elements + self.closing
 
 
 @dataclass(frozen=True)
@@ -88,7 +92,9 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     swing, still = equation.swing(states).reshape(-1, p), equation.still(states)
     parts, turned = _parts(equation, m)
     right = (equation.right(states, still) @ turned).reshape(-1, p, modes)
-    columns, last, speeds, change, fell = slow_motion(widths, swing, right, parts, RULE, 0.1 * wanted, _TERMS)
+    columns, last, speeds, change, fell = slow_motion(
+        widths, swing, right, parts, RULE, 0.1 * min(wanted, _LOOSEST), _TERMS
+    )
 
     starts = np.zeros(widths.size, dtype=np.bool_)
     starts[first] = True
@@ -107,11 +113,11 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
 
     static = np.abs(states[[MOMENT, SIDE]]).max(axis=1) / equation.strip.stiffness
     ringing, omitted, phase = Ringing.none(modes), 0.0, 0.0
-    enlarged = closing(equation, excitation, m)
     if excitation.corners.size:
         here = _with_one(begun)[:, None]
         jump = (here @ lefts - np.roll(here @ rights, 1, axis=0))[:, 0]
         jump[:, : 2 * m] = 0.0
+        enlarged = closing(equation, excitation, m)
         kicked = kicks(equation, swing[first, 0], jump, static)[m:]
         count, omitted = chosen(kicked * enlarged, m, able_to_ring(equation, m), wanted)
         if count:
@@ -139,10 +145,18 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
         space=_space(equation, d, greatest),
         omitted=omitted,
         phase=phase,
+        excited=excited(equation, excitation, m + 1) if m < modes else 0.0,
         time=left + parted.sum(axis=1),
         closing=_ROUNDING * amplification,
     )
     return Motion(equation, edges, np.ascontiguousarray(d @ equation.modes.T), ringing, errors, amplification)
+
+
+def excited(equation: StripEquation, excitation: Excitation, n: int) -> float:
+    """What the force excites of the n-th mode's ringing between corners, by how fast it changes there: about
+    exp(-omega y) (``excitation``), with a margin on the exponent."""
+    swing = equation.swing(excitation.states).reshape(excitation.edges.size - 1, -1).min(axis=1)
+    return float(np.exp(-np.min(equation.fastest(n, swing) * excitation.analytic) / _EXPONENT))
 
 
 def able_to_ring(equation: StripEquation, slow: int) -> int:
@@ -186,7 +200,9 @@ def _ringing(
     first = excitation.panels(excitation.edges)
     stop = np.append(first[1:], excitation.edges.size - 1) - 1
     both = []
-    for slow, rung in zip((lefts, rights), (free.states(equation, first, 0), free.states(equation, stop, -1)), strict=True):
+    for slow, rung in zip(
+        (lefts, rights), (free.states(equation, first, 0), free.states(equation, stop, -1)), strict=True
+    ):
         slow = slow[:, :, : rung.shape[2]]
         both.append(np.concatenate([slow[:, :-1], rung, slow[:, -1:]], axis=1))
     unknowns, amplification = closed(*both)
@@ -237,9 +253,16 @@ def _parted(whole: Array, speed: Array) -> Array:
 
 @kernel
 def amplitudes(
-    edges: Array, samples: Array, coarse: Array, start: Complex, phase: Complex, shape: Complex, rule: Radau, angle: Array
+    edges: Array,
+    samples: Array,
+    coarse: Array,
+    start: Complex,
+    phase: Complex,
+    shape: Complex,
+    rule: Radau,
+    angle: Array,
 ) -> Array:
-    """d in amplitudes of the basis at the angles: (basis, angles). The arguments are those of ``Motion``, ``Ringing``."""
+    """d in amplitudes of the basis at the angles, (basis, angles), from ``Motion`` and its ``Ringing``."""
     p, basis, modes = samples.shape[1], samples.shape[2], start.shape[1]
     out, share, row = np.zeros((basis, angle.size)), np.empty(p), np.empty(basis)
     for i in range(angle.size):

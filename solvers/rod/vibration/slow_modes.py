@@ -7,9 +7,9 @@ rest is diagonal at every angle. What the rest does is, w = 1/(1 + swing gamma),
 
     r = w (f_r - swing C' a_s - M_r r'')
 
-without r'' at first, and again with that of the last r: a series in powers of (slow/fast frequency)^2. It is asymptotic;
-where its terms no longer fall it ends. Each time the slow modes obey Radau's collocation under the force of the rest.
-All columns of the solution (for unit first states, and for f alone) are carried on side by side.
+without r'' at first, and again with that of the last r: a series in powers of (slow/fast frequency)^2. It is
+asymptotic; where its terms no longer fall it ends. Each time the slow modes obey Radau's collocation under the force of
+the rest. All columns of the solution (for unit first states, and for f alone) are carried on side by side.
 
 Source: R. J. Guyan (1965); for the series, J. Kevorkian, J. D. Cole, Multiple Scale and Singular Perturbation Methods
 (1996), section 4.3; for the collocation, ``solvers.numerics.radau``.
@@ -89,9 +89,9 @@ def slow_motion(
 
     Gives (elements, points, 2 m + 1, m + rest): columns for unit first states (a, sqrt(mu) a') and, last, for the right
     side alone; the last states of the slow modes, (elements, 2 m + 1, 2 m); the speeds of the rest at an element's two
-    ends, (elements, 2, 2 m + 1, rest); the last change of what ``parts.read`` reads, (elements, points, 2 m + 1, 2); and
-    the greatest ratio by which changes fell at last. The series ends where it
-    changes less than ``wanted`` of the greatest that is read, after ``most`` terms, or before it grows.
+    ends, (elements, 2, 2 m + 1, rest); the last change of what ``parts.read`` reads, (elements, points, 2 m + 1, 2);
+    and the greatest ratio by which changes fell at last. The series ends where it changes less than ``wanted`` of the
+    first term's greatest that is read, after ``most`` terms, or before it grows.
     """
     count, p, m, rest = widths.size, swing.shape[1], parts.slowness.size, parts.rates.size
     s, columns, size = p - 1, 2 * m + 1, m + rest
@@ -101,9 +101,10 @@ def slow_motion(
     matrix, order = np.empty((s * m, s * m)), np.empty(s * m, np.int64)
     base, solution = np.zeros((s * m, columns)), np.zeros((s * m, columns))
     soft, held = np.empty((p, rest)), np.empty((p, m, m))
-    inertia, turned = np.zeros((p, columns, rest)), np.empty((columns, rest))
-    load, force, seen = np.empty((columns, rest)), np.empty((p, columns, m)), np.zeros((p, columns, 2))
-    x, read = np.zeros((p, columns, size)), np.empty((p, columns, 2))
+    # What the rest does, its inertia beside it, and a place for what leads from one to the other.
+    r, inertia, turned = np.zeros((p, columns, rest)), np.zeros((p, columns, rest)), np.zeros((p, columns, rest))
+    slow, force = np.zeros((p, columns, m)), np.empty((p, columns, m))
+    seen, read = np.zeros((p, columns, 2)), np.empty((p, columns, 2))
     moved, most_seen = np.empty((columns, 2)), np.empty((columns, 2))
     slowest = 0.0
     for e in range(count):
@@ -131,25 +132,21 @@ def slow_motion(
                 base[row, m + a] = math.sqrt(mu) * scale * h * rule.points[i + 1]
         _factor(matrix, order)
         inertia[:], seen[:], last, fell = 0.0, 0.0, np.inf, 0.0
-        x[0] = 0.0
+        slow[0] = 0.0
         for a in range(m):
-            x[0, a, a] = 1.0
+            slow[0, a, a] = 1.0
         for term in range(most):
             for i in range(p):
                 for c in range(columns):
                     for k in range(rest):
-                        load[c, k] = -inertia[i, c, k]
+                        r[i, c, k] = -inertia[i, c, k] * soft[i, k]
                 for k in range(rest):
-                    load[columns - 1, k] += right[e, i, m + k]
+                    r[i, columns - 1, k] += right[e, i, m + k] * soft[i, k]
                 for c in range(columns):
-                    for k in range(rest):
-                        load[c, k] *= soft[i, k]
-                        # What the rest does without the slow modes waits in its place for them.
-                        x[i, c, m + k] = load[c, k]
                     for a in range(m):
                         total = 0.0
                         for k in range(rest):
-                            total += parts.across[a, k] * load[c, k]
+                            total += parts.across[a, k] * r[i, c, k]
                         force[i, c, a] = -swing[e, i] * total
                 for a in range(m):
                     force[i, columns - 1, a] += right[e, i, a]
@@ -162,51 +159,47 @@ def slow_motion(
                             total += rule.twice[i, j] * force[j + 1, c, a]
                         solution[i * m + a, c] = base[i * m + a, c] + scale * total
             _substitute(matrix, order, solution)
-            moved[:], most_seen[:] = 0.0, 0.0
+            moved[:] = 0.0
+            if term == 0:
+                most_seen[:] = 0.0
             for i in range(p):
                 for c in range(columns):
                     for a in range(m):
                         if i > 0:
-                            x[i, c, a] = solution[(i - 1) * m + a, c]
-                        pull = swing[e, i] * x[i, c, a]
+                            slow[i, c, a] = solution[(i - 1) * m + a, c]
+                        pull = swing[e, i] * slow[i, c, a]
                         for k in range(rest):
-                            x[i, c, m + k] -= pull * parts.across[a, k] * soft[i, k]
+                            r[i, c, k] -= pull * parts.across[a, k] * soft[i, k]
                     for q in range(2):
                         total = 0.0
-                        for k in range(size):
-                            total += parts.read[q, k] * x[i, c, k]
+                        for a in range(m):
+                            total += parts.read[q, a] * slow[i, c, a]
+                        for k in range(rest):
+                            total += parts.read[q, m + k] * r[i, c, k]
                         read[i, c, q] = total
                         moved[c, q] = max(moved[c, q], abs(total - seen[i, c, q]))
-                        most_seen[c, q] = max(most_seen[c, q], abs(total))
+                        if term == 0:
+                            most_seen[c, q] = max(most_seen[c, q], abs(total))
             now = 0.0
             for c in range(columns):
                 for q in range(2):
-                    if moved[c, q] > 0.0:
+                    if most_seen[c, q] > 0.0:
                         now = max(now, moved[c, q] / most_seen[c, q])
             if term > 0:
                 fell = now / last
             if fell >= 1.0:
                 break
-            out[e] = x
+            out[e, :, :, :m] = slow
+            out[e, :, :, m:] = r
             change[e] = read - seen
             seen[:] = read
             if now <= wanted or rest == 0:
                 break
             last = now
-            for i in range(p):
-                turned[:] = 0.0
-                for j in range(p):
-                    weight = rule.second[i, j] / square
-                    for c in range(columns):
-                        for k in range(rest):
-                            turned[c, k] += weight * x[j, c, m + k]
-                for c in range(columns):
-                    for k in range(rest):
-                        inertia[i, c, k] = 0.0
-                    for j in range(rest):
-                        for k in range(rest):
-                            inertia[i, c, k] += turned[c, j] * parts.inert[j, k]
-        slowest, x[:] = max(slowest, fell), out[e]
+            np.dot(rule.second, r.reshape(p, columns * rest), turned.reshape(p, columns * rest))
+            np.dot(turned.reshape(p * columns, rest), parts.inert, inertia.reshape(p * columns, rest))
+            inertia /= square
+        slowest, x = max(slowest, fell), out[e]
         for c in range(columns):
             for a in range(m):
                 steep = 0.0

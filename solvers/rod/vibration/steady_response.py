@@ -3,8 +3,11 @@
     EI V'''' - P(phi) V'' + rho A omega^2 V_phiphi = 0,  V(l) + e V'(l) = r sin(phi),  M(L) = 0
 
 V is split into the quasi-static shape, known in closed form, and a remainder d in the constrained basis of
-``natural_frequencies``, periodic with the turn (``motion``).
-There is no damping, so exactly at a resonance the answer is not finite, and it is refused.
+``natural_frequencies``, periodic with the turn (``motion``), which in the strip's modes obeys an ordinary differential
+equation (``equation``) between the corners of the force (``excitation``). A first resolution is chosen by how fast the
+modes are and how fast the force changes, and added to where most is left unknown, until that is little enough, does not
+help, or has cost too much; what is left is ``error``. There is no damping, so exactly at a resonance the answer is not
+finite, and it is refused.
 Validity: no parametric instability (k omega < omega_1 in every practical machine); the head's mass is not modelled.
 
 Source: the outlook of T. A. Obolenskaya, A. S. Klochko (2014).
@@ -22,7 +25,7 @@ from solvers.rod.cycle.composition import Array, Cycle
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import Excitation
-from solvers.rod.vibration.motion import MOST_RINGING, Motion, able_to_ring, motion
+from solvers.rod.vibration.motion import MOST_RINGING, Motion, able_to_ring, excited, motion
 from solvers.rod.vibration.natural_frequencies import StripBasis
 
 LEAST_ERROR = 3e-11
@@ -32,13 +35,21 @@ LADDER = (9, 11, 13, 16, 20, 26, 34)
 _RUNGS = (3e-6, 5e-8, 5e-10)
 """Below these errors fewer polynomials than the next of ``LADDER`` have never been enough."""
 
-MOST_WORK = 100_000
-"""As ``_affordable`` counts it: some tenth of a second."""
+MOST_WORK, ENOUGH_WORK = 6_000_000, 3_000_000
+"""Of one motion, and of all but the last, as ``_work`` counts it: 3 000 000 are some tenth of a second."""
 
 _MOST_TRIES, _MOST_VAIN = 8, 2
 _FAR, _WORST, _FINER = 30.0, 0.03, 0.75
-_EXPONENTS = 1.6
+"""Times the error wanted beyond which polynomials are added by two rungs; of the worst element's error, from which on
+others are halved too; what that makes of the step."""
+
 _NARROW = 3.0
+"""Radians of the slowest mode that follows without ringing, in the narrowest element: where it turns by less, a series
+in derivatives costs digits."""
+
+_FASTER = 1.2
+"""Than under the mean force, a mode in the mean."""
+
 _RESONANT = 1e5
 _UNKNOWN = 0.1
 
@@ -95,23 +106,26 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
     excitation = Excitation.of(cycle, 0.1 * wanted)
     rung = sum(wanted < bound for bound in _RUNGS)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
-    slow, step = _slow(equation, excitation, wanted), _step(wanted)
-    best, vain, before = None, 0, np.inf
+    slow, step = _slow(equation, excitation, wanted), _step(excitation, wanted)
+    best, vain, before, spent = None, 0, np.inf, 0.0
     for _ in range(_MOST_TRIES):
         slow = _affordable(equation, excitation, slow, step)
         found = motion(equation, excitation, slow, step, wanted)
         errors, vain = found.errors, vain + 1
+        spent += _work(found.edges.size - 1, slow, equation.slowness.size)
         if best is None or errors.total < best.errors.total:
             best, vain = found, 0
-        if errors.total <= cycle.tolerance or vain == _MOST_VAIN:
+        if errors.total <= cycle.tolerance or vain == _MOST_VAIN or spent > ENOUGH_WORK:
             break
-        if max(errors.space, errors.omitted) > max(errors.elements, errors.series, errors.phase):
+        if max(errors.space, errors.omitted) > max(errors.elements, errors.series, errors.phase, errors.excited):
             able = able_to_ring(equation, slow)
-            if rung == len(LADDER) - 1 or (errors.omitted > errors.space and found.ringing.modes == able < MOST_RINGING):
+            if rung == len(LADDER) - 1 or (
+                errors.omitted > errors.space and found.ringing.modes == able < MOST_RINGING
+            ):
                 break
             rung = min(rung + (2 if errors.omitted > _FAR * wanted else 1), len(LADDER) - 1)
             equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
-        elif errors.elements > max(errors.series, errors.phase) and errors.elements < 0.5 * before:
+        elif errors.elements > max(errors.series, errors.phase, errors.excited) and errors.elements < 0.5 * before:
             # Halving these did help the time before, if there was one.
             before = errors.elements
             places = 0.5 * (found.edges[:-1] + found.edges[1:])[errors.time > _WORST * errors.time.max()]
@@ -127,9 +141,11 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
     return SteadyVibration(best, best.errors.total, best.errors.total)
 
 
-def _step(wanted: float) -> float:
-    """Radians in an element of the fastest mode followed: more than so many have never been enough."""
-    return 8.0 if wanted > 1e-6 else 6.0 if wanted > 1e-8 else 4.5
+def _step(excitation: Excitation, wanted: float) -> float:
+    """Radians in an element of the fastest mode followed: more than so many have never been enough. That mode rings
+    behind corners, and has to be followed the more closely."""
+    loose = 1e-8 if excitation.corners.size else 1e-10
+    return 8.0 if wanted > 1e-6 else 6.0 if wanted > loose else 4.5
 
 
 def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int:
@@ -137,9 +153,8 @@ def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int
     are too narrow for series."""
     swing = equation.swing(excitation.states).reshape(excitation.edges.size - 1, -1).min(axis=1)
     for n in range(1, equation.slowness.size):
-        pace = equation.fastest(n, swing)
-        excited = np.min(pace * excitation.analytic) < _EXPONENTS * np.log(1.0 / wanted)
-        if not excited and np.min(pace * np.diff(excitation.edges)) > _NARROW:
+        wide = np.min(equation.fastest(n, swing) * np.diff(excitation.edges)) > _NARROW
+        if wide and excited(equation, excitation, n) < wanted:
             return n - 1
     return equation.slowness.size - 1
 
@@ -147,7 +162,12 @@ def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int
 def _affordable(equation: StripEquation, excitation: Excitation, slow: int, step: float) -> int:
     """As many slow modes as are called for, or as many as there is time for."""
     for m in range(min(slow, equation.slowness.size), 0, -1):
-        elements = np.sum(np.ceil(np.diff(excitation.edges) * 1.2 * equation.pace[m - 1] / step))
-        if elements * (m + 1.0) ** 3 <= MOST_WORK:
+        elements = np.sum(np.ceil(np.diff(excitation.edges) * _FASTER * equation.pace[m - 1] / step))
+        if _work(elements, m, equation.slowness.size) <= MOST_WORK:
             return m
     return 0
+
+
+def _work(elements: float, slow: int, modes: int) -> float:
+    """About proportional to the time that so many elements take."""
+    return elements * (2 * slow + 1) * (modes + 5 * slow) ** 2

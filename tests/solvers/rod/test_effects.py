@@ -10,7 +10,7 @@ import pytest
 
 from solvers import rod
 from solvers.rod.cycle import guide_loads
-from solvers.rod.cycle.composition import BeamColumn, Composition, Cycle, PlainBending, ShearFlexible
+from solvers.rod.cycle.composition import BEAM_COLUMN, PLAIN_BENDING, Composition, Cycle
 from solvers.rod.effects import EFFECTS, ReciprocatingInertia, choose_for, compose
 from solvers.rod.piston import friction
 from solvers.rod.strip import elastica
@@ -41,12 +41,12 @@ def test_the_effects_are_those_of_the_contract():
 
 def by_hand(names):
     """The composition written out without the effects' own objects choosing it."""
-    beam = BeamColumn() if "beam_column" in names else PlainBending()
+    beam = BEAM_COLUMN if "beam_column" in names else PLAIN_BENDING
     corrections = (LargeDisplacement(),) if "large_displacement" in names else ()
     corrections += (RodInertia(),) if "rod_inertia" in names else ()
     return Composition(
         moving=(ReciprocatingInertia(),) if "reciprocating_inertia" in names else (),
-        beam=ShearFlexible(beam) if "shear" in names else beam,
+        beam=beam.with_shear() if "shear" in names else beam,
         feedback="friction_feedback" in names,
         corrections=corrections,
     )

@@ -1,75 +1,119 @@
-"""What corners leave ringing, against one oscillator that is struck twice a turn, integrated."""
+"""Free modes and the ringing behind corners, against the equation of motion integrated in time."""
 
 from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from solvers.numerics.periodic_radau import STAGES, phase_error, steady_motion
-from solvers.rod.vibration.ringing import PLACES, ringing
+from solvers import rod
+from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
+from solvers.rod.cycle.state import MOMENT, SIDE
+from solvers.rod.vibration import motion as motions
+from solvers.rod.vibration.equation import StripEquation
+from solvers.rod.vibration.excitation import RULE, Excitation, states_at
+from solvers.rod.vibration.free_modes import free_mode
+from solvers.rod.vibration.motion import motion
+from tests.solvers.rod.machines import PAPER, STRIP
 
-TURN, CORNER = 2 * np.pi, 2.0
+TURN = 2 * np.pi
+TABLE = rod.TableLoad((0.0, 1.0, 3.0, 5.0), (1.0e6, 1.3e6, 1.1e6, 1.2e6))
+QUICK = replace(PAPER, mechanism=replace(PAPER.mechanism, speed=400.0))
+"""Its modes are slow enough to be integrated."""
 
 
-def still(x, middle):
-    """sin(x) and an arch from the corner to the turn's end: the slope rises by 1 at either end of the arch."""
-    arch = (x - CORNER) * (TURN - x) / (TURN - CORNER)
-    return np.sin(x) + np.where(middle > CORNER, arch, 0.0)
+def reactions(excitation):
+    """The greatest quasi-static V'' and V''' at the clamp."""
+    return np.abs(excitation.states[[MOMENT, SIDE]]).max(axis=1) / excitation.strip.stiffness
 
 
-def struck(pace):
-    """Greatest d beside the slow motion: d'' + pace^2 d = 0, d' falls by 1 at the corner and at the turn's end."""
+def test_a_free_mode_is_a_motion():
+    """Three coupled modes whose stiffness swings; the middle one rings through half a turn."""
+    slowness, coupling = np.array([3e-3, 1e-4, 2e-5]), np.array([[0.5, 0.1, 0.05], [0.1, 0.3, 0.1], [0.05, 0.1, 0.2]])
+    edges = np.linspace(0.0, np.pi, 9)
+    swing = np.cos(edges[:-1, None] + np.diff(edges)[:, None] * RULE.points)
+    shape, rate, phase, missed = free_mode(1, np.diff(edges), swing, slowness, coupling, RULE, 1e-12, 10)
+    # The real part of the motion with a complex amplitude of 1 at first.
+    grown = np.exp(phase[:, -1].sum())
+    start = np.concatenate([shape[0, 0].real, rate[0, 0].real])
+    end = np.concatenate([(shape[-1, -1] * grown).real, (rate[-1, -1] * grown).real])
 
-    def free(x, y):
-        return [y[1], -(pace(x) ** 2) * y[0]]
+    def free(x, state):
+        return np.concatenate([state[3:], -(np.eye(3) + np.cos(x) * coupling) @ state[:3] / slowness])
+
+    found = solve_ivp(free, (0.0, np.pi), start, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    size = np.append(np.ones(3), np.full(3, 100.0))
+    assert found / size == pytest.approx(end / size, abs=1e-7)
+    assert missed.sum() < 1e-7
+
+
+def integrated(equation, excitation, angles):
+    """d in amplitudes of the modes at the angles, from the equation of motion by an explicit method."""
+    first, count = excitation.edges[0], equation.slowness.size
+
+    def driven(x, state):
+        states = states_at(excitation.drive, excitation.strip, np.array([x]))
+        still = equation.still(states)
+        swing, right = equation.swing(states)[0], equation.right(states, still)[0]
+        a = state.reshape(2 * count, -1)
+        load = np.zeros_like(a[:count])
+        load[:, -1] = right
+        held = a[:count] + swing * (equation.coupling @ a[:count])
+        return np.concatenate([a[count:], (load - held) / equation.slowness[:, None]]).ravel()
 
     def run(start, left, right):
-        return solve_ivp(free, (left, right), start, method="DOP853", rtol=1e-9, atol=1e-14, max_step=0.02)
+        ends = np.unique(np.concatenate([[left], np.clip(excitation.corners, left, right), [right]]))
+        for a, b in pairwise(ends):
+            start = solve_ivp(driven, (a, b), start, method="DOP853", rtol=1e-9, atol=1e-13).y[:, -1]
+        return start
 
-    def turn(start):
-        middle = run(start, 0.0, CORNER)
-        after = run(middle.y[:, -1] - [0.0, 1.0], CORNER, TURN)
-        return after.y[:, -1] - [0.0, 1.0], max(np.abs(middle.y[0]).max(), np.abs(after.y[0]).max())
-
-    origin = turn(np.zeros(2))[0]
-    monodromy = np.stack([turn(start)[0] - origin for start in np.eye(2)], axis=1)
-    return turn(np.linalg.solve(np.eye(2) - monodromy, origin))[1]
-
-
-@pytest.mark.parametrize("pieces", [1, 40])
-@pytest.mark.parametrize(("frequency", "swing"), [(90.3, 0.0), (60.3, 0.3), (80.4, 0.5)])
-def test_two_corners_ring_no_more_than_estimated(frequency, swing, pieces):
-    """In elements of many radians each, and with a run of narrow ones before the corner."""
-
-    def pace(x):
-        return frequency * (1.0 + swing * np.cos(x))
-
-    edges = np.unique(np.concatenate([np.linspace(0.0, TURN, 9), np.linspace(CORNER - 0.2, CORNER, pieces + 1)]))
-    widths = np.diff(edges)
-    places = edges[:-1, None] + widths[:, None] * PLACES
-    middles = 0.5 * (edges[:-1] + edges[1:])[:, None]
-    added, closing = ringing(widths, still(places, middles)[..., None], pace(places)[..., None])
-    assert added[0] == pytest.approx(1.0 / pace(CORNER) + 1.0 / pace(0.0), rel=0.05)
-    assert 0.2 * added[0] * closing[0] < struck(pace) < 1.5 * added[0] * closing[0]
+    speeds = np.append(np.ones(count), equation.pace)
+    unit = np.concatenate([np.diag(speeds), np.zeros((2 * count, 1))], axis=1)
+    turn = run(unit.ravel(), first, first + TURN).reshape(2 * count, -1) / speeds[:, None]
+    state = np.linalg.solve(np.eye(2 * count) - turn[:, :-1], turn[:, -1]) * speeds
+    out, here = [], first
+    for angle in angles:
+        state, here = run(state, here, angle), angle
+        states = states_at(excitation.drive, excitation.strip, np.array([angle]))
+        out.append(state[:count] - equation.still(states)[0])
+    return np.array(out).T
 
 
-def test_without_corners_nothing_rings():
-    edges = np.linspace(0.0, TURN, 17)
-    places = edges[:-1, None] + np.diff(edges)[:, None] * PLACES
-    load = np.exp(np.cos(places - 1.0))
-    added, _ = ringing(np.diff(edges), load[..., None], np.full((*places.shape, 1), 200.0))
-    assert added[0] < 1e-12
+@pytest.mark.parametrize(
+    ("load", "feedback", "shears", "slow"), [(PAPER.load, True, True, 2), (TABLE, False, False, 2)]
+)
+def test_motions_are_those_of_an_integration_in_time(monkeypatch, load, feedback, shears, slow):
+    """Of so few modes that all can ring."""
+    monkeypatch.setattr(motions, "chosen", lambda shares, *_: (shares.size, 0.0))
+    beam = BEAM_COLUMN.with_shear() if shears else BEAM_COLUMN
+    cycle = Cycle(replace(QUICK, load=load), STRIP, Composition(beam=beam, feedback=feedback))
+    excitation = Excitation.of(cycle, 1e-9)
+    equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 5)
+    found = motion(equation, excitation, slow, 5.0, 1e-8)
+    angles = excitation.edges[0] + np.array([0.3, 2.0, 3.7, 5.5])
+    exact = equation.clamp @ integrated(equation, excitation, angles)
+    seen = np.concatenate([equation.basis.values(np.zeros(1), order) for order in (2, 3)]) @ found.at(angles)
+    error = found.errors.total - found.errors.space
+    assert found.ringing.modes == equation.slowness.size - slow
+    assert error < 1e-5
+    for k in range(2):
+        assert seen[k] == pytest.approx(exact[k], abs=(error + 1e-8) * reactions(excitation)[k])
 
 
-@pytest.mark.parametrize("step", [1.2, 2.5, 6.0])
-def test_phase_error_is_what_one_element_makes(step):
-    """A free oscillation started at 1 over as many elements as fit its period k times, closed by a force that pulls."""
-    count, frequency = 40, 40 * step / TURN
-    widths = np.full(count, TURN / count)
-    right = np.cos(0.5 * (np.arange(count)[:, None] * widths[0] + np.zeros(STAGES)))[..., None]
-    _, amplification = steady_motion(
-        widths, np.array([frequency**-2]), np.ones((count, STAGES, 1, 1)), np.ones((count, STAGES, 1)) * right
-    )
-    exact = 0.5 / abs(np.sin(np.pi * frequency))
-    assert amplification == pytest.approx(exact, rel=4.0 * count * float(phase_error(np.array(step))) * exact + 1e-9)
+def test_what_is_left_out_of_the_ringing_is_known(monkeypatch):
+    """The paper's machine with the corners of its friction force, with fewer and fewer modes that ring."""
+    cycle = Cycle(PAPER, STRIP, Composition(beam=BEAM_COLUMN, feedback=True))
+    excitation = Excitation.of(cycle, 1e-10)
+    equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 16)
+    angles = np.linspace(0.0, TURN, 2001)
+    read = np.concatenate([equation.basis.values(np.zeros(1), order) for order in (2, 3)])
+    whole = motion(equation, excitation, 1, 3.0, 1e-9)
+    for most in (0, 1, 2):
+        monkeypatch.setattr(motions, "MOST_RINGING", most)
+        fewer = motion(equation, excitation, 1, 3.0, 1e-9)
+        assert fewer.ringing.modes == most
+        off = np.max(np.abs(read @ (fewer.at(angles) - whole.at(angles))).max(axis=1) / reactions(excitation))
+        assert off < fewer.errors.omitted < 15 * off

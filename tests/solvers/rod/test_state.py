@@ -8,7 +8,7 @@ import pytest
 
 from oracles.textbook import rod_beam_column
 from solvers.rod.cycle import state
-from solvers.rod.strip import shape
+from solvers.rod.strip import beam_column, shape
 
 ROD = 2.0
 
@@ -49,7 +49,7 @@ def exact(q, l, compliance):
 @pytest.mark.parametrize("compliance", [0.0, 1e-3])
 @pytest.mark.parametrize("q", [-5.0, -0.5, -1e-9, 1e-12, 0.3, 1.1, 40.0, 3000.0])
 def test_constants_by_fifty_digits(q, compliance):
-    _, _, *found = state.constants(q, 1.0, ROD, compliance)
+    _, _, *found = beam_column.constants(q, 1.0, ROD, compliance)
     for value, expected in zip(found, exact(q, 1.0, compliance), strict=True):
         assert value == pytest.approx(float(expected), rel=2e-13)
 

@@ -1,4 +1,4 @@
-"""Periodic motions in closed form: a struck oscillator, a modulated pair of modes, a resonance."""
+"""Periodic motions in closed form and by time integration: slow modes by collocation, fast ones that follow them."""
 
 from __future__ import annotations
 
@@ -6,13 +6,41 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from solvers.numerics.periodic_radau import STAGES, nodes, steady_motion
+from solvers.numerics.radau import radau
+from solvers.rod.vibration.motion import closed
+from solvers.rod.vibration.slow_modes import Parts, carried, slow_motion
 
 TURN = 2 * np.pi
+RULE = radau(10)
 
 
 def points(edges):
-    return edges[:-1, None] + np.diff(edges)[:, None] * np.concatenate([[0.0], nodes()])
+    return edges[:-1, None] + np.diff(edges)[:, None] * RULE.points
+
+
+def parts(slowness, coupling, slow):
+    """For a coupling of which the part of the modes that follow is diagonal already."""
+    fast = np.arange(slow, slowness.size)
+    return Parts(
+        np.ascontiguousarray(slowness[:slow]),
+        np.ascontiguousarray(coupling[:slow, :slow]),
+        np.ascontiguousarray(coupling[:slow, slow:]),
+        coupling[fast, fast],
+        np.diag(slowness[fast]),
+        np.ones((2, slowness.size)),
+    )
+
+
+def periodic(edges, swing, right, of, terms=9, wanted=1e-7):
+    """Amplitudes at the points, by how much closing the turn enlarges, what the series leaves and how it falls."""
+    columns, last, _, change, fell = slow_motion(np.diff(edges), swing, right, of, RULE, wanted, terms)
+    starts = np.arange(edges.size - 1) == 0
+    maps = carried(last, starts)
+    size = last.shape[2]
+    unknowns, amplification = closed(np.eye(size + 1, size)[None], maps[-1:, 1])
+    state = np.append(unknowns[0], 1.0)
+    begin = np.array([np.append(state @ one[0], 1.0) for one in maps])
+    return np.einsum("ec,epcn->epn", begin, columns), amplification, np.einsum("ec,epcq->epq", begin, change), fell
 
 
 @pytest.mark.parametrize("frequency", [0.3, 3.4, 12.7])
@@ -20,40 +48,70 @@ def test_a_load_that_jumps_makes_a_mode_ring(frequency):
     """a'' + w^2 a = w^2 sign: half a turn one way, half a turn the other; a = 1 - cos(w (x - pi/2))/cos(w pi/2)."""
     edges = np.linspace(0.0, TURN, 2 * 24 + 1)
     at = points(edges)
-    side = np.where(edges[:-1] < 3.1, 1.0, -1.0)[:, None, None] * np.ones((1, STAGES, 1))
-    found, _ = steady_motion(np.diff(edges), np.array([frequency**-2]), np.ones((48, STAGES, 1, 1)), side)
+    side = np.where(edges[:-1] < 3.1, 1.0, -1.0)[:, None, None] * np.ones((1, RULE.points.size, 1))
+    found, *_ = periodic(edges, np.zeros_like(at), side, parts(np.array([frequency**-2]), np.zeros((1, 1)), 1))
     half = np.where(at[:, -1:] > np.pi + 1e-9, at - np.pi, at)
     exact = side[:, :1, 0] * (1 - np.cos(frequency * (half - np.pi / 2)) / np.cos(frequency * np.pi / 2))
-    assert found[..., 0] == pytest.approx(exact, abs=1e-6 * np.abs(exact).max())
+    assert found[..., 0] == pytest.approx(exact, abs=1e-8 * np.abs(exact).max())
 
 
-def test_coupled_modes_against_an_initial_value_problem():
-    slowness, coupling = np.array([0.05, 0.004]), np.array([[0.3, 0.1], [0.1, 0.2]])
-
-    def stiffness(x):
-        return np.eye(2) + np.cos(x)[..., None, None] * coupling
+@pytest.mark.parametrize("slow", [2, 1])
+def test_coupled_modes_against_an_initial_value_problem(slow):
+    """Both followed by collocation, or the fast one by the series, whose ringing nothing excites."""
+    slowness, coupling = np.array([0.05, 0.0004]), np.array([[0.3, 0.1], [0.1, 0.2]])
 
     def right(x):
         return np.stack([np.sin(x), np.sin(2 * x) + 0.5], axis=-1)
 
-    edges = np.linspace(0.0, TURN, 33)
+    edges = np.linspace(0.0, TURN, 49)
     at = points(edges)
-    found, amplification = steady_motion(np.diff(edges), slowness, stiffness(at[:, 1:]), right(at[:, 1:]))
+    found, amplification, change, fell = periodic(edges, np.cos(at), right(at), parts(slowness, coupling, slow))
 
     def motion(x, state):
-        return np.concatenate([state[2:], (right(x) - stiffness(x) @ state[:2]) / slowness])
+        stiffness = np.eye(2) + np.cos(x) * coupling
+        return np.concatenate([state[2:], (right(x) - stiffness @ state[:2]) / slowness])
 
-    turn = [solve_ivp(motion, (0, TURN), s, rtol=1e-12, atol=1e-13).y[:, -1] for s in (np.zeros(4), *np.eye(4))]
+    def run(start, **options):
+        return solve_ivp(motion, (0, TURN), start, method="DOP853", rtol=1e-11, atol=1e-13, **options).y
+
+    turn = [run(s)[:, -1] for s in (np.zeros(4), *np.eye(4))]
     start = np.linalg.solve(np.eye(4) - np.array(turn[1:]).T + turn[0][:, None], turn[0])
-    path = solve_ivp(motion, (0, TURN), start, rtol=1e-12, atol=1e-13, t_eval=edges[:-1]).y[:2].T
-    assert found[:, 0] == pytest.approx(path, abs=1e-8 * np.abs(path).max())
+    path = run(start, t_eval=edges[:-1:6])[:2].T
+    assert found[::6, 0] == pytest.approx(path, abs=1e-7 * np.abs(path).max())
     assert 0.5 <= amplification < 100
+    assert slow == 2 or (fell < 0.2 and np.abs(change).max() < 1e-6)
+
+
+def test_the_series_of_a_mode_that_follows_is_its_motion():
+    """mu r'' + r = cos x has the solution cos x/(1 - mu); after k terms (-mu)^k of it is left."""
+    mu, edges = 0.01, np.linspace(0.0, TURN, 13)
+    load, exact = np.cos(points(edges)), np.cos(points(edges)) / (1.0 - mu)
+    for terms in (1, 2, 3):
+        found, _, change, fell = periodic(
+            edges, np.zeros_like(load), load[..., None], parts(np.array([mu]), np.zeros((1, 1)), 0), terms
+        )
+        assert np.abs(found[..., 0] - exact).max() == pytest.approx(mu**terms / (1 - mu), rel=1e-2)
+        assert np.abs(change).max() == pytest.approx(mu ** (terms - 1), rel=1e-2)
+    assert fell == pytest.approx(mu, rel=1e-2)
+
+
+def test_a_series_that_grows_ends_before():
+    """A mode slower than the load is no mode that follows it: the first term alone is left, and says so."""
+    edges = np.linspace(0.0, TURN, 17)
+    load = np.cos(3.0 * points(edges))
+    found, _, change, fell = periodic(
+        edges, np.zeros_like(load), load[..., None], parts(np.array([0.5]), np.zeros((1, 1)), 0)
+    )
+    assert found[..., 0] == pytest.approx(load, abs=1e-12)
+    assert fell >= 1.0 and np.abs(change).max() == pytest.approx(1.0, rel=1e-2)
 
 
 def test_amplification_tells_a_resonance():
     edges = np.linspace(0.0, TURN, 65)
-    ones, load = np.ones((64, STAGES, 1, 1)), np.ones((64, STAGES, 1))
-    near, far = (steady_motion(np.diff(edges), np.array([w**-2]), ones, load)[1] for w in (5.0 + 1e-6, 5.5))
+    zero, one = np.zeros((64, RULE.points.size)), np.ones((64, RULE.points.size, 1))
+    near, far = (
+        periodic(edges, zero, one, parts(np.array([w**-2]), np.zeros((1, 1)), 1))[1] for w in (5.0 + 1e-6, 5.5)
+    )
     assert far < 1.0
     # The least singular value of a turn by 2 pi (1 + 1e-6/5) of the unit state is 2 sin(pi 1e-6).
     assert near == pytest.approx(1 / (TURN * 1e-6), rel=1e-2)

@@ -1,0 +1,167 @@
+"""What a hunt for a better strip has seen: every strip looked at is a rival, and the best one that keeps all limits is
+remembered, whichever search came past it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+Array = np.ndarray
+
+DIFFERENCE = 3e-6
+"""Step of the differences in the logarithms. The check's errors, mostly below 1e-9, spoil a slope by less than a
+thousandth; a greater step would straddle the corners of the limits."""
+PUSH = 3e-9
+"""By how much searches keep clear of the limits, so that where they end is within them."""
+PENALTY = 1000.0
+"""What a limit missed costs, against the objective; near the greatest fatigue safety that there is, multipliers exceed
+100."""
+_LOST = 1.0
+"""How far beyond its limit a result counts that does not exist, beyond what stability alone says."""
+_LITTLE, _PULLS = 1e-4, 3
+"""What is little of a limit missed, and how often the end of a search is pulled in."""
+PULLS = 3 * _PULLS
+"""The most looks that this takes."""
+_SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a check says of a strip: the logarithm of the objective, as made small, and by how much, as logarithms, each
+    limit is kept (negative: missed). Not finite where there is no such result."""
+
+    cost: float
+    margins: Array
+
+    @property
+    def violation(self) -> float:
+        return max(0.0, -float(self.margins.min())) if self.margins.size else 0.0
+
+
+@dataclass(frozen=True)
+class Space:
+    """Bounds of the sizes (b, h, l) [any unit], and the values to be had of those that are not free, else None."""
+
+    lower: Array
+    upper: Array
+    grids: tuple[Array | None, Array | None, Array | None] = (None, None, None)
+
+    @property
+    def stepped(self) -> tuple[int, ...]:
+        return tuple(i for i, grid in enumerate(self.grids) if grid is not None)
+
+    def sizes(self, logs: Array) -> tuple[Array, bool]:
+        """The sizes, within bounds to the last digit, and whether they can be had."""
+        sizes = np.clip(np.exp(logs), self.lower, self.upper)
+        had = True
+        for i in self.stepped:
+            nearest = self.grids[i][np.abs(self.grids[i] - sizes[i]).argmin()]
+            if abs(nearest / sizes[i] - 1.0) < _SAME:
+                sizes[i] = nearest
+            else:
+                had = False
+        return sizes, had
+
+
+class Spent(Exception):
+    """A search has had its evaluations."""
+
+
+@dataclass
+class Hunt:
+    """The strips looked at so far. ``seeking`` False asks for any strip within the limits, whatever it costs."""
+
+    space: Space
+    look: Callable[[Array], Look]
+    seeking: bool = True
+    best: tuple[float, Array] | None = None
+    found_by: str = ""
+    evaluations: int = 0
+    way: str = ""
+    lead: tuple[float, Array] | None = None
+    _left: float = math.inf
+    _known: dict[bytes, Look] = field(default_factory=dict)
+    _visited: list[tuple[Array, Look]] = field(default_factory=list)
+    _worst_cost: float = -math.inf
+
+    def allow(self, evaluations: int, way: str) -> None:
+        """What the next search is called, and what it may use; the lead is the best that it will have come to."""
+        self._left, self.way, self.lead = evaluations, way, None
+
+    def allow_more(self, evaluations: int) -> None:
+        """So many more for the same search."""
+        self._left = evaluations
+
+    def at(self, logs: Array) -> Look:
+        """The look at a strip, with finite numbers where there is none."""
+        sizes, had = self.space.sizes(logs)
+        key = sizes.tobytes()
+        if key in self._known:
+            return self._known[key]
+        if self._left <= 0:
+            raise Spent
+        self._left -= 1
+        self.evaluations += 1
+        seen = self.look(sizes)
+        counts = had and seen.violation == 0.0 and np.all(np.isfinite(seen.margins)) and math.isfinite(seen.cost)
+        if counts and (self.best is None or seen.cost < self.best[0]):
+            self.best, self.found_by = (seen.cost, sizes), self.way
+        self._known[key] = known = self._finite(seen)
+        self._visited.append((np.log(sizes), known))
+        if self.lead is None or _merit(known) < self.lead[0]:
+            self.lead = _merit(known), np.log(sizes)
+        return known
+
+    def _finite(self, seen: Look) -> Look:
+        missing = ~np.isfinite(seen.margins)
+        margins = np.where(missing, 0.0, seen.margins)
+        margins = np.where(missing, min(0.0, float(margins.min(initial=0.0))) - _LOST, margins)
+        if math.isfinite(seen.cost):
+            self._worst_cost = max(self._worst_cost, seen.cost)
+        cost = seen.cost if math.isfinite(seen.cost) else max(self._worst_cost, -1e3) + _LOST
+        return Look(cost if self.seeking else 0.0, margins)
+
+    def slopes(self, logs: Array, free: tuple[int, ...], difference: float = DIFFERENCE) -> tuple[Array, Array]:
+        """Slopes of the cost and of the margins (limits × free sizes) by one-sided differences, within the bounds."""
+        here, cost, margins = self.at(logs), [], []
+        for i in free:
+            step = difference if logs[i] + difference <= math.log(self.space.upper[i]) else -difference
+            moved = logs.copy()
+            moved[i] += step
+            there = self.at(moved)
+            cost.append((there.cost - here.cost) / step)
+            margins.append((there.margins - here.margins) / step)
+        return np.array(cost), np.array(margins).T
+
+    def pull_in(self) -> None:
+        """From the lead, where it misses a limit by little, toward the strip within the limits that promises most where
+        the way there crosses the last of them."""
+        for _ in range(_PULLS):
+            if self.lead is None or not 0.0 < (seen := self.at(self.lead[1])).violation < _LITTLE:
+                return
+            there, promised, share = None, math.inf, 0.0
+            for logs, other in self._visited:
+                if other.violation == 0.0:
+                    short, spare = np.maximum(PUSH - seen.margins, 0.0), np.maximum(other.margins, PUSH)
+                    crossing = min(1.0, float((short / (short + spare)).max()))
+                    if (cost := seen.cost + crossing * (other.cost - seen.cost)) < promised:
+                        there, promised, share = logs, cost, crossing
+            if there is None or share == 1.0:
+                return
+            for further in (1.0, 2.0, 10.0):
+                found = self.at(self.lead[1] + min(1.0, further * share) * (there - self.lead[1]))
+                if found.violation == 0.0:
+                    return
+
+    def clipped(self, logs: Array) -> Array:
+        return np.clip(logs, np.log(self.space.lower), np.log(self.space.upper))
+
+    def merit(self, logs: Array) -> float:
+        return _merit(self.at(logs))
+
+
+def _merit(seen: Look) -> float:
+    return seen.cost + PENALTY * seen.violation

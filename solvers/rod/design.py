@@ -265,7 +265,7 @@ class _Design:
         )
         # What is not worth another step, what the model still promises along the limits, and the distance from them.
         short = max(optimum.local.gain, context.task.enough)
-        short += 0.0 if optimum.second_order is None else optimum.second_order.gain
+        short += optimum.ripple + (0.0 if optimum.second_order is None else optimum.second_order.gain)
         short += certificate.owed(dict.fromkeys(self.limits, context.task.guard), active)
         estimated = best.outcome.accuracy.estimated + short
         if not math.isfinite(estimated):

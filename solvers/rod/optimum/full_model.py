@@ -65,6 +65,11 @@ class FullModel:
     _strips: dict[Dimensions, FullStrip] = field(default_factory=dict)
     _checks: dict[Dimensions, Outcome[RodCheck]] = field(default_factory=dict)
 
+    @property
+    def ripples(self) -> bool:
+        """Whether results ripple from strip to strip: the strip's inertia rings undamped, and time meshes change."""
+        return any(isinstance(part, RodInertia) for part in self.composition.corrections)
+
     def strip(self, d: Dimensions) -> FullStrip:
         """One strip at any angles and sections; the last few are kept."""
         if d not in self._strips:
@@ -196,7 +201,7 @@ class FullRows:
     def slopes(self, x: Array) -> Array:
         """Their derivatives by x, shape (rows, 3), by differences; to one side beside buckling and the rod's end."""
         here, out = self.values(x), np.empty((self.layout.size, 3))
-        meshed = any(isinstance(part, RodInertia) for part in self.model.composition.corrections)
+        meshed = self.model.ripples
         step = _COARSE_STEP if meshed else _STEP
         for v, unit in enumerate(np.eye(3)):
             up, down = self._beside(x + step * unit), None

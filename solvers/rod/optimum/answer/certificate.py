@@ -92,6 +92,8 @@ def full_certificate(
     if optimum.second_order is not None and optimum.second_order.curvature is not None:
         evidence["least_curvature"] = optimum.second_order.curvature
     evidence |= {"local_searches": optimum.starts, "local_optima": optimum.ends}
+    if 0.0 < optimum.ripple < math.inf:
+        evidence["ripple"] = optimum.ripple
     if math.isfinite(optimum.local.gain):
         evidence["gain_still_promised"] = optimum.local.gain
     bound, gap = _bound(objective, value, widened, shown)

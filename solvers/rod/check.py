@@ -174,13 +174,13 @@ def _stresses(
     tolerance = linear.tolerance
     sampled = _with_corrections(cycle, linear)
     for _ in range(_REFINEMENTS):
-        value, error = _read_stresses(sampled, criterion, contact)
-        if error <= accuracy or sampled.cycle.refinement_error > _HALF * accuracy or tolerance <= _ROUNDING:
+        value, error, refined = _read_stresses(sampled, criterion, contact)
+        # What the corrections do not know, no finer turn tells.
+        if error + refined <= accuracy or error <= _HALF * accuracy or tolerance <= _ROUNDING:
             break
         tolerance = max(_HALF * tolerance * accuracy / error, _ROUNDING)
-        finer = SampledCycle.of(linear.cycle, tolerance)
-        sampled = _with_corrections(cycle, finer)
-    return value, error, sampled
+        sampled = _with_corrections(cycle, SampledCycle.of(linear.cycle, tolerance))
+    return value, error + refined, sampled
 
 
 def _with_corrections(cycle: Cycle, linear: SampledCycle) -> SampledCycle:
@@ -191,8 +191,8 @@ def _with_corrections(cycle: Cycle, linear: SampledCycle) -> SampledCycle:
     return SampledCycle.of(cycle, max(linear.tolerance, min(0.1 * cycle.refinement_error, _COARSEST)))
 
 
-def _read_stresses(sampled: SampledCycle, criterion: FatigueCriterion, contact: bool) -> tuple[Stresses, float]:
-    """The stresses of a sampled turn and their greatest relative error."""
+def _read_stresses(sampled: SampledCycle, criterion: FatigueCriterion, contact: bool) -> tuple[Stresses, float, float]:
+    """The stresses of a sampled turn, their greatest relative error, and what the corrections' errors add to it."""
     scene, length, tolerance = sampled.cycle.scene, sampled.cycle.dimensions.l, sampled.tolerance
     field, mean, force = sampled.field, 0.0, sampled.force
     if not field.inclined and np.ptp(force) == 0.0:
@@ -228,7 +228,7 @@ def _read_stresses(sampled: SampledCycle, criterion: FatigueCriterion, contact: 
         contact_pressure_max=pressure.value if pressure else None,
         friction_power=power,
     )
-    return value, max(errors) + refined
+    return value, max(errors), refined
 
 
 def _guide_error(cycle: Cycle, side: float, moment: float, pressure: float, power: float) -> float:

@@ -72,7 +72,7 @@ def test_a_person_checks_his_machine(page, address):
     page.get_by_role("button", name="Check").click()
     page.wait_for_selector(".headline", timeout=60_000)
     assert page.locator("h1").inner_text() == "mine"
-    assert page.get_by_role("row", name="fatigue safety").locator("td").first.inner_text().startswith("2.69")
+    assert page.get_by_role("row", name="fatigue safety").locator("td").first.inner_text().startswith("2.70")
     page.wait_for_load_state("networkidle")
     drawn = page.locator("figure img").evaluate_all("images => images.map(i => i.complete && i.naturalWidth > 0)")
     assert drawn == [True, True]

@@ -19,7 +19,7 @@ from solvers.rod.scene import Dimensions
 SPREAD = 3
 """Starts beside the core's least violating strip."""
 _FIRST, _GREATEST = 0.02, 5.0
-_CLOSE = 0.02
+_CLOSE = 0.1
 _GAP, _BOXES = 1e-2, 500
 _HOPELESS = 0.1
 """Beyond this excess, in logarithms, no further starts are tried."""

@@ -164,9 +164,11 @@ def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
             # Searches from where the promise pointed refute it.
             second = replace(second, gain=0.0)
             break
-    ripple = _search_ripples(context) if context.model.ripples else 0.0
+    ripple = 0.0
+    if context.model.ripples:
+        ripple = _search_ripples(context)
+        ripple = max(ripple, _next_best(context.best(), context.ends))
     best = context.best()
-    ripple = max(ripple, _next_best(best, context.ends))
     return Optimum(best, conditions, second, context.starts, _different(context.ends), ripple)
 
 

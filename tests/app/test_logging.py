@@ -39,16 +39,16 @@ def records(stream: io.StringIO) -> list[dict]:
 
 def test_records_of_both_kinds_of_logger_have_one_form(log):
     get_logger("app.here").info("began", run_id="r1")
-    logging.getLogger("a.library").warning("it is %s", "late")
+    logging.getLogger("another.package").warning("it is %s", "late")
     own, foreign = records(log)
     assert (own["logger"], own["level"], own["event"], own["run_id"]) == ("app.here", "info", "began", "r1")
-    assert (foreign["logger"], foreign["level"], foreign["event"]) == ("a.library", "warning", "it is late")
+    assert (foreign["logger"], foreign["level"], foreign["event"]) == ("another.package", "warning", "it is late")
     assert own.keys() - {"run_id"} == foreign.keys()
 
 
 def test_what_is_less_severe_than_the_level_is_left_out(log):
     get_logger("app.here").debug("no")
-    logging.getLogger("a.library").debug("no")
+    logging.getLogger("another.package").debug("no")
     assert records(log) == []
 
 

@@ -49,7 +49,7 @@ WINGS = ("solvers.rod", "solvers.pin", "solvers.linkage", "solvers.crank")
 ABOVE = {
     "solvers.numerics": (*WINGS, "solvers.effects", "solvers.outcome", "solvers.accuracy"),
     "solvers.errors": (*WINGS, "solvers.numerics", "solvers.effects", "solvers.outcome", "solvers.accuracy"),
-    "solvers.outcome": (*WINGS, "solvers.numerics", "solvers.effects", "solvers.accuracy"),
+    "solvers.outcome": (*WINGS, "solvers.numerics", "solvers.effects", "solvers.accuracy", "solvers.verdict"),
     "solvers.effects": (*WINGS, "solvers.accuracy"),
     "solvers.verdict": (*WINGS, "solvers.accuracy", "solvers.effects", "solvers.numerics"),
     "solvers.accuracy": WINGS,

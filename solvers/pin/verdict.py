@@ -26,8 +26,8 @@ def judge(check: PinCheck, scene: Scene, accuracy: Accuracy, limits: Limits) -> 
     return Verdict(
         (
             *of_stresses(check.equivalent_stress_max, check.shear_stress_max, scene.material, slack),
-            *of_ring(check.ring, scene.force, scene.material, limits, slack),
             of_wall(check.least_wall, limits, slack),
+            *of_ring(check.ring, scene.force, scene.material, limits, slack),
             *of_shape(check.deflection, slope, limits, slack),
         ),
         (*check.warnings, *not_judged(check.ring)),

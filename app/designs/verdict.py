@@ -146,7 +146,7 @@ def _figure(word: Word, value: float, digits: str) -> str:
 def _spare(margin: float | None) -> str:
     if margin is None or margin < _NOTHING_TO_SPARE:
         return "with nothing to spare"
-    return f"with {100.0 * margin:.2g} % to spare" if margin < 1.0 else f"{1.0 + margin:.3g} times as much as needed"
+    return f"with {100.0 * margin:.2g} % to spare" if margin < 1.0 else f"with {100.0 * margin:.0f} % to spare"
 
 
 def _missed(verdict: Verdict, accuracy: Accuracy) -> str:

@@ -12,6 +12,9 @@ from solvers.linkage.warnings import SPEED_SLACK
 from solvers.outcome import Accuracy
 from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, equal, slack_of, unknown, yes
 
+_SLOWED = 0.1
+"""How much slower, relative, a motor may let the tool strike before that is told."""
+
 
 @dataclass(frozen=True)
 class Given:
@@ -40,7 +43,15 @@ def judge(check: LinkageCheck, scene: Scene, accuracy: Accuracy, limits: Limits,
         criteria.append(yes("runs_steadily", True))
     criteria += [*_of_size(check, limits, slack, given), *_of_angle(check, limits, slack)]
     criteria += _of_force(check, limits, slack, given)
-    return Verdict(tuple(criteria), check.warnings)
+    return Verdict(tuple(criteria), (*check.warnings, *_slowed(check, scene, given)))
+
+
+def _slowed(check: LinkageCheck, scene: Scene, given: Given) -> tuple[str, ...]:
+    running = check.running
+    if running is None or not given.speed_asked or running.impact_speed > (1.0 - _SLOWED) * scene.impact_speed:
+        return ()
+    blow = f"{running.impact_speed:.3g} m/s, at {running.blow_frequency:.3g} blows a second"
+    return (f"with this motor the tool strikes at {blow}",)
 
 
 def _of_size(check: LinkageCheck, limits: Limits, slack: float, given: Given) -> list[Criterion]:

@@ -36,7 +36,7 @@ def check():
 
 @pytest.fixture
 def bushing(design):
-    request = design
+    request = copy.deepcopy(design)
     del request["geometry"]["outer_diameter_mm"]
     return {**request, "variable": "outer", "bore_mm": 14}
 

@@ -41,7 +41,7 @@ def _label(name: str) -> dict[str, str]:
 
 templates.env.filters["figure"] = _figure
 templates.env.filters["label"] = _label
-for _filter in (verdicts.standing, verdicts.reached, verdicts.required, verdicts.used):
+for _filter in (verdicts.standing, verdicts.reached, verdicts.required, verdicts.margin, verdicts.used):
     templates.env.filters[_filter.__name__] = _filter
 
 

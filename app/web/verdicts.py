@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+_NOTHING = 5e-5
+"""A margin that is shown as none."""
 MOST_USED = 1.5
 """Where the bar of a criterion ends: half as much again as is allowed."""
 
@@ -33,6 +35,14 @@ def required(criterion: dict[str, Any]) -> str:
         return "yes"
     words = {"at_least": "at least ", "at_most": "at most ", "equal": ""}[criterion["sense"]]
     return f"{words}{criterion['required']:.4g} {criterion['unit']}".rstrip()
+
+
+def margin(criterion: dict[str, Any]) -> str:
+    """What is left to spare, with a minus what is missing, in per cent; empty where there is no such figure."""
+    value = criterion["margin"]
+    if value is None:
+        return ""
+    return "0 %" if criterion["holds"] and value < _NOTHING else f"{100.0 * value:+.3g} %"
 
 
 def used(criterion: dict[str, Any]) -> float:

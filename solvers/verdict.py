@@ -7,13 +7,18 @@ anyway. Units are SI; the service words them.
 from __future__ import annotations
 
 import math
+from collections.abc import Container, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
-from solvers.outcome import Accuracy
+from solvers.outcome import Accuracy, EffectReport, EffectState
 
 MOST_SLACK = 1e-3
 """The most that a figure may miss what is required of it, relative, and still hold."""
+
+
+MOST_UNSAID = 1e-2
+"""What an effect left out may change, relative, before a caution says so: what ``auto`` leaves out by default."""
 
 
 class Sense(StrEnum):
@@ -92,6 +97,20 @@ def _judged(
         return Criterion(name, sense, required, reached, None, True, asked)
     holds = margin >= -slack
     return Criterion(name, sense, required, reached, max(margin, 0.0) if holds else margin, holds, asked)
+
+
+def left_out(effects: Iterable[EffectReport], telling: Container[str]) -> tuple[str, ...]:
+    """A caution for each effect that did not run and may change the judged figures by more than ``MOST_UNSAID``;
+    ``telling`` are the effects that change any."""
+    said = []
+    for effect in effects:
+        if effect.state is not EffectState.SKIPPED or effect.name not in telling:
+            continue
+        influence = effect.influence
+        if influence > MOST_UNSAID:
+            much = f"by up to {100.0 * influence:.2g} %" if influence < 1.0 else "by any amount"
+            said.append(f"the effect {effect.name} is left out, which may change the figures {much}")
+    return tuple(said)
 
 
 @dataclass(frozen=True)

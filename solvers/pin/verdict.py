@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.outcome import Accuracy
+from solvers.outcome import Accuracy, EffectReport
 from solvers.pin.check import PinCheck, RingResult
 from solvers.pin.scene import Limits, PinMaterial, Scene
-from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, slack_of, unknown
+from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, left_out, slack_of, unknown
 
 Array = NDArray[np.float64]
 
 
-def judge(check: PinCheck, scene: Scene, accuracy: Accuracy, limits: Limits) -> Verdict:
+def judge(
+    check: PinCheck, scene: Scene, accuracy: Accuracy, limits: Limits, effects: Iterable[EffectReport] = ()
+) -> Verdict:
     """The verdict on a pin.
 
     Without ``max_ring_stress`` the ring's hoop stress is judged against the allowable stress. Where the effect
@@ -30,7 +33,7 @@ def judge(check: PinCheck, scene: Scene, accuracy: Accuracy, limits: Limits) -> 
             *of_ring(check.ring, scene.force, scene.material, limits, slack),
             *of_shape(check.deflection, slope, limits, slack),
         ),
-        (*check.warnings, *not_judged(check.ring)),
+        (*check.warnings, *not_judged(check.ring), *of_deflection(limits, effects)),
     )
 
 
@@ -86,6 +89,11 @@ def not_judged(ring: RingResult | None) -> tuple[str, ...]:
     if ring is not None:
         return ()
     return ("the ring's hoop stress is not judged: the effect ovalization is left out",)
+
+
+def of_deflection(limits: Limits, effects: Iterable[EffectReport]) -> tuple[str, ...]:
+    """Shear that is left out of a deflection that is limited."""
+    return left_out(effects, () if limits.max_deflection is None else ("shear_deflection",))
 
 
 def steepest(x: Array, diameter: Array) -> float:

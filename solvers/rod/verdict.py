@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
-from solvers.outcome import Accuracy
+from solvers.outcome import Accuracy, EffectReport
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import Constraint
+from solvers.rod.effects import EFFECTS
 from solvers.rod.problem import Requirements
-from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, slack_of, unknown
+from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, left_out, slack_of, unknown
 
 OWN = (
     ("stability_safety", "min_stability_safety"),
@@ -18,17 +20,27 @@ OWN = (
 """Safeties that must be 1 in every strip, and the requirements that may ask for more."""
 
 
-def judge(check: RodCheck, accuracy: Accuracy, requirements: Requirements | None = None) -> Verdict:
+_TELLING = frozenset(effect.name for effect in EFFECTS) - {"friction"}
+"""Effects that change the safeties; friction alone brings results of its own."""
+
+
+def judge(
+    check: RodCheck,
+    accuracy: Accuracy,
+    requirements: Requirements | None = None,
+    effects: Iterable[EffectReport] = (),
+) -> Verdict:
     """The verdict on a strip; without ``requirements`` on its own safeties alone.
 
-    Where it buckles nothing else is known of it, and what is not known does not hold.
+    ``effects`` is the manifest: one left out that matters is a caution. Where the strip buckles nothing else is known of
+    it, and what is not known does not hold.
     """
     slack = slack_of(accuracy)
     asked = [_asked(check, constraint, required, slack) for constraint, required in _of(requirements)]
     least = {constraint.name: required for constraint, required in _of(requirements)}
     # A requirement of 1 or more says it already.
     own = [_own(check, name, slack) for name, requirement in OWN if least.get(requirement, 0.0) < 1.0]
-    return Verdict((*asked, *own), check.warnings)
+    return Verdict((*asked, *own), (*check.warnings, *left_out(effects, _TELLING)))
 
 
 def _of(requirements: Requirements | None) -> tuple[tuple[Constraint, float], ...]:

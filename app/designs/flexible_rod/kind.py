@@ -100,7 +100,7 @@ def run_check(request: CheckRequest) -> Answer:
         )
     except InvalidInput as refusal:
         return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
-    verdict = verdict_json(rod.judge(outcome.value, outcome.accuracy), WORDS, outcome.accuracy)
+    verdict = verdict_json(rod.judge(outcome.value, outcome.accuracy, effects=outcome.effects), WORDS, outcome.accuracy)
     return envelope(outcome, result_of(outcome.value, repairs_json(request, request.repairs())), verdict)
 
 
@@ -161,7 +161,7 @@ def run_design(request: DesignRequest) -> Answer:
         "active_constraints": active,
         "certificate": certificate,
     }
-    verdict = rod.judge(found.check, outcome.accuracy, problem.requirements)
+    verdict = rod.judge(found.check, outcome.accuracy, problem.requirements, outcome.effects)
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 

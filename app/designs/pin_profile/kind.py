@@ -30,13 +30,13 @@ def run_check(request: CheckRequest) -> Answer:
     try:
         if request.seeks_outside:
             outcome = bushing.check(request.bushing(), request.outside(), *how)
-            verdict = bushing.judge(outcome.value, request.bushing(), outcome.accuracy, limits)
+            verdict = bushing.judge(outcome.value, request.bushing(), outcome.accuracy, limits, outcome.effects)
             return envelope(outcome, bushing_json(outcome.value), verdict_json(verdict, WORDS, outcome.accuracy))
         scene = request.scene()
         outcome = pin.check(scene, request.bore(), *how)
     except InvalidInput as refusal:
         return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
-    verdict = pin.judge(outcome.value, scene, outcome.accuracy, limits)
+    verdict = pin.judge(outcome.value, scene, outcome.accuracy, limits, outcome.effects)
     result = pin_json(outcome.value, scene.geometry.outer_diameter)
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
@@ -59,7 +59,7 @@ def _design_pin(request: DesignRequest) -> Answer:
     corners = found.corners and [
         {"x_mm": x / MILLI, "bore_mm": bore / MILLI, "outer_diameter_mm": outer / MILLI} for x, bore in found.corners
     ]
-    verdict = pin.judge(found.check, problem.scene, outcome.accuracy, problem.limits)
+    verdict = pin.judge(found.check, problem.scene, outcome.accuracy, problem.limits, outcome.effects)
     result = design_json(outcome, pin_json(found.check, outer), corners)
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
@@ -73,7 +73,7 @@ def _design_bushing(request: DesignRequest) -> Answer:
     corners = found.corners and [
         {"x_mm": x / MILLI, "bore_mm": bore / MILLI, "outer_diameter_mm": outer / MILLI} for x, outer in found.corners
     ]
-    verdict = bushing.judge(found.check, problem.scene, outcome.accuracy, problem.limits)
+    verdict = bushing.judge(found.check, problem.scene, outcome.accuracy, problem.limits, outcome.effects)
     result = design_json(outcome, bushing_json(found.check), corners)
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 

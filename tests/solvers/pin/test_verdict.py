@@ -158,3 +158,11 @@ def test_a_bushings_design_keeps_its_limits_and_holds(form, bore):
     if form == bushing.Turned():
         # It ends in an edge, around a bore as without one.
         assert not plain.holds and not of(plain, "min_wall").holds
+
+
+def test_shear_left_out_of_a_limited_deflection_is_a_caution():
+    without = pin.EffectSelection(exclude=frozenset({"shear_deflection"}))
+    outcome = pin.check(VAZ, pin.Profile((0.0,), (13.9e-3,)), effects=without)
+    for limit, cautions in ((1.0, 1), (None, 0)):
+        verdict = pin.judge(outcome.value, VAZ, outcome.accuracy, pin.Limits(max_deflection=limit), outcome.effects)
+        assert sum("shear_deflection is left out" in text for text in verdict.cautions) == cautions

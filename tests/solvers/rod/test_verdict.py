@@ -72,3 +72,17 @@ def test_a_design_on_its_limits_holds(accuracy):
     verdict = rod.judge(outcome.value.check, outcome.accuracy, requirements)
     assert verdict.holds
     assert 0.0 <= verdict.governing.margin < accuracy
+
+
+def test_an_effect_left_out_that_matters_is_a_caution_and_one_that_does_not_is_none():
+    without = rod.EffectSelection(exclude=frozenset({"friction_feedback", "friction"}))
+    fast = replace(PAPER, piston=replace(PAPER.piston, friction_coefficient=0.3))
+    outcome = rod.check(fast, STRIP, without)
+    told = rod.judge(outcome.value, outcome.accuracy, effects=outcome.effects).cautions
+    matters = {e.name for e in outcome.effects if e.state == "skipped" and e.influence > 0.01} - {"friction"}
+    assert "friction_feedback" in matters
+    assert {text.split()[2] for text in told} == matters
+    assert (
+        rod.judge(rod.check(PAPER, STRIP).value, outcome.accuracy, effects=rod.check(PAPER, STRIP).effects).cautions
+        == ()
+    )

@@ -32,8 +32,8 @@ def judge(
 ) -> Verdict:
     """The verdict on a strip; without ``requirements`` on its own safeties alone.
 
-    ``effects`` is the manifest: one left out that matters is a caution. Where the strip buckles nothing else is known of
-    it, and what is not known does not hold.
+    ``effects`` is the manifest: one left out that matters is a caution. Where the strip buckles nothing else is known,
+    and what is not known does not hold.
     """
     slack = slack_of(accuracy)
     asked = [_asked(check, constraint, required, slack) for constraint, required in _of(requirements)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from pydantic import Field
@@ -183,6 +184,23 @@ MAIN_RESULTS = (
 """What an accuracy study judges. Not the place of the worst section, which a flat maximum leaves uncertain by the
 square root of its own error, nor the mean stress, which may pass through zero."""
 
+_FIGURES = {
+    "mass": "mass_g",
+    "friction_power": "friction_power_w",
+    "contact_pressure": "contact_pressure_max_mpa",
+    "side_force": "side_force_max_n",
+    "fatigue_safety": "fatigue_safety",
+    "stability_safety": "stability_safety",
+}
+"""What a result calls an objective."""
+
+
+def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
+    """What a design was after; of a check the mass; of a study none."""
+    name = _FIGURES[result.get("objective", "mass")]
+    return name, None if mode is Mode.ACCURACY else result[name]
+
+
 FLEXIBLE_ROD = Kind(
     slug="flexible-rod",
     title="Flexible rod",
@@ -194,4 +212,5 @@ FLEXIBLE_ROD = Kind(
     known_effects=rod.EFFECTS,
     plots={"stability-map": stability_map},
     main_results=MAIN_RESULTS,
+    figure=figure,
 )

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.pin_profile.pictures import bore_picture, forces_picture, load_family, stress_picture
 from app.designs.pin_profile.reference import check_reference, design_reference
@@ -88,6 +91,12 @@ of the mass's own error."""
 GIVEN_RESULTS = ("ovalization_um", "ring_stresses_mpa.inner_side", "ring_stresses_mpa.outer_top")
 """They follow the bore in the middle."""
 
+
+def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
+    """The mass; of a study none."""
+    return "mass_g", None if mode is Mode.ACCURACY else result["mass_g"]
+
+
 PIN_PROFILE = Kind(
     slug="pin-profile",
     title="Piston pin",
@@ -107,4 +116,5 @@ PIN_PROFILE = Kind(
     },
     main_results=MAIN_RESULTS,
     given_results=GIVEN_RESULTS,
+    figure=figure,
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from datetime import datetime
 from typing import Annotated
 
@@ -17,6 +18,7 @@ from app.store.record import RunFilter, RunOrder, RunStatus
 from app.submission import Service
 
 router = APIRouter(prefix="/api/v1/runs", tags=["runs"])
+_MOTION = re.compile(r"<animate [^>]*/>")
 _MISSING: dict[int | str, dict[str, str]] = {404: {"description": "there is no such run"}}
 
 
@@ -77,7 +79,12 @@ async def cancel(request: Request, run_id: str) -> Response:
     response_class=SvgResponse,
     responses={**_MISSING, 409: {"description": "the run has nothing to draw"}},
 )
-async def plot(request: Request, run_id: str, plot: str) -> Response:
+async def plot(
+    request: Request,
+    run_id: str,
+    plot: str,
+    still: Annotated[bool, Query(description="a moving picture as it stands")] = False,
+) -> Response:
     """One of the kind's plots, drawn from the stored result."""
     service: Service = request.app.state.service
     run = await service.store.get(run_id)
@@ -91,4 +98,6 @@ async def plot(request: Request, run_id: str, plot: str) -> Response:
         raise Problem(409, "Nothing to draw", "this run's result has nothing for this plot")
     # Not on the event loop: a picture may take a tenth of a second to compute.
     drawn = await run_in_threadpool(plots[plot], shown)
+    if still:
+        drawn = _MOTION.sub("", drawn)
     return SvgResponse(drawn, headers={"Cache-Control": "private, max-age=3600"})

@@ -29,9 +29,9 @@ class RunRecord:
 
     ``spec``, ``result``, ``problem``, ``effects``, ``accuracy``, ``timing``, ``verdict`` are UTF-8 JSON, kept and
     returned byte for byte; ``holds`` is the verdict's own, None where there is no verdict; ``figure`` is the number of
-    the result that matters most, ``figure_name`` its name, None where there is none. ``created_at`` must be aware; it is
-    kept in UTC to the microsecond. ``spec_hash`` comes from ``app.store.hashing.spec_hash``. ``source_run_ids`` names
-    the runs that fed this one.
+    the result that matters most, ``figure_name`` its name, None where there is none. ``created_at`` must be aware; it
+    is kept in UTC to the microsecond. ``spec_hash`` comes from ``app.store.hashing.spec_hash``. ``source_run_ids``
+    names the runs that fed this one.
     """
 
     id: str

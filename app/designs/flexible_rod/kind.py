@@ -7,6 +7,13 @@ from typing import Any
 
 from pydantic import Field
 
+from app.designs.flexible_rod.cycle_pictures import (
+    forces_over_angle,
+    has_stresses,
+    stress_along_strip,
+    stresses_over_angle,
+)
+from app.designs.flexible_rod.feasible_region import feasible_region, is_design
 from app.designs.flexible_rod.pictures import stability_map
 from app.designs.flexible_rod.reference import check_reference, design_reference
 from app.designs.flexible_rod.request import CheckRequest, DesignRequest, Dimensions
@@ -210,7 +217,19 @@ FLEXIBLE_ROD = Kind(
         Mode.CHECK: Job(CheckRequest, RodResult, run_check, reference=check_reference),
     },
     known_effects=rod.EFFECTS,
-    plots={"stability-map": stability_map},
+    plots={
+        "stability-map": stability_map,
+        "forces-over-angle": forces_over_angle,
+        "stresses-over-angle": stresses_over_angle,
+        "stress-along-strip": stress_along_strip,
+        "feasible-region": feasible_region,
+    },
+    drawn_if={
+        "forces-over-angle": has_stresses,
+        "stresses-over-angle": has_stresses,
+        "stress-along-strip": has_stresses,
+        "feasible-region": is_design,
+    },
     main_results=MAIN_RESULTS,
     figure=figure,
 )

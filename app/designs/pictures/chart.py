@@ -17,6 +17,20 @@ LEFT, RIGHT, TOP, BOTTOM = 70, 20, 20, 52
 _LEGEND_ROW = 20
 
 BLUE, RED, GREEN, GREY = "#1a5fb4", "#b3261e", "#1c7c54", "#5b6472"
+_ON_DARK = {BLUE: "#7fb2f0", RED: "#f2958c", GREEN: "#72cfa4", GREY: "#a3abb8"}
+_DARK = "".join(
+    f'[fill="{light}"]{{fill:{dark}}}[stroke="{light}"]{{stroke:{dark}}}' for light, dark in _ON_DARK.items()
+)
+STYLE = f"<style>svg{{color:#1d2430}}@media (prefers-color-scheme:dark){{svg{{color:#e7e9ee}}{_DARK}}}</style>"
+"""The inks of a picture that stands by itself, light and dark: a program that reads no styles keeps the light ones."""
+
+
+def opening(title: str, width: float, height: float, attributes: str = "") -> str:
+    """The begin of a picture: its size, its name for whoever does not see it, its inks."""
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" role="img" class="plot" '
+        f'font-family="system-ui, sans-serif" font-size="13"{attributes}><title>{escape(title)}</title>{STYLE}'
+    )
 
 
 class Scale(Protocol):
@@ -105,9 +119,13 @@ class Chart:
         self._x, self._y, self._left = x, y, left
         height = HEIGHT + _LEGEND_ROW * len(legend)
         self._layers = [
-            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" role="img" class="plot" '
-            'font-family="system-ui, sans-serif" font-size="13">',
-            f"<title>{escape(title)}</title>",
+            # Where the axes lie, for a cursor that a page draws.
+            opening(
+                title,
+                WIDTH,
+                height,
+                f' data-left="{left}" data-right="{WIDTH - RIGHT}" data-top="{TOP}" data-bottom="{HEIGHT - BOTTOM}"',
+            )
         ]
         bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
         for value, words in x.ticks():

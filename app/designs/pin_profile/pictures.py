@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, opening
 from solvers import pin
 from solvers.pin.capacity import force_limit
 from solvers.pin.family import load_sweep
@@ -34,8 +34,7 @@ def bore_picture(run: dict[str, Any]) -> str:
         return f"{_MARGIN + place * scale:.2f},{middle - radius * scale:.2f}"
 
     out = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH:.0f} {height:.0f}" role="img" class="plot" '
-        'font-family="system-ui, sans-serif" font-size="13"><title>The pin cut along its axis, to scale</title>'
+        opening("The pin cut along its axis, to scale", _WIDTH, height),
     ]
     for sign in (1.0, -1.0):
         inner = "L".join(at(p, sign * 0.5 * d) for p, d in zip(reversed(x), reversed(bore), strict=True))
@@ -78,8 +77,8 @@ def stress_picture(run: dict[str, Any]) -> str:
     allowable = run["spec"]["material"]["allowable_stress_mpa"]
     chart = Chart(
         "Equivalent stress",
-        around([0.0, *x], 0.0),
-        around([0.0, allowable, *stress]),
+        Linear(0.0, run["result"]["profile"][-1]["x_mm"]),
+        Linear(0.0, 1.08 * max(allowable, *stress)),
         "x, mm",
         "equivalent stress, MPa",
     )

@@ -24,7 +24,7 @@ def _may_change(effect: Mapping[str, Any]) -> str:
         return "no bound is known"
     if bound == 0:
         return "nothing"
-    return f"at most {100 * bound:.2g} %" if bound < 1.0 else f"at most {bound:.2g} times as much"
+    return f"at most {100 * bound:.2g} %" if bound < 0.995 else f"at most {100 * bound:.0f} %"
 
 
 def switched(run: Mapping[str, Any], name: str, on: bool) -> dict[str, Any]:

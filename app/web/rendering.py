@@ -29,6 +29,11 @@ def figure(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
+def short(value: float) -> str:
+    """Four digits, without a power of ten where a person would write none."""
+    return f"{value:,.0f}".replace(",", "\u202f") if 9999.5 <= abs(value) < 1e7 else f"{value:.4g}"
+
+
 def label(name: str) -> dict[str, str]:
     """A field's name in words, and its unit."""
     words, unit = split_unit(name)
@@ -42,6 +47,7 @@ def plain(name: object) -> str:
 
 templates.env.filters["figure"] = figure
 templates.env.filters["label"] = label
+templates.env.filters["short"] = short
 templates.env.filters["plain"] = plain
 for _filter in (verdicts.standing, verdicts.reached, verdicts.required, verdicts.margin, verdicts.used):
     templates.env.filters[_filter.__name__] = _filter

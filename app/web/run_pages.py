@@ -24,6 +24,8 @@ from app.web.stock import stock_offer
 
 router = APIRouter(include_in_schema=False)
 _ON_A_PAGE = 50
+_SAID_ELSEWHERE = ("value", "value_unit")
+"""Results that stand on the page under a better name."""
 
 
 async def run_of(request: Request, run_id: str) -> dict[str, Any]:
@@ -89,7 +91,13 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
     except UnknownRun:
         return page(request, "missing.html", 404)
     kind, result = KINDS[run["kind"]], run["result"] or {}
-    numbers = {n: v for n, v in result.items() if isinstance(v, (int, float, str)) and not isinstance(v, bool)}
+    numbers = {
+        name: value
+        for name, value in result.items()
+        if isinstance(value, (int, float, str)) and not isinstance(value, bool) and name not in _SAID_ELSEWHERE
+    }
+    if "worst_fibre" in numbers:
+        numbers["worst_fibre"] = "outer, +h/2" if numbers["worst_fibre"] > 0 else "inner, −h/2"
     succeeded = run["status"] == RunStatus.SUCCEEDED
     own = run["mode"] in kind.jobs
     return page(

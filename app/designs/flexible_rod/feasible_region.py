@@ -19,6 +19,8 @@ from solvers.errors import InvalidInput
 _GRID = 13
 """Lengths and thicknesses at which strips are checked."""
 _ACCURACY = 1e-2
+_AROUND = (0.7, 1.4)
+"""What is shown of the bounds, times what was found."""
 _MOST = 2.0
 """Margins, in logarithms, are cut here: what is far from its limit has no line to place."""
 
@@ -41,7 +43,7 @@ def is_design(run: dict[str, Any]) -> bool:
 def _axis(bounds: list[float], found: float) -> Array:
     """Places between the bounds, the found one with room around it among them."""
     low, high = bounds
-    low, high = max(low, 0.4 * found), min(high, 2.5 * found)
+    low, high = max(low, _AROUND[0] * found), min(high, _AROUND[1] * found)
     if high - low < 1e-9 * found:
         low, high = 0.9 * found, 1.1 * found
     return np.unique(np.append(np.linspace(low, high, _GRID), found))
@@ -90,7 +92,8 @@ def feasible_region(run: dict[str, Any]) -> str:
                 margins[k, i, j] = _margin(check, field, name, asked[field])
     x, y = Linear(lengths[0], lengths[-1]), Linear(thicknesses[0], thicknesses[-1])
     title = f"What may be built at b = {dimensions['b_mm']:.4g} mm"
-    legend = [(f"{words}: ends on this line", color) for _, _, words, color in used]
+    legend = [(f"{words}: just what is required", color) for _, _, words, color in used]
+    legend.append(("every requirement holds", GREEN))
     chart = Chart(title, x, y, "free length l, mm", "thickness h, mm", legend=legend)
     allowed = np.where(np.isnan(margins), -_MOST, margins).min(axis=0)
     for polygon in inside(lengths, thicknesses, allowed):

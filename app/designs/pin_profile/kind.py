@@ -6,7 +6,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.designs.kind import Answer, Job, Kind, Mode
-from app.designs.pin_profile.pictures import bore_picture, forces_picture, load_family, stress_picture
+from app.designs.pin_profile.pictures import (
+    bore_picture,
+    forces_picture,
+    has_ring,
+    load_family,
+    ring_picture,
+    stress_picture,
+)
 from app.designs.pin_profile.reference import check_reference, design_reference
 from app.designs.pin_profile.request import CheckRequest, DesignRequest
 from app.designs.pin_profile.result import (
@@ -112,8 +119,10 @@ PIN_PROFILE = Kind(
         "bore": bore_picture,
         "forces": forces_picture,
         "stress": stress_picture,
+        "ring": ring_picture,
         "load-family": load_family,
     },
+    drawn_if={"ring": has_ring},
     main_results=MAIN_RESULTS,
     given_results=GIVEN_RESULTS,
     figure=figure,

@@ -4,10 +4,9 @@ const figureOf = (name) => document.querySelector(`figure[data-plot="${name}"]`)
 async function inlined(figure) {
   const image = figure.querySelector("picture") || figure.querySelector("img");
   const text = await (await fetch(figure.querySelector("img").getAttribute("src").split("?")[0])).text();
-  const found = new DOMParser().parseFromString(text, "image/svg+xml").documentElement;
   // The page's own style knows the pictures' colours; a style within would be refused.
-  found.querySelectorAll("style").forEach((style) => style.remove());
-  const svg = document.importNode(found, true);
+  const plain = text.replace(/<style>.*?<\/style>/s, "");
+  const svg = document.importNode(new DOMParser().parseFromString(plain, "image/svg+xml").documentElement, true);
   image.replaceWith(svg);
   return svg;
 }

@@ -16,8 +16,12 @@ from app.designs.schema import MILLI
 from solvers import rod
 from solvers.errors import InvalidInput
 
-_GRID = 13
-"""Lengths and thicknesses at which strips are checked."""
+_SIDE = 7
+"""Lengths and thicknesses, on either side of what was found, at which strips are checked."""
+_BENT = 0.6
+"""d ln h/d ln l of a strip's critical force that stays the same, about."""
+_NOTHING = 1e-3
+"""A margin, in logarithms, that is as good as none: the answer lies on its limits."""
 _ACCURACY = 1e-2
 _AROUND = (0.7, 1.4)
 """What is shown of the bounds, times what was found."""
@@ -41,12 +45,12 @@ def is_design(run: dict[str, Any]) -> bool:
 
 
 def _axis(bounds: list[float], found: float) -> Array:
-    """Places between the bounds, the found one with room around it among them."""
-    low, high = bounds
-    low, high = max(low, _AROUND[0] * found), min(high, _AROUND[1] * found)
+    """Places between the bounds, closer to each other near the found one, at which the region may end in a corner."""
+    low, high = max(bounds[0], _AROUND[0] * found), min(bounds[1], _AROUND[1] * found)
     if high - low < 1e-9 * found:
         low, high = 0.9 * found, 1.1 * found
-    return np.unique(np.append(np.linspace(low, high, _GRID), found))
+    share = np.linspace(0.0, 1.0, _SIDE + 1) ** 2
+    return np.unique(np.concatenate([found - (found - low) * share, found + (high - found) * share]))
 
 
 def _value(check: rod.RodCheck, name: str) -> float | None:
@@ -78,32 +82,41 @@ def feasible_region(run: dict[str, Any]) -> str:
     )
     lengths = _axis(spec["bounds"]["l_mm"], dimensions["l_mm"])
     lengths = lengths[lengths <= spec["mechanism"]["rod_length_mm"]]
-    thicknesses = _axis(spec["bounds"]["h_mm"], dimensions["h_mm"])
+    low, high = spec["bounds"]["h_mm"]
+    # Bent along the line of equal stability, along which a region often ends in a narrow corner.
+    levels = _axis([low, high], dimensions["h_mm"])
+    thicknesses = np.clip(
+        np.outer(levels, (lengths / dimensions["l_mm"]) ** _BENT), min(low, levels[0]), max(high, levels[-1])
+    )
     used = [(field, name, words, color) for field, name, words, color in _CRITERIA if asked[field] is not None]
-    margins = np.full((len(used), thicknesses.size, lengths.size), np.nan)
-    for i, h in enumerate(thicknesses):
+    margins = np.full((len(used), *thicknesses.shape), np.nan)
+    for i in range(levels.size):
         for j, length in enumerate(lengths):
             try:
-                strip = rod.Dimensions(width, h * MILLI, length * MILLI)
+                strip = rod.Dimensions(width, thicknesses[i, j] * MILLI, length * MILLI)
                 check = rod.check(scene, strip, settled, request.effect_tolerance, _ACCURACY).value
             except InvalidInput:
                 continue
             for k, (field, name, _, _) in enumerate(used):
                 margins[k, i, j] = _margin(check, field, name, asked[field])
-    x, y = Linear(lengths[0], lengths[-1]), Linear(thicknesses[0], thicknesses[-1])
+    x, y = Linear(lengths[0], lengths[-1]), Linear(levels[0], levels[-1])
     title = f"What may be built at b = {dimensions['b_mm']:.4g} mm"
     legend = [(f"{words}: just what is required", color) for _, _, words, color in used]
     legend.append(("every requirement holds", GREEN))
+    by_mass = run["result"]["objective"] == "mass"
+    if by_mass:
+        legend.append(("dotted: of the same mass", GREY))
     chart = Chart(title, x, y, "free length l, mm", "thickness h, mm", legend=legend)
-    allowed = np.where(np.isnan(margins), -_MOST, margins).min(axis=0)
-    for polygon in inside(lengths, thicknesses, allowed):
+    across = np.broadcast_to(lengths, thicknesses.shape)
+    allowed = np.where(np.isnan(margins), -_MOST, margins + _NOTHING).min(axis=0)
+    for polygon in inside(across, thicknesses, allowed):
         chart.area(*polygon, color=GREEN)
     for k, (_, _, _, color) in enumerate(used):
-        for line in level_lines(lengths, thicknesses, margins[k]):
+        for line in level_lines(across, thicknesses, margins[k]):
             chart.line(*line, color=color)
-    if run["result"]["objective"] == "mass":
+    if by_mass:
         equal = dimensions["h_mm"] * dimensions["l_mm"] / lengths
-        there = (equal >= thicknesses[0]) & (equal <= thicknesses[-1])
+        there = (equal >= levels[0]) & (equal <= levels[-1])
         if there.sum() > 1:
             chart.line(lengths[there].tolist(), equal[there].tolist(), GREY, dashes="3 4")
     chart.mark(dimensions["l_mm"], dimensions["h_mm"], "the design", GREEN)

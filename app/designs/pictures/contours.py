@@ -13,7 +13,8 @@ Points = tuple[list[float], list[float]]
 
 
 def inside(x: Array, y: Array, values: Array) -> Iterator[Points]:
-    """Polygons, one for each cell it reaches into, of where ``values`` (y.size, x.size) is at least zero."""
+    """Polygons, one for each cell it reaches into, of where ``values`` at places (x, y) is at least zero; all three of
+    the shape of the grid, which may be bent."""
     for corners in _cells(x, y, values):
         found = []
         for (px, py, pv), (qx, qy, qv) in zip(corners, corners[1:] + corners[:1], strict=True):
@@ -43,10 +44,10 @@ def level_lines(x: Array, y: Array, values: Array) -> list[Points]:
 
 def _cells(x: Array, y: Array, values: Array) -> Iterator[list[tuple[float, float, float]]]:
     """The corners of every cell in turn, without cells of which a corner is no number."""
-    for i in range(y.size - 1):
-        for j in range(x.size - 1):
+    for i in range(values.shape[0] - 1):
+        for j in range(values.shape[1] - 1):
             around = ((i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j))
-            corners = [(float(x[b]), float(y[a]), float(values[a, b])) for a, b in around]
+            corners = [(float(x[a, b]), float(y[a, b]), float(values[a, b])) for a, b in around]
             if not any(np.isnan(corner[2]) for corner in corners):
                 yield corners
 

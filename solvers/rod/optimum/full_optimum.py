@@ -207,10 +207,10 @@ def _second_order(at: Iterate, conditions: Stationarity) -> SecondOrder:
     if not len(ways):
         return SecondOrder(None, 0.0, ())
     rows_at, lagrangian = at.memory.active, conditions.weights
-    middle = float(lagrangian @ at.memory.values(at.x))
+    middle = float(lagrangian @ rows_at.corrected_values(at.x))
 
     def second(way: Array) -> float:
-        ends = [float(lagrangian @ rows_at.values(at.x + side * _APART * way)) for side in (1.0, -1.0)]
+        ends = [float(lagrangian @ rows_at.corrected_values(at.x + side * _APART * way)) for side in (1.0, -1.0)]
         return (ends[0] + ends[1] - 2.0 * middle) / _APART**2
 
     matrix = np.diag([second(way) for way in ways])

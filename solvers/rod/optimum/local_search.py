@@ -32,8 +32,8 @@ _FAR, _ROUGH = 1e-2, 1e-3
 _LEAST_EXCESS = 1e-16
 _STUCK = 0.02
 """A promise to lessen the excess by a smaller share is none."""
-_ITERATIONS, _RIPPLED_ITERATIONS = 12, 5
-"""Of the optimizer in one round: of smooth results, and of some that ripple."""
+_ITERATIONS = 12
+"""Of the optimizer in one round."""
 
 
 @dataclass(frozen=True)
@@ -166,16 +166,15 @@ def _promised(model: FullModel, task: Task, box: Array, at: Iterate, radius: flo
     is still outside.
     """
     near = np.stack([np.maximum(box[:, 0], at.x - radius), np.minimum(box[:, 1], at.x + radius)], axis=1)
-    most = _RIPPLED_ITERATIONS if model.ripples else _ITERATIONS
     layout, values = at.memory.active.layout, at.memory.values(at.x)
     p, x = program(task.objective, at.limits, layout, task.guard), at.x
     if at.excess > _FAR:
         towards = feasibility_program({row: limit - task.guard for row, limit in at.limits.items()}, layout)
-        step = run(at.memory, towards, near, x, _ROUGH * at.excess, most)
+        step = run(at.memory, towards, near, x, _ROUGH * at.excess, _ITERATIONS)
         x = step.x
         if step.cost > 0.0:
             return x, _PENALTY * (p.violation(values) - step.cost)
-    step = run(at.memory, p, near, x, 0.1 * task.enough, most)
+    step = run(at.memory, p, near, x, 0.1 * task.enough, _ITERATIONS)
     if step.violation > 0.1 * task.guard:
         step = restored(at.memory, p, near, step.x, 3)
     gain = p.cost(values) - step.cost

@@ -32,7 +32,7 @@ from solvers.rod.vibration.steady_response import RodInertia
 
 _WHOLE = periodic.grid(256)
 """Angles of the mean of friction power: what they miss, strips near each other miss alike, and exact checks tell."""
-_STEP, _CORRECTION_STEP = 1e-6, 3e-4
+_STEP, _CORRECTION_STEP = 1e-6, 2e-3
 """Of differences in ln b, ln h, ln l: of closed forms, and of corrections, whose time meshes change between strips."""
 _KEPT = 6
 _LEAST = 1e-300
@@ -87,14 +87,16 @@ class FullModel:
             self._strips[key] = FullStrip(cycle if corrected else cycle.without_corrections())
         return self._strips[key]
 
-    def check(self, d: Dimensions) -> Outcome[RodCheck]:
-        """The exact check of a strip."""
-        if d not in self._checks:
-            self.watch()
-            self.checks += 1
-            settled = self.effects, self.effect_tolerance, self.accuracy, self.criterion
-            self._checks[d] = check(self.scene, d, *settled)
-        return self._checks[d]
+    def check(self, d: Dimensions, accuracy: float | None = None) -> Outcome[RodCheck]:
+        """The exact check of a strip; to a lesser accuracy if that is all that is asked for."""
+        if d in self._checks:
+            return self._checks[d]
+        self.watch()
+        self.checks += 1
+        found = check(self.scene, d, self.effects, self.effect_tolerance, accuracy or self.accuracy, self.criterion)
+        if accuracy is None or accuracy <= self.accuracy:
+            self._checks[d] = found
+        return found
 
     def checked(self) -> Iterable[Outcome[RodCheck]]:
         """All checks so far."""

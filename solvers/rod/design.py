@@ -35,7 +35,7 @@ from solvers.rod.optimum.local_search import Task
 from solvers.rod.optimum.peaks import ANGLES
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.sqp import wanted_of
-from solvers.rod.problem import RodProblem
+from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 from solvers.watch import OutOfTime, Watch
 
@@ -127,12 +127,13 @@ class _Design:
     def core_search(self, moving: bool) -> tuple[Proof, float, Dimensions]:
         """The core's optimum; where it has none, by how much it misses the limits, and the strip that misses least."""
         p = self.problem
-        self.cycle = core_cycle(p.scene, self.criterion, p.scene.piston.reciprocating_mass if moving else 0.0)
+        mass = p.scene.piston.reciprocating_mass if moving else 0.0
+        self.cycle = core_cycle(p.scene, self.criterion, mass, p.bounds)
         proof = search(self.cycle, p.objective, self.limits, self.sizes, self.accuracy, BOXES)
         if proof.best is not None:
             return proof, 0.0, proof.best.dimensions
-        least = least_violation(self.cycle, self.limits, self.sizes)
         b = p.bounds
+        least = least_violation(self.cycle, self.limits, Bounds(b.b, b.h, (b.l[0], min(b.l[1], self.cycle.rod_length))))
         stoutest = Dimensions(b.b[1], b.h[1], b.l[0])
         return (proof, *least) if least is not None else (proof, math.inf, stoutest)
 

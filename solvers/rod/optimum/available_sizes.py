@@ -103,7 +103,7 @@ def _expected(
     """The least ln objective that sizes may have by the corrected core, and its strip; None if inadmissible."""
     doubt = _WRONG * float(np.max(np.abs(logarithms(strip) - logarithms(around))))
     loose = {row: limit + doubt for row, limit in limits.items()}
-    found = polish(context.cycle, context.problem.objective, loose, _within(context, strip), strip)
+    found = polish(context.cycle.coarse, context.problem.objective, loose, _within(context, strip), strip)
     if found is None:
         return None
     shift = 0.0 if context.problem.objective.per_density else doubt

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,17 +17,15 @@ from solvers.rod.load.axial_force import Drive, axial_forces, drive_of, least_fo
 from solvers.rod.optimum import peak_model
 from solvers.rod.optimum.peak_model import Array, CorePeaks, side_and_pressure, stress_table
 from solvers.rod.optimum.peaks import ANGLES, Peaks, Wanted, peaks_of
-from solvers.rod.problem import Bounds
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip import buckling
 
-WHOLE = 512
-"""Angles of a mean, whose error falls with the third power where the piston ceases to bear on its second wall (a corner
-in the derivative): a few 1e-7 at the most of 1,000 random machines. Where it never does, far fewer are exact."""
-_FEWER = 64, 128, 256
-_EXACT, _SAME_MEAN = 1e-10, 1e-8
-_ACROSS = 0.0, 0.5, 1.0
+WHOLE, COARSE = 512, 64
+"""Angles of a mean, whose error falls with the third power (the piston ceases to bear on its second wall: a corner in
+the second derivative): a few 1e-7 at the most of 1,000 random machines; and those of a quick look at it."""
+COARSE_ERROR = 5e-4
+"""More than a mean over ``COARSE`` angles is wrong by, relative, of strips that do not buckle."""
+_EXACT = 1e-10
 
 
 @dataclass(frozen=True)
@@ -64,6 +63,12 @@ class CoreCycle:
     def lateral_stroke(self, angle: Array) -> Array:
         """r sin(phi) [m]."""
         return self.crank_radius * np.sin(angle)
+
+    @cached_property
+    def coarse(self) -> CoreCycle:
+        """The same with means over few angles."""
+        force, stroke, speed = (values[:: WHOLE // COARSE].copy() for values in self.whole)
+        return replace(self, whole=(force, stroke, speed))
 
     def strip(self, d: Dimensions) -> CoreStrip:
         """One strip at any angles and sections."""
@@ -131,18 +136,15 @@ class CoreRows:
         return np.empty((2, self.core.eta.size, self.core.force.size))
 
 
-def core_cycle(scene: Scene, criterion: FatigueCriterion, mass: float, bounds: Bounds | None = None) -> CoreCycle:
-    """The cycle of a scene whose axial force holds the inertia of this mass [kg] beside the gas force.
-
-    Means are taken over as few angles as strips across the bounds allow.
-    """
+def core_cycle(scene: Scene, criterion: FatigueCriterion, mass: float) -> CoreCycle:
+    """The cycle of a scene whose axial force holds the inertia of this mass [kg] beside the gas force."""
     drive, piston = drive_of(scene, mass), scene.piston
     angle, whole = periodic.grid(ANGLES), periodic.grid(WHOLE)
     force = axial_forces(drive, angle)
     least, hardest = least_force(drive, angle, force, _EXACT)
     m = scene.mechanism
     speed = np.abs(kinematics.velocity(whole, m.crank_radius, m.rod_length, m.angular_speed))
-    cycle = CoreCycle(
+    return CoreCycle(
         drive=drive,
         modulus=scene.material.elastic_modulus,
         guide=np.array([piston.clamp_offset, piston.diameter, piston.skirt_length, piston.friction_coefficient]),
@@ -154,27 +156,3 @@ def core_cycle(scene: Scene, criterion: FatigueCriterion, mass: float, bounds: B
         compression=max(-least, 0.0),
         hardest=hardest % periodic.TURN,
     )
-    if bounds is None:
-        return cycle
-    step = max(1, WHOLE // _angles_of_a_mean(cycle, bounds))
-    force, stroke, speed = (values[::step].copy() for values in cycle.whole)
-    return replace(cycle, whole=(force, stroke, speed))
-
-
-def _angles_of_a_mean(cycle: CoreCycle, bounds: Bounds) -> int:
-    """So many equal steps of the turn give the friction power of strips across the bounds as ``WHOLE`` steps do."""
-    force, stroke, speed = cycle.whole
-    ends = np.log([bounds.b, bounds.h, (bounds.l[0], min(bounds.l[1], cycle.rod_length))])
-    reactions, found = np.empty((2, force.size)), 0
-    for part in _ACROSS:
-        for longer in _ACROSS:
-            b, h, l = np.exp(ends[:, 0] + np.array([part, part, longer]) * (ends[:, 1] - ends[:, 0])).tolist()
-            if cycle.compression >= 0.9 * buckling.critical_force(cycle.modulus, b, h, l, cycle.rod_length):
-                continue
-            side_and_pressure(force, stroke, cycle.modulus, cycle.rod_length, cycle.guide, b, h, l, reactions)
-            side, couple = reactions[0], np.maximum(reactions[1] - reactions[0], 1e-300)
-            power = np.where(couple > side, 0.5 * (couple + side**2 / couple), side) * speed
-            exact = np.mean(power)
-            fine = [n for n in _FEWER if abs(np.mean(power[:: WHOLE // n]) - exact) <= _SAME_MEAN * exact]
-            found = max(found, fine[0] if fine else WHOLE)
-    return found or WHOLE

@@ -34,6 +34,8 @@ _WHOLE = periodic.grid(256)
 """Angles of the mean of friction power: what they miss, strips near each other miss alike, and exact checks tell."""
 _STEP, _CORRECTION_STEP = 1e-6, 2e-3
 """Of differences in ln b, ln h, ln l: of closed forms, and of corrections, whose time meshes change between strips."""
+_LOOSER = 5.0
+"""Times the accuracy of checks: the rows of a strip, which its check corrects."""
 _KEPT = 6
 _LEAST = 1e-300
 
@@ -83,7 +85,7 @@ class FullModel:
             self.strips += 1
             while len(self._strips) >= _KEPT:
                 del self._strips[next(iter(self._strips))]
-            cycle = Cycle(self.scene, d, self.composition, self.accuracy)
+            cycle = Cycle(self.scene, d, self.composition, _LOOSER * self.accuracy)
             self._strips[key] = FullStrip(cycle if corrected else cycle.without_corrections())
         return self._strips[key]
 

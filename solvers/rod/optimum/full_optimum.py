@@ -73,7 +73,12 @@ class Context:
     task: Task
     sizes: Sizes
     ends: list[Local] = field(default_factory=list)
-    starts: int = 0
+    started: list[Array] = field(default_factory=list)
+
+    @property
+    def starts(self) -> int:
+        """How many local searches there were."""
+        return len(self.started)
 
     @property
     def bounds(self) -> Bounds:
@@ -83,7 +88,7 @@ class Context:
 
     def search_from(self, start: Dimensions, bounds: Bounds, radius: float = 0.15) -> Local | None:
         """One local search, kept among the ends."""
-        self.starts += 1
+        self.started.append(logarithms(start))
         local = local_search(self.model, self.task, bounds, logarithms(start), radius)
         if local is not None:
             self.ends.append(local)
@@ -196,9 +201,10 @@ def _other_start(context: Context) -> Dimensions | None:
         return None
     strip = local.best.outcome.value
     best = context.shifted_core(context.core_limits_at(strip.dimensions, strip, context.task.guard)).best
-    if best is None or _near(logarithms(best.dimensions), context.ends, _ELSEWHERE):
+    if best is None:
         return None
-    return best.dimensions
+    x, known = logarithms(best.dimensions), [end.best.x for end in context.ends] + context.started[1:]
+    return None if any(np.max(np.abs(x - other)) < _ELSEWHERE for other in known) else best.dimensions
 
 
 def _near(x: Array, ends: list[Local], within: float) -> bool:

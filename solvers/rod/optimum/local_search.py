@@ -104,7 +104,7 @@ def local_search(
         moved = float(np.max(np.abs(step - at.x)))
         if moved == 0.0 or radius < least:
             break
-        trial = iterate(model, task, within(bounds, step), at.memory.active)
+        trial = iterate(model, task, within(bounds, step), at.memory.active, at.excess > _FAR)
         actual = -math.inf if trial is None else _merit(at) - _merit(trial)
         if actual < _POOR * promised:
             radius = 0.25 * min(radius, moved)
@@ -119,10 +119,16 @@ def local_search(
     return Local(best, gain, ROUNDS)
 
 
-def iterate(model: FullModel, task: Task, d: Dimensions, before: FullRows | None = None) -> Iterate | None:
-    """The exact check and the active-peak model at a strip, which sees the peaks of ``before`` too; None beyond
-    buckling."""
-    outcome, x = model.check(d), logarithms(d)
+def iterate(
+    model: FullModel, task: Task, d: Dimensions, before: FullRows | None = None, far: bool = False
+) -> Iterate | None:
+    """The check and the active-peak model at a strip, which sees the peaks of ``before`` too; None beyond buckling.
+
+    The check is exact, but where limits are likely to be far (``far``) and are.
+    """
+    outcome, x = model.check(d, max(_ROUGH, model.accuracy) if far else None), logarithms(d)
+    if far and excess_of(task, outcome.value, model.scene) <= _FAR:
+        outcome = model.check(d)
     check = outcome.value
     if check.stresses is None:
         return None

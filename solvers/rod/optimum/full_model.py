@@ -192,6 +192,11 @@ class FullRows:
         """The same with the corrections evaluated anew."""
         return self._rows(self.model.strip(self._dimensions(x)))
 
+    def taken_apart(self, x: Array) -> tuple[Array, Array]:
+        """All rows without corrections, and what the corrections, evaluated anew, add to them."""
+        d = self._dimensions(x)
+        return self._rows(self.model.strip(d, corrected=False)), self._correction(d)
+
     @cached_property
     def _added(self) -> Array:
         """What the corrections add to the rows at home."""

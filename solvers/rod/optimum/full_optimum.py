@@ -181,7 +181,8 @@ def _rippled(context: Context, ripple: Ripple) -> Optimum:
     best = context.best()
     conditions = conditions_at(context, best.best, context.bounds, context.bounds)
     height = max(ripple.height, _next_best(best, context.ends))
-    return Optimum(best, conditions, None, context.starts, _different(context.ends), height)
+    # What the rows still promise there has been tried over steps as small as can be made.
+    return Optimum(replace(best, gain=0.0), conditions, None, context.starts, _different(context.ends), height)
 
 
 def _next_best(best: Local, ends: list[Local]) -> float:

@@ -12,13 +12,15 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solvers.rod import rows
 from solvers.rod.optimum.answer.sensitivities import Stationarity
 from solvers.rod.optimum.core_optimum import within
 from solvers.rod.optimum.full_model import Array, logarithms
 from solvers.rod.optimum.local_search import Iterate
-from solvers.rod.problem import Bounds
+from solvers.rod.problem import Bounds, Objective
+from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions
 
 if TYPE_CHECKING:
@@ -28,9 +30,13 @@ RIPPLE_RADIUS = 0.01
 """First radius of searches among ripples, in ln b, ln h, ln l."""
 _SCANNED = 0.03
 """How far to each side strips are spread, in ln b, ln h, ln l."""
-_FEW, _MORE, _PROMISING = (8, 12, 20), 16, 2
+_FEW, _MORE, _PROMISING = (8, 12, 20), 16, 1
 """Strips looked at first, by the number of directions, and further ones where these ripple; searches led on from the
 best of them."""
+_SPIKE = 4.0
+"""Times the median of what a fit leaves: values farther above it are no part of another."""
+_UNSEEN = 3.0
+"""Times the deepest ripple of those looked at: one that others may find."""
 _SMOOTH = 0.3
 """Share of the accuracy: ripples less high are the errors of the corrections."""
 
@@ -47,7 +53,8 @@ def look_around(context: Context, best: Iterate, conditions: Stationarity) -> Ri
     free = _free(context.bounds, conditions)
     if not free.size:
         return Ripple(0.0, [])
-    model_rows, weights = best.memory.active, conditions.weights
+    model_rows = best.memory.active
+    weights = _of_whole_rows(conditions.weights, model_rows.layout, context.problem.objective)
     own = float(weights @ model_rows.corrected_values(best.x))
     added, merits, strips, spread = [], [], [], _spread(free.size)
     few = _FEW[free.size - 1]
@@ -61,11 +68,24 @@ def look_around(context: Context, best: Iterate, conditions: Stationarity) -> Ri
             added.append(float(weights @ more) if sound else math.nan)
             merits.append(added[-1] + float(weights @ plain) if sound else math.inf)
             strips.append(strip)
-        height = _beyond_quadratic(spread[:count], np.array(added))
-        if height <= _SMOOTH * context.model.accuracy:
+        most, depth = _beyond_quadratic(spread[:count], np.array(added))
+        if most <= _SMOOTH * context.model.accuracy:
             return Ripple(0.0, [])
     order = [n for n in np.argsort(merits) if merits[n] < own - context.task.enough]
-    return Ripple(height, [strips[n] for n in order[:_PROMISING]])
+    return Ripple(_UNSEEN * depth, [strips[n] for n in order[:_PROMISING]])
+
+
+def _of_whole_rows(weights: Array, layout: Layout, objective: Objective) -> Array:
+    """The Lagrangian's weights with those of parts given to the greatest of them: far from home, others govern."""
+    out = weights.copy()
+    for row in (rows.UTILISATION, rows.STRESS, rows.SIDE, rows.PRESSURE):
+        parts = layout.parts(row)
+        if len(parts) > 1:
+            out[row] += np.sum(weights[parts])
+            out[parts] = 0.0
+    for row, weight in objective.weights:
+        out[row] = weight
+    return out
 
 
 def _free(bounds: Bounds, conditions: Stationarity) -> Array:
@@ -84,13 +104,21 @@ def _spread(directions: int) -> Array:
     return _SCANNED * (2.0 * Sobol(directions, scramble=False).random(64) - 1.0)
 
 
-def _beyond_quadratic(offsets: Array, values: Array) -> float:
-    """The greatest that is left of values when a quadratic in the offsets is taken away; inf if too few are known."""
-    sound = np.isfinite(values)
-    ones = np.hstack([offsets[sound], np.ones((np.sum(sound), 1))])
+def _beyond_quadratic(offsets: Array, values: Array) -> tuple[float, float]:
+    """The greatest by which values differ from a quadratic in the offsets, and by which they lie below one that does
+    not bend to values far above it, as beside a resonance; inf if too few are known."""
+    ones = np.hstack([offsets, np.ones((len(offsets), 1))])
     upper = np.triu_indices(ones.shape[1])
-    terms = (ones[:, :, None] * ones[:, None, :])[:, *upper]
-    if len(terms) <= terms.shape[1]:
-        return math.inf
-    fitted = terms @ np.linalg.lstsq(terms, values[sound], rcond=None)[0]
-    return float(np.max(np.abs(values[sound] - fitted)))
+    terms, known = (ones[:, :, None] * ones[:, None, :])[:, *upper], np.isfinite(values)
+
+    def beyond(fitted: NDArray[np.bool_]) -> Array:
+        return (values - terms @ np.linalg.lstsq(terms[fitted], values[fitted], rcond=None)[0])[known]
+
+    if np.sum(known) <= terms.shape[1]:
+        return math.inf, math.inf
+    left = beyond(known)
+    near = known.copy()
+    near[known] = left < _SPIKE * np.median(np.abs(left))
+    if np.sum(near) <= terms.shape[1]:
+        near = known
+    return float(np.max(np.abs(left))), float(np.max(-beyond(near)))

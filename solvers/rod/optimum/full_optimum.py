@@ -156,7 +156,7 @@ def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
         return None if local is None else Optimum(local, starts=context.starts, ends=1)
     conditions = conditions_at(context, local.best, context.bounds, context.bounds)
     if context.model.ripples:
-        ripple = look_around(context, local.best, conditions)
+        ripple = look_around(context.task, context.bounds, local.best, conditions)
         if max(ripple.height, _next_best(local, context.ends)) > context.task.enough:
             return _rippled(context, ripple)
     for _ in range(_NEWTON_STEPS):

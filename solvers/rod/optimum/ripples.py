@@ -9,7 +9,7 @@ better strip. A few strips show whether there is any ripple.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +18,10 @@ from solvers.rod import rows
 from solvers.rod.optimum.answer.sensitivities import Stationarity
 from solvers.rod.optimum.core_optimum import within
 from solvers.rod.optimum.full_model import Array, logarithms
-from solvers.rod.optimum.local_search import Iterate
+from solvers.rod.optimum.local_search import Iterate, Task
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions
-
-if TYPE_CHECKING:
-    from solvers.rod.optimum.full_optimum import Context
 
 RIPPLE_RADIUS = 0.01
 """First radius of searches among ripples, in ln b, ln h, ln l."""
@@ -48,13 +45,13 @@ class Ripple(NamedTuple):
     promising: list[Dimensions]
 
 
-def look_around(context: Context, best: Iterate, conditions: Stationarity) -> Ripple:
+def look_around(task: Task, bounds: Bounds, best: Iterate, conditions: Stationarity) -> Ripple:
     """The ripple around an admissible iterate, in the sizes that no bound holds; of height 0 where there is none."""
-    free = _free(context.bounds, conditions)
+    free = _free(bounds, conditions)
     if not free.size:
         return Ripple(0.0, [])
     model_rows = best.memory.active
-    weights = _of_whole_rows(conditions.weights, model_rows.layout, context.problem.objective)
+    weights = _of_whole_rows(conditions.weights, model_rows.layout, task.objective)
     own = float(weights @ model_rows.corrected_values(best.x))
     added, merits, strips, spread = [], [], [], _spread(free.size)
     few = _FEW[free.size - 1]
@@ -62,16 +59,16 @@ def look_around(context: Context, best: Iterate, conditions: Stationarity) -> Ri
         for offset in spread[len(strips) : count]:
             x = best.x.copy()
             x[free] += offset
-            strip = within(context.bounds, x)
+            strip = within(bounds, x)
             plain, more = model_rows.taken_apart(logarithms(strip))
             sound = plain[rows.UTILISATION] != rows.BUCKLED
             added.append(float(weights @ more) if sound else math.nan)
             merits.append(added[-1] + float(weights @ plain) if sound else math.inf)
             strips.append(strip)
         most, depth = _beyond_quadratic(spread[:count], np.array(added))
-        if most <= _SMOOTH * context.model.accuracy:
+        if most <= _SMOOTH * model_rows.model.accuracy:
             return Ripple(0.0, [])
-    order = [n for n in np.argsort(merits) if merits[n] < own - context.task.enough]
+    order = [n for n in np.argsort(merits) if merits[n] < own - task.enough]
     return Ripple(_UNSEEN * depth, [strips[n] for n in order[:_PROMISING]])
 
 

@@ -14,14 +14,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
-from solvers.rod.cycle.state import FORCE, MOMENT, SIDE
-from solvers.rod.effect_bounds.inertia import Motion
-from solvers.rod.effect_bounds.main_results import change, judge
-from solvers.rod.effect_bounds.situation import Situation, Turn
-from solvers.rod.load.axial_force import drive_of
-from solvers.rod.strip.elastica import ElasticaExpansion
-from solvers.rod.strip.elastica_kernels import nodes_for
+from solvers.numerics.jit import kernel
+from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
+from solvers.rod.effect_bounds.inertia import NODES, motion_of
+from solvers.rod.effect_bounds.main_results import COUPLES, FRICTION, MASS, SHEARING, Judged, Judging, change, judge
+from solvers.rod.effect_bounds.situation import Situation
+from solvers.rod.strip.elastica import add_third_order
+from solvers.rod.strip.elastica_kernels import Collocation, collocation, nodes_for
+
+Array = NDArray[np.float64]
 
 _MARGIN, _OF_RINGING = 1.2, 1.4
 """Times a change; times that by inertia where it rings."""
@@ -36,8 +39,8 @@ _LOUD = 5.0
 _QUIET = 0.05
 """Share of ringing below which it does not matter whether it adds or takes away."""
 
-_THINNED, _FEWER_NODES = 2, 8
-"""Large displacement is smooth: every other angle serves, and fewer nodes than for the last digits."""
+_FEWER_NODES = 12
+"""Large displacement is smooth: fewer nodes than for the last digits serve."""
 
 _OF_JUMPS = 3.0
 """How much more than what rings behind jumps of the load its own bound is, in the middle."""
@@ -49,27 +52,22 @@ which share, and how much more per 1/(1 - P/P_cr)."""
 
 def reciprocating_inertia(situation: Situation) -> float:
     """Without the reciprocating mass."""
-    if not situation.scene.piston.reciprocating_mass:
-        return 0.0
-    drive, critical = drive_of(situation.scene, 0.0), situation.critical_with_shear
-    return _beside_inertia(situation, situation.change_without(drive, situation.strip, critical))
+    return _beside_inertia(situation, situation.without[MASS])
 
 
 def beam_column(situation: Situation) -> float:
     """Without the axial force's part in bending."""
-    return _taken_away(situation, situation.critical_with_shear, couples=0.0)
+    return _beside_inertia(situation, situation.without[COUPLES])
 
 
 def shear(situation: Situation) -> float:
     """Rigid in shear."""
-    return _taken_away(situation, situation.critical, compliance=0.0)
+    return _beside_inertia(situation, situation.without[SHEARING])
 
 
 def friction_feedback(situation: Situation) -> float:
     """Without friction in the axial force."""
-    if not situation.scene.piston.friction_coefficient:
-        return 0.0
-    return _taken_away(situation, situation.critical_with_shear, friction=0.0)
+    return _beside_inertia(situation, situation.without[FRICTION])
 
 
 def large_displacement(situation: Situation) -> float:
@@ -77,58 +75,83 @@ def large_displacement(situation: Situation) -> float:
     turn, l = situation.upright, situation.dimensions.l
     if turn is None:
         return 0.0
-    strip, part = turn.strip, turn.part(_THINNED)
-    states, judging = part.states, part.judging
-    q = states[FORCE] * (l * l / strip.stiffness)
-    nodes = nodes_for(float(q.min()), float(q.max())) - _FEWER_NODES
-    expansion = ElasticaExpansion(strip.stiffness, l, strip.rod_length - l, 1.0, strip.compliance, nodes)
-    series, unused = np.zeros((expansion.bent_terms, q.size)), np.zeros((expansion.sunk_terms, q.size))
-    side, moment = expansion.add(states, series, unused)
-    critical = part.judged.critical
-    bent = judge(judging, strip, states, states[SIDE] + side, states[MOMENT] + moment, series, True, critical)
-    return _MARGIN * change(judging, part.judged, bent)
+    seen, per_force = turn.thinned, l * l / turn.strip.stiffness
+    force = seen.states[FORCE]
+    nodes = nodes_for(float(force.min()) * per_force, float(force.max()) * per_force) - _FEWER_NODES
+    return _MARGIN * _change_in_large(seen.judging, turn.strip, seen.states, seen.judged, collocation(nodes))
+
+
+@kernel
+def _change_in_large(j: Judging, strip: Strip, states: Array, judged: Judged, tables: Collocation) -> float:
+    """The change of the main results by large displacement."""
+    n, terms, head = states.shape[1], tables.nodes.size + 1, strip.rod_length - strip.length
+    bent, sunk, side, moment = np.zeros((terms, n)), np.zeros((terms, n)), np.empty(n), np.empty(n)
+    add_third_order(
+        states, strip.stiffness, strip.length, head, 1.0, strip.compliance, tables, bent, sunk, side, moment
+    )
+    for i in range(n):
+        side[i], moment[i] = side[i] + states[SIDE, i], moment[i] + states[MOMENT, i]
+    return change(j, judged, judge(j, strip, states, side, moment, bent, True, judged.critical))
 
 
 def rod_inertia(situation: Situation) -> float:
     """Without the strip's own inertia; nothing where the strip buckles under the gas alone."""
-    turn, motion = situation.upright, situation.motion
-    if turn is None or motion is None:
-        return 0.0
+    return _by_inertia(situation)[0]
+
+
+def _by_inertia(situation: Situation) -> tuple[float, float, float]:
+    """The influence of the strip's inertia, the share of ringing in it, and the mean pace of the first mode."""
+    turn = situation.upright
+    if turn is None:
+        return 0.0, 0.0, 0.0
     if "inertia" not in situation.known:
-        change = (_MARGIN + (_OF_RINGING - _MARGIN) * min(_LOUD * motion.share, 1.0)) * _change_by(turn, motion)
+        d, m, material = situation.dimensions, situation.scene.mechanism, situation.scene.material
+        line_mass = material.density * d.b * d.h * m.angular_speed**2
+        sampling, seen = turn.sampling, turn.even
+        change, share, pace = _change_by_motion(
+            seen.judging, turn.strip, seen.states, seen.judged, turn.states, sampling.order, sampling.angle,
+            sampling.even, line_mass, situation.in_plane, collocation(NODES),
+        )  # fmt: skip
+        change *= _MARGIN + (_OF_RINGING - _MARGIN) * min(_LOUD * share, 1.0)
         # What follows the first iterate is as much smaller as that is small.
-        situation.known["inertia"] = change / max(1.0 - change, 0.5)
+        situation.known["inertia"] = change / max(1.0 - change, 0.5), share, pace
     return situation.known["inertia"]
 
 
-def _change_by(turn: Turn, motion: Motion) -> float:
-    """The greatest relative change of the main results by a motion."""
-    part, strip, critical = turn.part(1), turn.strip, turn.judged.critical
-    judging, states = part.judging, part.states
-    jumps, found = motion.either and part is not turn, 0.0
-    for sign in (1.0, -1.0) if motion.either and motion.share > _QUIET else (1.0,):
-        of_side = _JUMPING_SIDE if jumps else _RINGING
-        side = states[SIDE] + motion.side + sign * of_side * motion.rings_side
-        moment = states[MOMENT] + motion.moment + sign * _RINGING * motion.rings_moment
-        series = motion.series + sign * _RINGING * motion.rings_series
-        moved = judge(judging, strip, states, side, moment, series, False, critical)
-        found = max(found, change(judging, part.judged, moved))
-    return found
+@kernel
+def _change_by_motion(
+    j: Judging, strip: Strip, seen: Array, judged: Judged, states: Array, order: NDArray[np.intp], angle: Array,
+    even: int, line_mass: float, critical: float, tables: Collocation,
+) -> tuple[float, float, float]:  # fmt: skip
+    """The greatest relative change of the main results by the strip's motion; the last two of ``Motion``.
 
-
-def _taken_away(situation: Situation, critical: float, **parts: float) -> float:
-    strip = situation.strip._replace(**parts)
-    return _beside_inertia(situation, situation.change_without(situation.driven.drive, strip, critical))
+    ``seen`` are the states that results are judged at: every so many of the even ones.
+    """
+    n = seen.shape[1]
+    motion = motion_of(states, order, angle, even, even // n, strip, line_mass, critical, tables)
+    worst, of_side = 0.0, _JUMPING_SIDE if motion.either and order.size > even else _RINGING
+    side, moment, series = np.empty(n), np.empty(n), np.empty((motion.series.shape[0], n))
+    for turned in range(2 if motion.either and motion.share > _QUIET else 1):
+        sign = 1.0 - 2.0 * turned
+        for i in range(n):
+            side[i] = seen[SIDE, i] + motion.side[i] + sign * of_side * motion.rings_side[i]
+            moment[i] = seen[MOMENT, i] + motion.moment[i] + sign * _RINGING * motion.rings_moment[i]
+            for m in range(series.shape[0]):
+                series[m, i] = motion.series[m, i] + sign * _RINGING * motion.rings_series[m, i]
+        moved = judge(j, strip, seen, side, moment, series, False, judged.critical)
+        worst = max(worst, change(j, judged, moved))
+    return worst, motion.share, motion.pace
 
 
 def _beside_inertia(situation: Situation, change: float) -> float:
     """The margin on a change of the turn without the strip's inertia, for what inertia makes of it."""
-    motion = situation.motion
-    if not change or not math.isfinite(change) or motion is None:
+    change = float(change)
+    if not change or not math.isfinite(change) or situation.upright is None:
         return change
-    left = max(1.0 - situation.compression / situation.critical, 1e-3)
-    own = rod_inertia(situation) / (_OF_JUMPS if situation.driven.sharp.size else 1.0)
+    influence, share, pace = _by_inertia(situation)
+    left = max(1.0 - situation.turn.compression / situation.critical, 1e-3)
+    own = influence / (_OF_JUMPS if situation.sharp.size else 1.0)
     own = min(own, _LIVELIEST + _NEAR_BUCKLING / left)
     # A change of the stiffness moves the phase of what rings by so much times its radians in half a turn.
-    moved = 0.5 * own * motion.share * min(1.0, change * motion.pace)
+    moved = 0.5 * own * share * min(1.0, change * pace)
     return _MARGIN * change * (1.0 + _LIVELY * own) + moved

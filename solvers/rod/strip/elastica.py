@@ -89,7 +89,7 @@ class ElasticaExpansion:
     def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
         """Add the correction to the series of V'' and V at the states' angles; what it adds to T [N] and M0 [N m]."""
         side, moment = np.empty(states.shape[1]), np.empty(states.shape[1])
-        _add(
+        add_third_order(
             states,
             self.stiffness,
             self.length,
@@ -106,7 +106,7 @@ class ElasticaExpansion:
 
 
 @kernel
-def _add(
+def add_third_order(
     states: Array, stiffness: float, l: float, head: float, couples: float, compliance: float,
     tables: Collocation, bent: Array, sunk: Array, side: Array, moment: Array,
 ) -> None:  # fmt: skip

@@ -45,12 +45,12 @@ def change_without(scene, strip, name, accuracy=1e-6):
 
 
 def influence(scene, strip, name):
-    return getattr(first_order, name)(Situation.of(scene, strip))
+    return getattr(first_order, name)(Situation(scene, strip))
 
 
 def test_main_results_are_the_checks():
     """Of the turn with every effect in closed form, sampled at 128 angles and 13 sections."""
-    judged = Situation.of(PAPER, STRIP).turn.judged
+    judged = Situation(PAPER, STRIP).turn.judged
     value = checked(PAPER, STRIP, NAMES - {"rod_inertia", "large_displacement"}).value
     s, per_force = value.stresses, 4.0 / (math.pi * PAPER.piston.diameter * PAPER.piston.skirt_length)
     assert judged.critical == pytest.approx(value.critical_force, rel=1e-12)

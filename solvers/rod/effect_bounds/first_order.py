@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
+from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
-from solvers.rod.effect_bounds.inertia import NODES, motion_of
+from solvers.rod.effect_bounds.inertia import FOLLOWED, NODES, motion_of
 from solvers.rod.effect_bounds.main_results import COUPLES, FRICTION, MASS, SHEARING, Judged, Judging, change, judge
 from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.strip.elastica import add_third_order
@@ -26,7 +27,7 @@ from solvers.rod.strip.elastica_kernels import Collocation, collocation, nodes_f
 
 Array = NDArray[np.float64]
 
-_MARGIN, _OF_RINGING = 1.2, 1.4
+_MARGIN, _OF_RINGING = 1.2, 1.5
 """Times a change; times that by inertia where it rings."""
 
 _RINGING, _JUMPING_SIDE = 2.0, 8.0
@@ -36,11 +37,20 @@ feel and of which fast ones have most."""
 _LOUD = 5.0
 """Share of ringing from whose inverse on inertia has the margin of what rings."""
 
-_QUIET = 0.05
+_MOVED, _MOVED_FAR = 0.5, 1.2
+"""Times what rings and the phase that a change moves: what that makes, to first and second order of the phase."""
+
+_QUIET = 1e-3
 """Share of ringing below which it does not matter whether it adds or takes away."""
 
 _FEWER_NODES = 12
 """Large displacement is smooth: fewer nodes than for the last digits serve."""
+
+_STRUCK = 25.0
+"""Times the turn's sharpness: a faster first mode is not struck by what is smooth."""
+
+_NEXT = 1.5
+"""Times the first iterate's influence: how much smaller every iterate of inertia is than the one before."""
 
 _OF_JUMPS = 3.0
 """How much more than what rings behind jumps of the load its own bound is, in the middle."""
@@ -107,28 +117,36 @@ def _by_inertia(situation: Situation) -> tuple[float, float, float]:
     if "inertia" not in situation.known:
         d, m, material = situation.dimensions, situation.scene.mechanism, situation.scene.material
         line_mass = material.density * d.b * d.h * m.angular_speed**2
-        sampling, seen = turn.sampling, turn.even
-        change, share, pace = _change_by_motion(
-            seen.judging, turn.strip, seen.states, seen.judged, turn.states, sampling.order, sampling.angle,
-            sampling.even, line_mass, situation.in_plane, collocation(NODES),
-        )  # fmt: skip
+        while True:
+            sampling, seen = turn.sampling, turn.even
+            change, share, pace = _change_by_motion(
+                seen.judging, turn.strip, seen.states, seen.judged, turn.states, sampling.order, sampling.angle,
+                sampling.even, line_mass, situation.in_plane, situation.softer, collocation(NODES),
+            )  # fmt: skip
+            if not turn.smooth or pace * TURN < FOLLOWED * sampling.even or pace > _STRUCK * turn.sharpness:
+                break
+            finer = situation.finer(turn)
+            if finer is turn:
+                break
+            turn = finer
         change *= _MARGIN + (_OF_RINGING - _MARGIN) * min(_LOUD * share, 1.0)
-        # What follows the first iterate is as much smaller as that is small.
-        situation.known["inertia"] = change / max(1.0 - change, 0.5), share, pace
+        # Behind jumps more is told of ringing than there is, enough for what follows the first iterate.
+        left = max(1.0 - change, 0.5) if situation.sharp.size and change < 1.0 else 1.0 - _NEXT * change
+        situation.known["inertia"] = change / left if left > 0.0 else math.inf, share, pace
     return situation.known["inertia"]
 
 
 @kernel
 def _change_by_motion(
     j: Judging, strip: Strip, seen: Array, judged: Judged, states: Array, order: NDArray[np.intp], angle: Array,
-    even: int, line_mass: float, critical: float, tables: Collocation,
+    even: int, line_mass: float, critical: float, softer: float, tables: Collocation,
 ) -> tuple[float, float, float]:  # fmt: skip
     """The greatest relative change of the main results by the strip's motion; the last two of ``Motion``.
 
     ``seen`` are the states that results are judged at: every so many of the even ones.
     """
     n = seen.shape[1]
-    motion = motion_of(states, order, angle, even, even // n, strip, line_mass, critical, tables)
+    motion = motion_of(states, order, angle, even, even // n, strip, line_mass, critical, softer, tables)
     worst, of_side = 0.0, _JUMPING_SIDE if motion.either and order.size > even else _RINGING
     side, moment, series = np.empty(n), np.empty(n), np.empty((motion.series.shape[0], n))
     for turned in range(2 if motion.either and motion.share > _QUIET else 1):
@@ -152,6 +170,8 @@ def _beside_inertia(situation: Situation, change: float) -> float:
     left = max(1.0 - situation.turn.compression / situation.critical, 1e-3)
     own = influence / (_OF_JUMPS if situation.sharp.size else 1.0)
     own = min(own, _LIVELIEST + _NEAR_BUCKLING / left)
-    # A change of the stiffness moves the phase of what rings by so much times its radians in half a turn.
-    moved = 0.5 * own * share * min(1.0, change * pace)
-    return _MARGIN * change * (1.0 + _LIVELY * own) + moved
+    # A change of the stiffness moves the phase of what rings.
+    phase = min(1.0, change * pace)
+    moved = own * share * phase * (_MOVED + _MOVED_FAR * phase)
+    found = _MARGIN * change * (1.0 + _LIVELY * own) + moved
+    return math.inf if found > 1.0 and math.isinf(influence) else found

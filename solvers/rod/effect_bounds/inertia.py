@@ -35,12 +35,13 @@ Array = NDArray[np.float64]
 NODES = 12
 """Legendre polynomials along the strip: layers of a twentieth of it are resolved as well as an estimate needs."""
 
-_SIGNED, _FOLLOWED = 0.5, 2.0
+_SIGNED, FOLLOWED = 0.5, 2.0
 """Radians of the first mode in an even step: from the first on the steps may miss where it is greatest, from the second
 on they do not follow how it comes about."""
 
-_PHASE_ERROR = 0.03
-"""Of the first mode after a turn [rad]."""
+_PHASE_ERROR, _PHASE_SHARE, _UNKNOWN = 0.03, 3e-4, 0.2
+"""Of the first mode after a turn: rad, and rad per rad; where nothing is known of it, |sin| of its half is taken to be
+no less than the last, as it is in seven of eight cases."""
 
 _FIRST_ROUNDS, _ROUNDS = 6, 3
 """Of inverse iteration for the natural frequency under the first force, and from its mode under the others."""
@@ -75,27 +76,29 @@ class Motion(NamedTuple):
 @kernel
 def motion_of(
     states: Array, order: NDArray[np.intp], angle: Array, even: int, every: int, strip: Strip, line_mass: float,
-    critical: float, tables: Collocation,
+    critical: float, softer: float, tables: Collocation,
 ) -> Motion:  # fmt: skip
     """The motion in a turn in which the strip stands, sampled at ``angle`` with ``even`` even ones first.
 
-    It is told at ``every`` so many of these. ``order`` puts the angles in rising order; ``line_mass`` is rho A omega^2 [N/m^2], ``critical`` P_cr [N] in the
-    plane.
+    It is told at ``every`` so many of these. ``order`` puts the angles in rising order; ``line_mass`` is rho A omega^2
+    [N/m^2], ``critical`` P_cr [N] in the plane, which shear makes ``softer`` times less.
     """
     l, per_force = strip.length, strip.length * strip.length / strip.stiffness
     head, inertia = (strip.rod_length - l) / l, line_mass * l * l * per_force
-    pace = paces(states[FORCE], per_force, head, inertia, tables)
-    rise = _quasi_static(states, per_force, l, head, tables)
-    rows, shape, greatest = _first_iterate(rise, states, per_force, head, inertia, even, every, tables)
+    smooth, step = order.size == even, _TURN / even
+    pace = paces(states[FORCE], per_force * softer, head, inertia, tables)
+    rise = _quasi_static(states, per_force * softer, l, head, tables)
+    rows, shape, greatest = _first_iterate(rise, states, per_force * softer, head, inertia, even, every, tables)
     share = _share_of(rise, shape)
-    follows, step = np.empty(even), _TURN / even
+    follows, fast = np.empty(even), pace.min() * step > _SIGNED
     for i in range(even):
-        before, after = share[i - 1 if i > 0 else even - 1], share[i + 1 if i < even - 1 else 0]
-        follows[i] = -(before - 2.0 * share[i] + after) / (step * pace[i]) ** 2
-    smooth, fast = order.size == even, pace.min() * step > _SIGNED
+        follows[i] = -_bent(share, i, even) / (step * pace[i]) ** 2
     rings = np.empty(even)
-    if smooth and pace.min() * step > _FOLLOWED:
-        rings[:] = _corners_ring(states, even, share, pace, strip, critical)
+    if smooth and pace.min() * step > FOLLOWED:
+        corners = _corners_ring(states, even, share, pace, strip, critical)
+        for i in range(even):
+            # What follows is itself the first of a series.
+            rings[i] = corners + abs(_bent(follows, i, even)) / (step * pace[i]) ** 2
     else:
         own = _own_motion(angle[order], share[order], pace[order], smooth)
         for i in range(order.size):
@@ -117,6 +120,12 @@ def motion_of(
         sides * rows[0], moments * rows[1], rows[2:] / l, sides * rung[0], moments * rung[1], rung[2:] / l, fast,
         most / max(whole, most) if most > 0.0 else 0.0, pace[:even].mean(),
     )  # fmt: skip
+
+
+@kernel
+def _bent(values: Array, i: int, n: int) -> float:
+    """Second difference of a periodic function at one of ``n`` even places."""
+    return values[i - 1 if i > 0 else n - 1] - 2.0 * values[i] + values[i + 1 if i < n - 1 else 0]
 
 
 @kernel
@@ -264,7 +273,7 @@ def _own_motion(angle: Array, share: Array, pace: Array, smooth: bool) -> Array:
     # (I - M)^-1 = (I - M^-1)/(2 - tr M), as det M = 1; the divisor is 4 sin^2 of half the phase after a turn.
     left = 2.0 - first[0] - second[1]
     sine = max(math.sqrt(0.25 * max(left, 0.0)), _LEAST_SINE)
-    scale = 1.0 / (4.0 * sine * max(sine - 0.5 * _PHASE_ERROR, _LEAST_SINE))
+    scale = 1.0 / (4.0 * sine * _sure(sine, (pace * width).sum()))
     state, out = np.empty(2), np.empty(n)
     state[0] = scale * ((1.0 - second[1]) * forced[0] + second[0] * forced[1])
     state[1] = scale * (first[1] * forced[0] + (1.0 - first[0]) * forced[1])
@@ -298,7 +307,14 @@ def _corners_ring(
         stiff = max(critical + force - friction * side, 1e-3 * critical)
         moved = abs(share[i] + at * (share[j] - share[i])) / stiff
         total += friction * rate * rate / side * moved / (pace[i] * pace[i])
-    return total * max(1.0, 0.5 / max(abs(math.sin(0.5 * phase)) - 0.5 * _PHASE_ERROR, _LEAST_SINE))
+    return total * max(1.0, 0.5 / _sure(abs(math.sin(0.5 * phase)), phase))
+
+
+@kernel
+def _sure(sine: float, phase: float) -> float:
+    """|sin| of half the phase [rad] after a turn, less what it may be off."""
+    error = _PHASE_ERROR + _PHASE_SHARE * phase
+    return max(sine - 0.5 * error, min(sine - 0.5 * _PHASE_ERROR, _UNKNOWN), _LEAST_SINE)
 
 
 @kernel

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from solvers.fatigue import serensen
 from solvers.numerics.jit import kernel
+from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, Strip, fill_states
 from solvers.rod.effect_bounds.main_results import Judged, Judging, changes_without, judge_turn
 from solvers.rod.effect_bounds.sampling import Sampling, even_angles, sharp_angles, with_sharp
@@ -25,7 +26,7 @@ Array = NDArray[np.float64]
 _EVEN, _MOST_EVEN = 128, 1024
 """Even angles, as many times more as it takes to resolve the clamp moment."""
 
-_BENT = 0.06
+_BENT = 0.03
 """Second difference of the clamp moment at even angles, as a share of its greatest, up to which they resolve it."""
 
 
@@ -61,14 +62,18 @@ class Seen:
 
 @dataclass(frozen=True)
 class Turn:
-    """A sampled turn of a strip: its P_cr and greatest compression without friction [N], the states at all angles, and
-    ``step``: at every so many even angles it is resolved."""
+    """A sampled turn of a strip: its P_cr and greatest compression without friction [N], the states at all angles.
+
+    ``step``: at every so many even angles it is resolved. ``sharpness`` is the root of the clamp moment's greatest
+    second derivative over its greatest value.
+    """
 
     sampling: Sampling
     drive: Drive
     strip: Strip
     critical: float
     compression: float
+    sharpness: float
     judging: Judging
     states: Array
     step: int
@@ -146,10 +151,15 @@ class Situation:
         return self.in_plane * min(1.0, (self.dimensions.b / self.dimensions.h) ** 2)
 
     @cached_property
+    def softer(self) -> float:
+        """P_cr of bending in the crank's plane rigid in shear, over that with shear."""
+        length = self.scene.mechanism.rod_length
+        return self.in_plane / (-self.stiffness * critical_coupling(self.dimensions.l, length, self.compliance))
+
+    @property
     def critical_with_shear(self) -> float:
         """P_cr [N] about the weaker axis, bending in the crank's plane with shear."""
-        length = self.scene.mechanism.rod_length
-        return min(self.critical, -self.stiffness * critical_coupling(self.dimensions.l, length, self.compliance))
+        return min(self.critical, self.in_plane / self.softer)
 
     @cached_property
     def strip(self) -> Strip:
@@ -192,14 +202,21 @@ class Situation:
         critical, rigid = self.critical_with_shear, self.critical
         return changes_without(seen.judging, self.drive, still, self.strip, critical, rigid, seen.judged)
 
-    def _resolved(self, drive: Drive, strip: Strip) -> Turn:
-        sharp, even = self.sharp, _EVEN
+    def finer(self, turn: Turn) -> Turn:
+        """The turn at twice as many even angles, or at as many where they are enough for anything."""
+        even = 2 * turn.sampling.even
+        return turn if even > _MOST_EVEN else self._resolved(turn.drive, turn.strip, even)
+
+    def _resolved(self, drive: Drive, strip: Strip, even: int = _EVEN) -> Turn:
+        sharp = self.sharp
         while True:
             sampling = with_sharp(even, sharp) if sharp.size else even_angles(even)
             states, travel, compression, bent, thinned = _states(drive, strip, sampling.angle, even)
             step = 2 if thinned <= _BENT and not sharp.size else 1
             judging = self._judging(sampling.angle, travel * sampling.share)
-            turn = Turn(sampling, drive, strip, self.critical_with_shear, compression, judging, states, step)
+            sharpness = math.sqrt(bent) * even / TURN
+            critical = self.critical_with_shear
+            turn = Turn(sampling, drive, strip, critical, compression, sharpness, judging, states, step)
             if sharp.size or not bent > _BENT or even >= _MOST_EVEN or not turn.stands:
                 return turn
             even *= 2 if bent <= 4.0 * _BENT else 4

@@ -55,7 +55,7 @@ def test_main_results_are_the_checks():
     s, per_force = value.stresses, 4.0 / (math.pi * PAPER.piston.diameter * PAPER.piston.skirt_length)
     assert judged.critical == pytest.approx(value.critical_force, rel=1e-12)
     assert judged.results[UTILISATION] == pytest.approx(1.0 / s.fatigue_safety, rel=2e-3)
-    assert judged.results[STRESS] == pytest.approx(1200e6 / s.yield_safety, rel=2e-3)
+    assert judged.results[STRESS] == pytest.approx(1200e6 / s.yield_safety, rel=1e-2)
     assert judged.results[MOST_SIDE] == pytest.approx(s.side_force_max, rel=1e-3)
     assert judged.results[MOST_MOMENT] == pytest.approx(s.clamp_moment_max, rel=1e-3)
     assert judged.results[MOST_CONTACT] * per_force == pytest.approx(s.contact_pressure_max, rel=1e-3)

@@ -11,10 +11,10 @@ from typing import Protocol
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.rod.cycle.composition import BEAM_COLUMN, PLAIN_BENDING, Composition
+from solvers.rod.cycle.large_displacement import LargeDisplacement
 from solvers.rod.effect_bounds import first_order
 from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip.elastica import LargeDisplacement
 from solvers.rod.vibration.steady_response import RodInertia
 
 

@@ -142,13 +142,6 @@ def bend_state(strip: Strip, force: float, stroke: float, states: Array, i: int)
 
 
 @kernel
-def bend_states(strip: Strip, force: Array, stroke: Array, states: Array) -> None:
-    """The strip under given forces and strokes, into a table of shape (ROWS, n); its angles are left alone."""
-    for i in range(force.size):
-        bend_state(strip, force[i], stroke[i], states, i)
-
-
-@kernel
 def axial_force_with_friction(drive: Drive, strip: Strip, angle: Array) -> Array:
     """P [N] at the angles, (n,)."""
     out = np.empty(angle.size)

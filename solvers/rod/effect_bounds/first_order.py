@@ -2,8 +2,8 @@
 
 The turn has every effect in closed form - gas and inertia, coupling, shear, friction that acts back - and each of them
 is taken away in turn (``situation``). Large displacement and the strip's inertia are added to it, to first order
-(``strip.elastica``, ``inertia``). So what an effect changes is seen beside all others but these two; where the strip's
-inertia is large it magnifies what others change, and the phase of what rings they may change altogether.
+(``cycle.large_displacement``, ``inertia``). So what an effect changes is seen beside all others but these two; where
+the strip's inertia is large it magnifies what others change, and the phase of what rings they may change altogether.
 
 The margins are by test over random machines, not by proof (docs/campaign.md): the changes themselves are right to some
 percent in most of them, and those of inertia where many modes ring to a factor of a few.
@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
+from solvers.rod.cycle.large_displacement import add_third_order
 from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
 from solvers.rod.effect_bounds.inertia import FOLLOWED, NODES, motion_of
 from solvers.rod.effect_bounds.main_results import COUPLES, FRICTION, MASS, SHEARING, Judged, Judging, change, judge
 from solvers.rod.effect_bounds.situation import Situation
-from solvers.rod.strip.elastica import add_third_order
 from solvers.rod.strip.elastica_kernels import Collocation, collocation, nodes_for
 
 Array = NDArray[np.float64]

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from solvers.numerics.periodic import TURN, grid
 from solvers.rod.load.axial_force import Drive, axial_forces
-from solvers.rod.load.gas import Load, sharpest
+from solvers.rod.load.gas import sharpest
+from solvers.rod.scene import Load
 
 Array = NDArray[np.float64]
 

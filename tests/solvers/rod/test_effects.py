@@ -11,10 +11,10 @@ import pytest
 from solvers import rod
 from solvers.rod.cycle import guide_loads
 from solvers.rod.cycle.composition import BEAM_COLUMN, PLAIN_BENDING, Composition, Cycle
+from solvers.rod.cycle.large_displacement import LargeDisplacement
 from solvers.rod.effects import EFFECTS, ReciprocatingInertia, choose_for, compose
 from solvers.rod.piston import friction
 from solvers.rod.strip import elastica
-from solvers.rod.strip.elastica import LargeDisplacement
 from solvers.rod.vibration import steady_response
 from solvers.rod.vibration.steady_response import RodInertia
 from tests.solvers.rod.machines import PAPER, STRIP, random_machine

@@ -10,9 +10,9 @@ With theta = theta_1 + theta_3, Q = Q_1 + Q_3 ordered by powers of the stroke, t
     EI theta_3'' - P theta_3 - Q_3 = -P theta_1^3/6 - Q_1 theta_1^2/2
 
 a linear problem per crank angle, solved in Legendre polynomials (``strip.elastica_kernels``). The force along the
-tangent becomes N = P (1 - theta_1^2/2) - Q_1 theta_1. What is left out is of fourth order, (V/l)^4. The axial force P(phi)
-stays as the loads give it, from the kinematics of the rigid rod. Validity: sqrt(q) l below about 70; thinner boundary
-layers at the clamp are not resolved.
+tangent becomes N = P (1 - theta_1^2/2) - Q_1 theta_1. What is left out is of fourth order, (V/l)^4. The axial force
+P(phi) stays as the loads give it, from the kinematics of the rigid rod. Validity: sqrt(q) l below about 70; thinner
+boundary layers at the clamp are not resolved.
 
 Source: R. Frisch-Fay, Flexible Bars (1962), for the elastica; the expansion is our own.
 """

@@ -105,7 +105,7 @@ class Turn:
         if part.step == 1 and part.stop == self.sampling.angle.size:
             judging, states = self.judging, self.states
         else:
-            angle, travel = self.judging.angle[part].copy(), self.judging.travel[part].copy()
+            angle, travel = self.judging.angle[part].copy(), part.step * self.judging.travel[part]
             judging, states = self.judging._replace(angle=angle, travel=travel), self.states[:, part].copy()
         return Seen(judging, states, judge_turn(judging, self.drive, self.strip, states, self.critical))
 

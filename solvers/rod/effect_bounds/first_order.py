@@ -30,9 +30,9 @@ Array = NDArray[np.float64]
 _MARGIN, _OF_RINGING = 1.2, 1.5
 """Times a change; times that by inertia where it rings."""
 
-_RINGING, _JUMPING_SIDE = 2.0, 8.0
-"""Times the first mode's ringing: that of all modes, and in the side force behind jumps of the load, which all of them
-feel and of which fast ones have most."""
+_RINGING, _RINGING_SIDE, _JUMPING_SIDE = 2.0, 3.0, 8.0
+"""Times the first mode's ringing: that of all modes, in the side force, of which fast ones have most, and there behind
+jumps of the load, which all of them feel."""
 
 _LOUD = 5.0
 """Share of ringing from whose inverse on inertia has the margin of what rings."""
@@ -55,9 +55,9 @@ _NEXT = 1.5
 _OF_JUMPS = 3.0
 """How much more than what rings behind jumps of the load its own bound is, in the middle."""
 
-_LIVELY, _LIVELIEST, _NEAR_BUCKLING = 2.0, 1.2, 0.2
+_LIVELY, _LIVELIEST, _NEAR_BUCKLING, _UNBOUNDED = 2.0, 1.2, 0.2, 2.0
 """How much inertia that changes the results by a share of themselves magnifies what others change, per share; up to
-which share, and how much more per 1/(1 - P/P_cr)."""
+which share, how much more per 1/(1 - P/P_cr), and how many times that where nothing bounds inertia itself."""
 
 
 def reciprocating_inertia(situation: Situation) -> float:
@@ -88,7 +88,8 @@ def large_displacement(situation: Situation) -> float:
     seen, per_force = turn.thinned, l * l / turn.strip.stiffness
     force = seen.states[FORCE]
     nodes = nodes_for(float(force.min()) * per_force, float(force.max()) * per_force) - _FEWER_NODES
-    return _MARGIN * _change_in_large(seen.judging, turn.strip, seen.states, seen.judged, collocation(nodes))
+    change = _change_in_large(seen.judging, turn.strip, seen.states, seen.judged, collocation(nodes))
+    return _beside_inertia(situation, change, stiffens=False)
 
 
 @kernel
@@ -147,7 +148,7 @@ def _change_by_motion(
     """
     n = seen.shape[1]
     motion = motion_of(states, order, angle, even, even // n, strip, line_mass, critical, softer, tables)
-    worst, of_side = 0.0, _JUMPING_SIDE if motion.either and order.size > even else _RINGING
+    worst, of_side = 0.0, _JUMPING_SIDE if motion.either and order.size > even else _RINGING_SIDE
     side, moment, series = np.empty(n), np.empty(n), np.empty((motion.series.shape[0], n))
     for turned in range(2 if motion.either and motion.share > _QUIET else 1):
         sign = 1.0 - 2.0 * turned
@@ -161,8 +162,11 @@ def _change_by_motion(
     return worst, motion.share, motion.pace
 
 
-def _beside_inertia(situation: Situation, change: float) -> float:
-    """The margin on a change of the turn without the strip's inertia, for what inertia makes of it."""
+def _beside_inertia(situation: Situation, change: float, stiffens: bool = True) -> float:
+    """The margin on a change of the turn without the strip's inertia, for what inertia makes of it.
+
+    A change that ``stiffens`` the strip moves the phase of what rings.
+    """
     change = float(change)
     if not change or not math.isfinite(change) or situation.upright is None:
         return change
@@ -170,8 +174,11 @@ def _beside_inertia(situation: Situation, change: float) -> float:
     left = max(1.0 - situation.turn.compression / situation.critical, 1e-3)
     own = influence / (_OF_JUMPS if situation.sharp.size else 1.0)
     own = min(own, _LIVELIEST + _NEAR_BUCKLING / left)
-    # A change of the stiffness moves the phase of what rings.
+    lively = _LIVELY * own * (_UNBOUNDED if math.isinf(influence) else 1.0)
     phase = min(1.0, change * pace)
-    moved = own * share * phase * (_MOVED + _MOVED_FAR * phase)
-    found = _MARGIN * change * (1.0 + _LIVELY * own) + moved
-    return math.inf if found > 1.0 and math.isinf(influence) else found
+    moved = (own * share if stiffens else 0.0) * phase * (_MOVED + _MOVED_FAR * phase)
+    found = _MARGIN * change * (1.0 + lively) + moved
+    if found <= 1.0:
+        return found
+    # What is larger than the results themselves is not told by one turn beside the others.
+    return math.inf if math.isinf(influence) else found * found

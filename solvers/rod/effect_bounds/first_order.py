@@ -30,9 +30,9 @@ Array = NDArray[np.float64]
 _MARGIN, _OF_RINGING = 1.2, 1.5
 """Times a change; times that by inertia where it rings."""
 
-_RINGING, _RINGING_SIDE, _JUMPING_SIDE = 2.0, 3.0, 8.0
-"""Times the first mode's ringing: that of all modes, in the side force, of which fast ones have most, and there behind
-jumps of the load, which all of them feel."""
+_RINGING, _JUMPING_SIDE = 2.0, 8.0
+"""Times the first mode's ringing: that of all modes, and in the side force behind jumps of the load, which all of them
+feel and of which fast ones have most."""
 
 _LOUD = 5.0
 """Share of ringing from whose inverse on inertia has the margin of what rings."""
@@ -148,7 +148,7 @@ def _change_by_motion(
     """
     n = seen.shape[1]
     motion = motion_of(states, order, angle, even, even // n, strip, line_mass, critical, softer, tables)
-    worst, of_side = 0.0, _JUMPING_SIDE if motion.either and order.size > even else _RINGING_SIDE
+    worst, of_side = 0.0, _JUMPING_SIDE if motion.either and order.size > even else _RINGING
     side, moment, series = np.empty(n), np.empty(n), np.empty((motion.series.shape[0], n))
     for turned in range(2 if motion.either and motion.share > _QUIET else 1):
         sign = 1.0 - 2.0 * turned
@@ -178,7 +178,7 @@ def _beside_inertia(situation: Situation, change: float, stiffens: bool = True) 
     phase = min(1.0, change * pace)
     moved = (own * share if stiffens else 0.0) * phase * (_MOVED + _MOVED_FAR * phase)
     found = _MARGIN * change * (1.0 + lively) + moved
-    if found <= 1.0:
+    if found <= 1.0 or not stiffens:
         return found
     # What is larger than the results themselves is not told by one turn beside the others.
     return math.inf if math.isinf(influence) else found * found

@@ -172,3 +172,29 @@ def test_a_steep_fall_calls_for_the_strips_inertia(scene, strip):
     """It sets the strip ringing for good, since no damping ends that: more than its accelerations alone would tell."""
     truth = change_without(scene, strip, "rod_inertia", accuracy=1e-5)
     assert truth <= influence(scene, strip, "rod_inertia") <= 40.0 * truth
+
+
+STUBBY = (
+    campaign_scene(
+        rod.SchmidtLoad(2.848336e6, 0.8717111, 3.310972),
+        (0.02768854, 167.07245, 2.996458),
+        (66.196327, 69.939961, 60.517488, 0.0),
+        (205.22667, 6051.8114, 0.04041163),
+    ),
+    rod.Dimensions(19.789531e-3, 3.70641017e-3, 38.0135580e-3),
+)
+NARROW = (
+    campaign_scene(
+        rod.SchmidtLoad(0.18067723e6, 0.9431031, 0.3033335),
+        (0.11192354, 45.648404, 39.024118),
+        (11.516553, 27.406539, 0.0, 0.0215587),
+        (124.9568, 5268.9252, 0.3704121),
+    ),
+    rod.Dimensions(3.52764766e-3, 1.43865628e-3, 44.1279075e-3),
+)
+
+
+@pytest.mark.parametrize(("scene", "strip"), [STUBBY, NARROW], ids=["soft in shear, near buckling", "a narrow peak"])
+def test_the_strips_inertia_is_not_underrated(scene, strip):
+    truth = change_without(scene, strip, "rod_inertia")
+    assert truth <= influence(scene, strip, "rod_inertia") <= 3.0 * truth

@@ -63,6 +63,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         # The framework's own pages of the reference fetch their scripts from elsewhere.
         docs_url=None,
         redoc_url=None,
+        generate_unique_id_function=lambda route: route.name.replace("-", "_"),
     )
     app.state.settings = settings
     errors.install(app, problem_page)

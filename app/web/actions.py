@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Form, Request, Response
 from fastapi.responses import RedirectResponse
@@ -45,11 +45,14 @@ async def study_accuracy(request: Request, run_id: str) -> Response:
 
 @router.post("/runs/{run_id}/effects")
 async def switch_effect(
-    request: Request, run_id: str, name: Annotated[str, Form(max_length=64)], state: Annotated[str, Form(max_length=3)]
+    request: Request,
+    run_id: str,
+    name: Annotated[str, Form(max_length=64)],
+    state: Annotated[Literal["on", "off"], Form()],
 ) -> Response:
     """The same once more with one effect on or off."""
     run = await run_of(request, run_id)
-    if run["mode"] not in KINDS[run["kind"]].jobs or state not in ("on", "off"):
+    if run["mode"] not in KINDS[run["kind"]].jobs:
         raise Problem(409, "Nothing to switch", "effects are those of a design, a check or an analysis")
     return _to(f"/runs/{await _begun(request, run, Mode(run['mode']), switched(run, name, state == 'on'))}")
 

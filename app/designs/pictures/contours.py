@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+_DIGITS = 9
 Points = tuple[list[float], list[float]]
 """x and y of a polygon or a line."""
 
@@ -34,11 +35,11 @@ def level_lines(x: Array, y: Array, values: Array) -> list[Points]:
         found = []
         for (px, py, pv), (qx, qy, qv) in zip(corners, corners[1:] + corners[:1], strict=True):
             if (pv >= 0.0) != (qv >= 0.0):
-                # From the same end of an edge in both cells that share it, so that pieces meet to the last digit.
-                (ax, ay, av), (bx, by, bv) = sorted([(px, py, pv), (qx, qy, qv)])
-                t = av / (av - bv)
-                found.append((ax + t * (bx - ax), ay + t * (by - ay)))
-        pieces += [tuple(found[n : n + 2]) for n in range(0, len(found) - 1, 2)]
+                t = pv / (pv - qv)
+                # The same place from the cells that share it, whatever the last digits.
+                found.append((round(px + t * (qx - px), _DIGITS), round(py + t * (qy - py), _DIGITS)))
+        both = [(found[n], found[n + 1]) for n in range(0, len(found) - 1, 2)]
+        pieces += [(begin, end) for begin, end in both if begin != end]
     return [([p[0] for p in line], [p[1] for p in line]) for line in _joined(pieces)]
 
 

@@ -7,7 +7,8 @@ At the section z, with kappa = psi' and the corrections' series added to it,
 Along the strip every station whose severity, or the parabola through it and its neighbours, leaves room for the
 greatest one starts a bracket, on both fibres: the clamp and the bulge inside the span compete, and at the best strips
 they are equal. A round looks at five sections of a bracket (``solvers.numerics.brackets``); at each of them the
-extremes over the turn are those of polynomials (``solvers.numerics.panels``).
+extremes over the turn are those of polynomials (``solvers.numerics.panels``) with what rings beside them
+(``solvers.numerics.ripple``).
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ from numpy.typing import NDArray
 from solvers.fatigue.kernels import Diagram, utilisation_of
 from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
 from solvers.numerics.jit import kernel
-from solvers.numerics.panels import Rule, greatest
+from solvers.numerics.panels import Rule
+from solvers.numerics.ripple import Ripple, greatest_with_ripple
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING
 from solvers.rod.strip.shape import bend
 
@@ -74,6 +76,8 @@ class Field(NamedTuple):
     states             (state.ROWS, n)
     side               T of the linear strip [N], (n,)
     bent, sunk         Legendre series over the strip of what corrections add to V'' [1/m] and V [m], (terms, n)
+    ripple             what rings beside all that, in parts
+    bent_parts         Legendre series of V'' of the parts, (terms, parts); ``sunk_parts`` of V
     length, compliance free length [m], g = EI/(kGA) [m^2]
     direct, bending    1/(b h) and E h/2; ``direct`` 0 where a force that never changes is counted by the criterion
     inclined           whether N follows the strip's inclination
@@ -85,6 +89,9 @@ class Field(NamedTuple):
     side: Array
     bent: Array
     sunk: Array
+    ripple: Ripple
+    bent_parts: Array
+    sunk_parts: Array
     length: float
     compliance: float
     direct: float
@@ -141,6 +148,20 @@ def _add_series(series: Array, x: float, out: Array) -> None:
 
 
 @kernel
+def _part_weights(field: Field, z: float, layer: int) -> Array:
+    """What a layer takes of the ripple's parts at a section."""
+    series = field.sunk_parts if layer == SUNK else field.bent_parts
+    scale = 1.0 if layer == SUNK else field.bending if layer == UPPER else -field.bending
+    out = np.zeros(series.shape[1])
+    x, before, here = 2.0 * z / field.length - 1.0, 0.0, 1.0
+    for k in range(series.shape[0]):
+        for i in range(out.size):
+            out[i] += scale * here * series[k, i]
+        before, here = here, ((2 * k + 1) * x * here - k * before) / (k + 1)
+    return out
+
+
+@kernel
 def extremes_at(field: Field, z: float, layers: int, tolerance: float, room: Array, out: Array) -> None:
     """Greatest and least value over the turn of the first or the last layers at a section.
 
@@ -152,9 +173,12 @@ def extremes_at(field: Field, z: float, layers: int, tolerance: float, room: Arr
         f, scale = room[layer], 0.0
         for i in range(f.size):
             scale = max(scale, abs(f[i]))
+        weights = _part_weights(field, z, layer)
         for side in range(2):
             sign = 1.0 if side == 0 else -1.0
-            value, error, angle = greatest(field.edges, field.rule, f, sign, tolerance * scale)
+            value, error, angle = greatest_with_ripple(
+                field.edges, field.rule, f, sign, tolerance * scale, field.ripple, weights
+            )
             out[layer, 3 * side], out[layer, 3 * side + 1], out[layer, 3 * side + 2] = sign * value, error, angle
 
 

@@ -8,7 +8,7 @@ are equal on both sides of every corner determine them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,6 +72,11 @@ class Motion:
     ringing: Ringing
     errors: Errors
     amplification: float
+
+    @property
+    def quiet(self) -> Motion:
+        """The same without what rings: it jumps at corners."""
+        return replace(self, ringing=Ringing.none(self.samples.shape[2]))
 
     def at(self, angle: Array) -> Array:
         """d in amplitudes of the basis at the angles: (basis, angles)."""

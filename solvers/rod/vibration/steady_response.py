@@ -15,16 +15,18 @@ Source: the outlook of T. A. Obolenskaya, A. S. Klochko (2014).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from solvers.errors import InvalidInput
+from solvers.numerics.ripple import ripple_of
 from solvers.numerics.threads import one_thread
-from solvers.rod.cycle.composition import Array, Cycle
+from solvers.rod.cycle.composition import Array, Cycle, Rippling
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import Excitation
+from solvers.rod.vibration.excitation import RULE, Excitation
 from solvers.rod.vibration.motion import MOST_RINGING, Motion, able_to_ring, excited, motion
 from solvers.rod.vibration.natural_frequencies import StripBasis
 
@@ -74,6 +76,7 @@ class SteadyVibration:
     motion: Motion
     error: float
     lasting_error: float
+    corners: int
 
     inclines = False
 
@@ -91,13 +94,30 @@ class SteadyVibration:
         """Legendre coefficients of V."""
         return self.basis.series(0).shape[0]
 
+    @property
+    def quiet(self) -> SteadyVibration:
+        return replace(self, motion=self.motion.quiet)
+
+    @property
+    def ringing(self) -> Rippling:
+        """V'', V, T and M0 of what rings."""
+        ring, (side, moment) = self.motion.ringing, self._reactions
+        ripple = ripple_of(ring.edges, ring.start, ring.phase, ring.shape, RULE)
+        return Rippling(ripple, self.basis.series(2), self.basis.series(0), side, moment, self.corners)
+
+    @cached_property
+    def _reactions(self) -> tuple[Array, Array]:
+        """T [N] and M0 [N m] of the basis' unit amplitudes."""
+        stiffness, clamp = self.motion.equation.strip.stiffness, np.zeros(1)
+        return -stiffness * self.basis.values(clamp, 3)[0], stiffness * self.basis.values(clamp, 2)[0]
+
     def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
         """Add d to the series of V'' and V at the states' angles; what it adds to T [N] and M0 [N m] there."""
-        amplitude, stiffness = self.motion.at(states[ANGLE]), self.motion.equation.strip.stiffness
+        amplitude = self.motion.at(states[ANGLE])
         bent[: self.bent_terms] += self.basis.series(2) @ amplitude
         sunk[: self.sunk_terms] += self.basis.series(0) @ amplitude
-        side, moment = (stiffness * self.basis.values(np.zeros(1), order)[0] @ amplitude for order in (3, 2))
-        return -side, moment
+        side, moment = self._reactions
+        return side @ amplitude, moment @ amplitude
 
 
 def _vibration(cycle: Cycle) -> SteadyVibration:
@@ -138,7 +158,7 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
         raise InvalidInput(
             "mechanism.speed", "a harmonic of the speed meets a natural frequency of the strip", "another speed"
         )
-    return SteadyVibration(best, best.errors.total, best.errors.total)
+    return SteadyVibration(best, best.errors.total, best.errors.total, excitation.corners.size)
 
 
 def _step(excitation: Excitation, wanted: float) -> float:

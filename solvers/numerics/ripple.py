@@ -6,9 +6,10 @@ f is a polynomial on every panel (``solvers.numerics.panels``); phase and shape 
 own, so that a mode costs as much however fast it oscillates. The greatest F is looked for by halving intervals and
 leaving out those that cannot hold it. In an interval of half width r about m, with the modes' frequencies w_n,
 
-    F <= F(m) + |F'(m)| r + (max|f''| + sum |Z_n| w_n^2) r^2/2   and   F <= max f + sum max Re(Z_n exp(i t)), |t| <= w_n r
+    F <= F(m) + |F'(m)| r + (max|f''| + sum |Z_n| w_n^2) r^2/2
+    F <= max f + sum max Re(Z_n(m) exp(i t)),  |t| <= w_n r
 
-the former close where no mode turns far, the latter where all do. What the modes reach bounds from the start where the
+the former close where no mode turns far, the latter where they do. What the modes reach bounds from the start where the
 greatest may be, so that a small ripple is looked at in narrow places alone.
 
 Source: for the search, R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis (2009), chapter 5.
@@ -38,7 +39,10 @@ _NEGLIGIBLE = 0.3
 """Of the tolerance, that the fastest modes may be left out for."""
 _DEEPEST = 200
 _MOST_STEPS = 30
-_PROBED = 3
+_DRIFT = 0.1
+"""Of its reach, by which a mode's amplitude may change while it turns by a radian."""
+_PROBED, _KINDS = 3, 6
+_SLIGHTLY = 1e-9
 _EPS = float(np.finfo(float).eps)
 
 
@@ -85,7 +89,7 @@ def no_ripple(parts: int, rule: Radau) -> Ripple:
     return ripple_of(np.array([0.0, TURN]), empty[:, :, 0, 0], empty[..., 0], empty, rule)
 
 
-@fusing_kernel
+@kernel
 def reaches(ripple: Ripple, weights: Array) -> Array:
     """How far every mode reaches on every element, (elements, modes)."""
     elements, modes = ripple.start.shape
@@ -106,116 +110,100 @@ def reaches(ripple: Ripple, weights: Array) -> Array:
 @kernel
 def ripple_at(ripple: Ripple, modes: int, weights: Array, angle: Array) -> Array:
     """What the first so many modes make of several weights (rows, parts) at angles: (rows, angles)."""
-    out = np.zeros((weights.shape[0], angle.size))
-    last, p = -1, ripple.rule.points.size
-    shape, slope = np.empty((weights.shape[0], modes, p), np.complex128), np.empty((modes, p), np.complex128)
-    share, z = np.empty(p), np.empty(modes, np.complex128)
+    rows, p = weights.shape[0], ripple.rule.points.size
+    out, last = np.zeros((rows, angle.size)), -1
+    table, room, z = np.empty((rows, p, _KINDS * modes)), np.empty(_KINDS * modes), np.empty((2, modes))
+    share = np.empty(p)
     for i in range(angle.size):
-        place = _place(ripple.edges, angle[i])
-        e = _element(ripple.edges, place)
-        if e != last:
-            for row in range(weights.shape[0]):
-                _weigh(ripple, weights[row], e, modes, shape[row], slope)
-            last = e
-        for row in range(weights.shape[0]):
-            _modes_at(ripple, e, place, modes, shape[row], share, z)
-            for n in range(modes):
-                out[row, i] += z[n].real
+        turns = (angle[i] - ripple.edges[0]) / TURN
+        place = ripple.edges[0] + (turns - math.floor(turns)) * TURN
+        e = element_at(ripple, place)
+        for row in range(rows):
+            if e != last:
+                _tabulate(ripple, weights[row], e, modes, table[row])
+            out[row, i] = _modes_at(ripple, e, place, table[row], share, room, z)[0]
+        last = e
     return out
 
 
 @kernel
-def _place(edges: Array, angle: float) -> float:
-    """The angle in the turn that begins with the first element."""
-    turns = (angle - edges[0]) / TURN
-    return edges[0] + (turns - math.floor(turns)) * TURN
-
-
-@kernel
-def _element(edges: Array, place: float) -> int:
-    return min(max(np.searchsorted(edges, place, side="right"), 1), edges.size - 1) - 1
+def element_at(ripple: Ripple, place: float) -> int:
+    """The element of an angle in the turn that begins with the first element."""
+    return min(max(np.searchsorted(ripple.edges, place, side="right"), 1), ripple.edges.size - 1) - 1
 
 
 @fusing_kernel
-def _weigh(ripple: Ripple, weights: Array, e: int, modes: int, shape: Complex, slope: Complex) -> None:
-    """An element's shapes with weights laid on them, and what the derivative has in their place, (modes, points)."""
+def _tabulate(ripple: Ripple, weights: Array, e: int, modes: int, table: Array) -> None:
+    """What is interpolated on an element: phases, shapes with weights laid on them, and what derivatives have in the
+    place of shapes, real and imaginary parts, each of all modes side by side: (points, 6 modes)."""
     p, h = ripple.rule.points.size, ripple.edges[e + 1] - ripple.edges[e]
-    for n in range(modes):
-        for k in range(p):
-            real, imag = 0.0, 0.0
-            for b in range(weights.size):
-                real += ripple.shape[e, n, k, 0, b] * weights[b]
-                imag += ripple.shape[e, n, k, 1, b] * weights[b]
-            shape[n, k] = complex(real, imag)
-        for k in range(p):
-            total = ripple.rate[e, n, k] * shape[n, k]
-            for j in range(p):
-                total += ripple.rule.first[k, j] / h * shape[n, j]
-            slope[n, k] = total
+    seen = np.dot(ripple.shape[e, :modes].reshape(modes * p * 2, weights.size), weights)
+    for k in range(p):
+        for n in range(modes):
+            table[k, n], table[k, modes + n] = ripple.phase[e, n, k].real, ripple.phase[e, n, k].imag
+            at = 2 * (n * p + k)
+            table[k, 2 * modes + n], table[k, 3 * modes + n] = seen[at], seen[at + 1]
+    shape, slope = table[:, 2 * modes : 4 * modes], table[:, 4 * modes :]
+    for k in range(p):
+        for n in range(modes):
+            rate = ripple.rate[e, n, k]
+            slope[k, n] = rate.real * shape[k, n] - rate.imag * shape[k, modes + n]
+            slope[k, modes + n] = rate.real * shape[k, modes + n] + rate.imag * shape[k, n]
+        for j in range(p):
+            share = ripple.rule.first[k, j] / h
+            for n in range(2 * modes):
+                slope[k, n] += share * shape[j, n]
 
 
 @fusing_kernel
-def _shares(ripple: Ripple, e: int, place: float, share: Array) -> None:
-    """The shares that an element's points have in polynomials at a place."""
-    x, total = (place - ripple.edges[e]) / (ripple.edges[e + 1] - ripple.edges[e]), 0.0
-    for k in range(share.size):
+def _modes_at(
+    ripple: Ripple, e: int, place: float, table: Array, share: Array, room: Array, z: Array
+) -> tuple[float, float]:
+    """What the modes make, and its derivative; ``z`` (2, modes) takes real and imaginary parts of every Z."""
+    modes, p = z.shape[1], share.size
+    x, total, exact = (place - ripple.edges[e]) / (ripple.edges[e + 1] - ripple.edges[e]), 0.0, -1
+    for k in range(p):
         apart = x - ripple.rule.points[k]
         if apart == 0.0:
-            share[:] = 0.0
-            share[k] = 1.0
-            return
+            exact = k
+            apart = 1.0
         share[k] = ripple.rule.weights[k] / apart
         total += share[k]
-    for k in range(share.size):
-        share[k] /= total
-
-
-@fusing_kernel
-def _modes_at(ripple: Ripple, e: int, place: float, modes: int, shape: Complex, share: Array, z: Complex) -> None:
-    """Z of the first so many modes."""
-    _shares(ripple, e, place, share)
+    if exact >= 0:
+        share[:] = 0.0
+        share[exact] = total = 1.0
+    room[:] = 0.0
+    for k in range(p):
+        now = share[k] / total
+        for i in range(room.size):
+            room[i] += now * table[k, i]
+    value, steep = 0.0, 0.0
     for n in range(modes):
-        real, imag, c, d = 0.0, 0.0, 0.0, 0.0
-        for k in range(share.size):
-            real += share[k] * ripple.phase[e, n, k].real
-            imag += share[k] * ripple.phase[e, n, k].imag
-            c += share[k] * shape[n, k].real
-            d += share[k] * shape[n, k].imag
-        z[n] = ripple.start[e, n] * math.exp(real) * complex(math.cos(imag), math.sin(imag)) * complex(c, d)
-
-
-@fusing_kernel
-def _slope_at(ripple: Ripple, e: int, modes: int, shape: Complex, slope: Complex, share: Array, z: Complex) -> float:
-    """The derivative of what they make, from their Z and shares at the same place."""
-    out = 0.0
-    for n in range(modes):
-        a, b, c, d = 0.0, 0.0, 0.0, 0.0
-        for k in range(share.size):
-            a += share[k] * shape[n, k].real
-            b += share[k] * shape[n, k].imag
-            c += share[k] * slope[n, k].real
-            d += share[k] * slope[n, k].imag
-        size = a * a + b * b
-        if size > 0.0:
-            # Z slope/shape, its real part.
-            out += (z[n].real * (a * c + b * d) - z[n].imag * (a * d - b * c)) / size
-    return out
+        grown, turn = math.exp(room[n]), room[modes + n]
+        c, s = grown * math.cos(turn), grown * math.sin(turn)
+        start = ripple.start[e, n]
+        c, s = c * start.real - s * start.imag, c * start.imag + s * start.real
+        a, b = room[2 * modes + n], room[3 * modes + n]
+        z[0, n], z[1, n] = c * a - s * b, c * b + s * a
+        value += z[0, n]
+        steep += c * room[4 * modes + n] - s * room[5 * modes + n]
+    return value, steep
 
 
 class _Place(NamedTuple):
-    """What is read at one panel and element: values and slopes of f by the angle, middle and half width of the panel,
-    element, so many modes, their shapes and slopes, room for shares and Z."""
+    """What is read at one panel and element: values and slopes of f by the angle, the panel's middle and half width;
+    element, what turns an angle into its place, its table, and room."""
 
     f: Array
     slope: Array
     middle: float
     half: float
     e: int
-    modes: int
-    shape: Complex
-    shape_slope: Complex
+    shift: float
+    table: Array
     share: Array
-    z: Complex
+    room: Array
+    z: Array
 
 
 @fusing_kernel
@@ -227,38 +215,26 @@ def _both(rule: Rule, ripple: Ripple, at: _Place, sign: float, x: float) -> tupl
         apart = u - rule.points[j]
         if apart == 0.0:
             exact = j
-            break
+            apart = 1.0
         share = rule.weights[j] / apart
         below += share
         value += share * at.f[j]
         steep += share * at.slope[j]
     if exact >= 0:
-        value, steep = at.f[exact], at.slope[exact]
-    else:
-        value, steep = value / below, steep / below
-    # From the middle of the element's part, since ends of panels and elements meet.
-    place = _place(ripple.edges, x)
-    if place - ripple.edges[at.e] > 0.5 * TURN + ripple.edges[at.e + 1] - ripple.edges[at.e]:
-        place -= TURN
-    elif ripple.edges[at.e + 1] - place > 0.5 * TURN + ripple.edges[at.e + 1] - ripple.edges[at.e]:
-        place += TURN
-    _modes_at(ripple, at.e, place, at.modes, at.shape, at.share, at.z)
-    more = _slope_at(ripple, at.e, at.modes, at.shape, at.shape_slope, at.share, at.z)
-    ring = 0.0
-    for n in range(at.modes):
-        ring += at.z[n].real
-    return sign * value, sign * steep, sign * ring, sign * more
+        value, steep, below = at.f[exact], at.slope[exact], 1.0
+    ring, more = _modes_at(ripple, at.e, x + at.shift, at.table, at.share, at.room, at.z)
+    return sign * value / below, sign * steep / below, sign * ring, sign * more
 
 
 @fusing_kernel
-def _highest(z: complex, turn: float, reach: float) -> float:
+def _highest(real: float, imag: float, turn: float, reach: float) -> float:
     """The greatest real part of z exp(i t), |t| <= turn; ``reach`` where that is too far to know |z|."""
     if turn >= 0.5 * math.pi:
         return reach
-    imag, c, s = abs(z.imag), math.cos(turn), math.sin(turn)
-    ahead = imag * c - z.real * s
-    # The turn leads past the real axis, or to its near side.
-    return (math.hypot(z.real, imag) if ahead <= 0.0 and z.real > 0.0 else z.real * c + imag * s) + 0.1 * turn * reach
+    c, s, imag = math.cos(turn), math.sin(turn), abs(imag)
+    ahead = imag * c - real * s
+    # Whether the turn leads past the real axis.
+    return (math.hypot(real, imag) if ahead <= 0.0 and real > 0.0 else real * c + imag * s) + _DRIFT * turn * reach
 
 
 @fusing_kernel
@@ -282,7 +258,7 @@ def _top(
         if f + g > best:
             best, x = f + g, middle
         # A value misses its top by its slope squared over twice the bend.
-        if steep * steep <= tolerance * bend or b - a <= 8.0 * _EPS * TURN:
+        if steep * steep <= tolerance * bend or abs(b - a) <= 8.0 * _EPS * TURN:
             break
         if steep * right < 0.0:
             a, left = b, right
@@ -294,14 +270,11 @@ def _top(
 
 @fusing_kernel
 def greatest_with_ripple(
-    edges: Array, rule: Rule, f: Array, sign: float, tolerance: float, ripple: Ripple, weights: Array
+    edges: Array, rule: Rule, f: Array, sign: float, tolerance: float, ripple: Ripple, weights: Array, reach: Array
 ) -> tuple[float, float, float]:
-    """Greatest value of sign F over the turn, how far off it may be, and its angle; ``tolerance`` is absolute."""
+    """Greatest value of sign F over the turn, how far off it may be, and its angle; ``tolerance`` is absolute, and
+    ``reach`` that of the weights (``reaches``)."""
     best, missed, where = greatest(edges, rule, f, sign, tolerance)
-    if ripple.start.shape[1] == 0:
-        return best, missed, where
-    n, p = rule.points.size, ripple.rule.points.size
-    reach = reaches(ripple, weights)
     elements, modes = reach.shape
     # The fastest modes may be left out where all of them do not reach far.
     left_out = 0.0
@@ -315,56 +288,51 @@ def greatest_with_ripple(
         modes -= 1
     if modes == 0:
         return best, missed + left_out, where
+    n, p = rule.points.size, ripple.rule.points.size
     tall, bends, pace = np.zeros(elements), np.zeros(elements), np.zeros(elements)
     for e in range(elements):
         for k in range(modes):
             tall[e] += reach[e, k]
             bends[e] += reach[e, k] * (ripple.pace[e, k] + 1.0) ** 2
             pace[e] = max(pace[e], ripple.pace[e, k])
-    shape, shape_slope = np.empty((modes, p), np.complex128), np.empty((modes, p), np.complex128)
-    share, z, slope = np.empty(p), np.empty(modes, np.complex128), np.empty(n)
+    table, room, z = np.empty((p, _KINDS * modes)), np.empty(_KINDS * modes), np.empty((2, modes))
+    share, slope, bend = np.empty(p), np.empty(n), np.empty(n)
     stack, enough = np.empty((_DEEPEST, 2)), 0.5 * tolerance
-    best, top = -np.inf, -1
     # First the panel of the smooth part's own top, since what is found there leaves little to be looked at elsewhere.
     first = min(max(np.searchsorted(edges, where, side="right"), 1), edges.size - 1) - 1
+    summit, top, tabulated = where, first, -1
+    best -= tall.max()
     for turn in range(edges.size - 1):
         panel = first if turn == 0 else turn - 1 if turn <= first else turn
-        g, a, b = f[panel * n : (panel + 1) * n], edges[panel], edges[panel + 1]
-        middle, half = 0.5 * (a + b), 0.5 * (b - a)
+        g, middle, half = f[panel * n : (panel + 1) * n], 0.5 * (edges[panel] + edges[panel + 1]), 0.0
+        half = 0.5 * (edges[panel + 1] - edges[panel])
         highest, jump = -np.inf, 0.0
         for j in range(n):
             highest = max(highest, sign * g[j])
             if j > 0:
                 jump = max(jump, abs(g[j] - g[j - 1]))
-        bend = -1.0
-        begin = a
-        while begin < b - 1e-9 * half:
-            place = _place(ripple.edges, begin + 1e-9 * half)
-            e = _element(ripple.edges, place)
-            end = min(b, begin + 1e-9 * half + ripple.edges[e + 1] - place)
-            start, begin = begin, end
+        bent, begin = False, edges[panel]
+        while begin < edges[panel + 1] - _SLIGHTLY * half:
+            # The part of the panel that lies in one element.
+            inner = begin + _SLIGHTLY * half
+            place = inner - math.floor((inner - ripple.edges[0]) / TURN) * TURN
+            e = element_at(ripple, place)
+            start, end = begin, min(edges[panel + 1], inner + ripple.edges[e + 1] - place)
+            begin = end
             if highest + 0.5 * jump + tall[e] <= best + enough:
                 continue
-            if bend < 0.0:
-                for j in range(n):
-                    total = 0.0
-                    for k in range(n):
-                        total += rule.derivative[j, k] * g[k]
-                    slope[j] = total / half
-                for j in range(n):
-                    total = 0.0
-                    for k in range(n):
-                        total += rule.derivative[j, k] * slope[k]
-                    bend = max(bend, _MARGIN * abs(total) / half)
-            _weigh(ripple, weights, e, modes, shape, shape_slope)
-            at = _Place(g, slope, middle, half, e, modes, shape, shape_slope, share, z)
+            if not bent:
+                _bends(g, half, rule, slope, bend)
+                bent = True
             for j in range(n - 1):
                 low, high = middle + half * rule.points[j], middle + half * rule.points[j + 1]
-                if high <= start or low >= end:
+                over = max(sign * g[j], sign * g[j + 1]) + 0.125 * bend[j] * (high - low) ** 2
+                if high <= start or low >= end or over + tall[e] <= best + enough:
                     continue
-                over = max(sign * g[j], sign * g[j + 1]) + 0.125 * bend * (high - low) ** 2
-                if over + tall[e] <= best + enough:
-                    continue
+                if tabulated != e:
+                    _tabulate(ripple, weights, e, modes, table)
+                    tabulated = e
+                at = _Place(g, slope, middle, half, e, place - inner, table, share, room, z)
                 stack[0, 0], stack[0, 1] = max(low, start), min(high, end)
                 count = 1
                 while count > 0:
@@ -374,19 +342,44 @@ def greatest_with_ripple(
                     value, steep, ring, more = _both(rule, ripple, at, sign, x)
                     if value + ring > best:
                         best, where, top = value + ring, x, panel
-                    close = value + ring + abs(steep + more) * r + 0.5 * (bend + bends[e]) * r * r
-                    far = value + abs(steep) * r + 0.5 * bend * r * r
+                    close = value + ring + abs(steep + more) * r + 0.5 * (bend[j] + bends[e]) * r * r
+                    if close <= best + enough:
+                        continue
+                    far = value + abs(steep) * r + 0.5 * bend[j] * r * r
                     for k in range(modes):
-                        far += _highest(sign * z[k], ripple.pace[e, k] * r, reach[e, k])
-                    if min(close, far) <= best + enough:
+                        far += _highest(sign * z[0, k], z[1, k], ripple.pace[e, k] * r, reach[e, k])
+                    if far <= best + enough:
                         continue
                     if pace[e] * r <= _ONE_TOP or count + 2 > _DEEPEST:
-                        found, place = _top(rule, ripple, at, sign, low, high, 0.1 * tolerance)
+                        found, angle = _top(rule, ripple, at, sign, low, high, 0.1 * tolerance)
                         if found > best:
-                            best, where, top = found, place, panel
+                            best, where, top = found, angle, panel
                         continue
-                    stack[count, 0], stack[count, 1] = low, x
-                    stack[count + 1, 0], stack[count + 1, 1] = x, high
+                    # The half nearer to the smooth part's top is looked at first.
+                    near = 1 if x < summit else 0
+                    stack[count + near, 0], stack[count + near, 1] = x, high
+                    stack[count + 1 - near, 0], stack[count + 1 - near, 1] = low, x
                     count += 2
     error = panel_error(f[top * n : (top + 1) * n], rule)
     return best, error + left_out + enough + 4.0 * _EPS * abs(best), where
+
+
+@fusing_kernel
+def _bends(g: Array, half: float, rule: Rule, slope: Array, bend: Array) -> None:
+    """Slopes of a panel's polynomial at its points, by the angle, and how much it may bend behind each."""
+    n = g.size
+    own = np.empty(n)
+    for j in range(n):
+        total = 0.0
+        for k in range(n):
+            total += rule.derivative[j, k] * g[k]
+        slope[j] = total / half
+    for j in range(n):
+        total = 0.0
+        for k in range(n):
+            total += rule.derivative[j, k] * slope[k]
+        own[j] = _MARGIN * abs(total) / half
+    for j in range(n):
+        bend[j] = own[j]
+        for k in range(max(j - 1, 0), min(j + 3, n)):
+            bend[j] = max(bend[j], own[k])

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.panels import Panels, Rule, greatest, inside, resolve, rule_of, values_at
 from solvers.numerics.radau import radau
-from solvers.numerics.ripple import greatest_with_ripple, no_ripple
+from solvers.numerics.ripple import greatest_with_ripple, no_ripple, reaches
 from solvers.rod.cycle.composition import Cycle, Rippling
 from solvers.rod.cycle.section import Field
 from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
@@ -116,7 +116,9 @@ class SampledCycle:
         if parts is None:
             value, error, angle = greatest(edges, rule, quantity, 1.0, wanted)
         else:
-            value, error, angle = greatest_with_ripple(edges, rule, quantity, 1.0, wanted, self.ringing.ripple, parts)
+            ripple = self.ringing.ripple
+            reach = reaches(ripple, parts)
+            value, error, angle = greatest_with_ripple(edges, rule, quantity, 1.0, wanted, ripple, parts, reach)
         return Extreme(value, error, angle % TURN)
 
     def at(self, quantities: Array, angle: Array) -> Array:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from solvers.numerics.panels import Panels, rule_of, split, values_at, zeros
+from solvers.numerics.panels import Panels, rule_of, split, tail_errors, values_at, zeros
 from solvers.numerics.ripple import reaches, ripple_at
 from solvers.rod.cycle.sampled import TURN, Extreme, SampledCycle
 from solvers.rod.piston.friction import power_at
@@ -78,9 +78,12 @@ def friction_power(sampled: SampledCycle) -> tuple[float, float]:
     fine, coarse = (_mean(sampled.cycle.scene, panels, both, ends, rule) for rule in (_FINE, _COARSE))
     if not fine:
         return 0.0, 0.0
-    # The panels' own error is that of the greatest reactions; the mean of |v| is two strokes a turn.
+    # Relative to the greatest reactions all over the turn; the mean of |v| is two strokes a turn.
     bound = piston.friction_coefficient * (4.0 / math.pi) * most * 4.0 * mechanism.crank_radius * mechanism.speed
-    return fine, abs(fine - coarse) / fine + (sampled.error + left_out) * bound / fine
+    couple = lever * (sampled.moment + sampled.side * piston.clamp_offset)
+    missed = tail_errors(np.stack([sampled.side, couple]), sampled.panels.rule).sum(axis=0)
+    mean_missed = float(missed @ np.diff(sampled.panels.edges)) / TURN / most if most else 0.0
+    return fine, abs(fine - coarse) / fine + (mean_missed + left_out) * bound / fine
 
 
 def _with_ripple(sampled: SampledCycle, lever: float, most: float) -> tuple[Panels, Array, float]:

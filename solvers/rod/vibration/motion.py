@@ -39,8 +39,8 @@ class Errors:
     """What a motion leaves unknown, as shares of the greatest V'' or V''' at the clamp, whichever suffers more.
 
     ``series``  of the fast modes ends; ``space``  polynomials along the strip do; ``omitted``  ringing of faster modes;
-    ``phase``  of the other ringing; ``excited``  what the smooth force excites of it; ``time``  elements, of each;
-    ``closing``  rounding, as closing the turn enlarges it.
+    ``phase``  of the other ringing; ``excited``  what the smooth force excites of it; ``time``  elements, of each,
+    ``mean_time``  on the average over the turn; ``closing``  rounding, as closing the turn enlarges it.
     """
 
     series: float
@@ -49,6 +49,7 @@ class Errors:
     phase: float
     excited: float
     time: Array
+    mean_time: float
     closing: float
 
     @property
@@ -58,7 +59,16 @@ class Errors:
 
     @property
     def total(self) -> float:
-        return self.series + self.space + self.omitted + self.phase + self.excited + self.elements + self.closing
+        return self.series + self.space + self.closing + self.oscillating
+
+    @property
+    def oscillating(self) -> float:
+        """What oscillates, at the pace of the slowest mode at the least."""
+        return self.omitted + self.phase + self.excited + self.elements
+
+    def lasting(self, oscillating: float) -> float:
+        """What remains of a mean, to which so much is left of what oscillates."""
+        return self.series + self.space + self.closing + self.mean_time + oscillating * self.oscillating
 
 
 @dataclass(frozen=True)
@@ -145,13 +155,15 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
         # What is wrong beside a corner as it is at the next ends of elements, that rings.
         parted[first] *= enlarged
         parted[stop - 1] *= enlarged
+    time = left + parted.sum(axis=1)
     errors = Errors(
         series=float(changed.max()) * (fell / (1.0 - fell) if fell < 0.5 else 1.0),
         space=_space(equation, d, greatest),
         omitted=omitted,
         phase=phase,
         excited=excited(equation, excitation, m + 1) if m < modes else 0.0,
-        time=left + parted.sum(axis=1),
+        time=time,
+        mean_time=float(time @ widths) / TURN,
         closing=_ROUNDING * amplification,
     )
     return Motion(equation, edges, np.ascontiguousarray(d @ equation.modes.T), ringing, errors, amplification)

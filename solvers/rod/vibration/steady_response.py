@@ -26,7 +26,7 @@ from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Array, Cycle, Rippling
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import RULE, Excitation
+from solvers.rod.vibration.excitation import RULE, TURN, Excitation
 from solvers.rod.vibration.motion import MOST_RINGING, Motion, able_to_ring, excited, motion
 from solvers.rod.vibration.natural_frequencies import StripBasis
 
@@ -34,8 +34,9 @@ LEAST_ERROR = 3e-11
 """Below it lies the rounding of V''' from many polynomials."""
 
 LADDER = (9, 11, 13, 16, 20, 26, 34)
-_RUNGS = (3e-6, 5e-8, 5e-10)
-"""Below these errors fewer polynomials than the next of ``LADDER`` have never been enough."""
+_RUNGS, _RUNGS_BEHIND_CORNERS = (3e-6, 5e-8, 5e-10), (3e-6, 5e-8, 5e-9, 5e-9, 5e-10, 5e-10)
+"""Below these errors fewer polynomials than the next of ``LADDER`` have never been enough; behind corners more modes
+have to be known."""
 
 MOST_WORK, ENOUGH_WORK = 6_000_000, 3_000_000
 """Of one motion, and of all but the last, as ``_work`` counts it: 3 000 000 are some tenth of a second."""
@@ -51,6 +52,9 @@ in derivatives costs digits."""
 
 _FASTER = 1.2
 """Than under the mean force, a mode in the mean."""
+
+_ENDS = 8
+"""Angles at which the weights of a mean jump or turn, taken for so many: there what oscillates leaves something."""
 
 _RESONANT = 1e5
 _UNKNOWN = 0.1
@@ -69,8 +73,8 @@ class RodInertia:
 class SteadyVibration:
     """The remainder d of one cycle.
 
-    ``error`` estimates what truncation leaves out, relative to the greatest bending; none of it is trusted to average
-    out.
+    ``error`` estimates what truncation leaves out, relative to the greatest bending, ``lasting_error`` what of it remains
+    of a mean over the turn.
     """
 
     motion: Motion
@@ -124,7 +128,7 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
     """Resolutions are added to where most is left unknown, until that is little enough or does not help."""
     wanted = max(0.5 * cycle.tolerance, LEAST_ERROR)
     excitation = Excitation.of(cycle, 0.1 * wanted)
-    rung = sum(wanted < bound for bound in _RUNGS)
+    rung = sum(wanted < bound for bound in (_RUNGS_BEHIND_CORNERS if excitation.corners.size else _RUNGS))
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
     slow, step = _slow(equation, excitation, wanted), _step(excitation, wanted)
     best, vain, before, spent = None, 0, np.inf, 0.0
@@ -158,14 +162,15 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
         raise InvalidInput(
             "mechanism.speed", "a harmonic of the speed meets a natural frequency of the strip", "another speed"
         )
-    return SteadyVibration(best, best.errors.total, best.errors.total, excitation.corners.size)
+    ends = (excitation.corners.size + _ENDS) / (0.5 * TURN * equation.pace[0])
+    return SteadyVibration(best, best.errors.total, best.errors.lasting(min(ends, 1.0)), excitation.corners.size)
 
 
 def _step(excitation: Excitation, wanted: float) -> float:
     """Radians in an element of the fastest mode followed: more than so many have never been enough. That mode rings
     behind corners, and has to be followed the more closely."""
-    loose = 1e-8 if excitation.corners.size else 1e-10
-    return 8.0 if wanted > 1e-6 else 6.0 if wanted > loose else 4.5
+    loose, tight = (1e-8, 4.0) if excitation.corners.size else (1e-10, 4.5)
+    return 8.0 if wanted > 1e-6 else 6.0 if wanted > loose else tight
 
 
 def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int:

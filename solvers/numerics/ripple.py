@@ -296,7 +296,7 @@ def greatest_with_ripple(
             bends[e] += reach[e, k] * (ripple.pace[e, k] + 1.0) ** 2
             pace[e] = max(pace[e], ripple.pace[e, k])
     table, room, z = np.empty((p, _KINDS * modes)), np.empty(_KINDS * modes), np.empty((2, modes))
-    share, slope, bend = np.empty(p), np.empty(n), np.empty(n)
+    share, slope, bend, domed = np.empty(p), np.empty(n), np.empty(n), np.empty(n)
     stack, enough = np.empty((_DEEPEST, 2)), 0.5 * tolerance
     # First the panel of the smooth part's own top, since what is found there leaves little to be looked at elsewhere.
     first = min(max(np.searchsorted(edges, where, side="right"), 1), edges.size - 1) - 1
@@ -322,7 +322,7 @@ def greatest_with_ripple(
             if highest + 0.5 * jump + tall[e] <= best + enough:
                 continue
             if not bent:
-                _bends(g, half, rule, slope, bend)
+                _bends(g, sign, half, rule, slope, bend, domed)
                 bent = True
             for j in range(n - 1):
                 low, high = middle + half * rule.points[j], middle + half * rule.points[j + 1]
@@ -333,6 +333,12 @@ def greatest_with_ripple(
                     _tabulate(ripple, weights, e, modes, table)
                     tabulated = e
                 at = _Place(g, slope, middle, half, e, place - inner, table, share, room, z)
+                if domed[j] > bends[e]:
+                    # Concave with all that rings: there is one maximum.
+                    found, angle = _top(rule, ripple, at, sign, max(low, start), min(high, end), 0.1 * tolerance)
+                    if found > best:
+                        best, where, top = found, angle, panel
+                    continue
                 stack[0, 0], stack[0, 1] = max(low, start), min(high, end)
                 count = 1
                 while count > 0:
@@ -365,8 +371,9 @@ def greatest_with_ripple(
 
 
 @fusing_kernel
-def _bends(g: Array, half: float, rule: Rule, slope: Array, bend: Array) -> None:
-    """Slopes of a panel's polynomial at its points, by the angle, and how much it may bend behind each."""
+def _bends(g: Array, sign: float, half: float, rule: Rule, slope: Array, bend: Array, domed: Array) -> None:
+    """Slopes of a panel's polynomial at its points, by the angle; behind each how much it may bend, and how far it is
+    sure to be concave where ``sign`` times it is looked at."""
     n = g.size
     own = np.empty(n)
     for j in range(n):
@@ -378,8 +385,9 @@ def _bends(g: Array, half: float, rule: Rule, slope: Array, bend: Array) -> None
         total = 0.0
         for k in range(n):
             total += rule.derivative[j, k] * slope[k]
-        own[j] = _MARGIN * abs(total) / half
+        own[j] = -sign * total / half
     for j in range(n):
-        bend[j] = own[j]
+        most, least = abs(own[j]), own[j]
         for k in range(max(j - 1, 0), min(j + 3, n)):
-            bend[j] = max(bend[j], own[k])
+            most, least = max(most, abs(own[k])), min(least, own[k])
+        bend[j], domed[j] = _MARGIN * most, least / _MARGIN

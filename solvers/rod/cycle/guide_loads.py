@@ -30,9 +30,9 @@ _WIDE = 0.95
 _FINE, _COARSE = legendre.leggauss(22), legendre.leggauss(16)
 _EIGHTHS = 0.125 * TURN * np.arange(8)
 """The dead centres, and as many angles more as keep |v| close to a polynomial between them."""
-_ENDS, _NOTICED = 8, 0.1
-"""Angles at which the weight of a reaction in the mean jumps or turns, taken for so many; of the tolerance, what of the
-ringing may be left out of the mean."""
+_KINKS, _NOTICED = 80.0, 1.0
+"""By how much, all together, the slope of a reaction's weight in the mean jumps over the turn, at the most; of the
+tolerance, what of the ringing may be left out of the mean."""
 _RADIANS, _POINTS, _FASTEST = 8.0, 16, 1500.0
 """Of the fastest mode in a panel, its points, and the fastest mode [1/rad] that is looked at."""
 
@@ -96,9 +96,9 @@ def _with_ripple(sampled: SampledCycle, lever: float, most: float) -> tuple[Pane
     couple = lever * (ringing.moment + offset * ringing.side)
     reach = (reaches(ringing.ripple, ringing.side) + reaches(ringing.ripple, couple)).max(axis=0) / most
     pace = ringing.ripple.pace.max(axis=0)
-    # A mean notices where an oscillation begins and ends, and the square of what is small.
-    ends = 2.0 * (ringing.begins + _ENDS) / TURN
-    noticed = reach * np.minimum(ends / pace + reach.sum(), 1.0)
+    # A mean notices where an oscillation begins anew, where the slope of its weight jumps, and the square of it.
+    begins, turns = 2.0 * ringing.begins / TURN, _KINKS / TURN
+    noticed = reach * np.minimum(begins / pace + turns / pace**2 + reach.sum(), 1.0)
     left = np.append(np.cumsum(noticed[::-1])[::-1], 0.0)
     modes = int(np.flatnonzero((left <= _NOTICED * sampled.tolerance) | (np.append(pace, np.inf) > _FASTEST))[0])
     if modes:

@@ -71,16 +71,16 @@ class SampledCycle:
     buckles: bool
 
     @staticmethod
-    def of(cycle: Cycle, tolerance: float) -> SampledCycle:
-        """Sample a cycle so that its quantities are known to ``tolerance`` of their greatest magnitudes."""
+    def of(cycle: Cycle, tolerance: float, begin: Panels | None = None) -> SampledCycle:
+        """Sample a cycle so that its quantities are known to ``tolerance`` of their greatest magnitudes, beginning with
+        panels of the same cycle without corrections if there are such."""
         strip = cycle.strip
         buckles = bool(strip.couples) and _buckles(cycle.drive, strip)
         if buckles:
             # Nothing but the force has a meaning there.
             cycle = cycle.without_feedback()
             strip = cycle.strip
-        edges = panel_edges(cycle.drive, strip, cycle.scene.load.sharp_angles())
-        rule = _rule(edges.size - 1)
+        edges, rule = begin or _first_panels(cycle, strip)
         sampler = _Sampler(cycle, strip, rule)
         panels, rows, error = resolve(sampler, edges, rule, _CHECKED, tolerance, _MOST_PANELS)
         states = rows[_CHECKED : _CHECKED + ROWS]
@@ -183,5 +183,7 @@ def panel_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:
     return np.append(np.concatenate(pieces), ends[-1])
 
 
-def _rule(panels: int) -> Rule:
-    return rule_of(_SMOOTH if panels <= _SOME else _PIECES if panels <= _MOST_SOME else _MANY)
+def _first_panels(cycle: Cycle, strip: Strip) -> Panels:
+    edges = panel_edges(cycle.drive, strip, cycle.scene.load.sharp_angles())
+    count = edges.size - 1
+    return Panels(edges, rule_of(_SMOOTH if count <= _SOME else _PIECES if count <= _MOST_SOME else _MANY))

@@ -43,7 +43,8 @@ class MovingMass(Protocol):
 
 class Rippling(NamedTuple):
     """What rings beside a shape that is smooth between corners: a ripple in parts, Legendre series over the strip of
-    V'' [1/m] and V [m] of these (terms, parts), and their T [N] and M0 [N m] (parts,); it ``begins`` anew so many times in a turn."""
+    V'' [1/m] and V [m] of these (terms, parts), and their T [N] and M0 [N m] (parts,); it ``begins`` anew so many times
+    in a turn."""
 
     ripple: Ripple
     bent: Array

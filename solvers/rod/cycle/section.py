@@ -172,7 +172,7 @@ def extremes_at(field: Field, z: float, first: int, last: int, tolerance: float,
         f, scale = room[layer], 0.0
         for i in range(f.size):
             scale = max(scale, abs(f[i]))
-        if rings and (layer == first or layer == SUNK):
+        if rings and layer in (first, SUNK):
             weights = _parts_at(field.sunk_parts if layer == SUNK else field.bent_parts, zeta)
             if layer != SUNK:
                 weights *= field.bending

@@ -46,9 +46,9 @@ _FAR, _WORST, _FINER = 30.0, 0.03, 0.75
 """Times the error wanted beyond which polynomials are added by two rungs; of the worst element's error, from which on
 others are halved too; what that makes of the step."""
 
-_NARROW = 3.0
+_NARROW, _NARROW_HALF = 3.0, 9.0
 """Radians of the slowest mode that follows without ringing, in the narrowest element: where it turns by less, a series
-in derivatives costs digits."""
+in derivatives costs digits; and in the half of one, which is made where more digits are wanted."""
 
 _FASTER = 1.2
 """Than under the mean force, a mode in the mean."""
@@ -73,8 +73,8 @@ class RodInertia:
 class SteadyVibration:
     """The remainder d of one cycle.
 
-    ``error`` estimates what truncation leaves out, relative to the greatest bending, ``lasting_error`` what of it remains
-    of a mean over the turn.
+    ``error`` estimates what truncation leaves out, relative to the greatest bending, ``lasting_error`` what of it
+    remains of a mean over the turn; ``corners`` counts those of the force.
     """
 
     motion: Motion
@@ -155,6 +155,9 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
             places = 0.5 * (found.edges[:-1] + found.edges[1:])[errors.time > _WORST * errors.time.max()]
             where = np.zeros(excitation.edges.size - 1, dtype=np.bool_)
             where[np.searchsorted(excitation.edges, places) - 1] = True
+            where &= _halves_turn(equation, excitation, slow) > _NARROW_HALF
+            if not where.any():
+                break
             excitation, step = excitation.halved(where), _FINER * step
         else:
             slow, before = slow + 1, np.inf
@@ -169,8 +172,9 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
 def _step(excitation: Excitation, wanted: float) -> float:
     """Radians in an element of the fastest mode followed: more than so many have never been enough. That mode rings
     behind corners, and has to be followed the more closely."""
-    loose, tight = (1e-8, 4.0) if excitation.corners.size else (1e-10, 4.5)
-    return 8.0 if wanted > 1e-6 else 6.0 if wanted > loose else tight
+    if not excitation.corners.size:
+        return 8.0 if wanted > 1e-6 else 6.0 if wanted > 1e-10 else 4.5
+    return 8.0 if wanted > 1e-6 else 6.0 if wanted > 1e-8 else 4.0 if wanted > 1e-9 else 3.0
 
 
 def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int:
@@ -182,6 +186,12 @@ def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int
         if wide and excited(equation, excitation, n) < wanted:
             return n - 1
     return equation.slowness.size - 1
+
+
+def _halves_turn(equation: StripEquation, excitation: Excitation, slow: int) -> Array:
+    """Radians by which the slowest mode that follows turns in half an element, (elements,)."""
+    pace = equation.pace[min(slow, equation.slowness.size - 1)]
+    return 0.5 * pace * np.diff(excitation.edges)
 
 
 def _affordable(equation: StripEquation, excitation: Excitation, slow: int, step: float) -> int:

@@ -87,7 +87,8 @@ def test_the_greatest_value_is_found(paces, sizes, seed):
             )
             assert value == pytest.approx(top, abs=tolerance + 1e-9)
             assert error <= tolerance + 1e-11
-            assert sign * (given.smooth(angle) + given.ring(np.array([angle]))[0]) == pytest.approx(value, abs=tolerance)
+            there = sign * (given.smooth(angle) + given.ring(np.array([angle]))[0])
+            assert there == pytest.approx(value, abs=tolerance)
 
 
 def test_without_modes_it_is_the_smooth_part_that_is_greatest():

@@ -26,8 +26,8 @@ Complex = NDArray[np.complex128]
 
 _TERMS = 9
 
-MOST_RINGING, FASTEST = 12, 5000.0
-"""No more modes are made to ring, nor faster ones [1/rad]: what they ring with is cheaper left out than looked at."""
+MOST_RINGING = 16
+"""No more modes are made to ring."""
 
 _ROUNDING = 1e-15
 _EXPONENT = 1.5
@@ -134,7 +134,7 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
         jump[:, : 2 * m] = 0.0
         enlarged = closing(equation, excitation, m)
         kicked = kicks(equation, swing[first, 0], jump, static)[m:]
-        count, omitted = chosen(kicked * enlarged, m, able_to_ring(equation, m), wanted)
+        count, omitted = chosen(kicked * enlarged, m, MOST_RINGING, wanted)
         if count:
             enough = 1e-2 * wanted / np.maximum(kicked * enlarged**2, 1e-300)[:count] / widths.size
             free = FreeModes.of(equation, excitation, m, np.minimum(enough, 1e-3))
@@ -174,11 +174,6 @@ def excited(equation: StripEquation, excitation: Excitation, n: int) -> float:
     exp(-omega y) (``excitation``), with a margin on the exponent."""
     swing = equation.swing(excitation.states).reshape(excitation.edges.size - 1, -1).min(axis=1)
     return float(np.exp(-np.min(equation.fastest(n, swing) * excitation.analytic) / _EXPONENT))
-
-
-def able_to_ring(equation: StripEquation, slow: int) -> int:
-    """How many of the fast modes are made to ring where that is called for."""
-    return min(max(int(np.sum(equation.pace < FASTEST)) - slow, 0), MOST_RINGING)
 
 
 def left_by_series(last: Array) -> Array:

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.numerics.ripple import ripple_of
@@ -27,7 +28,7 @@ from solvers.rod.cycle.composition import Array, Cycle, Rippling
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation
-from solvers.rod.vibration.motion import MOST_RINGING, Motion, able_to_ring, excited, motion
+from solvers.rod.vibration.motion import MOST_RINGING, Motion, excited, motion
 from solvers.rod.vibration.natural_frequencies import StripBasis
 
 LEAST_ERROR = 3e-11
@@ -131,6 +132,10 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
     rung = sum(wanted < bound for bound in (_RUNGS_BEHIND_CORNERS if excitation.corners.size else _RUNGS))
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
     slow, step = _slow(equation, excitation, wanted), _step(excitation, wanted)
+    while rung > 0 and _affordable(equation, excitation, slow, step) < slow:
+        # Better fewer polynomials than fewer modes followed.
+        rung -= 1
+        equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
     best, vain, before, spent = None, 0, np.inf, 0.0
     for _ in range(_MOST_TRIES):
         slow = _affordable(equation, excitation, slow, step)
@@ -141,24 +146,20 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
             best, vain = found, 0
         if errors.total <= cycle.tolerance or vain == _MOST_VAIN or spent > ENOUGH_WORK:
             break
-        if max(errors.space, errors.omitted) > max(errors.elements, errors.series, errors.phase, errors.excited):
-            able = able_to_ring(equation, slow)
-            if rung == len(LADDER) - 1 or (
-                errors.omitted > errors.space and found.ringing.modes == able < MOST_RINGING
-            ):
+        rest = max(errors.series, errors.phase, errors.excited)
+        if max(errors.space, errors.omitted) > max(errors.elements, rest):
+            full = errors.omitted > errors.space and found.ringing.modes == MOST_RINGING
+            if full or rung == len(LADDER) - 1:
                 break
             rung = min(rung + (2 if errors.omitted > _FAR * wanted else 1), len(LADDER) - 1)
             equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
-        elif errors.elements > max(errors.series, errors.phase, errors.excited) and errors.elements < 0.5 * before:
-            # Halving these did help the time before, if there was one.
-            before = errors.elements
-            places = 0.5 * (found.edges[:-1] + found.edges[1:])[errors.time > _WORST * errors.time.max()]
-            where = np.zeros(excitation.edges.size - 1, dtype=np.bool_)
-            where[np.searchsorted(excitation.edges, places) - 1] = True
-            where &= _halves_turn(equation, excitation, slow) > _NARROW_HALF
-            if not where.any():
-                break
-            excitation, step = excitation.halved(where), _FINER * step
+            continue
+        worst = _worst_elements(equation, excitation, slow, found)
+        # Halving elements did help the time before, if there was one.
+        if errors.elements > rest and errors.elements < 0.5 * before and worst.any():
+            before, excitation, step = errors.elements, excitation.halved(worst), _FINER * step
+        elif spent + _work_of(equation, excitation, slow + 1, step) > ENOUGH_WORK:
+            break
         else:
             slow, before = slow + 1, np.inf
     if best.amplification > _RESONANT and not best.errors.total < _UNKNOWN:
@@ -188,19 +189,29 @@ def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int
     return equation.slowness.size - 1
 
 
-def _halves_turn(equation: StripEquation, excitation: Excitation, slow: int) -> Array:
-    """Radians by which the slowest mode that follows turns in half an element, (elements,)."""
-    pace = equation.pace[min(slow, equation.slowness.size - 1)]
-    return 0.5 * pace * np.diff(excitation.edges)
+def _worst_elements(equation: StripEquation, excitation: Excitation, slow: int, found: Motion) -> NDArray[np.bool_]:
+    """Those of the excitation whose errors are great, and whose halves are not too narrow."""
+    time = found.errors.time
+    places = 0.5 * (found.edges[:-1] + found.edges[1:])[time > _WORST * time.max()]
+    where = np.zeros(excitation.edges.size - 1, dtype=np.bool_)
+    where[np.searchsorted(excitation.edges, places) - 1] = True
+    turned = 0.5 * equation.pace[min(slow, equation.slowness.size - 1)] * np.diff(excitation.edges)
+    return where & (turned > _NARROW_HALF)
 
 
 def _affordable(equation: StripEquation, excitation: Excitation, slow: int, step: float) -> int:
     """As many slow modes as are called for, or as many as there is time for."""
     for m in range(min(slow, equation.slowness.size), 0, -1):
-        elements = np.sum(np.ceil(np.diff(excitation.edges) * _FASTER * equation.pace[m - 1] / step))
-        if _work(elements, m, equation.slowness.size) <= MOST_WORK:
+        if _work_of(equation, excitation, m, step) <= MOST_WORK:
             return m
     return 0
+
+
+def _work_of(equation: StripEquation, excitation: Excitation, slow: int, step: float) -> float:
+    """What so many slow modes are going to take."""
+    pace = equation.pace[min(slow, equation.slowness.size) - 1]
+    elements = np.sum(np.ceil(np.diff(excitation.edges) * _FASTER * pace / step))
+    return _work(elements, slow, equation.slowness.size)
 
 
 def _work(elements: float, slow: int, modes: int) -> float:

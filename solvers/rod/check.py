@@ -184,7 +184,7 @@ def _stresses(
         if finer_turn:
             tolerance = max(_HALF * tolerance * accuracy / error, _ROUNDING)
         if finer_corrections:
-            cycle = replace(cycle, tolerance=_HALF * cycle.tolerance * accuracy / refined)
+            cycle = replace(cycle, tolerance=_HALF * cycle.refinement_error * accuracy / refined)
         sampled = _with_corrections(cycle, tolerance, sampled.panels)
     return value, error + refined, sampled
 

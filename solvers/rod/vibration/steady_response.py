@@ -57,6 +57,9 @@ _FASTER = 1.2
 _ENDS = 8
 """Angles at which the weights of a mean jump or turn, taken for so many: there what oscillates leaves something."""
 
+_MISSED, _LOOSER, _LOOSEST = 1e3, 30.0, 1e-4
+"""Times the error wanted that are worth another start; by which that wants less, and down to what."""
+
 _RESONANT = 1e5
 _UNKNOWN = 0.1
 
@@ -126,8 +129,24 @@ class SteadyVibration:
 
 
 def _vibration(cycle: Cycle) -> SteadyVibration:
-    """Resolutions are added to where most is left unknown, until that is little enough or does not help."""
+    """To half the tolerance; where that leads to elements too narrow for series, as near to it as others come."""
     wanted = max(0.5 * cycle.tolerance, LEAST_ERROR)
+    best = _resolved(cycle, wanted)
+    while best.error > _MISSED * wanted and wanted < _LOOSEST:
+        wanted *= _LOOSER
+        other = _resolved(cycle, wanted)
+        if other.error >= best.error:
+            break
+        best = other
+    if best.motion.amplification > _RESONANT and not best.error < _UNKNOWN:
+        raise InvalidInput(
+            "mechanism.speed", "a harmonic of the speed meets a natural frequency of the strip", "another speed"
+        )
+    return best
+
+
+def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
+    """Resolutions are added to where most is left unknown, until that is little enough or does not help."""
     excitation = Excitation.of(cycle, 0.1 * wanted)
     rung = sum(wanted < bound for bound in (_RUNGS_BEHIND_CORNERS if excitation.corners.size else _RUNGS))
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
@@ -162,10 +181,6 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
             break
         else:
             slow, before = slow + 1, np.inf
-    if best.amplification > _RESONANT and not best.errors.total < _UNKNOWN:
-        raise InvalidInput(
-            "mechanism.speed", "a harmonic of the speed meets a natural frequency of the strip", "another speed"
-        )
     ends = (excitation.corners.size + _ENDS) / (0.5 * TURN * equation.pace[0])
     return SteadyVibration(best, best.errors.total, best.errors.lasting(min(ends, 1.0)), excitation.corners.size)
 

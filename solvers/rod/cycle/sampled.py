@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from solvers.numerics.panels import Panels, Rule, greatest, inside, resolve, rule_of, values_at
 from solvers.numerics.radau import radau
-from solvers.numerics.ripple import greatest_with_ripple, no_ripple, reaches
+from solvers.numerics.ripple import no_ripple, reaches
+from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.composition import Cycle, Rippling
 from solvers.rod.cycle.section import Field
 from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners

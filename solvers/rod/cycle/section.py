@@ -8,7 +8,7 @@ Along the strip every station whose severity, or the parabola through it and its
 greatest one starts a bracket, on both fibres: the clamp and the bulge inside the span compete, and at the best strips
 they are equal. A round looks at five sections of a bracket (``solvers.numerics.brackets``); at each of them the
 extremes over the turn are those of polynomials (``solvers.numerics.panels``) with what rings beside them
-(``solvers.numerics.ripple``).
+(``solvers.numerics.ripple_peaks``).
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from solvers.fatigue.kernels import Diagram, utilisation_of
 from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest
-from solvers.numerics.ripple import Ripple, greatest_with_ripple, reaches
+from solvers.numerics.ripple import Ripple, reaches
+from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING
 from solvers.rod.strip.shape import bend
 

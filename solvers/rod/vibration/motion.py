@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.numerics.radau import Radau
+from solvers.numerics.radau import Radau, shares_of
+from solvers.numerics.ripple import Ripple, no_ripple, parts_at
 from solvers.rod.cycle.state import MOMENT, SIDE
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation, points, split, states_at
-from solvers.rod.vibration.ringing import FreeModes, Ringing, chosen, closing, kicks
+from solvers.rod.vibration.ringing import FreeModes, chosen, closing, kicks
 from solvers.rod.vibration.slow_modes import Parts, carried, slow_motion
 
 Array = NDArray[np.float64]
@@ -79,19 +80,19 @@ class Motion:
     equation: StripEquation
     edges: Array
     samples: Array
-    ringing: Ringing
+    ringing: Ripple
     errors: Errors
     amplification: float
 
     @property
     def quiet(self) -> Motion:
         """The same without what rings: it jumps at corners."""
-        return replace(self, ringing=Ringing.none(self.samples.shape[2]))
+        return replace(self, ringing=no_ripple(self.samples.shape[2], RULE))
 
     def at(self, angle: Array) -> Array:
         """d in amplitudes of the basis at the angles: (basis, angles)."""
-        ring, angle = self.ringing, np.ascontiguousarray(angle)
-        return amplitudes(self.edges, self.samples, ring.edges, ring.start, ring.phase, ring.shape, RULE, angle)
+        angle = np.ascontiguousarray(angle)
+        return amplitudes(self.edges, self.samples, RULE, angle) + parts_at(self.ringing, angle)
 
 
 def motion(equation: StripEquation, excitation: Excitation, slow: int, step: float, wanted: float) -> Motion:
@@ -127,7 +128,7 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     begun, amplification = closed(lefts[:, :, : 2 * m], rights[:, :, : 2 * m])
 
     static = np.abs(states[[MOMENT, SIDE]]).max(axis=1) / equation.strip.stiffness
-    ringing, omitted, phase = Ringing.none(modes), 0.0, 0.0
+    ringing, omitted, phase = no_ripple(modes, RULE), 0.0, 0.0
     if excitation.corners.size:
         here = _with_one(begun)[:, None]
         jump = (here @ lefts - np.roll(here @ rights, 1, axis=0))[:, 0]
@@ -205,7 +206,7 @@ def _parts(equation: StripEquation, m: int) -> tuple[Parts, Array]:
 
 def _ringing(
     equation: StripEquation, excitation: Excitation, free: FreeModes, lefts: Array, rights: Array, static: Array
-) -> tuple[Array, float, Ringing, float]:
+) -> tuple[Array, float, Ripple, float]:
     """The slow modes' first states in every panel, with fast modes that ring; what closing the turn enlarges; the
     ringing; and what its phases leave unknown."""
     m, count = free.first, free.missed.size
@@ -264,56 +265,19 @@ def _parted(whole: Array, speed: Array) -> Array:
 
 
 @kernel
-def amplitudes(
-    edges: Array,
-    samples: Array,
-    coarse: Array,
-    start: Complex,
-    phase: Complex,
-    shape: Complex,
-    rule: Radau,
-    angle: Array,
-) -> Array:
-    """d in amplitudes of the basis at the angles, (basis, angles), from ``Motion`` and its ``Ringing``."""
-    p, basis, modes = samples.shape[1], samples.shape[2], start.shape[1]
+def amplitudes(edges: Array, samples: Array, rule: Radau, angle: Array) -> Array:
+    """What polynomials (elements, points, basis) on elements of the turn make at the angles, (basis, angles)."""
+    p, basis = samples.shape[1], samples.shape[2]
     out, share, row = np.zeros((basis, angle.size)), np.empty(p), np.empty(basis)
     for i in range(angle.size):
         turns = (angle[i] - edges[0]) / TURN
         place = edges[0] + (turns - np.floor(turns)) * TURN
+        e = min(max(np.searchsorted(edges, place, side="right"), 1), edges.size - 1) - 1
+        shares_of(rule, (place - edges[e]) / (edges[e + 1] - edges[e]), share)
         row[:] = 0.0
-        e = _shares(edges, place, rule, share)
         for k in range(p):
             for b in range(basis):
                 row[b] += share[k] * samples[e, k, b]
-        if modes > 0:
-            e = _shares(coarse, place, rule, share)
-        for n in range(modes):
-            grown = 0.0j
-            for k in range(p):
-                grown += share[k] * phase[e, n, k]
-            grown = start[e, n] * np.exp(grown)
-            for k in range(p):
-                real, imag = share[k] * grown.real, share[k] * grown.imag
-                for b in range(basis):
-                    row[b] += real * shape[e, n, k, b].real - imag * shape[e, n, k, b].imag
         for b in range(basis):
             out[b, i] = row[b]
     return out
-
-
-@kernel
-def _shares(edges: Array, place: float, rule: Radau, share: Array) -> int:
-    """The element that an angle lies in, and the shares that its points have in the polynomial there."""
-    e = min(max(np.searchsorted(edges, place, side="right"), 1), edges.size - 1) - 1
-    x, total = (place - edges[e]) / (edges[e + 1] - edges[e]), 0.0
-    for k in range(share.size):
-        apart = x - rule.points[k]
-        if apart == 0.0:
-            share[:] = 0.0
-            share[k] = 1.0
-            return e
-        share[k] = rule.weights[k] / apart
-        total += share[k]
-    for k in range(share.size):
-        share[k] /= total
-    return e

@@ -22,12 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
-from solvers.numerics.ripple import ripple_of
 from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Array, Cycle, Rippling
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import RULE, TURN, Excitation
+from solvers.rod.vibration.excitation import TURN, Excitation
 from solvers.rod.vibration.motion import MOST_RINGING, Motion, excited, motion
 from solvers.rod.vibration.natural_frequencies import StripBasis
 
@@ -109,9 +108,8 @@ class SteadyVibration:
     @property
     def ringing(self) -> Rippling:
         """V'', V, T and M0 of what rings."""
-        ring, (side, moment) = self.motion.ringing, self._reactions
-        ripple = ripple_of(ring.edges, ring.start, ring.phase, ring.shape, RULE)
-        return Rippling(ripple, self.basis.series(2), self.basis.series(0), side, moment, self.corners)
+        side, moment = self._reactions
+        return Rippling(self.motion.ringing, self.basis.series(2), self.basis.series(0), side, moment, self.corners)
 
     @cached_property
     def _reactions(self) -> tuple[Array, Array]:

@@ -7,7 +7,8 @@ import pytest
 
 from solvers.numerics.panels import resolve, rule_of
 from solvers.numerics.radau import radau
-from solvers.numerics.ripple import greatest_with_ripple, no_ripple, reaches, ripple_at, ripple_of
+from solvers.numerics.ripple import no_ripple, parts_at, reaches, ripple_at, ripple_of
+from solvers.numerics.ripple_peaks import greatest_with_ripple
 
 TURN = 2 * np.pi
 RULE = radau(10)
@@ -65,6 +66,7 @@ def test_ripple_is_read_at_any_angle(paces, sizes):
     ripple = given.ripple()
     found = ripple_at(ripple, len(paces), given.weights[None, :], angle)[0]
     assert found == pytest.approx(given.ring(angle), abs=1e-8 * sum(sizes))
+    assert given.weights @ parts_at(ripple, angle) == pytest.approx(found, abs=1e-12 * sum(sizes))
     assert np.abs(found).max() < reaches(ripple, given.weights).max(axis=0).sum() < 10 * sum(sizes)
 
 

@@ -39,7 +39,8 @@ _DRIFT = 0.1
 """Of its reach, by which a mode's amplitude may change while it turns by a radian."""
 _DEEPEST = 200
 _MOST_STEPS = 30
-_SLIGHTLY = 1e-9
+_SLIGHTLY, _LEAST = 1e-9, 1e-14
+"""Of a panel, and radians at the least: how far behind an end its element is looked up."""
 _EPS = float(np.finfo(float).eps)
 
 
@@ -164,13 +165,13 @@ def greatest_with_ripple(
             highest = max(highest, sign * g[j])
             if j > 0:
                 jump = max(jump, abs(g[j] - g[j - 1]))
-        bent, begin = False, edges[panel]
-        while begin < edges[panel + 1] - _SLIGHTLY * half:
+        bent, begin, nudge = False, edges[panel], max(_SLIGHTLY * half, _LEAST)
+        while begin < edges[panel + 1] - nudge:
             # The part of the panel that lies in one element.
-            inner = begin + _SLIGHTLY * half
+            inner = begin + nudge
             place = inner - math.floor((inner - ripple.edges[0]) / TURN) * TURN
             e = element_at(ripple, place)
-            start, end = begin, min(edges[panel + 1], inner + ripple.edges[e + 1] - place)
+            start, end = begin, min(edges[panel + 1], inner + max(ripple.edges[e + 1] - place, 0.0))
             begin = end
             if highest + 0.5 * jump + tall[e] <= best + enough:
                 continue

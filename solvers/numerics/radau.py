@@ -68,16 +68,16 @@ def radau(stages: int) -> Radau:
 
 
 @fusing_kernel
-def shares_of(rule: Radau, x: float, share: Array) -> None:
-    """The shares (s + 1,) that the points have in polynomials at x in [0, 1]."""
+def shares_of(points: Array, weights: Array, x: float, share: Array) -> None:
+    """The shares (s + 1,) that an element's points have in polynomials at x in [0, 1]."""
     total = 0.0
     for k in range(share.size):
-        apart = x - rule.points[k]
+        apart = x - points[k]
         if apart == 0.0:
             share[:] = 0.0
             share[k] = 1.0
             return
-        share[k] = rule.weights[k] / apart
+        share[k] = weights[k] / apart
         total += share[k]
     for k in range(share.size):
         share[k] /= total

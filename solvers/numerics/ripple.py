@@ -29,7 +29,7 @@ KINDS = 6
 
 
 class Ripple(NamedTuple):
-    """Modes on elements over one turn, with the points of ``rule`` in each.
+    """Modes on elements over one turn, with the points of a rule in each.
 
     edges   (elements + 1,)
     start   (elements, modes), complex amplitudes at an element's first end
@@ -38,6 +38,8 @@ class Ripple(NamedTuple):
     pace    (elements, modes), its greatest imaginary part
     shape   (elements, modes, points, 2, parts), real and imaginary parts of what weights are laid on
     probe   (elements, modes, 3, 2, parts), shape times amplitude at an element's first, middle and last point
+
+    and of the elements' rule its points, their weights and the matrix of first derivatives (``radau``).
     """
 
     edges: Array
@@ -47,7 +49,9 @@ class Ripple(NamedTuple):
     pace: Array
     shape: Array
     probe: Array
-    rule: Radau
+    points: Array
+    weights: Array
+    first: Array
 
     @property
     def modes(self) -> int:
@@ -62,7 +66,18 @@ def ripple_of(edges: Array, start: Complex, phase: Complex, shape: Complex, rule
     size = np.abs(start[:, :, None] * np.exp(phase[:, :, few].real))
     probe = np.ascontiguousarray(both[:, :, few] * size[..., None, None])
     pace = np.abs(rate.imag).max(axis=2, initial=0.0)
-    return Ripple(edges, np.ascontiguousarray(start), np.ascontiguousarray(phase), rate, pace, both, probe, rule)
+    return Ripple(
+        edges,
+        np.ascontiguousarray(start),
+        np.ascontiguousarray(phase),
+        rate,
+        pace,
+        both,
+        probe,
+        rule.points,
+        rule.weights,
+        rule.first,
+    )
 
 
 def no_ripple(parts: int, rule: Radau) -> Ripple:
@@ -92,7 +107,7 @@ def reaches(ripple: Ripple, weights: Array) -> Array:
 @kernel
 def ripple_at(ripple: Ripple, modes: int, weights: Array, angle: Array) -> Array:
     """What the first so many modes make of several weights (rows, parts) at angles: (rows, angles)."""
-    rows, p = weights.shape[0], ripple.rule.points.size
+    rows, p = weights.shape[0], ripple.points.size
     out, last = np.zeros((rows, angle.size)), -1
     table, room, z = np.empty((rows, p, KINDS * modes)), np.empty(KINDS * modes), np.empty((2, modes))
     share = np.empty(p)
@@ -116,7 +131,7 @@ def parts_at(ripple: Ripple, angle: Array) -> Array:
         place = _place(ripple, angle[i])
         e = element_at(ripple, place)
         x = (place - ripple.edges[e]) / (ripple.edges[e + 1] - ripple.edges[e])
-        shares_of(ripple.rule, x, share)
+        shares_of(ripple.points, ripple.weights, x, share)
         row[:] = 0.0
         for n in range(modes):
             grown = 0.0j
@@ -149,7 +164,7 @@ def element_at(ripple: Ripple, place: float) -> int:
 def tabulate(ripple: Ripple, weights: Array, e: int, modes: int, table: Array) -> None:
     """What is interpolated on an element: phases, shapes with weights laid on them, and what derivatives have in the
     place of shapes, real and imaginary parts, each of all modes side by side: (points, 6 modes)."""
-    p, h = ripple.rule.points.size, ripple.edges[e + 1] - ripple.edges[e]
+    p, h = ripple.points.size, ripple.edges[e + 1] - ripple.edges[e]
     seen = np.dot(ripple.shape[e, :modes].reshape(modes * p * 2, weights.size), weights)
     for k in range(p):
         for n in range(modes):
@@ -163,7 +178,7 @@ def tabulate(ripple: Ripple, weights: Array, e: int, modes: int, table: Array) -
             slope[k, n] = rate.real * shape[k, n] - rate.imag * shape[k, modes + n]
             slope[k, modes + n] = rate.real * shape[k, modes + n] + rate.imag * shape[k, n]
         for j in range(p):
-            share = ripple.rule.first[k, j] / h
+            share = ripple.first[k, j] / h
             for n in range(2 * modes):
                 slope[k, n] += share * shape[j, n]
 
@@ -174,7 +189,7 @@ def modes_at(
 ) -> tuple[float, float]:
     """What the modes make, and its derivative; ``z`` (2, modes) takes real and imaginary parts of every Z."""
     modes, p = z.shape[1], share.size
-    shares_of(ripple.rule, (place - ripple.edges[e]) / (ripple.edges[e + 1] - ripple.edges[e]), share)
+    shares_of(ripple.points, ripple.weights, (place - ripple.edges[e]) / (ripple.edges[e + 1] - ripple.edges[e]), share)
     room[:] = 0.0
     for k in range(p):
         for i in range(room.size):

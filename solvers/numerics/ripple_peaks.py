@@ -142,7 +142,7 @@ def greatest_with_ripple(
         modes -= 1
     if modes == 0:
         return best, missed + left_out, where
-    n, p = rule.points.size, ripple.rule.points.size
+    n, p = rule.points.size, ripple.points.size
     tall, bends, pace = np.zeros(elements), np.zeros(elements), np.zeros(elements)
     for e in range(elements):
         for k in range(modes):

@@ -114,7 +114,7 @@ class SampledCycle:
         """The greatest value over the turn of a quantity at the panels' points, to the tolerance of its magnitude; of
         one that rings with these weights of the ringing's ``parts``."""
         wanted, (edges, rule) = self.tolerance * float(np.abs(quantity).max()), self.panels
-        if parts is None:
+        if parts is None or not self.ringing.ripple.modes:
             value, error, angle = greatest(edges, rule, quantity, 1.0, wanted)
         else:
             ripple = self.ringing.ripple

@@ -273,7 +273,7 @@ def amplitudes(edges: Array, samples: Array, rule: Radau, angle: Array) -> Array
         turns = (angle[i] - edges[0]) / TURN
         place = edges[0] + (turns - np.floor(turns)) * TURN
         e = min(max(np.searchsorted(edges, place, side="right"), 1), edges.size - 1) - 1
-        shares_of(rule, (place - edges[e]) / (edges[e + 1] - edges[e]), share)
+        shares_of(rule.points, rule.weights, (place - edges[e]) / (edges[e + 1] - edges[e]), share)
         row[:] = 0.0
         for k in range(p):
             for b in range(basis):

@@ -179,8 +179,9 @@ def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
             break
         else:
             slow, before = slow + 1, np.inf
-    ends = (excitation.corners.size + _ENDS) / (0.5 * TURN * equation.pace[0])
-    return SteadyVibration(best, best.errors.total, best.errors.lasting(min(ends, 1.0)), excitation.corners.size)
+    ends = (excitation.corners.size + _ENDS) / (0.5 * TURN * float(equation.pace[0]))
+    lasting = best.errors.lasting(min(ends, 1.0))
+    return SteadyVibration(best, best.errors.total, lasting, excitation.corners.size)
 
 
 def _step(excitation: Excitation, wanted: float) -> float:

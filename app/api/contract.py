@@ -177,7 +177,9 @@ def document(app: FastAPI) -> dict[str, Any]:
     for long, short in _named(definitions["$defs"]).items():
         references, definitions = _renamed((references, definitions), long, short)
     found = get_openapi(title=app.title, version=app.version, summary=app.summary, routes=app.routes)
-    found["components"] = {"schemas": definitions["$defs"]}
+    # The framework knows the words that parameters can be.
+    words = {name: schema for name, schema in found["components"]["schemas"].items() if "enum" in schema}
+    found["components"] = {"schemas": words | definitions["$defs"]}
 
     def content(model: type[BaseModel], way: str = "serialization") -> dict[str, Any]:
         return {"application/json": {"schema": references[(model, way)]}}

@@ -18,7 +18,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.numerics.extremes import greater, lesser
+from oracles.dense.extremes import greater, lesser
 from solvers.numerics.jit import fusing_kernel, kernel
 from solvers.rod.strip.beam_column import constants
 

@@ -1,5 +1,7 @@
 """One place for how kernels are compiled: cached on disk, IEEE arithmetic, no hidden threads.
 
+The compiler itself is imported with the first kernel that is called: whoever only reads a scene or a table does without.
+
 numba keeps machine code as long as the file that a kernel stands in is unchanged, although code of the kernels it calls
 is part of it. Here the cache is told of every file of this package that the kernel's module imports, directly or not.
 """
@@ -9,16 +11,44 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Callable
-from functools import cache
+from functools import cache, cached_property, update_wrapper
 from pathlib import Path
-from typing import TypeVar
-
-import numba
+from typing import Any, TypeVar, cast
 
 F = TypeVar("F", bound=Callable[..., object])
 
 _ROOT = Path(__file__).parents[2]
 _IMPORT = re.compile(r"^from (solvers[\w.]*) import (\([^)]*\)|.*)$", re.MULTILINE)
+
+KERNELS: list[Kernel] = []
+"""Every kernel of the modules imported so far."""
+
+
+class Kernel:
+    """A function that is compiled when it is first called, from Python or from another kernel."""
+
+    def __init__(self, function: Callable[..., Any], fastmath: object) -> None:
+        self.py_func = function
+        self._fastmath = fastmath
+        update_wrapper(self, function)
+        KERNELS.append(self)
+
+    @cached_property
+    def compiled(self) -> Any:
+        """numba's dispatcher, which compiles for the types it is called with or loads what is on disk."""
+        import numba
+
+        options: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": self._fastmath}
+        # No kernel is handed to C code as a pointer, and a wrapper for that costs a tenth of the time to compile.
+        return _kept(numba.njit(no_cfunc_wrapper=True, **options)(self.py_func))
+
+    @property
+    def _numba_type_(self) -> Any:
+        """By this numba knows the type of a value: that of the kernel as other kernels call it."""
+        return self.compiled._numba_type_
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.compiled(*arguments)
 
 
 def kernel(function: F) -> F:
@@ -27,7 +57,7 @@ def kernel(function: F) -> F:
     ``error_model="numpy"`` lets divisions by zero give inf, as in numpy, so that loops vectorise. ``fastmath`` is
     denied in so many words: left unsaid, it would be taken over from whichever kernel calls this one first.
     """
-    return _kept(numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=False)(function))
+    return cast(F, Kernel(function, fastmath=False))
 
 
 def reducing_kernel(function: F) -> F:
@@ -36,8 +66,7 @@ def reducing_kernel(function: F) -> F:
     Without that promise a maximum is a chain of comparisons that no processor can take several at a time. Sums and
     products keep their order and rounding.
     """
-    options = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"nnan", "nsz"}}
-    return _kept(numba.njit(**options)(function))
+    return cast(F, Kernel(function, fastmath={"nnan", "nsz"}))
 
 
 def fusing_kernel(function: F) -> F:
@@ -45,11 +74,10 @@ def fusing_kernel(function: F) -> F:
 
     The last place then depends on whether the processor has such an instruction.
     """
-    options = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"nnan", "nsz", "contract"}}
-    return _kept(numba.njit(**options)(function))
+    return cast(F, Kernel(function, fastmath={"nnan", "nsz", "contract"}))
 
 
-def _kept(compiled: F) -> F:
+def _kept(compiled: Any) -> Any:
     """The same kernel, its cache good for as long as no source it may hold code of has changed."""
     # There is no public way to name what a cache depends on; without this attribute numba's own rule holds.
     file = getattr(getattr(compiled, "_cache", None), "_cache_file", None)

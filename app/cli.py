@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import os
 import time
 from pathlib import Path
 from typing import Annotated, Any
@@ -24,6 +23,7 @@ DatabaseUrl = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="print the run as JSON")]
 _DATABASE = "sqlite:///crankwright.sqlite3"
+_PRELOAD = "app.jobs.preload"
 
 
 @app.command()
@@ -31,17 +31,20 @@ def serve(
     host: Annotated[str, typer.Option(envvar="CRANKWRIGHT_HOST")] = "127.0.0.1",
     port: Annotated[int, typer.Option(envvar="CRANKWRIGHT_PORT", min=0, max=65535)] = 8000,
     database_url: DatabaseUrl = _DATABASE,
+    demo: Annotated[bool, typer.Option("--demo", help="design the paper's flexible rod as a first run")] = False,
 ) -> None:
     """Migrate the database and serve the API and the pages."""
-    import uvicorn
+    import signal
 
-    from app.jobs.pool import begin
+    from app.jobs.template import Template
 
-    begin()
-    os.environ["CRANKWRIGHT_DATABASE_URL"] = database_url
-    typer.echo(f"Crankwright      http://{host}:{port}/")
-    typer.echo(f"API reference    http://{host}:{port}/docs")
-    uvicorn.run("app.main:create_app", factory=True, host=host, port=port, log_config=None)
+    # As long as there is nothing to finish, Ctrl-C ends this process as any other signal does.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    template = Template(_PRELOAD)
+    template.start()
+    from app.serving import run
+
+    run(host, port, database_url, template, demo)
 
 
 @app.command()
@@ -56,11 +59,22 @@ def migrate(database_url: DatabaseUrl = _DATABASE) -> None:
 @app.command("warm-up")
 def warm_up() -> None:
     """Compile every numerical kernel for this machine and keep it on disk; does little the second time."""
-    from app.jobs.calls import warm_up as rehearse
+    from app.jobs.template import Template
+    from app.jobs.warming import KernelWarming
+    from app.serving import Teller
 
     started = time.perf_counter()
-    rehearse()
+    template = Template(_PRELOAD)
+    warming = KernelWarming(template, Teller())
+    try:
+        template.start()
+        warming.start()
+        warming.wait()
+    finally:
+        warming.close()
+        template.close()
     typer.echo(f"warm after {time.perf_counter() - started:.0f} s")
+    raise typer.Exit(1 if warming.failed else 0)
 
 
 @app.command()

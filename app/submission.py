@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import threading
 import time
 from dataclasses import dataclass, field
 from functools import partial
@@ -73,6 +74,8 @@ class Service:
     background: set[asyncio.Task[None]] = field(default_factory=set)
     progress: dict[str, Progress] = field(default_factory=dict)
     """How far the long solves under way are, by the id of the run."""
+    stopping: threading.Event = field(default_factory=threading.Event)
+    """Set when the service was asked to stop."""
 
     async def answer(self, kind: Kind, mode: Mode, request: BaseModel) -> RunRecord:
         """The run for a request, answered but not stored yet. Raises Problem if the solver refuses the request."""

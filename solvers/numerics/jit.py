@@ -1,6 +1,6 @@
 """One place for how kernels are compiled: cached on disk, IEEE arithmetic, no hidden threads.
 
-The compiler itself is imported with the first kernel that is called: whoever only reads a scene or a table does without.
+The compiler itself is imported with the first kernel that is called: who only reads a scene or a table does without.
 
 numba keeps machine code as long as the file that a kernel stands in is unchanged, although code of the kernels it calls
 is part of it. Here the cache is told of every file of this package that the kernel's module imports, directly or not.
@@ -41,6 +41,11 @@ class Kernel:
         options: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": self._fastmath}
         # No kernel is handed to C code as a pointer, and a wrapper for that costs a tenth of the time to compile.
         return _kept(numba.njit(no_cfunc_wrapper=True, **options)(self.py_func))
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether its machine code is in memory, for any types."""
+        return "compiled" in self.__dict__ and bool(self.compiled.signatures)
 
     @property
     def _numba_type_(self) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -23,15 +22,6 @@ from app.submission import Service
 from app.version import VERSION
 from app.web import pages
 
-ORPHANED = json.dumps(
-    {
-        "type": "about:blank",
-        "title": "The service stopped",
-        "status": 500,
-        "detail": "the service ended before this run did",
-    }
-).encode()
-
 
 def create_app(settings: Settings | None = None, template: Template | None = None, told: Told = tell_nobody) -> FastAPI:
     """The application; its database is migrated and its workers are started when it starts.
@@ -49,7 +39,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         store = RunStore(settings.database_url)
         service = Service(store, pool, settings.solve_budget_s)
         app.state.service = service
-        await store.fail_orphans(ORPHANED)
+        await service.resume()
         try:
             yield
         finally:

@@ -15,7 +15,7 @@ from app import runs
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.progress import Progress
 from app.designs.references import UnfitRun, references, replaced
-from app.designs.registry import job_of
+from app.designs.registry import KINDS, job_of
 from app.designs.schema import OUT_OF_TIME, DesignSettings, entry
 from app.errors import INVALID, Problem, json_pointer
 from app.jobs.budget import budget
@@ -153,10 +153,25 @@ class Service:
         run = runs.queued(kind.slug, mode, request)
         response = await self._keep(run, 202, key, request_hash)
         if response.run_id == run.id:
-            task = asyncio.create_task(self._finish(run, job_of(kind, mode), request))
-            self.background.add(task)
-            task.add_done_callback(self.background.discard)
+            self._begin(run, job_of(kind, mode), request)
         return response
+
+    async def resume(self) -> None:
+        """Take up the runs that were promised by a 202 and left open when a former service process ended."""
+        for run in await self.store.open_runs():
+            try:
+                job = job_of(KINDS[run.kind], Mode(run.mode))
+                request = job.request.model_validate_json(run.spec)
+            except (KeyError, ValueError):
+                title, why = "The service stopped", "it ended before this run did, and this version cannot take it up"
+                await self._close(runs.failed(run, 500, title, why, time.perf_counter()))
+            else:
+                self._begin(run, job, request)
+
+    def _begin(self, run: RunRecord, job: Job, request: BaseModel) -> None:
+        task = asyncio.create_task(self._finish(run, job, request))
+        self.background.add(task)
+        task.add_done_callback(self.background.discard)
 
     async def _keep(self, run: RunRecord, status: int, key: str | None, request_hash: str) -> StoredResponse:
         location = f"/api/v1/runs/{run.id}"
@@ -177,8 +192,11 @@ class Service:
         except Exception as error:
             logger.exception("background_solve_failed", **_named(run))
             ended = runs.failed(run, 500, "The solver failed", type(error).__name__, started)
+        await self._close(ended)
+
+    async def _close(self, ended: RunRecord) -> None:
         await self.store.finish(
-            run.id, Finish(ended.status, ended.result, ended.problem, ended.effects, ended.accuracy, ended.timing)
+            ended.id, Finish(ended.status, ended.result, ended.problem, ended.effects, ended.accuracy, ended.timing)
         )
 
     async def _solve_in_turn(self, run: RunRecord, job: Job, request: BaseModel, started: float) -> RunRecord:
@@ -190,7 +208,7 @@ class Service:
                 await asyncio.sleep(_RETRY_S)
 
     async def close(self) -> None:
-        """Let go of background solves: their runs stay open and are failed at the next start."""
+        """Let go of background solves: their runs stay open and are taken up at the next start."""
         for task in list(self.background):
             task.cancel()
         await asyncio.gather(*self.background, return_exceptions=True)

@@ -21,7 +21,7 @@ async def healthz() -> dict[str, str]:
     "/readyz", tags=["operation"], summary="Can it answer now", responses={503: {"description": "it is starting"}}
 )
 async def readyz(request: Request, response: Response) -> dict[str, object]:
-    """200 once the database answers, a worker lives and all kernels are there; 503 before, with how far each kind is."""
+    """200 once the database answers, a worker lives and all kernels are there; else 503. Tells how far each kind is."""
     service: Service = request.app.state.service
     await service.store.ping()
     alive, warmths = service.executor.ready, service.executor.warmths

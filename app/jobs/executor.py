@@ -122,10 +122,17 @@ class ProcessPool:
         """How far the kernels of every kind are."""
         return [] if self._warming is None else self._warming.warmths()
 
-    def check_warm(self, kind_slug: str, mode: str) -> None:
+    async def _check_warm(self, kind_slug: str, mode: str) -> None:
         """Raises Warming where the kernels of that kind and mode are still being compiled."""
-        if self._warming is not None:
-            self._warming.check(kind_slug, mode)
+        if self._warming is None:
+            return
+        while not self._warming.known and not self._closed:
+            await asyncio.sleep(_LOOK_S / 10)
+        self._warming.check(kind_slug, mode)
+
+    def wait_until_warm(self, timeout: float | None = None) -> bool:
+        """Until all kernels are there; False if that took longer."""
+        return self._warming is None or self._warming.wait(timeout)
 
     @property
     def worker_pids(self) -> list[int]:
@@ -151,7 +158,7 @@ class ProcessPool:
         if self._closed:
             raise ExecutorClosed("the executor is closing")
         self.start()
-        self.check_warm(kind_slug, mode)
+        await self._check_warm(kind_slug, mode)
         if self._pending >= self._settings.workers + self._settings.queue_limit:
             raise Busy(f"{self._pending} solves run or wait already")
         call = Call(kind_slug, mode, payload, budget_s, report)

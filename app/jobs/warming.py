@@ -94,6 +94,11 @@ class KernelWarming:
         return self._done.wait(timeout)
 
     @property
+    def known(self) -> bool:
+        """Whether it was looked what is on disk."""
+        return bool(self._parts) or self._done.is_set()
+
+    @property
     def failed(self) -> list[Part]:
         return [part for part, progress in self._parts.items() if progress.state == "failed"]
 

@@ -4,6 +4,9 @@ The compiler itself is imported with the first kernel that is called: who only r
 
 numba keeps machine code as long as the file that a kernel stands in is unchanged, although code of the kernels it calls
 is part of it. Here the cache is told of every file of this package that the kernel's module imports, directly or not.
+
+What a machine waits for at its first start is compiled here. A kernel that puts an array into a part of another one
+costs some two seconds more than one that does so element by element, for the message about shapes that do not fit.
 """
 
 from __future__ import annotations

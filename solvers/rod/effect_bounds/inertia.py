@@ -86,7 +86,7 @@ def motion_rows(
     smooth, fast = order.size == even, pace.min() * step > _SIGNED
     rings = np.empty(even)
     if smooth and pace.min() * step > _FOLLOWED:
-        rings[:] = _corners_ring(states, even, share, pace, friction, lever, offset, critical)
+        rings = _corners_ring(states, even, share, pace, friction, lever, offset, critical)
     else:
         own = _own_motion(rising, share[order], pace[order], smooth)
         for i in range(order.size):

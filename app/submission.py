@@ -19,6 +19,7 @@ from app.designs.registry import KINDS, job_of
 from app.designs.schema import OUT_OF_TIME, DesignSettings, entry
 from app.errors import INVALID, Problem, json_pointer
 from app.jobs.budget import budget
+from app.jobs.calls import PICTURE
 from app.jobs.errors import BudgetExceeded, Busy, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.jobs.executor import Executor
 from app.logging import get_logger
@@ -135,6 +136,10 @@ class Service:
     async def shown(self, run_id: str) -> bytes:
         """A run as JSON, with its progress while it is open. Raises UnknownRun."""
         return runs.run_json(await self.store.get(run_id), self.progress.get(run_id))
+
+    async def drawn(self, run: RunRecord, plot: str, shown: bytes) -> str:
+        """A plot of a succeeded run, given as JSON; in a worker, for some compute what they draw."""
+        return await self.executor.run(run.kind, f"{PICTURE}{plot}", shown, self.solve_budget_s)
 
     async def submit(
         self, kind: Kind, mode: Mode, request: BaseModel, key: str | None, request_hash: str

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 
 from app.designs.kind import Answer, Mode
@@ -12,10 +13,17 @@ _loaded: set[tuple[str, str]] = set()
 """What this process, or the one it was forked from, has the kernels of in memory."""
 
 
-def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer:
-    """Run one job of the registry on a request given as JSON; a long one reports how far it is."""
-    from app.designs.registry import KINDS, job_of
+PICTURE = "picture:"
+"""Before the name of a plot: draw it from a run given as JSON, in the place of a mode."""
 
+
+def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer | str:
+    """Run one job of the registry on a request given as JSON; a long one reports how far it is. Or draw a plot."""
+    from app.designs.registry import KINDS, job_of, plots_of
+
+    if mode.startswith(PICTURE):
+        run = json.loads(payload)
+        return plots_of(KINDS[kind_slug], Mode(run["mode"]))[mode.removeprefix(PICTURE)](run)
     job = job_of(KINDS[kind_slug], Mode(mode))
     return job.solve(job.request.model_validate_json(payload), report)
 
@@ -24,7 +32,7 @@ def load(kind_slug: str, mode: str) -> None:
     """Have the kernels of one kind and mode in memory, by solving its example loosely."""
     from app.designs.rehearsals import example
 
-    if (kind_slug, mode) in _loaded:
+    if mode.startswith(PICTURE) or (kind_slug, mode) in _loaded:
         return
     _loaded.add((kind_slug, mode))
     found = example(kind_slug, mode)

@@ -86,7 +86,7 @@ def motion_rows(
     smooth, fast = order.size == even, pace.min() * step > _SIGNED
     rings = np.empty(even)
     if smooth and pace.min() * step > _FOLLOWED:
-        rings = _corners_ring(states, even, share, pace, friction, lever, offset, critical)
+        rings[:] = _corners_ring(states, even, share, pace, friction, lever, offset, critical)
     else:
         own = _own_motion(rising, share[order], pace[order], smooth)
         for i in range(order.size):
@@ -148,7 +148,9 @@ def _first_iterate(
             out[2 + k, i] = bend[k]
         if abs(sunk[0]) > greatest:
             greatest = abs(sunk[0])
-            shape[:], where = sunk, i
+            where = i
+            for k in range(sunk.size):
+                shape[k] = sunk[k]
     return out, shape, where
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import time
 from pathlib import Path
@@ -16,6 +15,8 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    # Plain help: the markup's library takes longer to import than all the rest.
+    rich_markup_mode=None,
 )
 
 DatabaseUrl = Annotated[
@@ -144,6 +145,8 @@ def _refuse(problem: dict[str, Any]) -> None:
 
 
 def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: bool) -> None:
+    import asyncio
+
     from app import runs
     from app.api.bodies import parse
     from app.designs.kind import Mode
@@ -193,6 +196,8 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
 
 def _answer(job: Any, run: Any, request: Any, report: Any) -> Any:
     """Solve here; a design with a time budget whose solver looks at no clock, in a process that can be killed."""
+    import asyncio
+
     from app.jobs.executor import PoolSettings, ProcessPool
     from app.submission import time_asked
 

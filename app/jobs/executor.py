@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import os
 import threading
 import time
@@ -228,7 +229,7 @@ class ProcessPool:
 
         One thread for as long as the pool lives: to the system, its end is the end of the template's parent.
         """
-        begun = -_BETWEEN_STARTS_S
+        begun, loading = -_BETWEEN_STARTS_S, 0
         if self._warming is not None:
             self._warming.start()
         while not self._closed:
@@ -242,6 +243,10 @@ class ProcessPool:
                     self._threads.submit(self._prepare_one)
             except RuntimeError:  # closed a moment ago
                 return
+            if loading != self._template.generation and self.ready and self.wait_until_warm(0.0):
+                loading = self._template.generation
+                with contextlib.suppress(JobError):  # it ended a moment ago, and is started again
+                    self._template.load_when_idle()
             self._wake.wait(_LOOK_S)
             self._wake.clear()
 

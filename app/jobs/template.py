@@ -54,7 +54,9 @@ class Child:
 
     @property
     def alive(self) -> bool:
-        return not select.select([self.sentinel], [], [], 0)[0]
+        look = select.poll()
+        look.register(self.sentinel, select.POLLIN)
+        return not look.poll(0)
 
     def kill(self) -> None:
         # As long as nobody asked for its exit code, its number is its own.

@@ -38,22 +38,33 @@ class Kernel:
 
     @cached_property
     def compiled(self) -> Any:
-        """numba's dispatcher, which compiles for the types it is called with or loads what is on disk."""
-        import numba
+        """As Python calls it: compiled for the types it is called with, or loaded from the disk."""
+        return _kept(self._dispatcher(cache=True))
 
-        options: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": self._fastmath}
-        # No kernel is handed to C code as a pointer, and a wrapper for that costs a tenth of the time to compile.
-        return _kept(numba.njit(no_cfunc_wrapper=True, **options)(self.py_func))
+    @cached_property
+    def inner(self) -> Any:
+        """As other kernels call it, whose machine code holds this one's: without the entry from Python.
+
+        The entry takes apart every array of every tuple, which is most of what a small kernel costs to compile.
+        """
+        return self._dispatcher(no_cpython_wrapper=True)
 
     @property
     def is_compiled(self) -> bool:
         """Whether its machine code is in memory, for any types."""
-        return "compiled" in self.__dict__ and bool(self.compiled.signatures)
+        return any(kind in self.__dict__ and bool(getattr(self, kind).signatures) for kind in ("compiled", "inner"))
 
     @property
     def _numba_type_(self) -> Any:
         """By this numba knows the type of a value: that of the kernel as other kernels call it."""
-        return self.compiled._numba_type_
+        return self.inner._numba_type_
+
+    def _dispatcher(self, **options: Any) -> Any:
+        import numba
+
+        # No kernel is handed to C code as a pointer, so none needs an entry for that.
+        always: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+        return numba.njit(fastmath=self._fastmath, **always, **options)(self.py_func)
 
     def __call__(self, *arguments: Any) -> Any:
         return self.compiled(*arguments)

@@ -15,7 +15,9 @@ from app.designs.pin_profile.result import (
     infeasible_json,
     pin_json,
 )
+from app.designs.pin_profile.verdict import WORDS
 from app.designs.schema import MILLI, envelope, refusal_problem
+from app.designs.verdict import verdict_json
 from solvers import pin
 from solvers.errors import InvalidInput
 from solvers.pin import bushing
@@ -23,19 +25,20 @@ from solvers.pin import bushing
 
 def run_check(request: CheckRequest) -> Answer:
     """Evaluate the pin or the bushing."""
-    how = (
-        pin.CRITERIA[request.criterion], request.limits.to_solver(), request.selection(), request.effect_tolerance,
-        request.accuracy,
-    )  # fmt: skip
+    limits = request.limits.to_solver()
+    how = pin.CRITERIA[request.criterion], limits, request.selection(), request.effect_tolerance, request.accuracy
     try:
         if request.seeks_outside:
             outcome = bushing.check(request.bushing(), request.outside(), *how)
-            return envelope(outcome, bushing_json(outcome.value))
+            verdict = bushing.judge(outcome.value, request.bushing(), outcome.accuracy, limits, outcome.effects)
+            return envelope(outcome, bushing_json(outcome.value), verdict_json(verdict, WORDS, outcome.accuracy))
         scene = request.scene()
         outcome = pin.check(scene, request.bore(), *how)
     except InvalidInput as refusal:
         return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
-    return envelope(outcome, pin_json(outcome.value, scene.geometry.outer_diameter))
+    verdict = pin.judge(outcome.value, scene, outcome.accuracy, limits, outcome.effects)
+    result = pin_json(outcome.value, scene.geometry.outer_diameter)
+    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 def run_design(request: DesignRequest) -> Answer:
@@ -56,7 +59,9 @@ def _design_pin(request: DesignRequest) -> Answer:
     corners = found.corners and [
         {"x_mm": x / MILLI, "bore_mm": bore / MILLI, "outer_diameter_mm": outer / MILLI} for x, bore in found.corners
     ]
-    return envelope(outcome, design_json(outcome, pin_json(found.check, outer), corners))
+    verdict = pin.judge(found.check, problem.scene, outcome.accuracy, problem.limits, outcome.effects)
+    result = design_json(outcome, pin_json(found.check, outer), corners)
+    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 def _design_bushing(request: DesignRequest) -> Answer:
@@ -68,7 +73,9 @@ def _design_bushing(request: DesignRequest) -> Answer:
     corners = found.corners and [
         {"x_mm": x / MILLI, "bore_mm": bore / MILLI, "outer_diameter_mm": outer / MILLI} for x, outer in found.corners
     ]
-    return envelope(outcome, design_json(outcome, bushing_json(found.check), corners))
+    verdict = bushing.judge(found.check, problem.scene, outcome.accuracy, problem.limits, outcome.effects)
+    result = design_json(outcome, bushing_json(found.check), corners)
+    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 MAIN_RESULTS = (

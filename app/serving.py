@@ -54,7 +54,13 @@ class _Server(uvicorn.Server):
             threading.Thread(target=_demonstrate, args=(base,), name="demo", daemon=True).start()
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        self._application.state.service.stopping.set()
+        service = self._application.state.service
+        if not service.stopping.is_set():
+            service.stopping.set()
+            # What waits for a solve until then is told so, rather than cut off.
+            last = threading.Timer(DRAIN_S - 1, service.executor.close)
+            last.daemon = True
+            last.start()
         super().handle_exit(sig, frame)
 
 

@@ -20,7 +20,7 @@ from app.designs.schema import OUT_OF_TIME, DesignSettings, entry
 from app.errors import INVALID, Problem, json_pointer
 from app.jobs.budget import budget
 from app.jobs.calls import PICTURE
-from app.jobs.errors import BudgetExceeded, Busy, MemoryExceeded, SolveFailed, WorkerCrashed
+from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.jobs.executor import Executor
 from app.logging import get_logger
 from app.store.errors import UnknownRun
@@ -195,6 +195,8 @@ class Service:
             ended = await self._solve_in_turn(run, job, request, started)
         except Problem as problem:
             ended = runs.refused(run, problem.body, started)
+        except ExecutorClosed:  # it stays open, and the next start takes it up
+            return
         except Exception as error:
             logger.exception("background_solve_failed", **_named(run))
             ended = runs.failed(run, 500, "The solver failed", type(error).__name__, started)

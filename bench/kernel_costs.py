@@ -51,6 +51,7 @@ def _rows() -> None:
     from numba.core import event
 
     from app.designs.rehearsals import rehearsals
+    from solvers.numerics.jit import KERNELS
 
     seconds: dict[str, float] = defaultdict(float)
     signatures: dict[str, int] = defaultdict(int)
@@ -76,6 +77,9 @@ def _rows() -> None:
     event.register("numba:compile", Listener())
     for job, request in rehearsals():
         job.run(request)
+    for kernel in KERNELS:
+        if not kernel.is_compiled:
+            print(f"nothing calls {kernel.py_func.__module__}.{kernel.py_func.__name__}", file=sys.stderr)
     for name, spent in sorted(seconds.items(), key=lambda item: -item[1]):
         print(name, f"{spent:.3f}", signatures[name], sep="\t")
 

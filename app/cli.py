@@ -199,13 +199,14 @@ def _answer(job: Any, run: Any, request: Any, report: Any) -> Any:
     """Solve here; a design with a time budget whose solver looks at no clock, in a process that can be killed."""
     import asyncio
 
+    from app.jobs.calls import nothing
     from app.jobs.executor import PoolSettings, ProcessPool
     from app.submission import time_asked
 
     asked = time_asked(request)
     if asked is None or job.best_in_time:
         return job.solve(request, report)
-    pool = ProcessPool(PoolSettings(workers=1))
+    pool = ProcessPool(PoolSettings(workers=1, idle_work=nothing, kernels=False))
     pool.start()
     try:
         return asyncio.run(pool.run(run.kind, run.mode, request.model_dump_json().encode(), asked, report))

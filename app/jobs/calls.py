@@ -41,6 +41,11 @@ def load(kind_slug: str, mode: str) -> None:
         job.run(request)
 
 
+def nothing() -> Iterator[None]:
+    """Idle work of a worker that is there for a single call."""
+    return iter(())
+
+
 def load_step_by_step() -> Iterator[None]:
     """Load the kernels of every kind and mode that are on disk, one after the other."""
     from app.designs.rehearsals import PARTS

@@ -168,6 +168,9 @@ class ProcessPool:
             return await asyncio.get_running_loop().run_in_executor(self._threads, self._solve, call)
         except asyncio.CancelledError:
             call.cancel()
+            task = asyncio.current_task()
+            if task is not None and not task.cancelling():
+                raise ExecutorClosed("the executor closed before the solve began") from None
             raise
         finally:
             self._pending -= 1

@@ -22,6 +22,8 @@ Load = Callable[[str, str], None]
 """``(kind slug, mode)``: have in memory what its calls need."""
 
 _BETWEEN_REPORTS_S = 0.2
+_QUIET_S = 0.5
+"""So long nobody must have asked for anything before a worker does something of its own."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ def serve(connection: Connection, settings: WorkerSettings) -> None:
     idle_work: Iterator[None] | None = settings.idle_work()
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
-            while idle_work is not None and not connection.poll():
+            while idle_work is not None and not connection.poll(_QUIET_S):
                 with memory.unbound():
                     idle_work = _one_step(idle_work)
             call = connection.recv()

@@ -13,6 +13,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -26,10 +27,18 @@ from urllib.request import Request, urlopen
 
 from bench import kernel_costs
 
+
+def free_port() -> int:
+    """A port that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "benchmarks.md"
 TITLE = "## The start"
-PORT = 8765
+PORT = free_port()
 BASE = f"http://127.0.0.1:{PORT}"
 PATIENCE_S = 1800.0
 

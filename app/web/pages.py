@@ -14,6 +14,8 @@ from app.api.bodies import parse
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, job_of, modes_of, plots_for
 from app.errors import Problem
+from app.jobs.errors import Busy
+from app.jobs.warming import in_words
 from app.store.errors import UnknownRun
 from app.store.record import RunFilter, RunStatus
 from app.submission import Service
@@ -63,7 +65,8 @@ async def start(request: Request) -> HTMLResponse:
     """What there is to design, and what was designed last."""
     service: Service = request.app.state.service
     page = await service.store.list_runs(RunFilter(), None, 20)
-    return _page(request, "start.html", runs=page.items)
+    warming = [in_words(warmth) for warmth in service.executor.warmths if warmth.state != "warm"]
+    return _page(request, "start.html", runs=page.items, warming=warming)
 
 
 @router.get("/designs/{slug}")
@@ -84,6 +87,10 @@ async def submit(request: Request, slug: str, mode: str = "design") -> Response:
     try:
         body = json.dumps(request_from(example, filled)).encode()
         stored = await service.submit(kind, chosen, parse(kind.jobs[chosen].request, body), None, "")
+    except Busy as busy:
+        problem = {"title": "Not now", "detail": str(busy)}
+        fields = form_fields(example, filled)
+        return _page(request, "form.html", 503, kind=kind, mode=chosen, fields=fields, problem=problem)
     except Problem as problem:
         errors = {e["pointer"]: f"{e['detail']} (allowed: {e['allowed']})" for e in problem.body.get("errors", [])}
         fields = form_fields(example, filled, errors)

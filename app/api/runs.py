@@ -8,7 +8,6 @@ from datetime import datetime
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
-from fastapi.concurrency import run_in_threadpool
 
 from app import runs
 from app.designs.kind import Mode
@@ -93,11 +92,10 @@ async def plot(
         raise Problem(404, "No such plot", "there are " + ", ".join(plots))
     if run.status != RunStatus.SUCCEEDED:
         raise Problem(409, "Nothing to draw", f"the run is {run.status}")
-    shown = json.loads(runs.run_json(run))
-    if plot not in plots_for(KINDS[run.kind], shown):
+    shown = runs.run_json(run)
+    if plot not in plots_for(KINDS[run.kind], json.loads(shown)):
         raise Problem(409, "Nothing to draw", "this run's result has nothing for this plot")
-    # Not on the event loop: a picture may take a tenth of a second to compute.
-    drawn = await run_in_threadpool(plots[plot], shown)
+    drawn = await service.drawn(run, plot, shown)
     if still:
         drawn = _MOTION.sub("", drawn)
     return SvgResponse(drawn, headers={"Cache-Control": "private, max-age=3600"})

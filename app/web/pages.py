@@ -11,6 +11,8 @@ from app.api.bodies import parse
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS
 from app.errors import Problem
+from app.jobs.errors import Busy
+from app.jobs.warming import in_words
 from app.store.record import RunFilter
 from app.submission import Service
 from app.web.fields import form_fields, request_from
@@ -31,7 +33,8 @@ async def start(request: Request) -> HTMLResponse:
     """What there is to design, and what was designed last."""
     service: Service = request.app.state.service
     latest = await service.store.list_runs(RunFilter(), None, 20)
-    return page(request, "start.html", runs=latest.items)
+    warming = [in_words(warmth) for warmth in service.executor.warmths if warmth.state != "warm"]
+    return page(request, "start.html", runs=latest.items, warming=warming)
 
 
 @router.get("/designs/{slug}")
@@ -53,6 +56,10 @@ async def submit(request: Request, slug: str, mode: str = "design") -> Response:
     try:
         body = json.dumps(request_from(example, filled)).encode()
         stored = await service.submit(kind, chosen, parse(kind.jobs[chosen].request, body), None, "")
+    except Busy as busy:
+        problem = {"title": "Not now", "detail": str(busy)}
+        fields = form_fields(example, filled)
+        return page(request, "form.html", 503, kind=kind, mode=chosen, fields=fields, problem=problem)
     except Problem as problem:
         errors = {e["pointer"]: f"{e['detail']} (allowed: {e['allowed']})" for e in problem.body.get("errors", [])}
         fields = form_fields(example, filled, errors)

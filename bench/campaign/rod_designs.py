@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,9 +18,10 @@ from app.designs.flexible_rod.kind import FLEXIBLE_ROD
 from app.designs.flexible_rod.request import DesignRequest
 from app.designs.kind import Answer, Mode
 from bench.campaign import flexible_rod
-from bench.campaign.rivalry import Body, Check, excess
-from oracles.rivals.rod import ROUGH, Strength, compete, core_of, core_optimum, looker, space_of
-from oracles.rivals.rod_hunt import Array, Hunt, Look
+from bench.campaign.rivalry import Body, Field, excess, loosened
+from oracles.rivals.hunt import Array, Hunt, Look
+from oracles.rivals.rod import ROUGH, compete, core_of, core_optimum, looker, space_of
+from oracles.rivals.starts import Strength
 from solvers import rod
 
 _RANDOM = 20
@@ -41,6 +43,7 @@ _LEAST = {
 }
 _LEAST_LIMIT = 1e-6
 """No request may ask for less."""
+_LOOSER = {**dict.fromkeys(_LEAST.values(), -1), "max_contact_pressure_mpa": 1, "max_friction_power_w": 1}
 _GREATEST = {"contact_pressure_max_mpa": "max_contact_pressure_mpa", "friction_power_w": "max_friction_power_w"}
 
 
@@ -61,7 +64,7 @@ class RodProblem:
     def given(self, answer: Answer) -> Body:
         return {**self.machine, "dimensions": answer.result["dimensions"]}
 
-    def rivals(self, rng: np.random.Generator, answer: Answer, check: Check) -> None:
+    def rivals(self, rng: np.random.Generator, answer: Answer, field: Field) -> None:
         """Strips anywhere within the bounds, and about the answer ever more closely; then local searches."""
         low, high = np.log(np.array([self.body["bounds"][name] for name in _SIZES]).T)
         found = None if answer.status != "succeeded" else answer.result["dimensions"]
@@ -74,8 +77,8 @@ class RodProblem:
             stock = self.body.get("stock_h_mm")
             if stock:
                 dimensions["h_mm"] = min(stock, key=lambda h: abs(h - dimensions["h_mm"]))
-            check(self._check(dimensions))
-        self._search(rng, answer, near, check)
+            field.check(self._check(dimensions))
+        self._search(rng, answer, near, field)
 
     def _check(self, dimensions: Body) -> Body:
         """The check of a strip; logarithms and back may pass a bound by a rounding."""
@@ -83,11 +86,11 @@ class RodProblem:
         within = {n: min(max(dimensions[n], bounds[n][0]), bounds[n][1]) for n in _SIZES}
         return {**self.machine, "dimensions": within}
 
-    def _search(self, rng: np.random.Generator, answer: Answer, near: Array | None, check: Check) -> None:
+    def _search(self, rng: np.random.Generator, answer: Answer, near: Array | None, field: Field) -> None:
         """Local searches, in metres."""
 
         def look(sizes: Array) -> Look:
-            result = check(self._check(dict(zip(_SIZES, (1e3 * sizes).tolist(), strict=True))))
+            result = field.check(self._check(dict(zip(_SIZES, (1e3 * sizes).tolist(), strict=True))), hunt.way)
             return self._seen(result)
 
         problem = DesignRequest.model_validate_json(json.dumps(self.body)).problem()
@@ -107,6 +110,15 @@ class RodProblem:
         margins += [_log(asked[limit], result[n]) for n, limit in _GREATEST.items() if limit in asked]
         margins.append(_log(result["stability_safety"], 1.0))
         return Look(self.sign * _log(self.objective(result), 1.0, math.inf * self.sign), np.array(margins))
+
+    def neighbours(self) -> Iterator[tuple[str, float, RodProblem]]:
+        for name, share, body in loosened(self.body, "requirements", _LOOSER):
+            yield name, share, RodProblem(body, self.machine)
+
+    def wider(self) -> Iterator[RodProblem]:
+        if self.body.get("stock_h_mm"):
+            body = {k: v for k, v in self.body.items() if k != "stock_h_mm"}
+            yield RodProblem(body, self.machine)
 
     def broken(self, result: Body) -> float:
         asked = self.body["requirements"]

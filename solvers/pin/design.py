@@ -25,7 +25,9 @@ from solvers.pin.section import CRITERIA, Criterion
 from solvers.pin.stations import Stations
 
 Array = NDArray[np.float64]
-_MOST_STATIONS = 4000
+_MOST_STATIONS, _MOST_COUPLED = 4000, 1000
+"""How many stations there may be, and where a slope limit beside a deflection limit couples them all in a cone program,
+whose own noise no more stations would average out."""
 _PASSES = 40
 _SAME, _WORTH = 1e-8, 8.0
 """Deflections that agree as well as this, or as the accuracy asked for, are the same; what a share of the deflection is
@@ -149,7 +151,9 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
     """(program, best profile, doubt of its mass): panels are halved where quadrature or the form's kinks demand it."""
     scene = problem.scene
     stations: Stations = opening_stations(scene)
-    wanted = 0.05 * accuracy
+    coupled = problem.limits.max_slope is not None and problem.limits.max_deflection is not None
+    most = _MOST_COUPLED if coupled else _MOST_STATIONS
+    wanted, told = (0.5 if coupled else 0.05) * accuracy, 1.0
     result = None
     for _ in range(_PASSES):
         program = assemble(scene, problem.limits, problem.criterion, physics, stations)
@@ -159,16 +163,21 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
         volume = program.volume(program.lower)
         rough = doubt.sum() > wanted * volume
         if not rough:
-            best = problem.form.find(program, accuracy)
-            if best is None:
-                return None
-            volume = best.volume
-            if best.doubt is not None:
-                doubt = np.maximum(doubt, best.doubt)
-            result = (program, best, float(doubt.sum()) / volume if volume > 0 else 0.0)
-            if doubt.sum() <= wanted * volume:
+            # As close to its bound as the stations tell; at last as is asked.
+            for gap in sorted({max(accuracy, told), accuracy}, reverse=True):
+                best = problem.form.find(program, gap)
+                if best is None:
+                    return None
+                volume = best.volume
+                if best.doubt is not None:
+                    doubt = np.maximum(doubt, best.doubt)
+                told = float(doubt.sum()) / volume if volume > 0 else 0.0
+                if told > wanted and stations.x.size <= most:
+                    break
+            result = (program, best, told)
+            if told <= wanted:
                 break
-        if stations.x.size > _MOST_STATIONS:
+        if stations.x.size > most:
             break
         stations = refined(program, doubt > 0.5 * wanted * volume / stations.left.size)
     if result is None:

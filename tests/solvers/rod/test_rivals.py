@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from oracles.rivals.rod import Strength, contest
-from oracles.rivals.rod_hunt import Hunt, Look, Space
-from oracles.rivals.rod_search import WAYS, search
+from oracles.rivals.hunt import Hunt, Look, Space
+from oracles.rivals.search import WAYS, search
 from solvers import rod
 from tests.solvers.rod.machines import CORE, PAPER
 

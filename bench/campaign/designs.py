@@ -54,7 +54,9 @@ class Design:
     """One problem. Shares are relative to the objective.
 
     proven          whether the certificate itself names nothing that it does not cover
-    found           whether a rival keeps the limits
+    sort            the form, or the objective
+    rivals          how many were looked at
+    found           whether one of them keeps the limits
     by              what found the best rival
     neighbours      how many there were
     apart           by what share neighbours miss to nest, beyond what they estimate of themselves
@@ -70,6 +72,7 @@ class Design:
     requested: float
     infeasible: bool
     proven: bool
+    sort: str
     rivals: int
     found: bool
     missed: float = 0.0
@@ -118,7 +121,7 @@ def judge_design(slug: str, seed: int) -> Design | None:
     problem.rivals(rng, answer, field)
     neighbours = _neighbours(slug, problem, answer, accuracy, field)
     proven, apart = _proven(answer), max((_apart(*pair) for pair in neighbours), default=0.0)
-    about = {"rivals": field.tried, "by": field.by, "neighbours": len(neighbours), "apart": apart}
+    about = {"sort": problem.sort, "rivals": field.tried, "by": field.by, "neighbours": len(neighbours), "apart": apart}
     if answer.status == "infeasible":
         return Design(accuracy, True, proven, found=math.isfinite(field.best), **about)
     own = problem.objective(answer.result)

@@ -59,6 +59,11 @@ class LinkageProblem:
     restitution: float
 
     @property
+    def sort(self) -> str:
+        tool = ", tool at its own radius" if self.body.get("tool_radius_mm") else ""
+        return self.body["objective"].replace("_", " ") + tool
+
+    @property
     def sign(self) -> int:
         return -1 if self.body["objective"] in _SOUGHT else 1
 

@@ -46,6 +46,14 @@ class PinProblem:
     body: Body
 
     @property
+    def sort(self) -> str:
+        limits = self.body["limits"]
+        beside = " beside deflection" if limits.get("max_deflection_um") else ""
+        slope = f", slope{beside}" if limits.get("max_slope") else ", deflection" if beside else ""
+        part = "bushing" if self._seeks_outside else "pin"
+        return f"{part}, {self.body['form']['kind'].replace('_', ' ')}{slope}"
+
+    @property
     def sign(self) -> int:
         return 1
 

@@ -52,6 +52,10 @@ class Problem(Protocol):
         """The design request."""
 
     @property
+    def sort(self) -> str:
+        """The form or the objective."""
+
+    @property
     def sign(self) -> int:
         """+1 where the objective is made small, -1 where it is made great."""
 

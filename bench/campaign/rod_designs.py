@@ -55,6 +55,11 @@ class RodProblem:
     machine: Body
 
     @property
+    def sort(self) -> str:
+        stock = ", stock thicknesses" if self.body.get("stock_h_mm") else ""
+        return self.body["objective"].replace("_", " ") + stock + (", steps" if self._steps else "")
+
+    @property
     def sign(self) -> int:
         return -1 if self.body["objective"].endswith("safety") else 1
 
@@ -77,6 +82,8 @@ class RodProblem:
             stock = self.body.get("stock_h_mm")
             if stock:
                 dimensions["h_mm"] = min(stock, key=lambda h: abs(h - dimensions["h_mm"]))
+            for name, step in self._steps:
+                dimensions[name] = round(dimensions[name] / step) * step
             field.check(self._check(dimensions))
         self._search(rng, answer, near, field)
 
@@ -116,9 +123,9 @@ class RodProblem:
             yield name, share, RodProblem(body, self.machine)
 
     def wider(self) -> Iterator[RodProblem]:
-        if self.body.get("stock_h_mm"):
-            body = {k: v for k, v in self.body.items() if k != "stock_h_mm"}
-            yield RodProblem(body, self.machine)
+        for name in ("stock_h_mm", "step_mm"):
+            if self.body.get(name):
+                yield RodProblem({k: v for k, v in self.body.items() if k != name}, self.machine)
 
     def broken(self, result: Body) -> float:
         asked = self.body["requirements"]
@@ -132,7 +139,16 @@ class RodProblem:
         stock, h = self.body.get("stock_h_mm"), result["dimensions"]["h_mm"]
         if stock and not any(math.isclose(h, one, rel_tol=1e-9) for one in stock):
             found.append(math.inf)
+        for name, step in self._steps:
+            size = result["dimensions"][name]
+            if not math.isclose(size, round(size / step) * step, rel_tol=1e-9):
+                found.append(math.inf)
         return max(found, default=0.0)
+
+    @property
+    def _steps(self) -> list[tuple[str, float]]:
+        """Names of the sizes that come in steps [mm], with the steps."""
+        return [(f"{name}_mm", step) for name, step in (self.body.get("step_mm") or {}).items() if step]
 
 
 def _log(value: float | None, other: float | None, missing: float = math.nan) -> float:
@@ -167,4 +183,8 @@ def problem(rng: np.random.Generator) -> RodProblem:
     body = {**machine, "requirements": requirements, "bounds": bounds, "objective": str(rng.choice(objectives))}
     if rng.random() < 0.2:
         body["stock_h_mm"] = sorted(rng.uniform(*bounds["h_mm"], 6).tolist())
+    # From a stream of its own, so that what else is drawn stays the same.
+    other = rng.spawn(1)[0]
+    if other.random() < 0.15:
+        body["step_mm"] = {n: (bounds[f"{n}_mm"][1] - bounds[f"{n}_mm"][0]) / other.uniform(4.0, 40.0) for n in "bl"}
     return RodProblem(body, machine)

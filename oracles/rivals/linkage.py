@@ -18,6 +18,7 @@ from scipy.optimize import minimize_scalar
 from oracles.rivals.hunt import Array, Hunt, Look, Space, Spent
 from oracles.rivals.starts import Strength, along, compete, step_along_limits
 from solvers import linkage
+from solvers.linkage.design import told_value
 from solvers.linkage.family import Family
 from solvers.linkage.four_bar import FourBar
 from solvers.linkage.tolerances import Closure
@@ -28,16 +29,6 @@ _SIZES = 1e3
 """How much smaller and larger than the answer rivals may be, where the size is free."""
 _BEST_OF_SCAN = 3
 _LEAST_ANGLE = 1e-9
-
-_READ: dict[str, Callable[[linkage.Scene, linkage.LinkageCheck], float]] = {
-    "box_area": lambda scene, check: check.box.area,
-    "longest_link": lambda scene, check: max(_links(check)),
-    "enclosing_radius": lambda scene, check: check.enclosing_radius,
-    "peak_torque": lambda scene, check: check.strike.peaks.torque,
-    "pin_force": lambda scene, check: check.strike.peaks.force,
-    "impact_speed": lambda scene, check: scene.impact_speed,
-    "blow_frequency": lambda scene, check: scene.blow_frequency,
-}
 
 
 def _links(check: linkage.LinkageCheck) -> tuple[float, float, float, float]:
@@ -58,7 +49,7 @@ def look_at(problem: linkage.LinkageProblem, family: Family, bar: FourBar, scale
     kept = margins(problem.limits, found)
     if found.strike is None or found.strike.peaks is None:
         return Look(math.inf, kept)
-    return Look(cost_of(problem, _READ[problem.objective.name](scene, found)), kept)
+    return Look(cost_of(problem, told_value(problem, scene, found)), kept)
 
 
 def _needed(problem: linkage.LinkageProblem) -> linkage.EffectSelection:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
+from solvers.pin.certificate import told_apart
 from solvers.pin.check import PinCheck, assess, on_profile
 from solvers.pin.diagnosis import Diagnosis, diagnose
 from solvers.pin.effects import choose_for, compose, demands_of
@@ -29,9 +30,6 @@ _MOST_STATIONS, _MOST_COUPLED = 4000, 1000
 """How many stations there may be, and where a slope limit beside a deflection limit couples them all in a cone program,
 whose own noise no more stations would average out."""
 _PASSES = 40
-_SAME, _WORTH = 1e-8, 8.0
-"""Deflections that agree as well as this, or as the accuracy asked for, are the same; what a share of the deflection is
-worth in the mass at most, relative."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +101,8 @@ def design(
     evidence = dict(best.evidence)
     if limits.max_deflection is not None:
         evidence.setdefault("deflection_as_constrained_um", 1e6 * program.deflection(best.solidity))
-    bound = best.bound - best.volume * _apart(value.check.deflection, evidence, accuracy)
+    constrained = evidence.get("deflection_as_constrained_um")
+    bound = best.bound - best.volume * told_apart(value.check.deflection, constrained, accuracy)
     gap = (best.volume - bound) / bound if bound > 0 else (0.0 if best.volume == 0 else 1.0)
     return Outcome(
         Status.SUCCEEDED,
@@ -113,19 +112,6 @@ def design(
         certificate=Certificate(best.method, program.solid_mass * max(bound, 0.0), gap, evidence),
         timing={"solve_s": time.perf_counter() - started},
     )
-
-
-def _apart(deflection: float | None, evidence: dict[str, float | int | str], accuracy: float) -> float:
-    """What the bound must give way, relative to the mass, where the deflection told is not the one searched with.
-
-    Both are one formula, so this is 0 but for rounding; were they not, a pin that uses the limit up by the one would
-    miss it or leave room by the other, and each per cent of the deflection is worth some per cents of the mass.
-    """
-    constrained = evidence.get("deflection_as_constrained_um")
-    if deflection is None or not isinstance(constrained, float) or constrained == 0.0:
-        return 0.0
-    apart = abs(1e6 * deflection / constrained - 1.0)
-    return _WORTH * apart if apart > max(_SAME, accuracy) else 0.0
 
 
 def _as_made(

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from app.designs.claims import Claim, of_pin
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.pin_profile.pictures import bore_picture, forces_picture, load_family, stress_picture
 from app.designs.pin_profile.reference import check_reference, design_reference
@@ -18,6 +21,7 @@ from app.designs.pin_profile.result import (
 from app.designs.schema import MILLI, envelope, refusal_problem
 from solvers import pin
 from solvers.errors import InvalidInput
+from solvers.outcome import Outcome
 from solvers.pin import bushing
 
 
@@ -52,11 +56,11 @@ def _design_pin(request: DesignRequest) -> Answer:
     found, outer = outcome.value, problem.scene.geometry.outer_diameter
     if found is None:
         why = pin.explain(problem, request.selection(), request.effect_tolerance)
-        return envelope(outcome, infeasible_json(outcome, why))
+        return envelope(outcome, infeasible_json(outcome, why, _claim(request, outcome)))
     corners = found.corners and [
         {"x_mm": x / MILLI, "bore_mm": bore / MILLI, "outer_diameter_mm": outer / MILLI} for x, bore in found.corners
     ]
-    return envelope(outcome, design_json(outcome, pin_json(found.check, outer), corners))
+    return envelope(outcome, design_json(outcome, pin_json(found.check, outer), corners, _claim(request, outcome)))
 
 
 def _design_bushing(request: DesignRequest) -> Answer:
@@ -64,11 +68,18 @@ def _design_bushing(request: DesignRequest) -> Answer:
     outcome = bushing.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
     found, bore = outcome.value, problem.scene.geometry.bore
     if found is None:
-        return envelope(outcome, infeasible_json(outcome, None))
+        return envelope(outcome, infeasible_json(outcome, None, _claim(request, outcome)))
     corners = found.corners and [
         {"x_mm": x / MILLI, "bore_mm": bore / MILLI, "outer_diameter_mm": outer / MILLI} for x, outer in found.corners
     ]
-    return envelope(outcome, design_json(outcome, bushing_json(found.check), corners))
+    return envelope(outcome, design_json(outcome, bushing_json(found.check), corners, _claim(request, outcome)))
+
+
+def _claim(request: DesignRequest, outcome: Outcome[Any]) -> Claim:
+    """What the certificate says."""
+    limits = request.limits
+    deflection, oval = limits.max_deflection_um is not None, limits.max_ovalization_um is not None
+    return of_pin(outcome, request.form.kind, request.seeks_outside, deflection, oval)
 
 
 MAIN_RESULTS = (

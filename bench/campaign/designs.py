@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +27,8 @@ import numpy as np
 from app.designs.kind import Answer, Mode
 from app.designs.registry import KINDS
 from bench.campaign import linkage_designs, pin_designs, rod_designs
-from bench.campaign.rivalry import Body, Field, Problem
+from bench.campaign.rivalry import STEPS, Body, Field, Problem
+from oracles.rivals.starts import Strength
 
 DESIGNED: Mapping[str, Callable[[np.random.Generator], Problem]] = {
     "flexible-rod": rod_designs.problem,
@@ -42,6 +43,9 @@ RIVALS: Mapping[str, str] = {
 }
 """How strong the rivals of a kind's designs are."""
 
+QUICK = Strength(starts=4, evaluations=12, ways=("SLSQP", "Nelder-Mead", "linear programs"), most=160)
+"""How hard local searches try where a share of the campaign is a test."""
+FEW_STEPS = (1e-3,)
 _ACCURACIES = (1e-3, 1e-4, 1e-5, 1e-6)
 _TIGHTER = 1e-3
 _TIGHTEST = 1e-10
@@ -110,16 +114,23 @@ class Design:
         return self.distance <= self.estimated + _ROUNDING
 
 
-def judge_design(slug: str, seed: int) -> Design | None:
-    """Judge the design problem of a seed; None where it is refused."""
+def judge_design(slug: str, seed: int, quick: bool = False) -> Design | None:
+    """Judge the design problem of a seed; None where it is refused. ``quick``: by fewer rivals."""
     rng = np.random.default_rng([seed, 1])
-    problem, accuracy = DESIGNED[slug](rng), float(rng.choice(_ACCURACIES))
+    problem = DESIGNED[slug](rng)
+    return judge_problem(slug, problem, float(rng.choice(_ACCURACIES)), rng, quick)
+
+
+def judge_problem(
+    slug: str, problem: Problem, accuracy: float, rng: np.random.Generator, quick: bool = False
+) -> Design | None:
+    """Judge a design problem solved to an accuracy; None where it is refused."""
     answer = _designed(slug, problem, accuracy)
     if answer.status not in ("succeeded", "infeasible"):
         return None
-    field = Field(problem, lambda body: _checked(slug, body, answer))
+    field = Field(problem, lambda body: _checked(slug, body, answer), QUICK if quick else None)
     problem.rivals(rng, answer, field)
-    neighbours = _neighbours(slug, problem, answer, accuracy, field)
+    neighbours = _neighbours(slug, problem, answer, accuracy, field, FEW_STEPS if quick else STEPS)
     proven, apart = _proven(answer), max((_apart(*pair) for pair in neighbours), default=0.0)
     about = {"sort": problem.sort, "rivals": field.tried, "by": field.by, "neighbours": len(neighbours), "apart": apart}
     if answer.status == "infeasible":
@@ -166,14 +177,14 @@ def _told(problem: Problem, answer: Answer) -> _Told:
 
 
 def _neighbours(
-    slug: str, problem: Problem, answer: Answer, accuracy: float, field: Field
+    slug: str, problem: Problem, answer: Answer, accuracy: float, field: Field, steps: Sequence[float]
 ) -> list[tuple[_Told, _Told]]:
     """(with more room, with less) of every neighbour and the answer; what keeps the answer's limits enters as a rival.
 
     All are designed with the answer's own effects.
     """
     pairs, own = [], _told(problem, answer)
-    changed = list(problem.neighbours()) + [("wider", 1.0, other) for other in problem.wider()]
+    changed = list(problem.neighbours(steps)) + [("wider", 1.0, other) for other in problem.wider()]
     for name, looser, other in changed:
         found = _designed(slug, other, accuracy, _settled(answer))
         if found.status not in ("succeeded", "infeasible"):

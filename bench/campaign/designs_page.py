@@ -7,10 +7,10 @@ import statistics
 from collections.abc import Iterator, Sequence
 
 from app.designs.registry import KINDS
-from bench.campaign.designs import RIVALS, Design
+from bench.campaign.designs import FEW_STEPS, QUICK, RIVALS, Design
 from bench.campaign.page import judged_of, row, troubles
 from bench.campaign.rivalry import STEPS
-from bench.campaign.seeds import Part
+from bench.campaign.seeds import STRONG_EVERY, Part
 
 
 def designs_section(slug: str, parts: Sequence[Part], day: str) -> str:
@@ -68,8 +68,10 @@ def _strength(slug: str, designs: list[tuple[int, Design]]) -> str:
     closest = [d.closest for _, d in designs if math.isfinite(d.closest)]
     near = sum(abs(c) < 1e-6 for c in closest)
     steps = " and ".join(f"{step:g}" for step in STEPS)
+    few = " and ".join(f"{step:g}" for step in FEW_STEPS)
     return (
-        f"Rivals of a design are {RIVALS[slug]}; its neighbours at each limit looser and tighter by {steps}; the "
-        f"answers where more is allowed. In {near:,} of {len(closest):,} designs the best of them comes within 1e-6 of "
+        f"Rivals of one design in {STRONG_EVERY} are {RIVALS[slug]}; its neighbours at each limit looser and tighter by "
+        f"{steps}; the answers where more is allowed. The others meet searches of the same sorts, but {QUICK}, at most "
+        f"{QUICK.most} checks, and neighbours by {few}. In {near:,} of {len(closest):,} designs the best of them comes within 1e-6 of "
         "the answer (negative: better, as far as the answer's own error and gap allow)."
     )

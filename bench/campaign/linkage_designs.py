@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,7 +93,7 @@ class LinkageProblem:
         problem = request.problem()
         own = linkage.design(problem).value if answer.status == "succeeded" else None
         unit = _UNITS.get(self.body["objective"], 1.0)
-        for best in rivals(problem, own, SEARCHES, rng, _SCANNED):
+        for best in rivals(problem, own, field.strength or SEARCHES, rng, _SCANNED):
             field.tried += best.tried
             if best.cost is not None:
                 # Of a hunt for any linkage within the limits the cost says nothing.
@@ -114,8 +114,8 @@ class LinkageProblem:
         # A request's numbers and a mechanism's lengths are decimal: what they are off by counts for nothing.
         return max(max(found) - _DECIMAL, 0.0)
 
-    def neighbours(self) -> Iterator[tuple[str, float, LinkageProblem]]:
-        for name, share, body in loosened(self.body, "limits", _LOOSER):
+    def neighbours(self, steps: Sequence[float]) -> Iterator[tuple[str, float, LinkageProblem]]:
+        for name, share, body in loosened(self.body, "limits", _LOOSER, steps):
             yield name, share, LinkageProblem(body, self.restitution)
 
     def wider(self) -> Iterator[LinkageProblem]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,7 +97,7 @@ class PinProblem:
         first = x <= 0.5 * length * (1 + 1e-12)
         own = Shape(MILLI * x[first], MILLI * np.abs(self._other - size[first]))
         form, part = self.body["form"], self._part(answer)
-        for found in rival_shapes(part, form["kind"], int(form["steps"] or 0), own, SEARCHES, rng):
+        for found in rival_shapes(part, form["kind"], int(form["steps"] or 0), own, field.strength or SEARCHES, rng):
             field.tried += found.tried
             if found.shape is not None:
                 size = part.size(found.shape.wall) / MILLI
@@ -117,8 +117,8 @@ class PinProblem:
         """The diameter that is given [mm]."""
         return self.body["bore_mm"] if self._seeks_outside else self.body["geometry"]["outer_diameter_mm"]
 
-    def neighbours(self) -> Iterator[tuple[str, float, PinProblem]]:
-        for name, share, body in loosened(self.body, "limits", _LOOSER):
+    def neighbours(self, steps: Sequence[float]) -> Iterator[tuple[str, float, PinProblem]]:
+        for name, share, body in loosened(self.body, "limits", _LOOSER, steps):
             yield name, share, PinProblem(body)
 
     def wider(self) -> Iterator[PinProblem]:

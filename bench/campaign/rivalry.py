@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 
 from app.designs.kind import Answer
+from oracles.rivals.starts import Strength
 
 Body = dict[str, Any]
 
@@ -19,11 +20,13 @@ class Field:
     """The rivals of an answer: ``check`` is from a check request, with the answer's own effects, to the checked result,
     None where it has none; what keeps the limits counts, by its objective as made small.
 
-    ``tried`` counts all that were looked at, ``best`` is the least objective, ``by`` what found it.
+    ``tried`` counts all that were looked at, ``best`` is the least objective, ``by`` what found it; ``strength`` is how
+    hard local searches try, None as hard as the kind's campaign does.
     """
 
     problem: Problem
     checked: Callable[[Body], Body | None]
+    strength: Strength | None = None
     tried: int = 0
     best: float = math.inf
     by: str = ""
@@ -71,8 +74,9 @@ class Problem(Protocol):
     def broken(self, result: Body) -> float:
         """By what share the worst of the limits is missed; 0 where all are kept."""
 
-    def neighbours(self) -> Iterator[tuple[str, float, Problem]]:
-        """The same problem with one limit looser (a share above 0) or tighter (below), and the limit's name."""
+    def neighbours(self, steps: Sequence[float]) -> Iterator[tuple[str, float, Problem]]:
+        """The same problem with one limit looser (a share above 0) or tighter (below) by these steps, and the limit's
+        name."""
 
     def wider(self) -> Iterator[Problem]:
         """Problems that allow all that this one allows, and more: their answers must not be worse."""
@@ -89,12 +93,14 @@ STEPS = (1e-4, 1e-3, 1e-2)
 """How much looser and tighter the limits of neighbours are."""
 
 
-def loosened(body: Body, group: str, names: Mapping[str, int]) -> Iterator[tuple[str, float, Body]]:
+def loosened(
+    body: Body, group: str, names: Mapping[str, int], steps: Sequence[float]
+) -> Iterator[tuple[str, float, Body]]:
     """Bodies with one limit of a group changed; ``names`` tells of each +1 where a greater value is looser, -1 where a
     smaller one is."""
     for name, sign in names.items():
         limit = body[group].get(name)
-        for step in STEPS if limit else ():
+        for step in steps if limit else ():
             for share in (step, -step):
                 value = limit * (1.0 + share) ** sign
                 yield name, share, {**body, group: {**body[group], name: value}}

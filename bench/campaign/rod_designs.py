@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -106,7 +106,7 @@ class RodProblem:
         hunt = Hunt(space_of(problem), look, seeking=near is not None)
         first = None if near is None else near - math.log(1e3)
         rough = looker(problem, core_of(selection), ROUGH)
-        compete(hunt, first, core_optimum(problem, selection), rough, SEARCHES, rng)
+        compete(hunt, first, core_optimum(problem, selection), rough, field.strength or SEARCHES, rng)
 
     def _seen(self, result: Body | None) -> Look:
         """What a search needs of a checked result."""
@@ -118,8 +118,8 @@ class RodProblem:
         margins.append(_log(result["stability_safety"], 1.0))
         return Look(self.sign * _log(self.objective(result), 1.0, math.inf * self.sign), np.array(margins))
 
-    def neighbours(self) -> Iterator[tuple[str, float, RodProblem]]:
-        for name, share, body in loosened(self.body, "requirements", _LOOSER):
+    def neighbours(self, steps: Sequence[float]) -> Iterator[tuple[str, float, RodProblem]]:
+        for name, share, body in loosened(self.body, "requirements", _LOOSER, steps):
             yield name, share, RodProblem(body, self.machine)
 
     def wider(self) -> Iterator[RodProblem]:

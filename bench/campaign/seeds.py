@@ -17,6 +17,8 @@ from bench.campaign.scenes import scene_of
 
 COMBINED_EVERY = 50
 """Of the seeds, those whose scenes are solved with every combination of effects."""
+STRONG_EVERY = 5
+"""Of the designs, those that meet rivals at their strongest; the others meet fewer."""
 NEEDLESS_EVERY: Mapping[str, int] = {"flexible-rod": 10}
 """Where a scene's effects are many and dear, whether one was needless is a share that a part of the scenes tells."""
 
@@ -71,7 +73,7 @@ def judge_seed(slug: str, seed: int, limit: float) -> list[Part]:
 
 def judge_designed(slug: str, seed: int, limit: float) -> list[Part]:
     """The design problem of a seed, against its rivals, within ``limit`` [s]."""
-    return [_part(seed, DESIGN, lambda: judge_design(slug, seed), limit)]
+    return [_part(seed, DESIGN, lambda: judge_design(slug, seed, quick=seed % STRONG_EVERY != 0), limit)]
 
 
 def _part(seed: int, name: str, judge: Callable[[], object | None], limit: float) -> Part:

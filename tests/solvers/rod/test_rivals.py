@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from oracles.rivals.rod import Strength, contest
 from oracles.rivals.hunt import Hunt, Look, Space
+from oracles.rivals.rod import Strength, contest
 from oracles.rivals.search import WAYS, search
 from solvers import rod
 from tests.solvers.rod.machines import CORE, PAPER

@@ -214,9 +214,10 @@ def _settled(answer: Answer) -> Body:
     return {"include": sorted(active), "exclude": sorted({e["name"] for e in answer.effects} - active)}
 
 
-def _designed(slug: str, problem: Problem, accuracy: float, effects: Body | str = "auto") -> Answer:
+def _designed(slug: str, problem: Problem, accuracy: float, effects: Body | None = None) -> Answer:
+    """The answer; with these effects, or those that the problem's own request asks for."""
     job = KINDS[slug].jobs[Mode.DESIGN]
-    asked = {**problem.body, "accuracy": accuracy, "effects": effects}
+    asked = {**problem.body, "accuracy": accuracy} | ({} if effects is None else {"effects": effects})
     return job.run(job.request.model_validate_json(json.dumps(asked)))
 
 

@@ -70,8 +70,8 @@ def _strength(slug: str, designs: list[tuple[int, Design]]) -> str:
     steps = " and ".join(f"{step:g}" for step in STEPS)
     few = " and ".join(f"{step:g}" for step in FEW_STEPS)
     return (
-        f"Rivals of one design in {STRONG_EVERY} are {RIVALS[slug]}; its neighbours at each limit looser and tighter by "
-        f"{steps}; the answers where more is allowed. The others meet searches of the same sorts, but {QUICK}, at most "
-        f"{QUICK.most} checks, and neighbours by {few}. In {near:,} of {len(closest):,} designs the best of them comes within 1e-6 of "
-        "the answer (negative: better, as far as the answer's own error and gap allow)."
+        f"Rivals of one design in {STRONG_EVERY} are {RIVALS[slug]}; its neighbours at each limit looser and tighter "
+        f"by {steps}; the answers where more is allowed. The others meet searches of the same sorts, but {QUICK}, at "
+        f"most {QUICK.most} checks, and neighbours by {few}. In {near:,} of {len(closest):,} designs the best of them "
+        "comes within 1e-6 of the answer (negative: better, as far as the answer's own error and gap allow)."
     )

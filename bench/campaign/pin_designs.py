@@ -97,7 +97,7 @@ class PinProblem:
         first = x <= 0.5 * length * (1 + 1e-12)
         own = Shape(MILLI * x[first], MILLI * np.abs(self._other - size[first]))
         form, part = self.body["form"], self._part(answer)
-        for found in rival_shapes(part, form["kind"], int(form["steps"] or 0), own, field.strength or SEARCHES, rng):
+        for found in rival_shapes(part, form["kind"], int(form.get("steps") or 0), own, field.strength or SEARCHES, rng):
             field.tried += found.tried
             if found.shape is not None:
                 size = part.size(found.shape.wall) / MILLI
@@ -124,7 +124,7 @@ class PinProblem:
     def wider(self) -> Iterator[PinProblem]:
         form = self.body["form"]
         for kind in _WIDER.get(form["kind"], ()):
-            steps = int(form["steps"] or 1) + 1 if kind == "stepped" else None
+            steps = int(form.get("steps") or 1) + 1 if kind == "stepped" else None
             slope_of_steps = kind == "stepped" and self.body["limits"].get("max_slope")
             if not slope_of_steps and not (self._seeks_outside and kind not in _BUSHING_FORMS):
                 yield PinProblem({**self.body, "form": {"kind": kind, "steps": steps}})

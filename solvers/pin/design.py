@@ -30,6 +30,8 @@ _MOST_STATIONS, _MOST_COUPLED = 4000, 1000
 """How many stations there may be, and where a slope limit beside a deflection limit couples them all in a cone program,
 whose own noise no more stations would average out."""
 _PASSES = 40
+_CLOSE = 1e-6
+"""A gap that needs no warning."""
 
 
 @dataclass(frozen=True)
@@ -106,12 +108,20 @@ def design(
     gap = (best.volume - bound) / bound if bound > 0 else (0.0 if best.volume == 0 else 1.0)
     return Outcome(
         Status.SUCCEEDED,
-        value,
+        _warned(value, gap, accuracy),
         choice.manifest,
         Accuracy(accuracy, doubt + ROUNDING, {"stations": int(best.solidity.size)}),
         certificate=Certificate(best.method, program.solid_mass * max(bound, 0.0), gap, evidence),
         timing={"solve_s": time.perf_counter() - started},
     )
+
+
+def _warned(value: PinDesign, gap: float, accuracy: float) -> PinDesign:
+    """The gap is no error of what is told, so no part of the accuracy; one above what was asked for is told here."""
+    if gap <= max(accuracy, _CLOSE):
+        return value
+    said = f"a lighter pin of this form is excluded only to {gap:.1e} of the mass"
+    return replace(value, check=replace(value.check, warnings=(*value.check.warnings, said)))
 
 
 def _as_made(

@@ -78,13 +78,14 @@ def verify(database_url: DatabaseUrl = _DATABASE) -> None:
 
 @app.command()
 def design(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json: AsJson = False) -> None:
-    """Design from a request in FILE.json; the run is stored. Exit code 3 if the request cannot be met."""
+    """Design from a request in FILE.json; the run is stored. Exit code 3 if there is no such design, 4 if the one found
+    does not hold."""
     _solve(kind, "design", _read(file), database_url, as_json)
 
 
 @app.command()
 def check(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json: AsJson = False) -> None:
-    """Check the dimensions of a request in FILE.json; the run is stored."""
+    """Check the dimensions of a request in FILE.json; the run is stored. Exit code 4 if the part does not hold."""
     _solve(kind, "check", _read(file), database_url, as_json)
 
 
@@ -174,7 +175,7 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
         typer.echo(shown.decode())
     else:
         print_run(json.loads(shown))
-    raise typer.Exit(0 if run.status == "succeeded" else 3)
+    raise typer.Exit(3 if run.status != "succeeded" else 4 if run.holds is False else 0)
 
 
 def _answer(job: Any, run: Any, request: Any, report: Any) -> Any:

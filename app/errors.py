@@ -90,7 +90,8 @@ def refusal(errors: Iterable[Mapping[str, Any]], depth: int = 0) -> Problem:
     """
     found = list(errors)
     entries = [_entry(item, depth) for item in found[:MOST_ENTRIES]]
-    return Problem(422, INVALID, f"{len(found)} field(s) cannot be accepted", entries)
+    fields = "1 field" if len(found) == 1 else f"{len(found)} fields"
+    return Problem(422, INVALID, f"{fields} cannot be accepted", entries)
 
 
 def _entry(item: Mapping[str, Any], depth: int) -> Entry:
@@ -98,7 +99,8 @@ def _entry(item: Mapping[str, Any], depth: int) -> Entry:
     limits = [text.format(context[key]) for key, text in _LIMITS.items() if key in context]
     allowed = ", ".join(limits) or _ALLOWED_BY_TYPE.get(item["type"], "see the contract")
     parts = [part for part in item["loc"][depth:] if not is_tag(part)]
-    return {"pointer": json_pointer(parts), "detail": item["msg"], "allowed": allowed}
+    ranged = item["type"].startswith(("greater_than", "less_than"))
+    return {"pointer": json_pointer(parts), "detail": "is out of range" if ranged else item["msg"], "allowed": allowed}
 
 
 def json_pointer(parts: Iterable[int | str]) -> str:

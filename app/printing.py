@@ -152,10 +152,36 @@ def shown_progress(console: Console | None = None) -> Iterator[Report]:
             line.stop()
 
 
+def _reached(item: dict[str, Any]) -> str:
+    sign = {"at_least": "≥", "at_most": "≤", "equal": "=", "yes": "="}[item["sense"]]
+    found = "none" if item["reached"] is None else f"{item['reached']:.5g}"
+    spare = "" if item["margin"] is None else f", margin {100.0 * round(item['margin'], 7):+.3g} %"
+    return (
+        f"{'holds' if item['holds'] else 'DOES NOT HOLD'}: {found}, {sign} {item['required']:.5g} {item['unit']}{spare}"
+    )
+
+
+def _verdict(told: dict[str, Any]) -> Iterator[Row]:
+    """Every criterion, then what to know beside them."""
+    for item in told["criteria"]:
+        yield item["name"], _reached(item)
+    yield from (("caution", text) for text in told["cautions"])
+
+
 def print_run(run: dict[str, Any]) -> None:
-    """Print a run as its JSON tells it: results, effects, accuracy and time."""
+    """Print a run as its JSON tells it: the verdict first, then results, effects, accuracy and time."""
+    console = Console(file=sys.stdout)
+    if run["verdict"]:
+        console.print(run["verdict"]["summary"], style="bold", highlight=False)
+    elif run["status"] == "infeasible":
+        console.print("There is no such design: not all that is required can be had.", style="bold", highlight=False)
     table = Table(title=f"{run['kind']} · {run['mode']} · {run['status']}", title_justify="left", show_header=False)
-    for row in _rows(run["result"] or {}):
+    told = run["verdict"]
+    for row in _verdict(told) if told else ():
+        table.add_row(*row)
+    # Cautions are the warnings and more.
+    shown = {name: value for name, value in (run["result"] or {}).items() if not (told and name == "warnings")}
+    for row in _rows(shown):
         table.add_row(*row)
     if run["problem"]:
         table.add_row("problem", run["problem"]["detail"])
@@ -165,4 +191,4 @@ def print_run(run: dict[str, Any]) -> None:
         table.add_row("accuracy", _accuracy(run["accuracy"]))
     table.add_row("time", f"{run['timing'].get('solve_s', run['timing']['total_s']):.3f} s")
     table.add_row("run", run["id"])
-    Console(file=sys.stdout).print(table)
+    console.print(table)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Iterable
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -11,9 +12,10 @@ from pydantic import BaseModel
 
 from app.designs.kind import Answer, Mode
 from app.designs.progress import Progress
+from app.designs.registry import KINDS, plots_for
 from app.designs.schema import finite
 from app.store.hashing import canonical_json, spec_hash
-from app.store.record import OPEN_STATUSES, RunRecord, RunStatus, RunSummary, new_run_id, utc_now
+from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, RunSummary, new_run_id, utc_now
 from app.version import NAME, VERSION
 
 
@@ -41,7 +43,7 @@ def queued(slug: str, mode: Mode, request: BaseModel) -> RunRecord:
 
 def answered(run: RunRecord, answer: Answer, started: float) -> RunRecord:
     """The run with its answer; one that JSON cannot carry becomes a failure, not a null."""
-    if not (finite(answer.result) and finite(answer.effects) and finite(answer.accuracy)):
+    if not all(finite(part) for part in (answer.result, answer.effects, answer.accuracy, answer.verdict)):
         return failed(run, 500, "The result is not finite", "the solver gave a number that is not finite", started)
     timing = {**answer.timing, "total_s": time.perf_counter() - started}
     return replace(
@@ -52,6 +54,8 @@ def answered(run: RunRecord, answer: Answer, started: float) -> RunRecord:
         effects=canonical_json(answer.effects),
         accuracy=None if answer.accuracy is None else canonical_json(answer.accuracy),
         timing=canonical_json(timing),
+        verdict=None if answer.verdict is None else canonical_json(answer.verdict),
+        holds=None if answer.verdict is None else answer.verdict["holds"],
     )
 
 
@@ -77,7 +81,20 @@ def repeated(run: RunRecord, earlier: RunRecord, started: float) -> RunRecord:
         accuracy=earlier.accuracy,
         timing=canonical_json({"total_s": time.perf_counter() - started}),
         cached=True,
+        verdict=earlier.verdict,
+        holds=earlier.holds,
     )
+
+
+def end_of(run: RunRecord) -> Finish:
+    """How an answered or failed run ends in the store."""
+    return Finish(run.status, run.result, run.problem, run.effects, run.accuracy, run.timing, run.verdict, run.holds)
+
+
+def complete(run: RunRecord) -> bool:
+    """Whether an answered run has all that one has today: designs and checks of old have no verdict."""
+    judged = run.mode in (Mode.DESIGN, Mode.CHECK) and run.status == RunStatus.SUCCEEDED
+    return run.verdict is not None or not judged
 
 
 def met(run: RunRecord) -> bool:
@@ -91,15 +108,37 @@ def run_json(run: RunRecord, progress: Progress | None = None) -> bytes:
     head = summary(run)
     head["progress"] = asdict(progress) if progress is not None and run.status in OPEN_STATUSES else None
     parts = {
+        "verdict": run.verdict,
         "spec": run.spec,
         "result": run.result,
         "problem": run.problem,
         "effects": run.effects,
         "accuracy": run.accuracy,
         "timing": run.timing,
+        "links": canonical_json(links(run)),
     }
     tail = b"".join(b',"%s":%s' % (name.encode(), value or b"null") for name, value in parts.items())
     return json.dumps(head, separators=(",", ":"), ensure_ascii=False)[:-1].encode() + tail + b"}"
+
+
+def links(run: RunRecord) -> dict[str, Any]:
+    """Where the run, its page and what is drawn of it are found."""
+    at = f"/api/v1/runs/{run.id}"
+    return {
+        "self": at,
+        "page": f"/runs/{run.id}",
+        "plots": {name: f"{at}/plots/{name}" for name in _plots(run)},
+        "exports": {},
+    }
+
+
+def _plots(run: RunRecord) -> Iterable[str]:
+    kind = KINDS.get(run.kind)
+    if kind is None or run.status != RunStatus.SUCCEEDED or run.result is None:
+        return ()
+    # Only a kind with pictures that not every run has must look into the result.
+    result = json.loads(run.result) if kind.drawn_if else None
+    return plots_for(kind, {"mode": run.mode, "result": result})
 
 
 def summary(run: RunRecord | RunSummary) -> dict[str, object]:
@@ -114,5 +153,6 @@ def summary(run: RunRecord | RunSummary) -> dict[str, object]:
         "spec_hash": run.spec_hash,
         "cached": run.cached,
         "batch_id": run.batch_id,
+        "holds": run.holds,
         "solver": {"name": run.solver_name, "version": run.solver_version},
     }

@@ -22,7 +22,7 @@ from app.jobs.errors import BudgetExceeded, Busy, MemoryExceeded, SolveFailed, W
 from app.jobs.executor import Executor
 from app.logging import get_logger
 from app.store.errors import UnknownRun
-from app.store.record import Finish, RunRecord, StoredResponse
+from app.store.record import RunRecord, StoredResponse
 from app.store.repository import RunStore
 
 logger = get_logger(__name__)
@@ -82,7 +82,7 @@ class Service:
         run = runs.queued(kind.slug, mode, request)
         if job.repeatable:
             earlier = await self.store.find_answer(run.spec_hash, run.solver_name, run.solver_version)
-            if earlier is not None and (runs.met(earlier) or not job.best_in_time):
+            if earlier is not None and runs.complete(earlier) and (runs.met(earlier) or not job.best_in_time):
                 return runs.repeated(run, earlier, started)
         return await self._solve(run, job, request, started)
 
@@ -174,9 +174,7 @@ class Service:
         except Exception as error:
             logger.exception("background_solve_failed", **_named(run))
             ended = runs.failed(run, 500, "The solver failed", type(error).__name__, started)
-        await self.store.finish(
-            run.id, Finish(ended.status, ended.result, ended.problem, ended.effects, ended.accuracy, ended.timing)
-        )
+        await self.store.finish(run.id, runs.end_of(ended))
 
     async def _solve_in_turn(self, run: RunRecord, job: Job, request: BaseModel, started: float) -> RunRecord:
         """Solve once the executor has room: a run that was promised is not refused for want of it."""

@@ -49,8 +49,9 @@ WINGS = ("solvers.rod", "solvers.pin", "solvers.linkage", "solvers.crank")
 ABOVE = {
     "solvers.numerics": (*WINGS, "solvers.effects", "solvers.outcome", "solvers.accuracy"),
     "solvers.errors": (*WINGS, "solvers.numerics", "solvers.effects", "solvers.outcome", "solvers.accuracy"),
-    "solvers.outcome": (*WINGS, "solvers.numerics", "solvers.effects", "solvers.accuracy"),
+    "solvers.outcome": (*WINGS, "solvers.numerics", "solvers.effects", "solvers.accuracy", "solvers.verdict"),
     "solvers.effects": (*WINGS, "solvers.accuracy"),
+    "solvers.verdict": (*WINGS, "solvers.accuracy", "solvers.effects", "solvers.numerics"),
     "solvers.accuracy": WINGS,
     "solvers.materials": WINGS,
     "solvers.fatigue": WINGS,
@@ -81,7 +82,7 @@ def test_nothing_points_back_up(lower, above):
 
 ROD = (
     "scene", "load", "strip", "piston", "vibration", "cycle", "effect_bounds", "effects", "check", "rows",
-    "constraints", "problem", "optimum", "design",
+    "constraints", "problem", "verdict", "optimum", "design",
 )  # fmt: skip
 """The rooms of the rod in the order in which the data flows: each may import those before it."""
 
@@ -141,7 +142,7 @@ def test_all_sql_lives_in_the_store():
 
 
 def test_every_wing_has_the_same_rooms():
-    rooms = {"scene.py", "effects.py", "check.py", "design.py"}
+    rooms = {"scene.py", "effects.py", "check.py", "design.py", "verdict.py"}
     for wing in ("rod", "pin", "pin/bushing", "linkage"):
         assert rooms <= {path.name for path in (ROOT / "solvers" / wing).iterdir()}, wing
 

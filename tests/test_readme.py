@@ -33,9 +33,11 @@ def test_the_curl_answers_what_the_readme_says(client):
     assert path
     assert file
     body = (ROOT / file[1].strip("'\"")).read_bytes()
-    result = client.post(path[1], content=body, headers={"content-type": "application/json"}).json()["result"]
-    for name, value in json.loads(block("json")).items():
-        assert result[name] == pytest.approx(value, rel=1e-3), name
+    run = client.post(path[1], content=body, headers={"content-type": "application/json"}).json()
+    told = json.loads(block("json"))
+    assert {name: run["verdict"][name] for name in told} == told
+    for name, value in json.loads(block("json", 1)).items():
+        assert run["result"][name] == pytest.approx(value, rel=1e-3), name
 
 
 def test_the_two_commands_exist():

@@ -18,6 +18,7 @@ from pydantic.json_schema import models_json_schema
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, example_of, job_of, modes_of
 from app.designs.schema import AccuracyResult, EffectResult, Infeasible
+from app.designs.verdict import VerdictResult
 from app.errors import MEDIA_TYPE
 from app.store.record import RunStatus
 
@@ -70,6 +71,7 @@ class RunLine(_Shown):
     spec_hash: str
     cached: bool
     batch_id: str | None
+    holds: bool | None = Field(description="the verdict's own; null: there is no verdict")
     solver: Solver
 
 
@@ -88,15 +90,29 @@ class RunProgress(_Shown):
     doing: str
 
 
-class Run(RunLine):
-    """A run: what was asked for, what came out, which effects were computed, how accurate it is and what it took."""
+class Links(_Shown):
+    """Where a run and what belongs to it are found."""
 
+    self: str
+    page: str
+    plots: dict[str, str]
+    exports: dict[str, str]
+
+
+class Run(RunLine):
+    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it is
+    and what it took. ``status`` says only how the solve ended."""
+
+    verdict: VerdictResult | None = Field(
+        description="of every design and check that has an answer; null of all others, and of runs of before verdicts"
+    )
     spec: dict[str, Any]
     result: dict[str, Any] | None
     problem: ProblemDetails | None
     effects: list[EffectResult]
     accuracy: AccuracyResult | None
     timing: dict[str, float]
+    links: Links
     progress: RunProgress | None = Field(description="of a run under way, where it is a long one")
 
 

@@ -34,6 +34,7 @@ async def list_runs(
     name: Annotated[str | None, Query(max_length=200)] = None,
     batch_id: str | None = None,
     created_after: datetime | None = None,
+    holds: Annotated[bool | None, Query(description="runs whose verdict holds, or does not")] = None,
     cursor: Annotated[str | None, Query(max_length=200)] = None,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> dict[str, object]:
@@ -42,7 +43,7 @@ async def list_runs(
         entry = {"pointer": "/created_after", "detail": "has no time zone", "allowed": "2026-01-31T12:00:00Z"}
         raise Problem(422, "The request is not valid", "created_after needs a time zone", [entry])
     service: Service = request.app.state.service
-    wanted = RunFilter(kind, mode, status, name, batch_id, created_after)
+    wanted = RunFilter(kind, mode, status, name, batch_id, created_after, holds)
     page = await service.store.list_runs(wanted, cursor, limit)
     return {"items": [runs.summary(item) for item in page.items], "next_cursor": page.next_cursor}
 

@@ -53,14 +53,14 @@ _PIN_RANGES = {
 }
 
 
-def of_pin(outcome: Outcome[Any], form: str, outside: bool, deflection: bool, oval: bool) -> Claim:
-    """Of the lightest pin or bushing of a form; the flags tell of limits on deflection and ovalization."""
+def of_pin(outcome: Outcome[Any], form: str, outside: bool, limited: Sequence[str]) -> Claim:
+    """Of the lightest pin or bushing of a form; ``limited`` are the names of the limits asked for."""
     part, ran = ("bushing" if outside else "pin"), _ran(outcome)
     physics = ["strength of the beam's sections by the criterion asked for"]
-    if deflection:
+    if "max_deflection_um" in limited:
         physics.append("deflection by bending" + (" and shear" if "shear_deflection" in ran else ""))
-    if oval:
-        physics.append("ovalization of the ring where the wall is thinnest")
+    ring = {"max_ovalization_um": "ovalization", "max_ring_stress_mpa": "hoop stress"}
+    physics += [f"{told} of the ring where the wall is thinnest" for name, told in ring.items() if name in limited]
     if outcome.value is None:
         return {
             "proven": f"no {part} keeps strength and limits: the solid one, the strongest and stiffest, does not",

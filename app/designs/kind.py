@@ -34,7 +34,8 @@ class Answer:
     """A solver's outcome at the edge: names and units of the HTTP contract, finite JSON values only.
 
     ``status`` is "succeeded", "infeasible" or "failed"; ``result`` is a dict in the shape of the job's
-    result model; ``problem`` is a problem+json object where the solver refused or failed.
+    result model; ``problem`` is a problem+json object where the solver refused or failed; ``verdict`` is whether the
+    part holds, None of what is no part: an analysis, a study, a design that is not there.
     """
 
     status: str
@@ -43,6 +44,7 @@ class Answer:
     accuracy: dict[str, Any] | None
     timing: dict[str, float]
     problem: dict[str, Any] | None = None
+    verdict: dict[str, Any] | None = None
 
 
 def _nothing(_request: Any) -> float:

@@ -9,7 +9,10 @@ from app.designs.kind import Job, Mode
 from app.designs.registry import KINDS
 
 _LOOSE = 1e-2
-_STIFF = {"max_deflection_um": 18.0, "min_wall_mm": 1.0}
+_PLAIN: dict[str, Any] = {"limits": {}, "form": {"kind": "free"}}
+_STIFF = {"limits": {"max_deflection_um": 18.0, "min_wall_mm": 1.0}}
+_BUSHING = {"variable": "outer", "bore_mm": 12.0}
+_TWO_STEPS = {"form": {"kind": "stepped", "steps": 2}}
 
 _VARIANTS: Mapping[tuple[str, Mode], tuple[dict[str, Any], ...]] = {
     ("flexible-rod", Mode.CHECK): (
@@ -22,15 +25,16 @@ _VARIANTS: Mapping[tuple[str, Mode], tuple[dict[str, Any], ...]] = {
         {"objective": "fatigue_safety", "effects": {"include": ["beam_column"], "exclude": ["rod_inertia"]}},
     ),
     ("pin-profile", Mode.DESIGN): (
-        {"limits": _STIFF},
-        {"limits": _STIFF, "form": {"kind": "drillable"}},
-        {"form": {"kind": "stepped", "steps": 2}},
-        {"limits": _STIFF, "form": {"kind": "stepped", "steps": 2}},
-        {"form": {"kind": "double_cone"}},
-        {"limits": _STIFF, "form": {"kind": "cone_cylinder"}},
-        {"variable": "outer", "bore_mm": 12.0},
-        {"variable": "outer", "bore_mm": 12.0, "limits": _STIFF},
-        {"variable": "outer", "bore_mm": 12.0, "form": {"kind": "stepped", "steps": 2}},
+        _PLAIN,
+        _PLAIN | _STIFF,
+        _STIFF | {"form": {"kind": "drillable"}},
+        _PLAIN | _TWO_STEPS,
+        _STIFF | _TWO_STEPS,
+        _PLAIN | {"form": {"kind": "double_cone"}},
+        _STIFF | {"form": {"kind": "cone_cylinder"}},
+        _PLAIN | _BUSHING,
+        _PLAIN | _BUSHING | _STIFF,
+        _PLAIN | _BUSHING | _TWO_STEPS,
     ),
     ("pin-profile", Mode.CHECK): ({"effects": "all"},),
     ("impact-linkage", Mode.DESIGN): tuple(

@@ -257,9 +257,10 @@ _NOTHING_IN_TIME = {
 }
 
 
-def envelope(outcome: Outcome, result: dict[str, Any] | None) -> Answer:
-    """An outcome as the answer of a job: the result, warned of where its accuracy is missed, and the parts that every
-    kind has. A failed one, whose time was over before anything was found, has a problem for its result."""
+def envelope(outcome: Outcome, result: dict[str, Any] | None, verdict: dict[str, Any] | None = None) -> Answer:
+    """An outcome as the answer of a job: the result, warned of where its accuracy is missed, the verdict on the part
+    where there is one, and the parts that every kind has. A failed one, whose time was over before anything was found,
+    has a problem for its result."""
     failed = outcome.status is Status.FAILED
     return Answer(
         status=str(outcome.status),
@@ -276,6 +277,7 @@ def envelope(outcome: Outcome, result: dict[str, Any] | None) -> Answer:
         ],
         accuracy=accuracy_json(outcome.accuracy),
         timing={name: float(seconds) for name, seconds in outcome.timing.items()},
+        verdict=None if failed else verdict,
     )
 
 

@@ -49,9 +49,9 @@ class UtcDateTime(TypeDecorator[datetime]):
         return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)
 
 
-def _index_of_named(column: str) -> Index:
-    named = text(f"{column} IS NOT NULL")
-    return Index(None, column, "id", sqlite_where=named, postgresql_where=named)
+def _index_where_given(column: str) -> Index:
+    given = text(f"{column} IS NOT NULL")
+    return Index(None, column, "id", sqlite_where=given, postgresql_where=given)
 
 
 metadata = MetaData(naming_convention=NAMING)
@@ -79,13 +79,16 @@ runs = Table(
     Column("batch_id", String(36)),
     Column("source_run_ids", LargeBinary),
     Column("row_hash", String(64), nullable=False),
+    Column("verdict", LargeBinary),
+    Column("holds", Boolean),
     # Every filter of the listing walks its index in the order of the ids, newest first.
     Index(None, "kind", "id"),
     Index(None, "mode", "id"),
     Index(None, "status", "id"),
-    # Most runs have no name and no batch: they stay out of these two.
-    _index_of_named("name"),
-    _index_of_named("batch_id"),
+    # Runs without a name, a batch or a verdict stay out of these.
+    _index_where_given("name"),
+    _index_where_given("batch_id"),
+    _index_where_given("holds"),
     Index(None, "created_at"),
     Index(None, "spec_hash"),
 )
@@ -104,4 +107,4 @@ idempotency_keys = Table(
     Index(None, "run_id"),
 )
 
-JSON_COLUMNS = ("spec", "result", "problem", "effects", "accuracy", "timing", "source_run_ids")
+JSON_COLUMNS = ("spec", "result", "problem", "effects", "accuracy", "timing", "source_run_ids", "verdict")

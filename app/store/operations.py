@@ -104,6 +104,8 @@ def _changed(record: RunRecord, change: Finish | None) -> RunRecord:
         effects=change.effects,
         accuracy=change.accuracy,
         timing=change.timing,
+        verdict=change.verdict,
+        holds=change.holds,
     )
 
 

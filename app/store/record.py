@@ -27,9 +27,10 @@ ANSWERED_STATUSES = (RunStatus.SUCCEEDED, RunStatus.INFEASIBLE)
 class RunRecord:
     """One run as stored, whatever its outcome.
 
-    ``spec``, ``result``, ``problem``, ``effects``, ``accuracy``, ``timing`` are UTF-8 JSON, kept and returned
-    byte for byte. ``created_at`` must be aware; it is kept in UTC to the microsecond. ``spec_hash`` comes
-    from ``app.store.hashing.spec_hash``. ``source_run_ids`` names the runs that fed this one.
+    ``spec``, ``result``, ``problem``, ``effects``, ``accuracy``, ``timing``, ``verdict`` are UTF-8 JSON, kept and
+    returned byte for byte; ``holds`` is the verdict's own, None where there is no verdict. ``created_at`` must be
+    aware; it is kept in UTC to the microsecond. ``spec_hash`` comes from ``app.store.hashing.spec_hash``.
+    ``source_run_ids`` names the runs that fed this one.
     """
 
     id: str
@@ -50,6 +51,8 @@ class RunRecord:
     cached: bool = False
     batch_id: str | None = None
     source_run_ids: tuple[str, ...] = ()
+    verdict: bytes | None = None
+    holds: bool | None = None
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,8 @@ class Finish:
     effects: bytes = b"[]"
     accuracy: bytes | None = None
     timing: bytes = b"{}"
+    verdict: bytes | None = None
+    holds: bool | None = None
 
 
 @dataclass(frozen=True)
@@ -79,6 +84,7 @@ class RunSummary:
     solver_version: str
     cached: bool
     batch_id: str | None
+    holds: bool | None
 
 
 @dataclass(frozen=True)
@@ -91,6 +97,7 @@ class RunFilter:
     name: str | None = None
     batch_id: str | None = None
     created_after: datetime | None = None
+    holds: bool | None = None
 
 
 @dataclass(frozen=True)

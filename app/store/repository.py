@@ -188,7 +188,7 @@ def _list(connection: Connection, wanted: RunFilter, before: str | None, size: i
 
 
 def _filtered(query: Select, wanted: RunFilter) -> Select:
-    for name in ("kind", "mode", "status", "name", "batch_id"):
+    for name in ("kind", "mode", "status", "name", "batch_id", "holds"):
         value = getattr(wanted, name)
         if value is not None:
             query = query.where(runs.c[name] == value)

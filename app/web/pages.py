@@ -17,6 +17,7 @@ from app.errors import Problem
 from app.store.errors import UnknownRun
 from app.store.record import RunFilter, RunStatus
 from app.submission import Service
+from app.web import verdicts
 from app.web.fields import form_fields, request_from, split_unit
 
 STATIC = Path(__file__).parent / "static"
@@ -40,6 +41,8 @@ def _label(name: str) -> dict[str, str]:
 
 templates.env.filters["figure"] = _figure
 templates.env.filters["label"] = _label
+for _filter in (verdicts.standing, verdicts.reached, verdicts.required, verdicts.margin, verdicts.used):
+    templates.env.filters[_filter.__name__] = _filter
 
 
 def _page(request: Request, name: str, status: int = 200, **context: Any) -> HTMLResponse:

@@ -28,7 +28,7 @@ RIVALS = (
 _FINE = 64
 _PIN_FORMS = ("free", "drillable", "constant", "stepped", "double_cone", "cone_cylinder")
 _BUSHING_FORMS = ("free", "drillable", "constant", "stepped")
-_LOOSER = {"min_wall_mm": -1, "max_deflection_um": 1, "max_ovalization_um": 1, "max_slope": 1}
+_LOOSER = {"min_wall_mm": -1, "max_deflection_um": 1, "max_ovalization_um": 1, "max_slope": 1, "max_ring_stress_mpa": 1}
 _WIDER = {
     "drillable": ("free",),
     "constant": ("stepped", "double_cone"),
@@ -97,7 +97,9 @@ class PinProblem:
         first = x <= 0.5 * length * (1 + 1e-12)
         own = Shape(MILLI * x[first], MILLI * np.abs(self._other - size[first]))
         form, part = self.body["form"], self._part(answer)
-        for found in rival_shapes(part, form["kind"], int(form.get("steps") or 0), own, field.strength or SEARCHES, rng):
+        for found in rival_shapes(
+            part, form["kind"], int(form.get("steps") or 0), own, field.strength or SEARCHES, rng
+        ):
             field.tried += found.tried
             if found.shape is not None:
                 size = part.size(found.shape.wall) / MILLI
@@ -142,6 +144,9 @@ class PinProblem:
         if limits.get("max_ovalization_um") is not None:
             most = result["ovalization_max_um"]
             found.append(math.inf if most is None else excess(most, limits["max_ovalization_um"]))
+        if limits.get("max_ring_stress_mpa") is not None:
+            most = result["ovalization_stress_max_mpa"]
+            found.append(math.inf if most is None else excess(most, limits["max_ring_stress_mpa"]))
         if limits.get("max_slope") is not None:
             x, size = _columns(profile, self._name)
             rise, run = np.abs(np.diff(size)), np.diff(x)
@@ -174,6 +179,10 @@ def problem(rng: np.random.Generator) -> PinProblem:
         limits["max_deflection_um"] = own["deflection_um"] * part * 10 ** rng.uniform(0.01, 0.7)
     if rng.random() < 0.3:
         limits["max_ovalization_um"] = own["ovalization_um"] * part * 10 ** rng.uniform(0.1, 1.5)
+    # From a stream of its own, so that what else is drawn stays the same.
+    other = rng.spawn(1)[0]
+    if other.random() < 0.15:
+        limits["max_ring_stress_mpa"] = own["ovalization_stress_max_mpa"] * part * 10 ** other.uniform(0.1, 1.0)
     form = str(rng.choice(_BUSHING_FORMS if outside else _PIN_FORMS))
     if form in ("free", "drillable") and not outside and rng.random() < 0.2:
         limits["max_slope"] = 10 ** rng.uniform(-1.5, 0.5)

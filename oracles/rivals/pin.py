@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -43,6 +43,16 @@ class Shape:
     wall: Array
 
 
+class Figures(NamedTuple):
+    """Of a shape, None where one does not exist: the greatest ovalization and hoop stress are the ring's."""
+
+    mass: float
+    use: float | None
+    deflection: float | None
+    ovalization: float | None
+    ring_stress: float | None
+
+
 class Part(Protocol):
     """What searches need of a pin or a bushing."""
 
@@ -56,8 +66,8 @@ class Part(Protocol):
     def size(self, wall: Array) -> Array:
         """What a profile tells [m], a bore or an outer diameter, of t."""
 
-    def figures(self, profile: pin.Profile) -> tuple[float, float | None, float | None, float | None]:
-        """Mass, use of the strength, deflection, greatest ovalization; None where one does not exist."""
+    def figures(self, profile: pin.Profile) -> Figures:
+        """What the check says."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +92,7 @@ class Pin:
     def size(self, wall: Array) -> Array:
         return np.maximum(self.thickest - wall, 0.0)
 
-    def figures(self, profile: pin.Profile) -> tuple[float, float | None, float | None, float | None]:
+    def figures(self, profile: pin.Profile) -> Figures:
         scene = self.problem.scene
         g, m = scene.geometry, scene.material
         whole = profile.along(g.length)
@@ -90,12 +100,15 @@ class Pin:
             scene = replace(scene, mirrored=False)
         law = cowper(m.poisson)
         program, wall, _ = on_profile(scene, whole, self.problem.criterion, self.physics, law, ACCURACY)
-        oval = None
-        if self.limits.max_ovalization is not None and wall.min() > 0.0:
-            ratio = 1.0 - float(wall.min())
-            oval = ring.ring(scene.force, g.outer_diameter, g.length, ratio, m.elastic_modulus, m.poisson).ovalization
-        mass = program.solid_mass * whole.volume_share(g)
-        return mass, float(program.uses(wall).max()), program.deflection(solidity_of(wall)), oval
+        oval = stress = None
+        if (self.limits.max_ovalization or self.limits.max_ring_stress) is not None and wall.min() > 0.0:
+            widest, middle = (
+                ring.ring(scene.force, g.outer_diameter, g.length, 1.0 - w, m.elastic_modulus, m.poisson)
+                for w in (float(wall.min()), float(wall[-1 if scene.symmetric else wall.size // 2]))
+            )
+            oval, stress = widest.ovalization, max(widest.stresses.greatest, middle.stresses.greatest)
+        mass, use = program.solid_mass * whole.volume_share(g), float(program.uses(wall).max())
+        return Figures(mass, use, program.deflection(solidity_of(wall)), oval, stress)
 
 
 @dataclass(frozen=True)
@@ -120,11 +133,11 @@ class Bushing:
     def size(self, wall: Array) -> Array:
         return self.problem.scene.geometry.bore + wall
 
-    def figures(self, profile: pin.Profile) -> tuple[float, float | None, float | None, float | None]:
+    def figures(self, profile: pin.Profile) -> Figures:
         p = self.problem
         found = bushing.check(p.scene, profile, p.criterion, p.limits, self.selection, accuracy=ACCURACY).value
-        oval = None if found.ring is None else found.ring.ovalization_max
-        return found.mass, found.strength_utilisation, found.deflection, oval
+        oval, stress = (None, None) if found.ring is None else (found.ring.ovalization_max, found.ring.stress_max)
+        return Figures(found.mass, found.strength_utilisation, found.deflection, oval, stress)
 
 
 def pin_of(problem: pin.PinProblem, selection: EffectSelection) -> Pin:
@@ -136,9 +149,11 @@ def look_at(part: Part, shape: Shape) -> Look:
     """What the check says of a shape."""
     limits, x, wall = part.limits, shape.x, shape.wall
     profile = pin.Profile(tuple(x.tolist()), tuple(part.size(wall).tolist()))
-    mass, use, deflection, oval = part.figures(profile)
+    mass, use, deflection, oval, stress = part.figures(profile)
     margins = [_kept(use, 1.0)]
-    for value, limit in ((deflection, limits.max_deflection), (oval, limits.max_ovalization)):
+    for value, limit in (
+        (deflection, limits.max_deflection), (oval, limits.max_ovalization), (stress, limits.max_ring_stress)
+    ):  # fmt: skip
         if limit is not None:
             margins.append(_kept(value, limit))
     if limits.min_wall > 0.0:

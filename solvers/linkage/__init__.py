@@ -12,9 +12,10 @@ from solvers.linkage.design import LinkageDesign, design
 from solvers.linkage.effects import EFFECTS
 from solvers.linkage.front import AGAINST, MOST_POINTS, FrontPoint, front
 from solvers.linkage.kinds import KINDS, LARGEST_BASE, LARGEST_COUPLER, LARGEST_ROCKER
-from solvers.linkage.problem import OBJECTIVES, LinkageProblem
+from solvers.linkage.problem import OBJECTIVES, LinkageProblem, demands_of
 from solvers.linkage.result import Lengths, LinkageCheck, Mechanism
 from solvers.linkage.scene import Drive, Limits, Motor, Restitution, Scene
+from solvers.linkage.verdict import Given, judge
 
 __all__ = [
     "AGAINST",
@@ -30,6 +31,7 @@ __all__ = [
     "Drive",
     "EffectSelection",
     "FrontPoint",
+    "Given",
     "Lengths",
     "Limits",
     "LinkageCheck",
@@ -40,8 +42,10 @@ __all__ = [
     "Restitution",
     "Scene",
     "check",
+    "demands_of",
     "design",
     "front",
+    "judge",
     "of_lengths",
     "of_ratio",
     "tool_speed",

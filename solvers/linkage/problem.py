@@ -248,5 +248,10 @@ class LinkageProblem:
         out = (
             [] if self.objective.effect is None else [Demand(self.objective.effect, f"objective {self.objective.name}")]
         )
-        names = ("width", "height", "enclosing_radius")
-        return tuple(out + [Demand("envelope", f"limits.{n}") for n in names if getattr(self.limits, n) is not None])
+        return (*out, *demands_of(self.limits))
+
+
+def demands_of(limits: Limits) -> tuple[Demand, ...]:
+    """The effects that these limits cannot do without."""
+    names = ("width", "height", "enclosing_radius")
+    return tuple(Demand("envelope", f"limits.{name}") for name in names if getattr(limits, name) is not None)

@@ -8,7 +8,8 @@ from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import TRANSMISSION, Scene
 
 _LARGE = 100.0
-_SPEED_SLACK = 1e-3
+SPEED_SLACK = 1e-3
+"""How far, relative, the speed of a blow may be from the one asked for."""
 
 
 def warnings_of(check: LinkageCheck, scene: Scene, strength: float) -> tuple[str, ...]:
@@ -30,7 +31,7 @@ def warnings_of(check: LinkageCheck, scene: Scene, strength: float) -> tuple[str
     if strike.impact_speed > strength * (1 + 1e-9):
         limit = f"{strength:g} m/s, the strength of the parts"
         out.append(f"the impact speed of {strike.impact_speed:.3g} m/s exceeds {limit}")
-    if abs(strike.impact_speed / scene.impact_speed - 1.0) > _SPEED_SLACK:
+    if abs(strike.impact_speed / scene.impact_speed - 1.0) > SPEED_SLACK:
         asked = f"the {scene.impact_speed:.4g} m/s asked for"
         out.append(f"the tool strikes at {strike.impact_speed:.4g} m/s, not at {asked}")
     nu = strike.transmission_angle

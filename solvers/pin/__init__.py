@@ -20,6 +20,7 @@ from solvers.pin.profile import Profile
 from solvers.pin.scene import Geometry, Limits, PinMaterial, Scene
 from solvers.pin.section import CRITERIA
 from solvers.pin.stepped import Stepped
+from solvers.pin.verdict import judge
 
 __all__ = [
     "ALL",
@@ -48,5 +49,6 @@ __all__ = [
     "explain",
     "force_limit",
     "free_bores",
+    "judge",
     "load_sweep",
 ]

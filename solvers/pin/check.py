@@ -72,6 +72,7 @@ class PinCheck:
     along: Stress
     min_bore: float
     bore_mid: float
+    least_wall: float
     max_moment: float
     max_shear: float
     equivalent_stress_max: float | None
@@ -181,6 +182,7 @@ def assess(
         along=along,
         min_bore=float(bore.min()),
         bore_mid=float(np.interp(0.5 * g.length, program.stations.x, bore)),
+        least_wall=0.5 * g.outer_diameter * float(wall.min()),
         max_moment=float(forces.moment_total.max()),
         max_shear=float(forces.shear_total.max()),
         equivalent_stress_max=_finite(equivalent[worst]),
@@ -238,9 +240,10 @@ def _ring(scene: Scene, bore: Array) -> RingResult:
     own = at(min(middle, g.outer_diameter * (1.0 - _LEAST_RING_WALL)))
     if widest > g.outer_diameter * (1.0 - _LEAST_RING_WALL):
         return RingResult(own.ovalization, None, own.stresses, None, own.model)
-    most = at(widest)
-    stress = max(own.stresses.greatest, most.stresses.greatest)
-    return RingResult(own.ovalization, most.ovalization, own.stresses, stress, own.model)
+    stress = ring.greatest_stress(
+        scene.force, g.outer_diameter, g.length, widest / g.outer_diameter, m.elastic_modulus, m.poisson
+    )
+    return RingResult(own.ovalization, at(widest).ovalization, own.stresses, stress, own.model)
 
 
 def _pressures(scene: Scene) -> Pressures:
@@ -258,8 +261,8 @@ def _warnings(
     over = use > 1.0 + 1e-9
     if over.any():
         said.append(
-            f"the strength criterion is exceeded between {x[over].min() * 1e3:.4g} and {x[over].max() * 1e3:.4g} mm: "
-            + (f"{use.max():.6g} times the allowable" if math.isfinite(use.max()) else "there is no wall")
+            f"the strength is exceeded {span(x[over])}, "
+            + (f"by {100.0 * (use.max() - 1.0):.2g} %" if math.isfinite(use.max()) else "where there is no wall")
         )
     least = 0.5 * g.outer_diameter * float(wall.min())
     if least < limits.min_wall * (1.0 - 1e-9):
@@ -271,6 +274,12 @@ def _warnings(
     return tuple(said)
 
 
+def span(x: Array) -> str:
+    """Where, in words: from the first to the last of places [m]."""
+    first, last = f"{x.min() * 1e3:.4g}", f"{x.max() * 1e3:.4g}"
+    return f"at {first} mm" if first == last else f"between {first} and {last} mm"
+
+
 def _ring_warnings(scene: Scene, limits: Limits, x: Array, wall: Array, found: RingResult) -> list[str]:
     """Whether the ring, of which the beam knows nothing, is what the pin breaks of."""
     g, m, said = scene.geometry, scene.material, []
@@ -278,15 +287,14 @@ def _ring_warnings(scene: Scene, limits: Limits, x: Array, wall: Array, found: R
         found.ovalization_max is None or found.ovalization_max > limits.max_ovalization * (1.0 + 1e-9)
     ):
         said.append("the ovalization exceeds its limit")
-    if found.stress_max is None or found.stress_max > m.allowable_stress:
-        ratio = ring.ratio_at_stress(
-            m.allowable_stress, scene.force, g.outer_diameter, g.length, m.elastic_modulus, m.poisson
-        )
+    allowable = m.allowable_stress if limits.max_ring_stress is None else limits.max_ring_stress
+    if found.stress_max is None or found.stress_max > allowable * (1.0 + 1e-9):
+        ratio = ring.ratio_at_stress(allowable, scene.force, g.outer_diameter, g.length, m.elastic_modulus, m.poisson)
         thin = x[1.0 - wall > ratio]
         if thin.size:
             said.append(
-                "ovalization stress governs, not the beam's strength: the ring's hoop stress exceeds the allowable "
-                f"where the bore is wider than {ratio * g.outer_diameter * 1e3:.4g} mm, from {thin.min() * 1e3:.4g} to "
-                f"{thin.max() * 1e3:.4g} mm" + (" (and mirrored)" if scene.symmetric else "")
+                f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where the bore is wider than "
+                f"{ratio * g.outer_diameter * 1e3:.4g} mm, {span(thin)}"
+                + (" (and mirrored)" if scene.symmetric else "")
             )
     return said

@@ -88,4 +88,18 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
             found.append(
                 Shortfall("max_ovalization", limits.max_ovalization, solid, "a longer or stiffer pin, or less force")
             )
+    if limits.max_ring_stress is not None and scene.force > 0:
+        g, m = scene.geometry, scene.material
+        stress = ring.greatest_stress(scene.force, g.outer_diameter, g.length, 0.0, m.elastic_modulus, m.poisson)
+        if stress > limits.max_ring_stress:
+            # The stress of like rings goes with 1/D.
+            diameters.append(g.outer_diameter * stress / limits.max_ring_stress)
+            found.append(
+                Shortfall(
+                    "max_ring_stress",
+                    limits.max_ring_stress,
+                    stress,
+                    f"an outer diameter of at least {diameters[-1] * 1e3:.6g} mm would do, or a longer pin",
+                )
+            )
     return Diagnosis(tuple(found), weak, greatest, max(diameters))

@@ -99,7 +99,8 @@ EFFECTS: tuple[PinEffect, ...] = (ShearDeflection(), Ovalization(), ContactPress
 
 def demands_of(limits: Limits) -> tuple[Demand, ...]:
     """The effects that these limits cannot do without."""
-    return () if limits.max_ovalization is None else (Demand("ovalization", "limits.max_ovalization"),)
+    names = ("max_ovalization", "max_ring_stress")
+    return tuple(Demand("ovalization", f"limits.{name}") for name in names if getattr(limits, name) is not None)
 
 
 def choose_for(

@@ -8,6 +8,7 @@ deflection over its limit: nothing depends on the unit or the size of the pin.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -161,17 +162,24 @@ def strength_demands(scene: Scene, criterion: Criterion, forces: InternalForces)
 
 
 def wall_floor(scene: Scene, limits: Limits) -> float:
-    """The least relative wall that the wall and ovalization limits allow; NaN where not even a solid pin is round
-    enough. Raises InvalidInput for a wall beyond the radius."""
+    """The least relative wall that the limits on wall, ovalization and hoop stress allow; NaN where not even a solid
+    pin keeps them. Raises InvalidInput for a wall beyond the radius."""
     g, m = scene.geometry, scene.material
     floor = 2.0 * limits.min_wall / g.outer_diameter
     if floor > 1.0:
         raise InvalidInput("limits.min_wall", "is more than the pin's radius", "at most half the outer diameter")
-    if limits.max_ovalization is not None and scene.force > 0:
-        ratio = ring.greatest_ratio(
-            limits.max_ovalization, scene.force, g.outer_diameter, g.length, m.elastic_modulus, m.poisson
-        )
-        floor = max(floor, 1.0 - ratio) if ratio is not None else float("nan")
+    if scene.force == 0:
+        return floor
+    of_pin = scene.force, g.outer_diameter, g.length, m.elastic_modulus, m.poisson
+    for limit, greatest in (
+        (limits.max_ovalization, ring.greatest_ratio),
+        (limits.max_ring_stress, ring.ratio_within_stress),
+    ):
+        ratio = None if limit is None else greatest(limit, *of_pin)
+        if ratio is not None:
+            floor = max(floor, 1.0 - ratio)
+        elif limit is not None:
+            return math.nan
     return floor
 
 

@@ -24,6 +24,8 @@ _FORMULA_TO, _ELASTIC_FROM = 0.65, 0.8
 
 _LEAST_RATIO = 0.02
 """Below this d/D a pin is as good as solid: the inner fibre's stress formula has 1/alpha."""
+_LEAST_HOOP = 0.3
+"""d/D from which on the greatest hoop stress rises with the bore."""
 _SQUARES = (math.pi**2 - 8.0) / (4.0 * math.pi)
 """Sum over even n of (4/pi)/(n^2 - 1)^2.
 
@@ -200,6 +202,48 @@ def greatest_ratio(
     return _crossing(at, lambda found: found.ovalization, limit, 0.0, 2e-16)
 
 
+def greatest_stress(
+    force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float
+) -> float:
+    """The ring's greatest hoop stress [Pa]; of a bore below 0.3 D that of 0.3 D, which is more than its own.
+
+    (There the formula's inner fibre has 1/alpha, for no ring any more: the elastic ring's stress goes on falling.)
+    """
+    return ring(force, diameter, length, max(ratio, _LEAST_HOOP), modulus, poisson).stresses.greatest
+
+
+def ratio_within_stress(
+    limit: float, force: float, diameter: float, length: float, modulus: float, poisson: float
+) -> float | None:
+    """The greatest d/D whose hoop stress, and that of every smaller bore, stays within ``limit``; None: not even 0."""
+
+    def at(ratio: float) -> Ring:
+        return ring(force, diameter, length, ratio, modulus, poisson)
+
+    if at(_LEAST_HOOP).stresses.greatest > limit:
+        return None
+    return _crossing(at, lambda found: found.stresses.greatest, limit, _LEAST_HOOP, 2e-16)
+
+
+def outer_within_stress(
+    limit: float, force: float, bore: float, length: float, modulus: float, poisson: float
+) -> float:
+    """The least outer diameter [m] around a bore whose hoop stress, and that of every greater one, stays within
+    ``limit``: the stress times D depends on d/D alone."""
+
+    def spare(ratio: float) -> float:
+        return greatest_stress(force, 1.0, length, ratio, modulus, poisson) * ratio
+
+    plain = greatest_stress(force, 1.0, length, 0.0, modulus, poisson) / limit
+    if bore <= _LEAST_HOOP * plain:
+        return plain
+    low, high = _LEAST_HOOP, 1.0 - 1e-6
+    while high - low > 2e-16:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if spare(middle) <= limit * bore else (low, middle)
+    return bore / low
+
+
 def ratio_at_stress(
     stress: float, force: float, diameter: float, length: float, modulus: float, poisson: float
 ) -> float:
@@ -211,7 +255,7 @@ def ratio_at_stress(
     def at(ratio: float) -> Ring:
         return ring(force, diameter, length, ratio, modulus, poisson)
 
-    least = 0.3
+    least = _LEAST_HOOP
     if at(least).stresses.greatest > stress:
         return least
     return _crossing(at, lambda found: found.stresses.greatest, stress, least, 1e-6)

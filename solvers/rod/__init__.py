@@ -15,6 +15,7 @@ from solvers.rod.load.gas import ConstantLoad, SchmidtLoad, TableLoad
 from solvers.rod.load.indicator import IndicatorLoad, mended
 from solvers.rod.problem import OBJECTIVES, Bounds, Requirements, RodProblem
 from solvers.rod.scene import Dimensions, Mechanism, Piston, Scene
+from solvers.rod.verdict import judge
 
 __all__ = [
     "ALL",
@@ -39,5 +40,6 @@ __all__ = [
     "TableLoad",
     "check",
     "design",
+    "judge",
     "mended",
 ]

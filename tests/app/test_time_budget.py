@@ -24,15 +24,16 @@ DESIGNS = [kind for kind in KINDS.values() if Mode.DESIGN in kind.jobs]
 class Recording:
     """An executor that notes what it is given; its answers are as accurate as ``estimated`` says."""
 
-    def __init__(self, estimated: float = 0.0) -> None:
+    def __init__(self, estimated: float = 0.0, judged: bool = True) -> None:
         self.calls: list[tuple[float | None, float]] = []
+        self._verdict = {"holds": True} if judged else None
         self._accuracy = {"requested": 1e-6, "estimated": estimated, "met": estimated <= 1e-6, "settings": {}}
 
     def start(self) -> None: ...
 
     async def run(self, _kind: str, _mode: str, payload: bytes, budget_s: float, _report: object) -> Answer:
         self.calls.append((json.loads(payload)["time_budget_s"], budget_s))
-        return Answer("succeeded", {}, [], self._accuracy, {})
+        return Answer("succeeded", {}, [], self._accuracy, {}, None, self._verdict)
 
     def close(self) -> None: ...
 
@@ -76,6 +77,14 @@ def test_the_best_found_in_time_is_not_the_answer_to_the_next_request(store, mon
     for _ in range(2):
         solve(store, executor, monkeypatch, 2.0, True)
     assert len(executor.calls) == solved
+
+
+def test_an_answer_of_before_verdicts_is_not_given_again(store, monkeypatch):
+    old, new = Recording(judged=False), Recording()
+    runs = [solve(store, executor, monkeypatch, None, True) for executor in (old, new, new)]
+    assert [run.verdict for run in runs] == [None, b'{"holds":true}', b'{"holds":true}']
+    assert [run.holds for run in runs] == [None, True, True]
+    assert len(new.calls) == 1
 
 
 @pytest.mark.parametrize("kind", DESIGNS, ids=lambda kind: kind.slug)

@@ -10,6 +10,7 @@ from app.designs.claims import of_rod
 from app.designs.flexible_rod.pictures import stability_map
 from app.designs.flexible_rod.reference import check_reference, design_reference
 from app.designs.flexible_rod.request import CheckRequest, DesignRequest, Dimensions
+from app.designs.flexible_rod.verdict import WORDS
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.schema import (
     MEGA,
@@ -24,6 +25,7 @@ from app.designs.schema import (
     repairs_json,
     scaled,
 )
+from app.designs.verdict import verdict_json
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
@@ -99,7 +101,8 @@ def run_check(request: CheckRequest) -> Answer:
         )
     except InvalidInput as refusal:
         return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
-    return envelope(outcome, result_of(outcome.value, repairs_json(request, request.repairs())))
+    verdict = verdict_json(rod.judge(outcome.value, outcome.accuracy, effects=outcome.effects), WORDS, outcome.accuracy)
+    return envelope(outcome, result_of(outcome.value, repairs_json(request, request.repairs())), verdict)
 
 
 class Active(Strict):
@@ -160,7 +163,8 @@ def run_design(request: DesignRequest) -> Answer:
         "active_constraints": active,
         "certificate": certificate,
     }
-    return envelope(outcome, result)
+    verdict = rod.judge(found.check, outcome.accuracy, problem.requirements, outcome.effects)
+    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 MAIN_RESULTS = (

@@ -304,11 +304,11 @@ class CheckRequest(RodRequest):
 class Requirements(Strict):
     """Least safeties and greatest loads of the piston's guide."""
 
-    min_fatigue_safety: Positive
-    min_stability_safety: float = Field(ge=1, le=1e6)
+    min_fatigue_safety: Positive = Field(default=1.0, description="against fatigue")
+    min_stability_safety: float = Field(default=1.0, ge=1, le=1e6, description="against buckling")
     max_contact_pressure_mpa: Positive | None = Field(default=None, description="calls for the effect friction")
     max_friction_power_w: Positive | None = Field(default=None, description="calls for the effect friction")
-    min_yield_safety: Positive | None = None
+    min_yield_safety: Positive | None = Field(default=None, description="against yield; null: 1 in the verdict alone")
 
 
 Range = Annotated[list[Positive], Field(min_length=2, max_length=2, description="least and greatest")]
@@ -330,7 +330,7 @@ class Steps(Strict):
 class DesignRequest(RodRequest, DesignSettings):
     """The best strip for a machine: requirements, bounds, and what is wanted."""
 
-    requirements: Requirements
+    requirements: Requirements = Requirements()
     bounds: RodBounds
     stock_h_mm: list[Positive] | None = Field(
         default=None, min_length=1, max_length=MOST_THICKNESSES, description="the thicknesses to be had; null: any"

@@ -20,6 +20,7 @@ from app.designs.impact_linkage.pictures import (
 )
 from app.designs.impact_linkage.reference import check_reference, design_reference
 from app.designs.impact_linkage.request import CheckRequest, DesignRequest, LinkageRequest
+from app.designs.impact_linkage.verdict import WORDS
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.progress import Count, Report, to_nobody
 from app.designs.schema import (
@@ -32,6 +33,7 @@ from app.designs.schema import (
     refusal_problem,
     scaled,
 )
+from app.designs.verdict import verdict_json
 from solvers import linkage
 from solvers.errors import InvalidInput
 from solvers.linkage.result import Mechanism, Strike
@@ -208,17 +210,21 @@ def run_check(request: CheckRequest) -> Answer:
     """Evaluate the linkage."""
     try:
         scene, mechanism = request.mechanism()
+        limits = request.limits.to_solver()
         outcome = linkage.check(
             scene,
             mechanism,
-            request.limits.to_solver(),
+            limits,
             request.selection(),
             request.effect_tolerance,
             request.accuracy,
+            linkage.demands_of(limits),
         )
     except InvalidInput as refusal:
         return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
-    return envelope(outcome, result_of(outcome.value, scene, request, request.sized))
+    verdict = linkage.judge(outcome.value, scene, outcome.accuracy, limits, request.given())
+    result = result_of(outcome.value, scene, request, request.sized)
+    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 class AlternativeResult(Strict):
@@ -329,7 +335,8 @@ def design_in_steps(request: DesignRequest, report: Report) -> Answer:
         "front": _front(request, traded) if traded else None,
         "certificate": certificate,
     }
-    return envelope(outcome, result)
+    verdict = linkage.judge(found.check, found.scene, outcome.accuracy, problem.limits, request.given())
+    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 def _traded(request: DesignRequest, problem: linkage.LinkageProblem, report: Report) -> tuple[linkage.FrontPoint, ...]:

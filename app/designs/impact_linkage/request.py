@@ -223,6 +223,16 @@ class CheckRequest(LinkageRequest):
             return True
         return self.blow_frequency_hz is not None and self.impact_speed_m_s is not None
 
+    def given(self) -> linkage.Given:
+        """What of the scene the request settles."""
+        timed = self.sized and self.blow_frequency_hz is not None
+        return linkage.Given(
+            size=self.sized,
+            speed=timed,
+            speed_asked=timed and self.impact_speed_m_s is not None,
+            energy=self.impact_energy_j is not None,
+        )
+
     def mechanism(self) -> tuple[linkage.Scene, linkage.Mechanism]:
         """The scene and the linkage; with no speed asked for, the scene's is the linkage's own."""
         scene = self.scene()
@@ -266,6 +276,13 @@ class DesignRequest(LinkageRequest, DesignSettings):
         if self.front.against == self.objective:
             found.append(entry("/front/against", "is the objective itself", "another quantity than the objective"))
         return found
+
+    def given(self) -> linkage.Given:
+        """What of the scene the request settles; a design settles the rest."""
+        return linkage.Given(
+            speed_asked=self.objective != "impact_speed" and self.impact_speed_m_s is not None,
+            energy=self.impact_energy_j is not None,
+        )
 
     def problem(self) -> linkage.LinkageProblem:
         """The design problem in SI units. Raises InvalidInput for what only the solver can see."""

@@ -18,7 +18,9 @@ from app.designs.pin_profile.result import (
     infeasible_json,
     pin_json,
 )
+from app.designs.pin_profile.verdict import WORDS
 from app.designs.schema import MILLI, envelope, refusal_problem
+from app.designs.verdict import verdict_json
 from solvers import pin
 from solvers.errors import InvalidInput
 from solvers.outcome import Outcome
@@ -27,19 +29,20 @@ from solvers.pin import bushing
 
 def run_check(request: CheckRequest) -> Answer:
     """Evaluate the pin or the bushing."""
-    how = (
-        pin.CRITERIA[request.criterion], request.limits.to_solver(), request.selection(), request.effect_tolerance,
-        request.accuracy,
-    )  # fmt: skip
+    limits = request.limits.to_solver()
+    how = pin.CRITERIA[request.criterion], limits, request.selection(), request.effect_tolerance, request.accuracy
     try:
         if request.seeks_outside:
             outcome = bushing.check(request.bushing(), request.outside(), *how)
-            return envelope(outcome, bushing_json(outcome.value))
+            verdict = bushing.judge(outcome.value, request.bushing(), outcome.accuracy, limits, outcome.effects)
+            return envelope(outcome, bushing_json(outcome.value), verdict_json(verdict, WORDS, outcome.accuracy))
         scene = request.scene()
         outcome = pin.check(scene, request.bore(), *how)
     except InvalidInput as refusal:
         return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
-    return envelope(outcome, pin_json(outcome.value, scene.geometry.outer_diameter))
+    verdict = pin.judge(outcome.value, scene, outcome.accuracy, limits, outcome.effects)
+    result = pin_json(outcome.value, scene.geometry.outer_diameter)
+    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 def run_design(request: DesignRequest) -> Answer:
@@ -60,7 +63,9 @@ def _design_pin(request: DesignRequest) -> Answer:
     corners = found.corners and [
         {"x_mm": x / MILLI, "bore_mm": bore / MILLI, "outer_diameter_mm": outer / MILLI} for x, bore in found.corners
     ]
-    return envelope(outcome, design_json(outcome, pin_json(found.check, outer), corners, _claim(request, outcome)))
+    verdict = pin.judge(found.check, problem.scene, outcome.accuracy, problem.limits, outcome.effects)
+    result = design_json(outcome, pin_json(found.check, outer), corners, _claim(request, outcome))
+    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 def _design_bushing(request: DesignRequest) -> Answer:
@@ -72,14 +77,15 @@ def _design_bushing(request: DesignRequest) -> Answer:
     corners = found.corners and [
         {"x_mm": x / MILLI, "bore_mm": bore / MILLI, "outer_diameter_mm": outer / MILLI} for x, outer in found.corners
     ]
-    return envelope(outcome, design_json(outcome, bushing_json(found.check), corners, _claim(request, outcome)))
+    verdict = bushing.judge(found.check, problem.scene, outcome.accuracy, problem.limits, outcome.effects)
+    result = design_json(outcome, bushing_json(found.check), corners, _claim(request, outcome))
+    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 def _claim(request: DesignRequest, outcome: Outcome[Any]) -> Claim:
     """What the certificate says."""
-    limits = request.limits
-    deflection, oval = limits.max_deflection_um is not None, limits.max_ovalization_um is not None
-    return of_pin(outcome, request.form.kind, request.seeks_outside, deflection, oval)
+    limited = [name for name, limit in request.limits if limit is not None]
+    return of_pin(outcome, request.form.kind, request.seeks_outside, limited)
 
 
 MAIN_RESULTS = (

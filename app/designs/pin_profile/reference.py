@@ -65,7 +65,8 @@ def design_reference(request: DesignRequest, answer: Answer) -> Reference | None
 def _plain(request: PinRequest) -> bool:
     """Whether nothing but strength and the least wall shapes a bore."""
     limits = request.limits
-    return limits.max_deflection_um is None and limits.max_ovalization_um is None and limits.max_slope is None
+    others = limits.max_deflection_um, limits.max_ovalization_um, limits.max_slope, limits.max_ring_stress_mpa
+    return all(limit is None for limit in others)
 
 
 def _reference(request: PinRequest, answer: Answer, bore: Callable[[dict[str, Any], Watch], Found]) -> Reference:

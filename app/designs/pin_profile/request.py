@@ -97,6 +97,11 @@ class PinLimits(Strict):
     max_deflection_um: Positive | None = Field(default=None, description="of the middle against the bosses' edges")
     max_ovalization_um: Positive | None = Field(default=None, description="calls for the effect ovalization")
     max_slope: Positive | None = Field(default=None, description="change of the bore's diameter per length")
+    max_ring_stress_mpa: Positive | None = Field(
+        default=None,
+        description="hoop stress of the ring; calls for the effect ovalization. null: no limit on a design, but the "
+        "verdict judges it by the allowable stress. Textbooks let hardened pins go to 300 to 350 MPa",
+    )
 
     def to_solver(self) -> pin.Limits:
         return pin.Limits(
@@ -104,6 +109,7 @@ class PinLimits(Strict):
             _times(self.max_deflection_um, MICRO),
             _times(self.max_ovalization_um, MICRO),
             self.max_slope,
+            _times(self.max_ring_stress_mpa, MEGA),
         )
 
 

@@ -65,6 +65,7 @@ class PinResult(Strict):
     bore_mid_mm: float
     outer_max_mm: float
     outer_mid_mm: float
+    least_wall_mm: float
     max_moment_nmm: float
     max_shear_n: float
     equivalent_stress_max_mpa: float | None
@@ -74,7 +75,9 @@ class PinResult(Strict):
     deflection_um: float | None
     ovalization_um: float | None = Field(description="in the middle of the pin")
     ovalization_max_um: float | None = Field(description="where the bore is widest; null where the wall runs out")
-    ovalization_stress_max_mpa: float | None
+    ovalization_stress_max_mpa: float | None = Field(
+        description="greatest hoop stress of the ring, where the wall is thinnest; null where the wall runs out"
+    )
     ring_model: str | None
     ring_stresses_mpa: RingStressesResult | None
     contact_pressures_mpa: PressuresResult | None
@@ -91,6 +94,7 @@ def _shared(check: pin.PinCheck | bushing.BushingCheck) -> dict[str, Any]:
     sides = ("outer_side", "inner_side", "outer_top", "inner_top")
     return {
         "mass_g": check.mass / MILLI,
+        "least_wall_mm": check.least_wall / MILLI,
         "max_moment_nmm": check.max_moment / MILLI,
         "max_shear_n": check.max_shear,
         "equivalent_stress_max_mpa": scaled(check.equivalent_stress_max, MEGA),
@@ -193,6 +197,7 @@ LIMITS = {
     "force": ("force_n", 1.0),
     "max_deflection": ("max_deflection_um", MICRO),
     "max_ovalization": ("max_ovalization_um", MICRO),
+    "max_ring_stress": ("max_ring_stress_mpa", MEGA),
 }
 """Requirements whose name in the contract carries a unit."""
 

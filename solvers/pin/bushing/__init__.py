@@ -4,6 +4,7 @@ from solvers.pin.bushing.check import BushingCheck, check
 from solvers.pin.bushing.design import BushingDesign, BushingProblem, design
 from solvers.pin.bushing.forms import Constant, Stepped, Turned
 from solvers.pin.bushing.scene import BushingGeometry, BushingScene
+from solvers.pin.bushing.verdict import judge
 
 __all__ = [
     "BushingCheck",
@@ -16,4 +17,5 @@ __all__ = [
     "Turned",
     "check",
     "design",
+    "judge",
 ]

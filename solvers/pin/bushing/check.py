@@ -18,7 +18,7 @@ from solvers.pin.bushing.effects import choose_for
 from solvers.pin.bushing.forms import lightest_constant
 from solvers.pin.bushing.program import BushingProgram, assemble, opening_stations, refined
 from solvers.pin.bushing.scene import BushingScene
-from solvers.pin.check import Pressures, RingResult
+from solvers.pin.check import Pressures, RingResult, span
 from solvers.pin.effects import compose
 from solvers.pin.loads import ROUNDING, forces_at
 from solvers.pin.peaks import risen
@@ -54,6 +54,7 @@ class BushingCheck:
     bore: float
     max_outer: float
     outer_mid: float
+    least_wall: float
     max_moment: float
     max_shear: float
     equivalent_stress_max: float | None
@@ -170,6 +171,7 @@ def assess(
         bore=g.bore,
         max_outer=float(outer.max()),
         outer_mid=float(np.interp(0.5 * g.length, x, outer)),
+        least_wall=0.5 * float(gap.min()),
         max_moment=float(forces.moment_total.max()),
         max_shear=float(forces.shear_total.max()),
         equivalent_stress_max=_finite(equivalent[worst]),
@@ -224,9 +226,8 @@ def _ring(scene: BushingScene, outer: Array) -> RingResult:
     own = at(max(middle, least, 1e-9))
     if thinnest < max(least, 1e-9):
         return RingResult(own.ovalization, None, own.stresses, None, own.model)
-    most = at(thinnest)
-    stress = max(own.stresses.greatest, most.stresses.greatest)
-    return RingResult(own.ovalization, most.ovalization, own.stresses, stress, own.model)
+    stress = ring.greatest_stress(scene.force, thinnest, g.length, g.bore / thinnest, m.elastic_modulus, m.poisson)
+    return RingResult(own.ovalization, at(thinnest).ovalization, own.stresses, stress, own.model)
 
 
 def _pressures(program: BushingProgram, outer: Array) -> Pressures | None:
@@ -257,9 +258,7 @@ def _warnings(
     said, scene, x = [], program.scene, program.stations.x
     over = use > 1.0 + 1e-9
     if over.any():
-        said.append(
-            f"the strength criterion is exceeded between {x[over].min() * 1e3:.4g} and {x[over].max() * 1e3:.4g} mm"
-        )
+        said.append(f"the strength is exceeded {span(x[over])}")
     if 0.5 * gap.min() < limits.min_wall * (1.0 - 1e-9):
         said.append(
             f"the wall is {0.5e3 * gap.min():.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked"
@@ -272,9 +271,7 @@ def _warnings(
         found.ovalization_max is None or found.ovalization_max > limits.max_ovalization * (1.0 + 1e-9)
     ):
         said.append("the ovalization exceeds its limit")
-    if found.stress_max is None or found.stress_max > scene.material.allowable_stress:
-        said.append(
-            "ovalization stress governs where the wall is thinnest, not the beam's strength: the ring's hoop stress "
-            "exceeds the allowable there"
-        )
+    allowable = limits.max_ring_stress or scene.material.allowable_stress
+    if found.stress_max is None or found.stress_max > allowable * (1.0 + 1e-9):
+        said.append(f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where the wall is thinnest")
     return tuple(said)

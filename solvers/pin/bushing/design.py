@@ -74,11 +74,8 @@ def design(
         )  # fmt: skip
     program, best, doubt = _on_refined_stations(problem, physics, accuracy)
     constant = lightest_constant(program, physics, accuracy).volume * program.mass_unit
-    mass, plain = (
-        program.mass_unit * best.volume,
-        Limits(limits.min_wall, limits.max_deflection, limits.max_ovalization),
-    )
-    free = TURNED.find(replace(program, limits=plain), accuracy)
+    mass = program.mass_unit * best.volume
+    free = TURNED.find(replace(program, limits=replace(limits, max_slope=None)), accuracy)
     if best.corners is None:
         value = assess(program, program.gap_of(best.solidity), physics, limits, mass, constant)
     else:

@@ -116,10 +116,17 @@ def opening_stations(scene: BushingScene, further: tuple[float, ...] = ()) -> St
 
 
 def gap_floor(scene: BushingScene, limits: Limits) -> float:
-    """The least t = D - d [m] that the wall and ovalization limits allow; inf where not even a solid bar is round
-    enough (its ovalization does not depend on the diameter)."""
+    """The least t = D - d [m] that the limits on wall, ovalization and hoop stress allow; inf where not even a solid
+    bar is round enough (its ovalization does not depend on the diameter)."""
     g, m, floor = scene.geometry, scene.material, 2.0 * limits.min_wall
-    if limits.max_ovalization is None or scene.force == 0:
+    if scene.force == 0:
+        return floor
+    if limits.max_ring_stress is not None:
+        outer = ring.outer_within_stress(
+            limits.max_ring_stress, scene.force, g.bore, g.length, m.elastic_modulus, m.poisson
+        )
+        floor = max(floor, outer - g.bore)
+    if limits.max_ovalization is None:
         return floor
     ratio = ring.greatest_ratio(limits.max_ovalization, scene.force, 1.0, g.length, m.elastic_modulus, m.poisson)
     if ratio is None:

@@ -55,7 +55,7 @@ def run(estimated: float) -> dict:
     return {
         "id": "r", "kind": "flexible-rod", "mode": "check", "status": "succeeded", "name": "", "cached": False,
         "created_at": "2026-01-31T12:00:00Z", "result": found.result, "problem": None, "effects": [],
-        "accuracy": found.accuracy, "timing": {"total_s": 0.1}, "progress": None,
+        "accuracy": found.accuracy, "timing": {"total_s": 0.1}, "progress": None, "verdict": None,
     }  # fmt: skip
 
 

@@ -27,6 +27,8 @@ def make_record(x: float = 1.0, **changes: object) -> RunRecord:
         timing=b'{"solve_s":0.00002}',
         solver_name="crankwright",
         solver_version="0.1.0",
+        verdict=b'{"holds":true}',
+        holds=True,
     )
     return replace(record, **changes)  # type: ignore[arg-type]
 

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import asyncio
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
+from alembic import command
+from alembic.config import Config
 from sqlalchemy import inspect
 
 from app.store.engine import make_engine
 from app.store.migrate import current_revision, head_revision, schema_differences, upgrade
 from app.store.models import metadata
+from app.store.record import RunFilter
+from app.store.repository import RunStore
+from app.store.verify import verify
+from tests.app.store.records import make_record
+
+INI = str(Path(__file__).parents[3] / "alembic.ini")
 
 
 def test_from_nothing_to_the_models_and_again(empty_database_url: str) -> None:
@@ -35,3 +45,40 @@ def test_several_may_migrate_at_once(empty_database_url: str) -> None:
         for done in [threads.submit(upgrade, empty_database_url) for _ in range(4)]:
             done.result()
     assert schema_differences(empty_database_url) == []
+
+
+def stepped(url: str, revision: str) -> None:
+    """Down, or up, to a step, by the command that people use."""
+    engine = make_engine(url)
+    with engine.connect() as connection, connection.begin():
+        config = Config(INI)
+        config.attributes["connection"] = connection
+        current = current_revision(connection)
+        (command.upgrade if current is None or revision > current else command.downgrade)(config, revision)
+    engine.dispose()
+
+
+def test_a_run_of_before_verdicts_stays_whole_and_has_none(empty_database_url: str) -> None:
+    old, new = make_record(verdict=None, holds=None), make_record(verdict=b'{"holds":false}', holds=False)
+
+    async def kept(*records):
+        with RunStore(empty_database_url) as store:
+            for record in records:
+                await store.put(record)
+            return await store.get(old.id), [run.id for run in (await store.list_runs(RunFilter(holds=False))).items]
+
+    upgrade(empty_database_url)
+    asyncio.run(kept(old))
+    stepped(empty_database_url, "0001")
+    engine = make_engine(empty_database_url)
+    assert "verdict" not in {column["name"] for column in inspect(engine).get_columns("runs")}
+    engine.dispose()
+    stepped(empty_database_url, "0002")
+    assert asyncio.run(kept(new)) == (old, [new.id])
+    assert verify(empty_database_url).sound
+    # Down loses verdicts, which the hashes of their rows say; up again is the newest schema.
+    stepped(empty_database_url, "0001")
+    upgrade(empty_database_url)
+    assert schema_differences(empty_database_url) == []
+    assert [damage.key for damage in verify(empty_database_url).damages] == [new.id]
+    assert asyncio.run(kept()) == (old, [])

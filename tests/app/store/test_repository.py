@@ -188,10 +188,12 @@ def test_every_filter_restricts(store: RunStore) -> None:
         "status": make_record(status=RunStatus.FAILED),
         "name": make_record(name="another"),
         "batch_id": make_record(batch_id=batch),
+        "holds": make_record(verdict=b'{"holds":false}', holds=False),
     }
+    unjudged = make_record(verdict=None, holds=None, created_at=plain.created_at)
 
     async def look():
-        for each in (plain, *others.values()):
+        for each in (plain, unjudged, *others.values()):
             await store.put(each)
         found = {}
         for field, record in others.items():
@@ -199,11 +201,13 @@ def test_every_filter_restricts(store: RunStore) -> None:
             found[field] = [item.id for item in page.items]
         after = await store.list_runs(RunFilter(created_after=others["name"].created_at))
         nothing = await store.list_runs(RunFilter(kind="pin-profile", mode="design"))
-        return found, {item.id for item in after.items}, nothing
+        holding = await store.list_runs(RunFilter(holds=True))
+        return found, {item.id for item in after.items}, nothing, {item.id for item in holding.items}
 
-    found, after, nothing = asyncio.run(look())
+    found, after, nothing, holding = asyncio.run(look())
     assert found == {field: [record.id] for field, record in others.items()}
-    assert after == {others["batch_id"].id}
+    assert after == {others["batch_id"].id, others["holds"].id}
+    assert holding == {plain.id} | {record.id for field, record in others.items() if field != "holds"}
     assert nothing.items == () and nothing.next_cursor is None
 
 

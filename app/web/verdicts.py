@@ -1,0 +1,51 @@
+"""How pages show a verdict: its colour, and the figures of its criteria."""
+
+from __future__ import annotations
+
+from typing import Any
+
+_NOTHING = 5e-5
+"""A margin that is shown as none."""
+MOST_USED = 1.5
+"""Where the bar of a criterion ends: half as much again as is allowed."""
+
+
+def standing(verdict: dict[str, Any], accuracy: dict[str, Any] | None) -> str:
+    """holds, doubtful or fails: what holds by figures that are not as exact as asked for is not shown as sure."""
+    if not verdict["holds"]:
+        return "fails"
+    return "holds" if accuracy is None or accuracy["met"] else "doubtful"
+
+
+def reached(criterion: dict[str, Any]) -> str:
+    """The figure, or why there is none."""
+    value = criterion["reached"]
+    if criterion["sense"] == "yes":
+        return "yes" if value else "no"
+    if value is not None:
+        return f"{value:.4g} {criterion['unit']}".rstrip()
+    if criterion["holds"]:
+        return "nothing acts"
+    return "not known" if criterion["margin"] is None else "without bound"
+
+
+def required(criterion: dict[str, Any]) -> str:
+    """What the figure is compared with."""
+    if criterion["sense"] == "yes":
+        return "yes"
+    words = {"at_least": "at least ", "at_most": "at most ", "equal": ""}[criterion["sense"]]
+    return f"{words}{criterion['required']:.4g} {criterion['unit']}".rstrip()
+
+
+def margin(criterion: dict[str, Any]) -> str:
+    """What is left to spare, with a minus what is missing, in per cent; empty where there is no such figure."""
+    value = criterion["margin"]
+    if value is None:
+        return ""
+    return "0 %" if criterion["holds"] and value < _NOTHING else f"{100.0 * value:+.3g} %"
+
+
+def used(criterion: dict[str, Any]) -> float:
+    """The share of what is allowed that is used, at most what the bar shows."""
+    margin = criterion["margin"]
+    return MOST_USED if margin <= 1.0 / MOST_USED - 1.0 else round(1.0 / (1.0 + margin), 4)

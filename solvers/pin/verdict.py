@@ -1,0 +1,110 @@
+"""What a pin must keep: its limits, a wall, the allowable stress in bending and shear, and as a ring."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.outcome import Accuracy, EffectReport
+from solvers.pin.check import PinCheck, RingResult
+from solvers.pin.scene import Limits, PinMaterial, Scene
+from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, left_out, slack_of, unknown
+
+Array = NDArray[np.float64]
+
+
+def judge(
+    check: PinCheck, scene: Scene, accuracy: Accuracy, limits: Limits, effects: Iterable[EffectReport] = ()
+) -> Verdict:
+    """The verdict on a pin.
+
+    Without ``max_ring_stress`` the ring's hoop stress is judged against the allowable stress. Where the effect
+    ovalization did not run, the ring is not judged, and a caution says so.
+    """
+    slack = slack_of(accuracy)
+    slope = steepest(check.along.x, check.along.bore) if limits.max_slope is not None else None
+    return Verdict(
+        (
+            *of_stresses(check.equivalent_stress_max, check.shear_stress_max, scene.material, slack),
+            of_wall(check.least_wall, limits, slack),
+            *of_ring(check.ring, scene.force, scene.material, limits, slack),
+            *of_shape(check.deflection, slope, limits, slack),
+        ),
+        (*check.warnings, *not_judged(check.ring), *of_deflection(limits, effects)),
+    )
+
+
+def of_stresses(
+    equivalent: float | None, shear: float | None, material: PinMaterial, slack: float
+) -> tuple[Criterion, ...]:
+    """Greatest stresses [Pa] against their allowables; None: there is no wall."""
+    found = [at_most("equivalent_stress", material.allowable_stress, _bounded(equivalent), slack, asked=False)]
+    if material.allowable_shear is not None:
+        found.append(at_most("shear_stress", material.allowable_shear, _bounded(shear), slack, asked=False))
+    return tuple(found)
+
+
+def of_ring(
+    ring: RingResult | None, force: float, material: PinMaterial, limits: Limits, slack: float
+) -> tuple[Criterion, ...]:
+    """Hoop stress and ovalization where the wall is thinnest."""
+    asked = limits.max_ring_stress is not None
+    required = limits.max_ring_stress if asked else material.allowable_stress
+    name, found = "max_ring_stress" if asked else "ring_stress", []
+    if ring is not None:
+        found.append(at_most(name, required, _bounded(ring.stress_max) if force > 0.0 else 0.0, slack, asked))
+    elif asked:
+        found.append(unknown(name, Sense.AT_MOST, required))
+    if limits.max_ovalization is not None and ring is not None:
+        grown = _bounded(ring.ovalization_max) if force > 0.0 else 0.0
+        found.append(at_most("max_ovalization", limits.max_ovalization, grown, slack))
+    elif limits.max_ovalization is not None:
+        found.append(unknown("max_ovalization", Sense.AT_MOST, limits.max_ovalization))
+    return tuple(found)
+
+
+def of_wall(wall: float, limits: Limits, slack: float) -> Criterion:
+    """The least wall; without a limit there must be one at all."""
+    asked = limits.min_wall > 0.0
+    if wall > 0.0:
+        return at_least("min_wall", limits.min_wall, wall, slack, asked)
+    return Criterion("min_wall", Sense.AT_LEAST, limits.min_wall, 0.0, -1.0, False, asked)
+
+
+def of_shape(deflection: float | None, slope: float | None, limits: Limits, slack: float) -> tuple[Criterion, ...]:
+    """Deflection [m] (None: something is held by nothing) and slope against their limits."""
+    found = []
+    if limits.max_deflection is not None:
+        found.append(at_most("max_deflection", limits.max_deflection, _bounded(deflection), slack))
+    if limits.max_slope is not None:
+        found.append(at_most("max_slope", limits.max_slope, slope, slack))
+    return tuple(found)
+
+
+def not_judged(ring: RingResult | None) -> tuple[str, ...]:
+    """What the verdict leaves out."""
+    if ring is not None:
+        return ()
+    return ("the ring's hoop stress is not judged: the effect ovalization is left out",)
+
+
+def of_deflection(limits: Limits, effects: Iterable[EffectReport]) -> tuple[str, ...]:
+    """Shear that is left out of a deflection that is limited."""
+    return left_out(effects, () if limits.max_deflection is None else ("shear_deflection",))
+
+
+def steepest(x: Array, diameter: Array) -> float:
+    """The greatest change of a diameter per length between places; inf at a step."""
+    run, rise = np.diff(x), np.abs(np.diff(diameter))
+    # Beside each other places tell their diameters' rounding, not a slope.
+    apart = run > 1e-9 * x[-1]
+    if np.any(rise[~apart] > 1e-7 * diameter.max()):
+        return math.inf
+    return float(np.max(rise[apart] / run[apart], initial=0.0))
+
+
+def _bounded(value: float | None) -> float:
+    return math.inf if value is None else value

@@ -1,0 +1,72 @@
+"""What a strip must keep: the requirements of its design, and safeties of 1 against buckling, fatigue and yield."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from solvers.outcome import Accuracy, EffectReport
+from solvers.rod.check import RodCheck
+from solvers.rod.constraints import Constraint
+from solvers.rod.effects import EFFECTS
+from solvers.rod.problem import Requirements
+from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, left_out, slack_of, unknown
+
+OWN = (
+    ("stability_safety", "min_stability_safety"),
+    ("fatigue_safety", "min_fatigue_safety"),
+    ("yield_safety", "min_yield_safety"),
+)
+"""Safeties that must be 1 in every strip, and the requirements that may ask for more."""
+
+
+_TELLING = frozenset(effect.name for effect in EFFECTS) - {"friction"}
+"""Effects that change the safeties; friction alone brings results of its own."""
+
+
+def judge(
+    check: RodCheck,
+    accuracy: Accuracy,
+    requirements: Requirements | None = None,
+    effects: Iterable[EffectReport] = (),
+) -> Verdict:
+    """The verdict on a strip; without ``requirements`` on its own safeties alone.
+
+    ``effects`` is the manifest: one left out that matters is a caution. Where the strip buckles nothing else is known,
+    and what is not known does not hold.
+    """
+    slack = slack_of(accuracy)
+    asked = [_asked(check, constraint, required, slack) for constraint, required in _of(requirements)]
+    least = {constraint.name: required for constraint, required in _of(requirements)}
+    # A requirement of 1 or more says it already.
+    own = [_own(check, name, slack) for name, requirement in OWN if least.get(requirement, 0.0) < 1.0]
+    return Verdict((*asked, *own), (*check.warnings, *left_out(effects, _TELLING)))
+
+
+def _of(requirements: Requirements | None) -> tuple[tuple[Constraint, float], ...]:
+    return () if requirements is None else requirements.asked()
+
+
+def _asked(check: RodCheck, constraint: Constraint, required: float, slack: float) -> Criterion:
+    if constraint.name == "min_stability_safety":
+        return _stability(check, constraint.name, required, slack, asked=True)
+    if check.stresses is None:
+        return unknown(constraint.name, Sense.AT_LEAST if constraint.least else Sense.AT_MOST, required)
+    judged = at_least if constraint.least else at_most
+    return judged(constraint.name, required, constraint.read(check), slack)
+
+
+def _own(check: RodCheck, name: str, slack: float) -> Criterion:
+    if name == "stability_safety":
+        return _stability(check, name, 1.0, slack, asked=False)
+    if check.stresses is None:
+        return unknown(name, Sense.AT_LEAST, 1.0, asked=False)
+    return at_least(name, 1.0, getattr(check.stresses, name), slack, asked=False)
+
+
+def _stability(check: RodCheck, name: str, required: float, slack: float, asked: bool) -> Criterion:
+    found = at_least(name, required, check.stability_safety, slack, asked)
+    if check.stresses is not None or found.margin is None:
+        return found
+    # It buckles, be it only by what friction adds: its safety is then told as 1, and 1 is not enough.
+    return replace(found, holds=False, margin=min(found.margin, -slack))

@@ -136,7 +136,7 @@ def judge_problem(
     if answer.status == "infeasible":
         return Design(accuracy, True, proven, found=math.isfinite(field.best), **about)
     own = problem.objective(answer.result)
-    value, bound = own**problem.sign, answer.result["certificate"]["bound"] ** problem.sign
+    value, bound = own**problem.sign, _told(problem, answer).bound
     tight = _designed(slug, problem, max(_TIGHTER * accuracy, _TIGHTEST))
     if tight.status != "succeeded":
         return Design(accuracy, False, proven, found=math.isfinite(field.best), distance=math.inf, **about)
@@ -173,7 +173,9 @@ def _told(problem: Problem, answer: Answer) -> _Told:
     certificate = answer.result["certificate"]
     bound = certificate["bound"] ** problem.sign if certificate["bound"] else 0.0
     value = problem.objective(answer.result) ** problem.sign
-    return _Told(value, bound, answer.accuracy["estimated"], certificate["gap"])
+    # Without a bound anything may be better: nothing is promised of neighbours.
+    gap = math.inf if certificate["gap"] is None else certificate["gap"]
+    return _Told(value, bound, answer.accuracy["estimated"], gap)
 
 
 def _neighbours(
@@ -248,8 +250,8 @@ def _proven(answer: Answer) -> bool:
     constrained = evidence.get("deflection_as_constrained_um")
     if constrained is not None and abs(answer.result["deflection_um"] / constrained - 1.0) > _ROUNDING:
         return False
-    return "beyond_the_proof" not in evidence
+    return not {"beyond_the_proof", "effects_beyond_the_core"} & evidence.keys()
 
 
 def _doubt(answer: Answer) -> float:
-    return answer.accuracy["estimated"] + answer.result["certificate"]["gap"]
+    return answer.accuracy["estimated"] + (answer.result["certificate"]["gap"] or 0.0)

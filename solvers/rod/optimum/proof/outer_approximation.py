@@ -128,7 +128,7 @@ def search(cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes,
     by_limit = dict(objective.weights).get(rows.STABILITY, 0.0) * -limits[rows.STABILITY] * (cycle.compression > 0)
     looked, bound, tried = 0, -math.inf, set()
     for turn in range(_ROUNDS):
-        p = _relaxation(cycle, objective, limits, view, coarse)
+        p = _relaxation(cycle, objective, limits, view, coarse, incumbent is None)
         work, best = workspace(p), np.empty(5)
         known = math.inf if incumbent is None else incumbent.log_cost + by_limit
         wanted = _FIRST_GAP if incumbent is None and turn == 0 else gap
@@ -217,7 +217,7 @@ def _length_range(cycle: CoreCycle, sizes: Sizes) -> tuple[float, float]:
 
 
 def _relaxation(
-    cycle: CoreCycle, objective: Objective, limits: Limits, view: _View, coarse: bool = False
+    cycle: CoreCycle, objective: Objective, limits: Limits, view: _View, coarse: bool = False, first: bool = True
 ) -> Relaxation:
     """The problem at the angles and sections in view; ``coarse`` with power less what few angles may make of it."""
     angles = np.array(view.angles)
@@ -230,6 +230,8 @@ def _relaxation(
         most = 1.0 - COARSE_ERROR if coarse else 1.0
         react, swing = np.append(force, whole_force), np.append(stroke, whole_stroke)
         speed = np.append(np.zeros(angles.size), whole_speed * (most / whole_speed.size))
+    elif looked_at.reactions and not first:
+        react, swing, speed = force, stroke, np.zeros(angles.size)
     elif looked_at.reactions:
         step = cycle.force.size // FIRST_REACTIONS
         react, swing = np.append(force, cycle.force[::step]), np.append(stroke, cycle.stroke[::step])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from fastapi import FastAPI, Request
@@ -109,45 +109,48 @@ def json_pointer(parts: Iterable[int | str]) -> str:
     return "".join(f"/{str(part).replace('~', '~0').replace('/', '~1')}" for part in parts)[:LONGEST_POINTER]
 
 
-def install(app: FastAPI) -> None:
-    """Answer every refusal of the service with problem details."""
+def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -> None:
+    """Answer every refusal of the service with problem details, or with ``page`` where that makes one."""
+
+    def answer(request: Request, problem: Problem) -> Response:
+        return page(request, problem) or problem_response(problem)
 
     @app.exception_handler(Problem)
-    async def _problem(_: Request, problem: Problem) -> Response:
-        return problem_response(problem)
+    async def _problem(request: Request, problem: Problem) -> Response:
+        return answer(request, problem)
 
     @app.exception_handler(RequestValidationError)
-    async def _parameter(_: Request, error: RequestValidationError) -> Response:
+    async def _parameter(request: Request, error: RequestValidationError) -> Response:
         # The location starts with where the parameter was: query, header, path.
-        return problem_response(refusal(error.errors(), depth=1))
+        return answer(request, refusal(error.errors(), depth=1))
 
     @app.exception_handler(HTTPException)
-    async def _http(_: Request, error: HTTPException) -> Response:
-        return problem_response(Problem(error.status_code, error.detail, error.detail, headers=error.headers))
+    async def _http(request: Request, error: HTTPException) -> Response:
+        return answer(request, Problem(error.status_code, error.detail, error.detail, headers=error.headers))
 
     @app.exception_handler(IdempotencyConflict)
-    async def _conflict(_: Request, error: IdempotencyConflict) -> Response:
-        return problem_response(Problem(409, "The idempotency key is taken", str(error)))
+    async def _conflict(request: Request, error: IdempotencyConflict) -> Response:
+        return answer(request, Problem(409, "The idempotency key is taken", str(error)))
 
     @app.exception_handler(UnknownRun)
-    async def _unknown(_: Request, error: UnknownRun) -> Response:
-        return problem_response(Problem(404, "No such run", "no run has this id"))
+    async def _unknown(request: Request, error: UnknownRun) -> Response:
+        return answer(request, Problem(404, "No such run", "no run has this id"))
 
     @app.exception_handler(InvalidCursor)
-    async def _cursor(_: Request, error: InvalidCursor) -> Response:
+    async def _cursor(request: Request, error: InvalidCursor) -> Response:
         entry = {"pointer": "/cursor", "detail": str(error), "allowed": "the next_cursor of an earlier page"}
-        return problem_response(Problem(422, INVALID, str(error), [entry]))
+        return answer(request, Problem(422, INVALID, str(error), [entry]))
 
     @app.exception_handler(Warming)
-    async def _warming(_: Request, error: Warming) -> Response:
+    async def _warming(request: Request, error: Warming) -> Response:
         wait = {"Retry-After": str(math.ceil(error.remaining_s))}
-        return problem_response(Problem(503, "The kernels are being compiled", str(error), headers=wait))
+        return answer(request, Problem(503, "The kernels are being compiled", str(error), headers=wait))
 
     @app.exception_handler(Busy)
     @app.exception_handler(ExecutorClosed)
-    async def _busy(_: Request, error: Exception) -> Response:
-        return problem_response(Problem(503, "Too much work waits", str(error), headers={"Retry-After": "1"}))
+    async def _busy(request: Request, error: Exception) -> Response:
+        return answer(request, Problem(503, "Too much work waits", str(error), headers={"Retry-After": "1"}))
 
     @app.exception_handler(Exception)
-    async def _unforeseen(_: Request, error: Exception) -> Response:
-        return problem_response(Problem(500, "Something went wrong", "the request was understood; the fault is here"))
+    async def _unforeseen(request: Request, error: Exception) -> Response:
+        return answer(request, Problem(500, "Something went wrong", "the request was understood; the fault is here"))

@@ -6,6 +6,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
+from fastapi.middleware.gzip import GZipMiddleware
 from fastapi.staticfiles import StaticFiles
 from prometheus_fastapi_instrumentator import Instrumentator
 
@@ -20,7 +21,9 @@ from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import Service
 from app.version import VERSION
-from app.web import pages
+from app.web import actions, pages, reference, run_pages
+from app.web.problems import problem_page
+from app.web.rendering import STATIC
 
 
 def create_app(settings: Settings | None = None, template: Template | None = None, told: Told = tell_nobody) -> FastAPI:
@@ -52,13 +55,26 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         version=VERSION,
         summary="Design optimization for crank mechanisms",
         lifespan=lifespan,
+        # The framework's own pages of the reference fetch their scripts from elsewhere.
+        docs_url=None,
+        redoc_url=None,
         generate_unique_id_function=lambda route: route.name.replace("-", "_"),
     )
     app.state.settings = settings
-    errors.install(app)
+    errors.install(app, problem_page)
+    # What is small is not worth it; a level beyond costs more time than it saves bytes.
+    app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)
     contract.install(app)
-    for router in (operation.router, runs.router, submissions.router, pages.router):
+    for router in (
+        operation.router,
+        runs.router,
+        submissions.router,
+        pages.router,
+        run_pages.router,
+        actions.router,
+        reference.router,
+    ):
         app.include_router(router)
-    app.mount("/static", StaticFiles(directory=pages.STATIC), name="static")
+    app.mount("/static", StaticFiles(directory=STATIC), name="static")
     Instrumentator(excluded_handlers=["/metrics"]).instrument(app).expose(app, include_in_schema=False)
     return app

@@ -56,7 +56,16 @@ def answered(run: RunRecord, answer: Answer, started: float) -> RunRecord:
         timing=canonical_json(timing),
         verdict=None if answer.verdict is None else canonical_json(answer.verdict),
         holds=None if answer.verdict is None else answer.verdict["holds"],
+        **_figure(run, answer),
     )
+
+
+def _figure(run: RunRecord, answer: Answer) -> dict[str, Any]:
+    """The number that matters most, by which runs are compared at a glance: none where there is no result."""
+    if answer.status != RunStatus.SUCCEEDED or answer.result is None:
+        return {}
+    name, value = KINDS[run.kind].figure(Mode(run.mode), answer.result)
+    return {} if value is None else {"figure_name": name, "figure": float(value)}
 
 
 def failed(run: RunRecord, status: int, title: str, detail: str, started: float) -> RunRecord:
@@ -83,12 +92,25 @@ def repeated(run: RunRecord, earlier: RunRecord, started: float) -> RunRecord:
         cached=True,
         verdict=earlier.verdict,
         holds=earlier.holds,
+        figure_name=earlier.figure_name,
+        figure=earlier.figure,
     )
 
 
 def end_of(run: RunRecord) -> Finish:
     """How an answered or failed run ends in the store."""
-    return Finish(run.status, run.result, run.problem, run.effects, run.accuracy, run.timing, run.verdict, run.holds)
+    return Finish(
+        run.status,
+        run.result,
+        run.problem,
+        run.effects,
+        run.accuracy,
+        run.timing,
+        run.verdict,
+        run.holds,
+        run.figure_name,
+        run.figure,
+    )
 
 
 def complete(run: RunRecord) -> bool:
@@ -154,5 +176,6 @@ def summary(run: RunRecord | RunSummary) -> dict[str, object]:
         "cached": run.cached,
         "batch_id": run.batch_id,
         "holds": run.holds,
+        "figure": None if run.figure is None else {"name": run.figure_name, "value": run.figure},
         "solver": {"name": run.solver_name, "version": run.solver_version},
     }

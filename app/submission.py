@@ -24,7 +24,7 @@ from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, MemoryExceeded
 from app.jobs.executor import Executor
 from app.logging import get_logger
 from app.store.errors import UnknownRun
-from app.store.record import RunRecord, StoredResponse
+from app.store.record import Finish, RunRecord, RunStatus, StoredResponse
 from app.store.repository import RunStore
 
 logger = get_logger(__name__)
@@ -72,7 +72,8 @@ class Service:
     store: RunStore
     executor: Executor
     solve_budget_s: float
-    background: set[asyncio.Task[None]] = field(default_factory=set)
+    background: dict[str, asyncio.Task[None]] = field(default_factory=dict)
+    """The solves after a 202, by the id of the run."""
     progress: dict[str, Progress] = field(default_factory=dict)
     """How far the long solves under way are, by the id of the run."""
     stopping: threading.Event = field(default_factory=threading.Event)
@@ -161,6 +162,18 @@ class Service:
             self._begin(run, job_of(kind, mode), request)
         return response
 
+    async def cancel(self, run_id: str) -> bytes:
+        """End a queued or running run as cancelled, and its solve; the run as JSON. Raises UnknownRun, and Problem once
+        the run has ended."""
+        if not await self.store.finish(run_id, Finish(RunStatus.CANCELLED)):
+            status = (await self.store.get(run_id)).status
+            raise Problem(409, "The run has ended", f"the run is {status}; what has ended cannot be cancelled")
+        # The store first: however the solve ends now, the run is cancelled and stays so.
+        task = self.background.get(run_id)
+        if task is not None:
+            task.cancel()
+        return await self.shown(run_id)
+
     async def resume(self) -> None:
         """Take up the runs that were promised by a 202 and left open when a former service process ended."""
         for run in await self.store.open_runs():
@@ -176,8 +189,8 @@ class Service:
 
     def _begin(self, run: RunRecord, job: Job, request: BaseModel) -> None:
         task = asyncio.create_task(self._finish(run, job, request))
-        self.background.add(task)
-        task.add_done_callback(self.background.discard)
+        self.background[run.id] = task
+        task.add_done_callback(lambda _: self.background.pop(run.id, None))
 
     async def _keep(self, run: RunRecord, status: int, key: str | None, request_hash: str) -> StoredResponse:
         location = f"/api/v1/runs/{run.id}"
@@ -212,6 +225,7 @@ class Service:
 
     async def close(self) -> None:
         """Let go of background solves: their runs stay open and are taken up at the next start."""
-        for task in list(self.background):
+        tasks = list(self.background.values())
+        for task in tasks:
             task.cancel()
-        await asyncio.gather(*self.background, return_exceptions=True)
+        await asyncio.gather(*tasks, return_exceptions=True)

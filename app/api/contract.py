@@ -62,6 +62,13 @@ class Solver(_Shown):
     version: str
 
 
+class Figure(_Shown):
+    """The number that matters most of a run: what a design was after, a part's mass, an engine's power."""
+
+    name: str
+    value: float
+
+
 class RunLine(_Shown):
     """A line of the listing."""
 
@@ -75,6 +82,7 @@ class RunLine(_Shown):
     cached: bool
     batch_id: str | None
     holds: bool | None = Field(description="the verdict's own; null: there is no verdict")
+    figure: Figure | None = Field(description="null: there is no result, or the run is of before figures")
     solver: Solver
 
 
@@ -169,7 +177,9 @@ def document(app: FastAPI) -> dict[str, Any]:
     for long, short in _named(definitions["$defs"]).items():
         references, definitions = _renamed((references, definitions), long, short)
     found = get_openapi(title=app.title, version=app.version, summary=app.summary, routes=app.routes)
-    found["components"] = {"schemas": definitions["$defs"]}
+    # The framework knows the words that parameters can be.
+    words = {name: schema for name, schema in found["components"]["schemas"].items() if "enum" in schema}
+    found["components"] = {"schemas": words | definitions["$defs"]}
 
     def content(model: type[BaseModel], way: str = "serialization") -> dict[str, Any]:
         return {"application/json": {"schema": references[(model, way)]}}
@@ -182,6 +192,8 @@ def document(app: FastAPI) -> dict[str, Any]:
         for status in post["responses"].keys() & {"201", "202"}:
             post["responses"][status]["content"] = content(runs[path])
     listing, one = found["paths"]["/api/v1/runs"]["get"], found["paths"]["/api/v1/runs/{run_id}"]["get"]
+    cancelled = found["paths"]["/api/v1/runs/{run_id}"]["delete"]
+    cancelled["responses"]["200"]["content"] = content(Run)
     listing["responses"]["200"]["content"], one["responses"]["200"]["content"] = content(RunPage), content(Run)
     refusal = {MEDIA_TYPE: {"schema": references[(ProblemDetails, "serialization")]}}
     for operations in found["paths"].values():

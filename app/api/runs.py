@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from datetime import datetime
 from typing import Annotated
 
@@ -12,10 +13,11 @@ from app import runs
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, plots_for, plots_of
 from app.errors import Problem
-from app.store.record import RunFilter, RunStatus
+from app.store.record import RunFilter, RunOrder, RunStatus
 from app.submission import Service
 
 router = APIRouter(prefix="/api/v1/runs", tags=["runs"])
+_MOTION = re.compile(r"<animate [^>]*/>")
 _MISSING: dict[int | str, dict[str, str]] = {404: {"description": "there is no such run"}}
 
 
@@ -25,26 +27,30 @@ class SvgResponse(Response):
     media_type = "image/svg+xml"
 
 
-@router.get("", summary="List runs, newest first")
+@router.get("", summary="List runs")
 async def list_runs(
     request: Request,
     kind: str | None = None,
-    mode: str | None = None,
-    status: str | None = None,
-    name: Annotated[str | None, Query(max_length=200)] = None,
+    mode: Mode | None = None,
+    status: RunStatus | None = None,
+    name: Annotated[str | None, Query(max_length=200, description="the whole name")] = None,
     batch_id: str | None = None,
     created_after: datetime | None = None,
     holds: Annotated[bool | None, Query(description="runs whose verdict holds, or does not")] = None,
-    cursor: Annotated[str | None, Query(max_length=200)] = None,
+    text: Annotated[str | None, Query(max_length=200, description="anywhere in the name, of any case")] = None,
+    created_before: datetime | None = None,
+    order: RunOrder = RunOrder.NEWEST,
+    cursor: Annotated[str | None, Query(max_length=2000)] = None,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> dict[str, object]:
     """Runs that satisfy all filters; ``next_cursor`` asks for the next page."""
-    if created_after is not None and created_after.tzinfo is None:
-        entry = {"pointer": "/created_after", "detail": "has no time zone", "allowed": "2026-01-31T12:00:00Z"}
-        raise Problem(422, "The request is not valid", "created_after needs a time zone", [entry])
+    for field, value in (("created_after", created_after), ("created_before", created_before)):
+        if value is not None and value.tzinfo is None:
+            entry = {"pointer": f"/{field}", "detail": "has no time zone", "allowed": "2026-01-31T12:00:00Z"}
+            raise Problem(422, "The request is not valid", f"{field} needs a time zone", [entry])
     service: Service = request.app.state.service
-    wanted = RunFilter(kind, mode, status, name, batch_id, created_after, holds)
-    page = await service.store.list_runs(wanted, cursor, limit)
+    wanted = RunFilter(kind, mode, status, name, batch_id, created_after, holds, text, created_before)
+    page = await service.store.list_runs(wanted, cursor, limit, order)
     return {"items": [runs.summary(item) for item in page.items], "next_cursor": page.next_cursor}
 
 
@@ -55,13 +61,29 @@ async def one_run(request: Request, run_id: str) -> Response:
     return Response(await service.shown(run_id), media_type="application/json")
 
 
+@router.delete(
+    "/{run_id}",
+    summary="Cancel a run",
+    responses={**_MISSING, 409: {"description": "the run has ended; nothing is ever deleted"}},
+)
+async def cancel(request: Request, run_id: str) -> Response:
+    """A queued or running run ends as cancelled, its solve with it; the run stays."""
+    service: Service = request.app.state.service
+    return Response(await service.cancel(run_id), media_type="application/json")
+
+
 @router.get(
     "/{run_id}/plots/{plot}",
     summary="A plot of a run, as SVG",
     response_class=SvgResponse,
     responses={**_MISSING, 409: {"description": "the run has nothing to draw"}},
 )
-async def plot(request: Request, run_id: str, plot: str) -> Response:
+async def plot(
+    request: Request,
+    run_id: str,
+    plot: str,
+    still: Annotated[bool, Query(description="a moving picture as it stands")] = False,
+) -> Response:
     """One of the kind's plots, drawn from the stored result."""
     service: Service = request.app.state.service
     run = await service.store.get(run_id)
@@ -73,4 +95,7 @@ async def plot(request: Request, run_id: str, plot: str) -> Response:
     shown = runs.run_json(run)
     if plot not in plots_for(KINDS[run.kind], json.loads(shown)):
         raise Problem(409, "Nothing to draw", "this run's result has nothing for this plot")
-    return SvgResponse(await service.drawn(run, plot, shown))
+    drawn = await service.drawn(run, plot, shown)
+    if still:
+        drawn = _MOTION.sub("", drawn)
+    return SvgResponse(drawn, headers={"Cache-Control": "private, max-age=3600"})

@@ -51,6 +51,10 @@ def _nothing(_request: Any) -> float:
     return 0.0
 
 
+def _no_figure(_mode: Mode, _result: Mapping[str, Any]) -> tuple[str, float | None]:
+    return "", None
+
+
 def _no_reference(_request: Any, _answer: Answer) -> None:
     return None
 
@@ -94,6 +98,7 @@ class Kind:
     ``main_results`` are the numbers of a result that an accuracy study judges, a dotted name for one within a group;
     none where the answer has a closed form. ``given_results`` join them where the dimensions are given: a design whose
     objective is flat in them leaves them uncertain by the square root of its own error.
+    ``figure`` is the number of a result that matters most, with its name and unit as a field would be named.
     ``drawn_if`` names the plots that only some runs have, and how to tell from the run.
     """
 
@@ -106,6 +111,7 @@ class Kind:
     main_results: tuple[str, ...]
     given_results: tuple[str, ...] = ()
     drawn_if: Mapping[str, Callable[[dict[str, Any]], bool]] = field(default_factory=dict)
+    figure: Callable[[Mode, Mapping[str, Any]], tuple[str, float | None]] = _no_figure
 
     def judged(self, mode: Mode) -> tuple[str, ...]:
         """The names of the results by which an answer in that mode is judged."""

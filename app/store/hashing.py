@@ -61,6 +61,8 @@ def _encode(value: Any) -> tuple[str, bytes]:
         return "bool", b"1" if value else b"0"
     if isinstance(value, int):
         return "int", str(value).encode()
+    if isinstance(value, float):
+        return "float", repr(value).encode()
     if isinstance(value, datetime):
         return "time", value.astimezone(UTC).isoformat(timespec="microseconds").encode()
     if isinstance(value, memoryview):

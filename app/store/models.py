@@ -10,6 +10,7 @@ from sqlalchemy import (
     Column,
     DateTime,
     Dialect,
+    Float,
     ForeignKey,
     Index,
     Integer,
@@ -81,6 +82,8 @@ runs = Table(
     Column("row_hash", String(64), nullable=False),
     Column("verdict", LargeBinary),
     Column("holds", Boolean),
+    Column("figure_name", String(64)),
+    Column("figure", Float),
     # Every filter of the listing walks its index in the order of the ids, newest first.
     Index(None, "kind", "id"),
     Index(None, "mode", "id"),
@@ -89,6 +92,7 @@ runs = Table(
     _index_where_given("name"),
     _index_where_given("batch_id"),
     _index_where_given("holds"),
+    _index_where_given("figure"),
     Index(None, "created_at"),
     Index(None, "spec_hash"),
 )

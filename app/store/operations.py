@@ -92,6 +92,8 @@ def _changed(record: RunRecord, change: Finish | None) -> RunRecord:
         timing=change.timing,
         verdict=change.verdict,
         holds=change.holds,
+        figure_name=change.figure_name,
+        figure=change.figure,
     )
 
 

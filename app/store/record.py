@@ -28,9 +28,10 @@ class RunRecord:
     """One run as stored, whatever its outcome.
 
     ``spec``, ``result``, ``problem``, ``effects``, ``accuracy``, ``timing``, ``verdict`` are UTF-8 JSON, kept and
-    returned byte for byte; ``holds`` is the verdict's own, None where there is no verdict. ``created_at`` must be
-    aware; it is kept in UTC to the microsecond. ``spec_hash`` comes from ``app.store.hashing.spec_hash``.
-    ``source_run_ids`` names the runs that fed this one.
+    returned byte for byte; ``holds`` is the verdict's own, None where there is no verdict; ``figure`` is the number of
+    the result that matters most, ``figure_name`` its name, None where there is none. ``created_at`` must be aware; it
+    is kept in UTC to the microsecond. ``spec_hash`` comes from ``app.store.hashing.spec_hash``. ``source_run_ids``
+    names the runs that fed this one.
     """
 
     id: str
@@ -53,6 +54,8 @@ class RunRecord:
     source_run_ids: tuple[str, ...] = ()
     verdict: bytes | None = None
     holds: bool | None = None
+    figure_name: str | None = None
+    figure: float | None = None
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,8 @@ class Finish:
     timing: bytes = b"{}"
     verdict: bytes | None = None
     holds: bool | None = None
+    figure_name: str | None = None
+    figure: float | None = None
 
 
 @dataclass(frozen=True)
@@ -85,11 +90,14 @@ class RunSummary:
     cached: bool
     batch_id: str | None
     holds: bool | None
+    figure_name: str | None
+    figure: float | None
 
 
 @dataclass(frozen=True)
 class RunFilter:
-    """Conditions that all hold; None does not restrict. ``name`` matches exactly, ``created_after`` is exclusive."""
+    """Conditions that all hold; None does not restrict. ``name`` matches exactly, ``text`` anywhere in the name without
+    regard to case, ``created_after`` and ``created_before`` are exclusive."""
 
     kind: str | None = None
     mode: str | None = None
@@ -98,11 +106,23 @@ class RunFilter:
     batch_id: str | None = None
     created_after: datetime | None = None
     holds: bool | None = None
+    text: str | None = None
+    created_before: datetime | None = None
+
+
+class RunOrder(StrEnum):
+    """How a listing is sorted. By name or figure only runs that have one are listed."""
+
+    NEWEST = "newest"
+    OLDEST = "oldest"
+    NAME = "name"
+    LEAST = "least"
+    GREATEST = "greatest"
 
 
 @dataclass(frozen=True)
 class RunPage:
-    """Newest runs first; ``next_cursor`` is None on the last page."""
+    """Runs in the order asked for; ``next_cursor`` is None on the last page."""
 
     items: tuple[RunSummary, ...]
     next_cursor: str | None

@@ -5,12 +5,13 @@ from __future__ import annotations
 import asyncio
 import base64
 import binascii
+import json
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from types import TracebackType
 from typing import Self, TypeVar
 
-from sqlalchemy import Connection, Select, select
+from sqlalchemy import ColumnElement, Connection, Select, select, tuple_
 
 from app.store.engine import make_engine
 from app.store.errors import InvalidCursor, UnknownRun
@@ -22,6 +23,7 @@ from app.store.record import (
     OPEN_STATUSES,
     Finish,
     RunFilter,
+    RunOrder,
     RunPage,
     RunRecord,
     StoredResponse,
@@ -108,14 +110,20 @@ class RunStore:
             return None
         return await self._read(lambda connection: _find_answer(connection, spec_hash, solver_name, solver_version))
 
-    async def list_runs(self, wanted: RunFilter, cursor: str | None = None, limit: int = 50) -> RunPage:
-        """A page of runs, newest first. Runs that arrive between two pages shift nothing; limit is 1…200.
+    async def list_runs(
+        self,
+        wanted: RunFilter,
+        cursor: str | None = None,
+        limit: int = 50,
+        order: RunOrder = RunOrder.NEWEST,
+    ) -> RunPage:
+        """A page of runs in that order. Runs that arrive between two pages shift nothing; limit is 1…200.
 
         Raises InvalidCursor for a cursor that no page of this store carried.
         """
-        before = _decode_cursor(cursor) if cursor is not None else None
+        after = _decode_cursor(cursor, order) if cursor is not None else None
         size = max(1, min(limit, MAX_PAGE))
-        return await self._read(lambda connection: _list(connection, wanted, before, size))
+        return await self._read(lambda connection: _list(connection, wanted, after, size, order))
 
     async def ping(self) -> None:
         """Raise unless the database answers and holds the tables."""
@@ -183,13 +191,37 @@ def _find_answer(connection: Connection, spec_hash: str, solver_name: str, solve
     return row_to_run(row) if row is not None and is_intact(runs.name, row) else None
 
 
-def _list(connection: Connection, wanted: RunFilter, before: str | None, size: int) -> RunPage:
+_KEYS = {
+    RunOrder.NEWEST: (runs.c.id, True),
+    RunOrder.OLDEST: (runs.c.id, False),
+    RunOrder.NAME: (runs.c.name, False),
+    RunOrder.LEAST: (runs.c.figure, False),
+    RunOrder.GREATEST: (runs.c.figure, True),
+}
+"""By which column each order sorts, and whether downward; the id decides between equals."""
+
+
+def _list(
+    connection: Connection, wanted: RunFilter, after: tuple[str | float, str] | None, size: int, order: RunOrder
+) -> RunPage:
+    column, downward = _KEYS[order]
     query = _filtered(select(*(runs.c[name] for name in SUMMARY_FIELDS)), wanted)
-    if before is not None:
-        query = query.where(runs.c.id < before)
-    rows = connection.execute(query.order_by(runs.c.id.desc()).limit(size + 1)).mappings().all()
+    if column is not runs.c.id:
+        query = query.where(column.is_not(None))
+    if after is not None:
+        query = query.where(_beyond(column, downward, after))
+    ends = (runs.c.id,) if column is runs.c.id else (column, runs.c.id)
+    query = query.order_by(*(end.desc() if downward else end.asc() for end in ends))
+    rows = connection.execute(query.limit(size + 1)).mappings().all()
     items = tuple(row_to_summary(row) for row in rows[:size])
-    return RunPage(items, _encode_cursor(items[-1].id) if len(rows) > size else None)
+    return RunPage(items, _encode_cursor(rows[size - 1][column.name], items[-1].id) if len(rows) > size else None)
+
+
+def _beyond(column: ColumnElement, downward: bool, after: tuple[str | float, str]) -> ColumnElement[bool]:
+    if column is runs.c.id:
+        return column < after[1] if downward else column > after[1]
+    here = tuple_(column, runs.c.id)
+    return here < after if downward else here > after
 
 
 def _filtered(query: Select, wanted: RunFilter) -> Select:
@@ -197,21 +229,30 @@ def _filtered(query: Select, wanted: RunFilter) -> Select:
         value = getattr(wanted, name)
         if value is not None:
             query = query.where(runs.c[name] == value)
+    if wanted.text is not None:
+        query = query.where(runs.c.name.icontains(wanted.text, autoescape=True))
     if wanted.created_after is not None:
         query = query.where(runs.c.created_at > wanted.created_after)
+    if wanted.created_before is not None:
+        query = query.where(runs.c.created_at < wanted.created_before)
     return query
 
 
-def _encode_cursor(run_id: str) -> str:
-    return base64.urlsafe_b64encode(b"1:" + run_id.encode()).decode().rstrip("=")
+def _encode_cursor(key: str | float, run_id: str) -> str:
+    text = f"1:{run_id}" if key == run_id else "2:" + json.dumps([key, run_id])
+    return base64.urlsafe_b64encode(text.encode()).decode().rstrip("=")
 
 
-def _decode_cursor(cursor: str) -> str:
+def _decode_cursor(cursor: str, order: RunOrder) -> tuple[str | float, str]:
+    """The key and the id of the last run of the page before. Raises InvalidCursor for one of another order too."""
+    kept = {RunOrder.NAME: str, RunOrder.LEAST: float, RunOrder.GREATEST: float}.get(order)
     try:
-        text = base64.b64decode(cursor + "=" * (-len(cursor) % 4), altchars=b"-_", validate=True).decode("ascii")
-    except (binascii.Error, ValueError) as error:
+        text = base64.b64decode(cursor + "=" * (-len(cursor) % 4), altchars=b"-_", validate=True).decode()
+        version, _, rest = text.partition(":")
+        key, run_id = (rest, rest) if version == "1" else json.loads(rest)
+    except (binascii.Error, ValueError, TypeError) as error:
         raise InvalidCursor("the cursor is not one of this service") from error
-    version, _, run_id = text.partition(":")
-    if version != "1" or len(run_id) != 36 or not run_id.isprintable():
+    fits = version == ("1" if kept is None else "2") and isinstance(key, kept or str)
+    if not fits or not isinstance(run_id, str) or len(run_id) != 36 or not run_id.isprintable():
         raise InvalidCursor("the cursor is not one of this service")
-    return run_id
+    return key, run_id

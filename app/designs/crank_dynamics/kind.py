@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -232,6 +233,11 @@ def run_dynamics(request: DynamicsRequest) -> Answer:
     return envelope(outcome, result)
 
 
+def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
+    """The indicated power; of a study none."""
+    return "indicated_power_w", None if mode is Mode.ACCURACY else result["indicated_power_w"]
+
+
 CRANK_DYNAMICS = Kind(
     slug="crank-dynamics",
     title="Crank dynamics",
@@ -239,6 +245,7 @@ CRANK_DYNAMICS = Kind(
     jobs={Mode.ANALYSIS: Job(DynamicsRequest, DynamicsResult, run_dynamics, reference=dynamics_reference)},
     known_effects=crank.EFFECTS,
     plots=PLOTS,
+    figure=figure,
     main_results=(
         "mean_torque_nm",
         "indicated_power_w",

@@ -10,6 +10,7 @@ import numpy as np
 
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
 from solvers.crank import kinematics
+from solvers.crank.motion import ExactMotion
 
 
 def _closed(values: Sequence[float]) -> list[float]:
@@ -34,6 +35,40 @@ def pressure_over_angle(run: dict[str, Any]) -> str:
         chart.words(0.04 * period, scale.low + 0.86 * (scale.high - scale.low), "by Brix's construction", RED)
     chart.line(angles, pressure, BLUE)
     chart.words(0.04 * period, scale.low + 0.93 * (scale.high - scale.low), "exact", BLUE)
+    return chart.svg()
+
+
+def indicator_diagram(run: dict[str, Any]) -> str:
+    """SVG of pressure over the volume of the cylinder, from the clearance volume on."""
+    spec, series = run["spec"], run["result"]["series"]
+    m, cylinder = spec["mechanism"], spec["cylinder"]
+    angles, _ = _angles(run)
+    motion = ExactMotion(m["crank_radius_mm"], m["rod_length_mm"], m["offset_mm"])
+    moved = motion.displacement(np.radians(angles))
+    area = 0.25 * np.pi * cylinder["bore_mm"] ** 2
+    volume = (cylinder["clearance_volume_cm3"] + 1e-3 * area * moved).tolist()
+    pressure = _closed(series["pressure_mpa"])
+    crankcase = run["result"]["cycle"]["crankcase_pressure_mpa"]
+    x, y = around([0.0, *volume]), around([*pressure, crankcase])
+    chart = Chart("Indicator diagram", x, y, "volume, cm³", "pressure, MPa")
+    chart.line([x.low, x.high], [crankcase, crankcase], GREY, dashes="6 4")
+    chart.words(x.low + 0.62 * (x.high - x.low), crankcase, "crankcase", GREY)
+    chart.area(volume, pressure, BLUE)
+    chart.line(volume, pressure, BLUE)
+    return chart.svg()
+
+
+def torque_over_angle(run: dict[str, Any]) -> str:
+    """SVG of one cylinder's torque on the crank, and its mean."""
+    (angles, period), torque = _angles(run), _closed(run["result"]["series"]["torque_nm"])
+    mean = run["result"]["mean_torque_nm"]
+    chart = Chart(
+        "Torque over the crank angle", Linear(0.0, period), around([*torque, 0.0]), "crank angle, °", "torque, N·m"
+    )
+    chart.line([0.0, period], [0.0, 0.0], GREY, dashes="2 4")
+    chart.line([0.0, period], [mean, mean], RED, dashes="6 4")
+    chart.words(0.02 * period, mean, f"mean {mean:.4g} N·m", RED)
+    chart.line(angles, torque, BLUE)
     return chart.svg()
 
 
@@ -111,8 +146,10 @@ def two_harmonic_effect(run: dict[str, Any]) -> str:
 
 
 PLOTS = {
+    "indicator-diagram": indicator_diagram,
     "pressure-over-angle": pressure_over_angle,
     "forces-over-angle": forces_over_angle,
+    "torque-over-angle": torque_over_angle,
     "crank-pin-polar": crank_pin_polar,
     "two-harmonic-effect": two_harmonic_effect,
 }

@@ -247,4 +247,5 @@ CRANK_MASSES = Kind(
     known_effects=(),
     plots={},
     main_results=(),
+    figure=lambda _mode, result: ("rod_mass_at_pin_kg", result["rod_mass_at_pin_kg"]),
 )

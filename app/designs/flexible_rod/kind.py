@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from pydantic import Field
 
 from app.designs.claims import of_rod
+from app.designs.flexible_rod.cycle_pictures import (
+    forces_over_angle,
+    has_stresses,
+    stress_along_strip,
+    stresses_over_angle,
+)
+from app.designs.flexible_rod.feasible_region import feasible_region, is_design
 from app.designs.flexible_rod.pictures import stability_map
 from app.designs.flexible_rod.reference import check_reference, design_reference
 from app.designs.flexible_rod.request import CheckRequest, DesignRequest, Dimensions
@@ -185,6 +193,23 @@ MAIN_RESULTS = (
 """What an accuracy study judges. Not the place of the worst section, which a flat maximum leaves uncertain by the
 square root of its own error, nor the mean stress, which may pass through zero."""
 
+_FIGURES = {
+    "mass": "mass_g",
+    "friction_power": "friction_power_w",
+    "contact_pressure": "contact_pressure_max_mpa",
+    "side_force": "side_force_max_n",
+    "fatigue_safety": "fatigue_safety",
+    "stability_safety": "stability_safety",
+}
+"""What a result calls an objective."""
+
+
+def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
+    """What a design was after; of a check the mass; of a study none."""
+    name = _FIGURES[result.get("objective", "mass")]
+    return name, None if mode is Mode.ACCURACY else result[name]
+
+
 FLEXIBLE_ROD = Kind(
     slug="flexible-rod",
     title="Flexible rod",
@@ -194,6 +219,19 @@ FLEXIBLE_ROD = Kind(
         Mode.CHECK: Job(CheckRequest, RodResult, run_check, reference=check_reference),
     },
     known_effects=rod.EFFECTS,
-    plots={"stability-map": stability_map},
+    plots={
+        "stability-map": stability_map,
+        "forces-over-angle": forces_over_angle,
+        "stresses-over-angle": stresses_over_angle,
+        "stress-along-strip": stress_along_strip,
+        "feasible-region": feasible_region,
+    },
+    drawn_if={
+        "forces-over-angle": has_stresses,
+        "stresses-over-angle": has_stresses,
+        "stress-along-strip": has_stresses,
+        "feasible-region": is_design,
+    },
     main_results=MAIN_RESULTS,
+    figure=figure,
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -394,6 +395,24 @@ MAIN_RESULTS = (
 """What an accuracy study judges. Not the box's sides or angle, nor the angles of peaks: where the area or the load is
 flat in them they are uncertain by the square root of its own error."""
 
+_FIGURES = {
+    "box_area": "box_area_mm2",
+    "longest_link": "longest_link_mm",
+    "enclosing_radius": "enclosing_radius_mm",
+    "peak_torque": "peak_torque_nm",
+    "pin_force": "pin_force_n",
+    "impact_speed": "impact_speed_m_s",
+    "blow_frequency": "blow_frequency_hz",
+}
+
+
+def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
+    """What a design was after; of a check the longest link, where lengths are known; of a study none."""
+    if mode is Mode.DESIGN:
+        return _FIGURES[result["objective"]], result["value"]
+    return "longest_link_mm", result.get("longest_link_mm")
+
+
 IMPACT_LINKAGE = Kind(
     slug="impact-linkage",
     title="Impact linkage",
@@ -411,4 +430,5 @@ IMPACT_LINKAGE = Kind(
     },
     main_results=MAIN_RESULTS,
     drawn_if={"mechanism": has_size, "transfer": has_transfer, "loads": has_loads, "front": has_front},
+    figure=figure,
 )

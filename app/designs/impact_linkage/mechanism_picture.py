@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.designs.impact_linkage.pictures import bar_of
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, opening
 
 Array = NDArray[np.float64]
 _WIDE, _HIGH, _MARGIN, _TEXT = 560.0, 420.0, 18.0, 26.0
@@ -91,9 +91,7 @@ def mechanism_picture(run: dict[str, Any]) -> str:
     box = result["box_mm"]
     place = _Place(np.hstack([circle, joint, pivots]), math.radians(box["angle_deg"]) if box else 0.0, pad)
     out = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDE:.0f} {place.height:.0f}" role="img" '
-        'class="plot" font-family="system-ui, sans-serif" font-size="13">'
-        "<title>The mechanism to scale in its swept box</title>"
+        opening("The mechanism to scale in its swept box", _WIDE, place.height),
     ]
     wide, high = (place.high - place.low) * place.scale
     left, top = 0.5 * (_WIDE - wide), _MARGIN

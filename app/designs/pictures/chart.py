@@ -17,6 +17,20 @@ LEFT, RIGHT, TOP, BOTTOM = 70, 20, 20, 52
 _LEGEND_ROW = 20
 
 BLUE, RED, GREEN, GREY = "#1a5fb4", "#b3261e", "#1c7c54", "#5b6472"
+_ON_DARK = {BLUE: "#7fb2f0", RED: "#f2958c", GREEN: "#72cfa4", GREY: "#a3abb8"}
+_DARK = "".join(
+    f'[fill="{light}"]{{fill:{dark}}}[stroke="{light}"]{{stroke:{dark}}}' for light, dark in _ON_DARK.items()
+)
+STYLE = f"<style>svg{{color:#1d2430}}@media (prefers-color-scheme:dark){{svg{{color:#e7e9ee}}{_DARK}}}</style>"
+"""The inks of a picture that stands by itself, light and dark: a program that reads no styles keeps the light ones."""
+
+
+def opening(title: str, width: float, height: float, attributes: str = "") -> str:
+    """The begin of a picture: its size, its name for whoever does not see it, its inks."""
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" role="img" class="plot" '
+        f'font-family="system-ui, sans-serif" font-size="13"{attributes}><title>{escape(title)}</title>{STYLE}'
+    )
 
 
 class Scale(Protocol):
@@ -101,15 +115,20 @@ class Chart:
         y_label: str,
         left: int = LEFT,
         legend: Sequence[tuple[str, str]] = (),
+        height: int = HEIGHT,
     ) -> None:
-        self._x, self._y, self._left = x, y, left
-        height = HEIGHT + _LEGEND_ROW * len(legend)
+        self._x, self._y, self._left, self._height = x, y, left, height
+        self.height = height + _LEGEND_ROW * len(legend)
         self._layers = [
-            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" role="img" class="plot" '
-            'font-family="system-ui, sans-serif" font-size="13">',
-            f"<title>{escape(title)}</title>",
+            # Where the axes lie, for a cursor that a page draws.
+            opening(
+                title,
+                WIDTH,
+                self.height,
+                f' data-left="{left}" data-right="{WIDTH - RIGHT}" data-top="{TOP}" data-bottom="{height - BOTTOM}"',
+            )
         ]
-        bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
+        bottom, right = height - BOTTOM, WIDTH - RIGHT
         for value, words in x.ticks():
             at = f"{self._across(value):.1f}"
             self._layers.append(_grid(at, at, TOP, bottom) + _words(at, bottom + 18, words, "middle"))
@@ -118,14 +137,14 @@ class Chart:
             self._layers.append(
                 _grid(left, right, f"{at:.1f}", f"{at:.1f}") + _words(left - 8, f"{at + 4:.1f}", words, "end")
             )
-        middle = (HEIGHT - BOTTOM + TOP) / 2
+        middle = (height - BOTTOM + TOP) / 2
         self._layers += [
-            _words((left + right) / 2, HEIGHT - 10, x_label, "middle"),
+            _words((left + right) / 2, height - 10, x_label, "middle"),
             f'<text transform="translate(16 {middle}) rotate(-90)" text-anchor="middle" fill="currentColor">'
             f"{escape(y_label)}</text>",
         ]
         for number, (name, color) in enumerate(legend):
-            down = HEIGHT + _LEGEND_ROW * (number + 0.5)
+            down = height + _LEGEND_ROW * (number + 0.5)
             self._layers.append(f'<circle cx="{LEFT}" cy="{down:.1f}" r="5" fill="{color}"/>')
             self._layers.append(_words(LEFT + 12, f"{down + 4:.1f}", name, "start", color))
 
@@ -163,14 +182,27 @@ class Chart:
         """The picture."""
         return "".join(self._layers) + "</svg>"
 
+    def inner(self) -> str:
+        """What is drawn, for a picture of several."""
+        return "".join(self._layers[1:])
+
     def _across(self, value: float) -> float:
         return self._left + self._x.place(value) * (WIDTH - self._left - RIGHT)
 
     def _up(self, value: float) -> float:
-        return HEIGHT - BOTTOM - self._y.place(value) * (HEIGHT - TOP - BOTTOM)
+        return self._height - BOTTOM - self._y.place(value) * (self._height - TOP - BOTTOM)
 
     def _path(self, xs: Sequence[float], ys: Sequence[float]) -> str:
         return "M" + "L".join(f"{self._across(x):.1f},{self._up(y):.1f}" for x, y in zip(xs, ys, strict=True))
+
+
+def stacked(title: str, charts: Sequence[Chart]) -> str:
+    """Charts one above the other as one picture."""
+    out, down = [opening(title, WIDTH, sum(chart.height for chart in charts))], 0
+    for chart in charts:
+        out.append(f'<g transform="translate(0 {down})">{chart.inner()}</g>')
+        down += chart.height
+    return "".join(out) + "</svg>"
 
 
 def _words(x: object, y: object, words: str, anchor: str, color: str = "currentColor") -> str:

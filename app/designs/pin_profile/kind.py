@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from app.designs.claims import Claim, of_pin
 from app.designs.kind import Answer, Job, Kind, Mode
-from app.designs.pin_profile.pictures import bore_picture, forces_picture, load_family, stress_picture
+from app.designs.pin_profile.pictures import (
+    bore_picture,
+    forces_picture,
+    has_ring,
+    load_family,
+    ring_picture,
+    stress_picture,
+)
 from app.designs.pin_profile.reference import check_reference, design_reference
 from app.designs.pin_profile.request import CheckRequest, DesignRequest
 from app.designs.pin_profile.result import (
@@ -98,6 +106,12 @@ of the mass's own error."""
 GIVEN_RESULTS = ("ovalization_um", "ring_stresses_mpa.inner_side", "ring_stresses_mpa.outer_top")
 """They follow the bore in the middle."""
 
+
+def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
+    """The mass; of a study none."""
+    return "mass_g", None if mode is Mode.ACCURACY else result["mass_g"]
+
+
 PIN_PROFILE = Kind(
     slug="pin-profile",
     title="Piston pin",
@@ -113,8 +127,11 @@ PIN_PROFILE = Kind(
         "bore": bore_picture,
         "forces": forces_picture,
         "stress": stress_picture,
+        "ring": ring_picture,
         "load-family": load_family,
     },
+    drawn_if={"ring": has_ring},
     main_results=MAIN_RESULTS,
     given_results=GIVEN_RESULTS,
+    figure=figure,
 )

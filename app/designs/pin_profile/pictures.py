@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around, opening, stacked
 from solvers import pin
 from solvers.pin.capacity import force_limit
 from solvers.pin.family import load_sweep
@@ -34,8 +35,7 @@ def bore_picture(run: dict[str, Any]) -> str:
         return f"{_MARGIN + place * scale:.2f},{middle - radius * scale:.2f}"
 
     out = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH:.0f} {height:.0f}" role="img" class="plot" '
-        'font-family="system-ui, sans-serif" font-size="13"><title>The pin cut along its axis, to scale</title>'
+        opening("The pin cut along its axis, to scale", _WIDTH, height),
     ]
     for sign in (1.0, -1.0):
         inner = "L".join(at(p, sign * 0.5 * d) for p, d in zip(reversed(x), reversed(bore), strict=True))
@@ -60,15 +60,72 @@ def bore_picture(run: dict[str, Any]) -> str:
 
 
 def forces_picture(run: dict[str, Any]) -> str:
-    """SVG of bending moment and shear force along the pin, each relative to its greatest value."""
+    """SVG of bending moment and shear force along the pin, one above the other, each in its unit."""
     x, moment, shear = _columns(run, "x_mm", "moment_nmm", "shear_n")
-    most_moment, most_shear = max(map(abs, moment)) or 1.0, max(map(abs, shear)) or 1.0
-    chart = Chart("Internal forces", Linear(0.0, x[-1]), Linear(-1.1, 1.1), "x, mm", "relative to the greatest")
-    chart.line(x, [value / most_moment for value in moment], BLUE)
-    chart.line(x, [value / most_shear for value in shear], RED)
-    chart.words(0.36 * x[-1], 0.62, f"moment, to {most_moment / 1e3:.4g} N·m", BLUE)
-    chart.words(0.02 * x[-1], -0.8, f"shear, to {most_shear / 1e3:.4g} kN", RED)
-    return chart.svg()
+    along = Linear(0.0, x[-1])
+    tables = (
+        ([value / 1e3 for value in moment], "moment M, N·m", BLUE),
+        ([value / 1e3 for value in shear], "shear Q, kN", RED),
+    )
+    charts = []
+    for values, words, color in tables:
+        chart = Chart(words, along, around([0.0, *values]), "x, mm", words, height=230)
+        chart.line([0.0, x[-1]], [0.0, 0.0], GREY, dashes="2 4")
+        chart.area([0.0, *x, x[-1]], [0.0, *values, 0.0], color)
+        chart.line(x, values, color)
+        charts.append(chart)
+    return stacked("Bending moment and shear force along the pin", charts)
+
+
+def has_ring(run: dict[str, Any]) -> bool:
+    return run["result"]["ring_stresses_mpa"] is not None
+
+
+def ring_picture(run: dict[str, Any]) -> str:
+    """SVG of the section in the middle of the pin, round and as the load presses it, many times exaggerated, with the
+    hoop stresses of its four places."""
+    result = run["result"]
+    stresses = result["ring_stresses_mpa"]
+    outer, bore = result["outer_mid_mm"], result["bore_mid_mm"]
+    wide, high, middle = _WIDTH, 380.0, (0.5 * _WIDTH, 190.0)
+    scale = 120.0 / (0.5 * outer)
+    squeeze = 12.0 / scale  # The exaggerated change of the radius, the same for every pin.
+    out = [opening("Hoop stress of the ring in the middle of the pin", wide, high)]
+    turn = [2.0 * math.pi * n / 120 for n in range(120)]
+
+    def ring(radius: float, by: float) -> str:
+        points = [(radius + by * math.cos(2.0 * a)) * scale for a in turn]
+        places = (
+            f"{middle[0] + r * math.cos(a):.1f},{middle[1] + r * math.sin(a):.1f}"
+            for a, r in zip(turn, points, strict=True)
+        )
+        return "M" + "L".join(places) + "Z"
+
+    pressed = ring(0.5 * outer, squeeze) + ring(0.5 * bore, squeeze)
+    out.append(f'<path d="{pressed}" fill="{BLUE}" fill-opacity="0.25" fill-rule="evenodd" stroke="{BLUE}"/>')
+    for radius in (0.5 * outer, 0.5 * bore):
+        out.append(f'<path d="{ring(radius, 0.0)}" fill="none" stroke="{GREY}" stroke-dasharray="4 4"/>')
+    for down in (-1.0, 1.0):
+        begin, end = middle[1] + down * 172.0, middle[1] + down * 126.0
+        out.append(
+            f'<path d="M{middle[0]:.0f},{begin:.0f}V{end:.0f}m-6,{8 * down:.0f}l6,{-8 * down:.0f}l6,{8 * down:.0f}" '
+            f'fill="none" stroke="{RED}" stroke-width="2.5"/>'
+        )
+    right = middle[0] + 140.0
+    told = (
+        ("under the load", "outer_top", "inner_top", 40.0),
+        ("at the side", "outer_side", "inner_side", 182.0),
+    )
+    for words, outside, inside, top in told:
+        lines = (words, f"outside {stresses[outside]:+.4g} MPa", f"inside {stresses[inside]:+.4g} MPa")
+        for row, line in enumerate(lines):
+            out.append(f'<text x="{right:.0f}" y="{top + 18 * row:.0f}" fill="currentColor">{line}</text>')
+    if result["ovalization_um"] is not None:
+        out.append(
+            f'<text x="16" y="40" fill="currentColor">ovalized by {result["ovalization_um"]:.4g} µm</text>'
+            f'<text x="16" y="58" fill="{GREY}">drawn exaggerated</text>'
+        )
+    return "".join(out) + "</svg>"
 
 
 def stress_picture(run: dict[str, Any]) -> str:
@@ -78,8 +135,8 @@ def stress_picture(run: dict[str, Any]) -> str:
     allowable = run["spec"]["material"]["allowable_stress_mpa"]
     chart = Chart(
         "Equivalent stress",
-        around([0.0, *x], 0.0),
-        around([0.0, allowable, *stress]),
+        Linear(0.0, run["result"]["profile"][-1]["x_mm"]),
+        Linear(0.0, 1.08 * max(allowable, *stress)),
         "x, mm",
         "equivalent stress, MPa",
     )

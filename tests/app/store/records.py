@@ -29,6 +29,8 @@ def make_record(x: float = 1.0, **changes: object) -> RunRecord:
         solver_version="0.1.0",
         verdict=b'{"holds":true}',
         holds=True,
+        figure_name="fatigue_safety",
+        figure=2.7,
     )
     return replace(record, **changes)  # type: ignore[arg-type]
 

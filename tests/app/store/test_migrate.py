@@ -63,7 +63,8 @@ def stepped(url: str, revision: str) -> None:
 
 
 def test_a_run_of_before_verdicts_stays_whole_and_has_none(empty_database_url: str) -> None:
-    old, new = make_record(verdict=None, holds=None), make_record(verdict=b'{"holds":false}', holds=False)
+    old = make_record(verdict=None, holds=None, figure_name=None, figure=None)
+    new = make_record(verdict=b'{"holds":false}', holds=False)
 
     async def kept(*records):
         with RunStore(empty_database_url) as store:
@@ -77,7 +78,7 @@ def test_a_run_of_before_verdicts_stays_whole_and_has_none(empty_database_url: s
     engine = make_engine(empty_database_url)
     assert "verdict" not in {column["name"] for column in inspect(engine).get_columns("runs")}
     engine.dispose()
-    stepped(empty_database_url, "0002")
+    upgrade(empty_database_url)
     assert asyncio.run(kept(new)) == (old, [new.id])
     assert verify(empty_database_url).sound
     # Down loses verdicts, which the hashes of their rows say; up again is the newest schema.

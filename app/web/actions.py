@@ -1,0 +1,81 @@
+"""What is begun from a run's page: a study, the same with an effect switched or to stock, an end before its time."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Form, Request, Response
+from fastapi.responses import RedirectResponse
+
+from app.api.bodies import parse
+from app.designs.kind import Mode
+from app.designs.registry import KINDS, job_of, modes_of
+from app.errors import Problem
+from app.submission import Service
+from app.web.effects import switched
+from app.web.run_pages import run_of
+from app.web.stock import rounded, stock_offer
+
+router = APIRouter(include_in_schema=False)
+
+
+async def _begun(request: Request, run: dict[str, Any], mode: Mode, spec: dict[str, Any]) -> str:
+    """The id of a new run of the same kind: a design goes on in the background, where it can be watched and ended."""
+    service: Service = request.app.state.service
+    kind = KINDS[run["kind"]]
+    asked = parse(job_of(kind, mode).request, json.dumps(spec).encode())
+    begin = service.submit_later if mode in (Mode.DESIGN, Mode.ACCURACY) else service.submit
+    return (await begin(kind, mode, asked, None, "")).run_id
+
+
+def _to(path: str) -> Response:
+    return RedirectResponse(path, status_code=303)
+
+
+@router.post("/runs/{run_id}/accuracy")
+async def study_accuracy(request: Request, run_id: str) -> Response:
+    """Begin to study what accuracy costs for the case of a stored run, and go to the page where it shows."""
+    run = await run_of(request, run_id)
+    kind = KINDS[run["kind"]]
+    if run["mode"] not in kind.jobs or Mode.ACCURACY not in modes_of(kind):
+        raise Problem(409, "Nothing to study", "the accuracy of this run is no choice")
+    return _to(f"/runs/{await _begun(request, run, Mode.ACCURACY, {'spec': run['spec']})}")
+
+
+@router.post("/runs/{run_id}/effects")
+async def switch_effect(
+    request: Request,
+    run_id: str,
+    name: Annotated[str, Form(max_length=64)],
+    state: Annotated[Literal["on", "off"], Form()],
+) -> Response:
+    """The same once more with one effect on or off."""
+    run = await run_of(request, run_id)
+    if run["mode"] not in KINDS[run["kind"]].jobs:
+        raise Problem(409, "Nothing to switch", "effects are those of a design, a check or an analysis")
+    return _to(f"/runs/{await _begun(request, run, Mode(run['mode']), switched(run, name, state == 'on'))}")
+
+
+@router.post("/runs/{run_id}/stock")
+async def to_stock(
+    request: Request,
+    run_id: str,
+    sizes: Annotated[str, Form(max_length=5000)],
+    width: Annotated[str, Form(max_length=40)] = "",
+    length: Annotated[str, Form(max_length=40)] = "",
+) -> Response:
+    """The strip once more from sizes that are to be had, beside the free one: the price of what can be bought."""
+    run = await run_of(request, run_id)
+    if stock_offer(run) is None:
+        raise Problem(409, "Nothing to round", "only a found strip without a stock of its own is rounded")
+    begun = await _begun(request, run, Mode.DESIGN, rounded(run, sizes, width, length))
+    return _to(f"/runs/compare?a={run_id}&b={begun}")
+
+
+@router.post("/runs/{run_id}/cancel")
+async def cancel(request: Request, run_id: str) -> Response:
+    """End a queued or running run, and stay on its page."""
+    service: Service = request.app.state.service
+    await service.cancel(run_id)
+    return _to(f"/runs/{run_id}")

@@ -1,0 +1,97 @@
+"""Two runs side by side: verdicts, the inputs that differ, and results with their difference."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from app.web.fields import split_unit
+from app.web.inputs import Input, differing
+
+_SAME = 1e-12
+"""Numbers that differ by less, relative to the greater one, are the same."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A result in both runs; ``change`` is what b has more than a, in words, empty where there is no number to it."""
+
+    words: str
+    unit: str
+    a: str
+    b: str
+    change: str
+
+
+@dataclass(frozen=True)
+class Comparison:
+    inputs: list[tuple[Input, str, str]]
+    results: list[Row]
+    margins: list[Row]
+
+
+def compare(a: Mapping[str, Any], b: Mapping[str, Any]) -> Comparison:
+    """What differs between two runs of one kind."""
+    return Comparison(differing(a, b), _results(a["result"] or {}, b["result"] or {}), _margins(a, b))
+
+
+def _results(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[Row]:
+    left, right = dict(_numbers(a)), dict(_numbers(b))
+    return [_row(name, left.get(name), right.get(name)) for name in [*left, *(n for n in right if n not in left)]]
+
+
+def _numbers(result: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    """Single values of a result, those of its small groups (dimensions, lengths) too."""
+    found = []
+    for name, value in result.items():
+        if isinstance(value, dict) and name not in ("certificate", "closure", "series", "cycle", "front"):
+            unit = name.rpartition("_")[2] if split_unit(name)[1] else ""
+            inner = {n: v for n, v in value.items() if isinstance(v, (int, float)) and not isinstance(v, bool)}
+            found += [(f"{n}_{unit}" if unit and not split_unit(n)[1] else n, v) for n, v in inner.items()]
+        elif isinstance(value, (bool, int, float)):
+            found.append((name, value))
+    return sorted(found, key=lambda item: item[0] not in ("b_mm", "h_mm", "l_mm"))
+
+
+def _row(name: str, a: Any, b: Any) -> Row:
+    words, unit = split_unit(name)
+    return Row(words, unit, _told(a), _told(b), difference(a, b))
+
+
+def difference(a: Any, b: Any) -> str:
+    """What b has more than a, absolute and in per cent."""
+    if any(isinstance(v, bool) or not isinstance(v, (int, float)) for v in (a, b)):
+        return ""
+    if math.isclose(a, b, rel_tol=_SAME, abs_tol=1e-300):
+        return "the same"
+    share = f" ({100.0 * (b - a) / abs(a):+.3g} %)" if a else ""
+    return f"{b - a:+.4g}{share}"
+
+
+def _told(value: Any) -> str:
+    if value is None:
+        return "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.6g}"
+
+
+def _margins(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[Row]:
+    """Criteria by their words, with what each run reaches."""
+    sides = [{c["label"]: c for c in (run["verdict"] or {"criteria": []})["criteria"]} for run in (a, b)]
+    rows = []
+    for words in [*sides[0], *(n for n in sides[1] if n not in sides[0])]:
+        left, right = (side.get(words) for side in sides)
+        unit = (left or right)["unit"]
+        values = [side and side["reached"] for side in (left, right)]
+        rows.append(Row(words, unit, *(_criterion(side) for side in (left, right)), difference(*values)))
+    return rows
+
+
+def _criterion(found: Mapping[str, Any] | None) -> str:
+    if found is None:
+        return "not judged"
+    reached = "none" if found["reached"] is None else f"{found['reached']:.4g}"
+    return f"{reached} of {found['required']:.4g}, {'holds' if found['holds'] else 'does not hold'}"

@@ -1,0 +1,90 @@
+"""What the form above the list of runs asks for, read from the query."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, date, datetime, timedelta
+from urllib.parse import urlencode
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+from app.store.record import RunFilter, RunOrder, RunStatus
+
+FIELDS = ("kind", "mode", "status", "holds", "text", "since", "until", "order")
+ORDERS = {
+    RunOrder.NEWEST: "newest first",
+    RunOrder.OLDEST: "oldest first",
+    RunOrder.NAME: "by name",
+    RunOrder.LEAST: "by figure, least first",
+    RunOrder.GREATEST: "by figure, greatest first",
+}
+CHOICES: dict[str, dict[str, str]] = {
+    "kind": {slug: kind.title for slug, kind in KINDS.items()},
+    "mode": {str(mode): str(mode) for mode in Mode},
+    "status": {str(status): str(status) for status in RunStatus},
+    "holds": {"true": "holds", "false": "does not hold"},
+    "order": {str(order): words for order, words in ORDERS.items()},
+}
+_LONGEST_TEXT = 200
+
+
+@dataclass(frozen=True)
+class Listing:
+    """The filter and the order; ``given`` is what the form shows again, ``errors`` what was wrong, by field."""
+
+    wanted: RunFilter
+    order: RunOrder
+    cursor: str | None
+    given: Mapping[str, str]
+    errors: Mapping[str, str]
+
+    @property
+    def choices(self) -> Mapping[str, Mapping[str, str]]:
+        return CHOICES
+
+    @property
+    def filtered(self) -> bool:
+        """Whether anything but the order restricts the list."""
+        return any(name != "order" for name in self.given)
+
+    def link(self, **more: str) -> str:
+        """The same list with other parameters."""
+        found = {**self.given, **more}
+        return "/runs" + ("?" + urlencode(found) if found else "")
+
+
+def asked_of(query: Mapping[str, str]) -> Listing:
+    """The listing that a query asks for; a value that cannot be is told and restricts nothing."""
+    given = {name: query[name].strip() for name in FIELDS if query.get(name, "").strip()}
+    errors = {
+        name: "is none of " + ", ".join(CHOICES[name])
+        for name in CHOICES
+        if name in given and given[name] not in CHOICES[name]
+    }
+    days: dict[str, datetime] = {}
+    for name in ("since", "until"):
+        if name in given:
+            try:
+                days[name] = datetime.combine(date.fromisoformat(given[name]), datetime.min.time(), UTC)
+            except ValueError:
+                errors[name] = "is no date such as 2026-01-31"
+    if len(given.get("text", "")) > _LONGEST_TEXT or "\0" in given.get("text", ""):
+        errors["text"] = f"is at most {_LONGEST_TEXT} characters"
+    sound = {name: value for name, value in given.items() if name not in errors}
+    # The filters exclude their ends, so a day begins just before midnight and ends at the next one.
+    wanted = RunFilter(
+        kind=sound.get("kind"),
+        mode=sound.get("mode"),
+        status=sound.get("status"),
+        created_after=days["since"] - timedelta(microseconds=1) if "since" in days else None,
+        created_before=_next_day(days.get("until")),
+        holds={"true": True, "false": False}.get(sound.get("holds", "")),
+        text=sound.get("text"),
+    )
+    order = RunOrder(sound.get("order", RunOrder.NEWEST))
+    return Listing(wanted, order, query.get("cursor") or None, given, errors)
+
+
+def _next_day(day: datetime | None) -> datetime | None:
+    return None if day is None or day.year == date.max.year else day + timedelta(days=1)

@@ -1,0 +1,119 @@
+"""The page of a run, two runs side by side, and the list of all."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query, Request
+from fastapi.responses import HTMLResponse
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS, modes_of, plots_for
+from app.store.errors import UnknownRun
+from app.store.record import OPEN_STATUSES, RunFilter, RunStatus
+from app.submission import Service
+from app.web.captions import captioned
+from app.web.comparison import compare
+from app.web.effects import effect_rows
+from app.web.inputs import groups
+from app.web.listing import Listing, asked_of
+from app.web.rendering import page
+from app.web.shaping import sentences
+from app.web.stock import stock_offer
+
+router = APIRouter(include_in_schema=False)
+_ON_A_PAGE = 50
+_SAID_ELSEWHERE = ("value", "value_unit")
+"""Results that stand on the page under a better name."""
+
+
+async def run_of(request: Request, run_id: str) -> dict[str, Any]:
+    """A run as its JSON tells it. Raises UnknownRun."""
+    service: Service = request.app.state.service
+    return json.loads(await service.shown(run_id))
+
+
+@router.get("/runs")
+async def listing(request: Request) -> HTMLResponse:
+    """Runs that satisfy what the form above them asks for, page by page."""
+    service: Service = request.app.state.service
+    asked = asked_of(request.query_params)
+    found = await service.store.list_runs(asked.wanted, asked.cursor, _ON_A_PAGE, asked.order)
+    return page(
+        request, "runs.html", 422 if asked.errors else 200, asked=asked, runs=found.items, **_paging(asked, found)
+    )
+
+
+def _paging(asked: Listing, found: Any) -> dict[str, str | None]:
+    return {
+        "next_page": found.next_cursor and asked.link(cursor=found.next_cursor),
+        "first_page": asked.link() if asked.cursor else None,
+    }
+
+
+@router.get("/runs/compare")
+async def comparison(
+    request: Request,
+    a: str | None = None,
+    b: str | None = None,
+    run: Annotated[list[str] | None, Query(max_length=10)] = None,
+) -> HTMLResponse:
+    """Two runs of one kind side by side; with one of them, what it can be compared with."""
+    service: Service = request.app.state.service
+    ids = [each for each in (a, b, *(run or ())) if each]
+    try:
+        found = [await run_of(request, each) for each in ids[:2]]
+    except UnknownRun:
+        return page(request, "missing.html", 404)
+    if len(ids) == 2 and found[0]["kind"] == found[1]["kind"]:
+        return page(request, "compare.html", a=found[0], b=found[1], compared=compare(*found))
+    kind = found[0]["kind"] if found else None
+    others = await service.store.list_runs(RunFilter(kind=kind), None, _ON_A_PAGE)
+    chosen = found[0] if found else None
+    kinds_differ = len(found) == 2
+    return page(
+        request,
+        "choose.html",
+        422 if kinds_differ or len(ids) > 2 else 200,
+        chosen=chosen,
+        runs=[each for each in others.items if chosen is None or each.id != chosen["id"]],
+        kinds_differ=kinds_differ,
+        too_many=len(ids) > 2,
+    )
+
+
+@router.get("/runs/{run_id}")
+async def run_page(request: Request, run_id: str) -> HTMLResponse:
+    """One run: whether it holds, its numbers, what shaped them, its pictures, and what can be done with it."""
+    try:
+        run = await run_of(request, run_id)
+    except UnknownRun:
+        return page(request, "missing.html", 404)
+    kind, result = KINDS[run["kind"]], run["result"] or {}
+    numbers = {
+        name: value
+        for name, value in result.items()
+        if isinstance(value, (int, float, str)) and not isinstance(value, bool) and name not in _SAID_ELSEWHERE
+    }
+    if "worst_fibre" in numbers:
+        numbers["worst_fibre"] = "outer, +h/2" if numbers["worst_fibre"] > 0 else "inner, −h/2"
+    succeeded = run["status"] == RunStatus.SUCCEEDED
+    own = run["mode"] in kind.jobs
+    return page(
+        request,
+        "run.html",
+        run=run,
+        kind=kind,
+        result=result,
+        numbers=numbers,
+        open=run["status"] in OPEN_STATUSES,
+        plots=captioned(run["kind"], plots_for(kind, run)) if succeeded else [],
+        studied=own and succeeded and Mode.ACCURACY in modes_of(kind),
+        again=own,
+        inputs=groups(run),
+        shaped=sentences(result),
+        effects=effect_rows(kind, run),
+        switchable=own and run["status"] not in OPEN_STATUSES,
+        stock=stock_offer(run),
+    )

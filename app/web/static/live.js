@@ -1,0 +1,17 @@
+// Follows runs under way: shows how far they are, and loads the page again once one has ended.
+for (const place of document.querySelectorAll("[data-live]")) {
+  const bar = place.querySelector("progress"), words = place.querySelector(".doing");
+  const look = async () => {
+    try {
+      const run = await (await fetch(place.dataset.live)).json();
+      if (run.status !== "queued" && run.status !== "running") return location.reload();
+      if (run.progress && bar) {
+        bar.max = run.progress.of;
+        bar.value = run.progress.done;
+        words.textContent = `${run.progress.done} of at most ${run.progress.of} solutions, now ${run.progress.doing}.`;
+      }
+    } catch { /* The service may be starting anew: look again. */ }
+    setTimeout(look, 700);
+  };
+  setTimeout(look, 500);
+}

@@ -1,0 +1,27 @@
+"""The figure that matters of a run, by which a listing is sorted: what a design was after, a part's mass.
+
+Null of runs made before, and of what has none. Going down drops it, and the row hash then says that something is lost.
+"""
+
+from __future__ import annotations
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0003"
+down_revision = "0002"
+branch_labels = None
+depends_on = None
+
+
+def upgrade() -> None:
+    op.add_column("runs", sa.Column("figure_name", sa.String(64)))
+    op.add_column("runs", sa.Column("figure", sa.Float))
+    given = sa.text("figure IS NOT NULL")
+    op.create_index("ix_runs_figure_id", "runs", ["figure", "id"], sqlite_where=given, postgresql_where=given)
+
+
+def downgrade() -> None:
+    op.drop_index("ix_runs_figure_id", table_name="runs")
+    op.drop_column("runs", "figure")
+    op.drop_column("runs", "figure_name")

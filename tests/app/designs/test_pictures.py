@@ -1,0 +1,62 @@
+"""Pictures show what the results say."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from app.designs.crank_dynamics.pictures import indicator_diagram
+from app.designs.flexible_rod.cycle_pictures import _fibres, _turn
+from app.designs.kind import Mode
+from app.designs.pictures.contours import inside, level_lines
+from app.designs.registry import KINDS
+
+
+def run_of(slug: str, mode: Mode) -> dict:
+    kind = KINDS[slug]
+    request = kind.jobs[mode].request.model_validate(kind.example(mode))
+    answer = kind.jobs[mode].run(request)
+    return {"mode": mode, "spec": request.model_dump(mode="json"), "result": answer.result, "effects": answer.effects}
+
+
+def test_the_drawn_turn_of_a_strip_has_the_stresses_of_its_check():
+    run = run_of("flexible-rod", Mode.CHECK)
+    request, turn = _turn(run)
+    result = run["result"]
+    fibre = _fibres(request, turn, np.array([1e-3 * result["worst_section_mm"]]))[(1 - result["worst_fibre"]) // 2][0]
+    assert 0.5 * (fibre.max() - fibre.min()) == pytest.approx(result["stress_amplitude_mpa"], rel=1e-4)
+    assert 0.5 * (fibre.max() + fibre.min()) == pytest.approx(result["stress_mean_mpa"], rel=1e-4)
+    assert turn.force.min() == pytest.approx(result["axial_force_min_n"], rel=1e-4)
+    # Drawn at whole degrees, between which the greatest may lie.
+    assert np.abs(turn.shape.side_force()).max() == pytest.approx(result["side_force_max_n"], rel=1e-3)
+
+
+def test_the_indicator_diagram_has_the_volumes_of_the_cylinder():
+    run = run_of("crank-dynamics", Mode.ANALYSIS)
+    cylinder, stroke = run["spec"]["cylinder"], run["result"]["stroke_mm"]
+    swept = 1e-3 * 0.25 * math.pi * cylinder["bore_mm"] ** 2 * stroke
+    path = indicator_diagram(run).rpartition(' d="M')[2].partition('"')[0]
+    across = [float(point.split(",")[0]) for point in path.split("L")]
+    # The axis reaches from below zero to beyond the greatest volume, a sixteenth more on either side.
+    most = cylinder["clearance_volume_cm3"] + swept
+    place = lambda volume: 70 + 470 * (volume + 0.06 * most) / (1.12 * most)  # noqa: E731
+    assert min(across) == pytest.approx(place(cylinder["clearance_volume_cm3"]), abs=0.1)
+    assert max(across) == pytest.approx(place(most), abs=0.1)
+
+
+def test_regions_and_their_lines_are_those_of_a_circle():
+    x, y = np.meshgrid(np.linspace(-2.0, 2.0, 81), np.linspace(-2.0, 2.0, 81))
+    values = 1.0 - np.hypot(x, y)
+
+    def area(xs, ys):
+        return 0.5 * abs(np.dot(xs, np.roll(ys, 1)) - np.dot(ys, np.roll(xs, 1)))
+
+    assert sum(area(*polygon) for polygon in inside(x, y, values)) == pytest.approx(math.pi, rel=2e-3)
+    (line,) = level_lines(x, y, values)
+    assert np.allclose(np.hypot(*line), 1.0, atol=1e-3)
+    assert (line[0][0], line[1][0]) == (line[0][-1], line[1][-1])
+    values[40, 40:] = np.nan
+    (open_line,) = level_lines(x, y, values)
+    assert len(open_line[0]) < len(line[0])

@@ -1,0 +1,217 @@
+"""Run pages, the list of runs and comparisons, as the service answers them."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+
+HTML = {"accept": "text/html"}
+
+
+def made(client, path: str, body: dict) -> dict:
+    answer = client.post(f"/api/v1/{path}", json=body)
+    assert answer.status_code == 201, answer.text
+    return answer.json()
+
+
+def example(kind: str, mode: Mode, **changes: object) -> dict:
+    return {**KINDS[kind].example(mode), **changes}
+
+
+def ended(client, at: str) -> dict:
+    deadline = time.monotonic() + 60
+    while (run := client.get(f"/api/v1{at}").json())["status"] in ("queued", "running"):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    return run
+
+
+@pytest.fixture(scope="module")
+def pins(client) -> list[dict]:
+    force = (15000.0, 12000.0, 9000.0)
+    return [
+        made(client, "checks/pin-profile", example("pin-profile", Mode.CHECK, name=f"Listed {n}", load={"force_n": f}))
+        for n, f in enumerate(force)
+    ]
+
+
+def listed(page: str, pins: list[dict]) -> list[int]:
+    """Which of the pins a page lists, in its order."""
+    places = {n: page.find(f'href="/runs/{pin["id"]}"') for n, pin in enumerate(pins)}
+    return sorted((n for n, at in places.items() if at >= 0), key=places.__getitem__)
+
+
+@pytest.mark.parametrize(
+    ("query", "expected"),
+    [
+        ("text=lIsTeD", [2, 1, 0]),
+        ("text=listed&order=oldest", [0, 1, 2]),
+        ("text=listed&order=name", [0, 1, 2]),
+        ("text=Listed 1&kind=pin-profile&mode=check&holds=true&status=succeeded", [1]),
+        ("text=listed&holds=false", []),
+        ("text=listed&since=2020-01-01&until=2120-01-01", [2, 1, 0]),
+        ("text=listed&until=2020-01-01", []),
+        ("text=%25", []),
+    ],
+)
+def test_the_list_is_filtered_and_sorted(client, pins, query, expected):
+    page = client.get(f"/runs?{query}")
+    assert page.status_code == 200
+    assert listed(page.text, pins) == expected
+
+
+def test_the_list_goes_on_where_it_ended_in_every_order(client, pins):
+    for order in ("newest", "oldest", "name", "least", "greatest"):
+        seen, cursor = [], None
+        while True:
+            query = {"order": order, "limit": 2, "text": "Listed"} | ({"cursor": cursor} if cursor else {})
+            answer = client.get("/api/v1/runs", params=query).json()
+            seen += [item["id"] for item in answer["items"]]
+            cursor = answer["next_cursor"]
+            if cursor is None:
+                break
+        assert sorted(seen) == sorted(pin["id"] for pin in pins), order
+        figures = [pin["figure"]["value"] for run in seen for pin in pins if pin["id"] == run]
+        assert order not in ("least", "greatest") or figures == sorted(figures, reverse=order == "greatest")
+
+
+def test_a_filter_that_cannot_be_is_told_at_its_field(client):
+    page = client.get("/runs?status=done&since=yesterday")
+    assert page.status_code == 422
+    assert 'id="filter-status-error"' in page.text
+    assert 'id="filter-since-error"' in page.text
+    assert client.get("/api/v1/runs?status=done").status_code == 422
+
+
+def test_the_key_figure_is_in_every_row(client, pins):
+    mass = pins[0]["result"]["mass_g"]
+    assert pins[0]["figure"] == {"name": "mass_g", "value": mass}
+    assert f"{mass:.4g} g" in client.get("/runs?text=Listed 0").text
+
+
+def test_two_runs_are_compared(client, pins):
+    page = client.get(f"/runs/compare?a={pins[0]['id']}&b={pins[2]['id']}").text
+    assert "15000 N" in page and "9000 N" in page
+    assert "(-40 %)" in page
+    assert page.count('class="verdict holds"') == 2
+    assert "None: both were asked the same" in client.get(f"/runs/compare?run={pins[0]['id']}&run={pins[0]['id']}").text
+
+
+def test_runs_of_different_kinds_are_not_compared(client, pins):
+    other = made(client, "checks/impact-linkage", example("impact-linkage", Mode.CHECK))
+    assert client.get(f"/runs/compare?a={pins[0]['id']}&b={other['id']}").status_code == 422
+    assert client.get(f"/runs/compare?a={pins[0]['id']}&b=none").status_code == 404
+    alone = client.get(f"/runs/compare?a={pins[0]['id']}")
+    assert f"/runs/compare?a={pins[0]['id']}&amp;b={pins[1]['id']}" in alone.text
+
+
+def test_a_run_page_says_what_was_asked_and_what_shaped_it(client, design_request):
+    run = made(client, "designs/flexible-rod", design_request)
+    page = client.get(f"/runs/{run['id']}").text
+    assert page.index('class="verdict') < page.index("<h2>Pictures")
+    sensitivity = {item["name"]: item["sensitivity"] for item in run["result"]["active_constraints"]}
+    assert f"1 % less fatigue safety required saves {sensitivity['min_fatigue_safety']:.2g} % mass" in page
+    assert f"1 % more width saves {-sensitivity['b_upper']:.2g} % mass" in page
+    assert '<dt title="revolutions per second">speed</dt><dd>50 Hz</dd>' in page
+    for plot in run["links"]["plots"].values():
+        picture = client.get(plot)
+        assert picture.status_code == 200 and "prefers-color-scheme:dark" in picture.text, plot
+
+    # To stock: the same strip from sizes that are to be had, with its price.
+    sent = {"sizes": "0.4 0.42 0,45", "width": "0.5", "length": "0,5"}
+    answer = client.post(f"/runs/{run['id']}/stock", data=sent, follow_redirects=False)
+    assert answer.status_code == 303
+    rounded = ended(client, f"/runs/{answer.headers['location'].rpartition('b=')[2]}")
+    assert rounded["result"]["dimensions"]["h_mm"] in (0.4, 0.42, 0.45)
+    assert rounded["result"]["mass_g"] > run["result"]["mass_g"]
+    more = 100.0 * (rounded["result"]["mass_g"] / run["result"]["mass_g"] - 1.0)
+    assert f"{more:+.3g} %" in client.get(answer.headers["location"]).text
+    assert client.post(f"/runs/{run['id']}/stock", data=sent | {"sizes": "thick"}).status_code == 422
+
+
+def test_an_effect_is_switched_into_a_new_run(client, pins):
+    at = f"/runs/{pins[0]['id']}/effects"
+    answer = client.post(at, data={"name": "shear_deflection", "state": "off"}, follow_redirects=False)
+    assert answer.status_code == 303
+    run = client.get(f"/api/v1{answer.headers['location']}").json()
+    assert run["spec"]["effects"] == {"include": [], "exclude": ["shear_deflection"]}
+    assert {e["name"]: e["state"] for e in run["effects"]}["shear_deflection"] == "skipped"
+    back = client.post(f"/runs/{run['id']}/effects", data={"name": "shear_deflection", "state": "on"})
+    assert "active" in back.text
+    assert client.post(at, data={"name": "no_such", "state": "on"}).status_code == 422
+    assert client.post(at, data={"name": "shear_deflection", "state": "maybe"}).status_code == 422
+
+
+def test_a_run_under_way_is_cancelled_once_and_stays(client):
+    study = {"spec": example("impact-linkage", Mode.DESIGN), "study_budget_s": 60.0}
+    answer = client.post("/api/v1/accuracy/impact-linkage", json=study, headers={"prefer": "respond-async"})
+    at = answer.headers["location"]
+    cancelled = client.delete(at)
+    assert cancelled.status_code == 200
+    assert cancelled.json()["status"] == "cancelled"
+    again = client.delete(at)
+    assert again.status_code == 409
+    assert "cancelled" in again.json()["detail"]
+    # The worker is free again, and the run's end is not written over.
+    made(client, "checks/pin-profile", example("pin-profile", Mode.CHECK, name="after the end of another"))
+    assert client.get(at).json()["status"] == "cancelled"
+    assert client.delete("/api/v1/runs/none").status_code == 404
+
+
+def test_what_is_not_there_is_a_page_for_people_and_a_problem_for_programs(client):
+    page = client.get("/no/such/page", headers=HTML)
+    assert page.status_code == 404
+    assert "<h1>Not Found</h1>" in page.text and "default-src 'self'" in page.headers["content-security-policy"]
+    assert client.get("/no/such/page").headers["content-type"] == "application/problem+json"
+    at_api = client.get("/api/v1/runs/none", headers=HTML)
+    assert at_api.headers["content-type"] == "application/problem+json"
+
+
+def test_a_fault_of_the_service_is_a_page_too(client, monkeypatch):
+    async def broken(*_):
+        raise RuntimeError("the disk is gone")
+
+    monkeypatch.setattr(type(client.app.state.service.store), "list_runs", broken)
+    page = client.get("/", headers=HTML)
+    assert page.status_code == 500
+    assert "<h1>Something went wrong</h1>" in page.text and "disk" not in page.text
+
+
+def test_text_is_compressed_and_the_icon_is_there(client, pins):
+    assert client.get("/runs", headers={"accept-encoding": "gzip"}).headers["content-encoding"] == "gzip"
+    icon = client.get("/static/favicon.svg")
+    assert icon.headers["content-type"] == "image/svg+xml"
+    assert 'href="/static/favicon.svg"' in client.get("/").text
+
+
+def test_pages_and_the_reference_fetch_nothing_from_elsewhere(client, pins):
+    for path in ("/", "/docs", "/runs", f"/runs/{pins[0]['id']}"):
+        page = client.get(path)
+        assert page.status_code == 200
+        assert not [part for part in page.text.split('"') if part.startswith(("http:", "https:", "//"))], path
+        assert "<style" not in page.text and " style=" not in page.text, path
+    reference = client.get("/docs").text
+    for path in client.get("/openapi.json").json()["paths"]:
+        assert path in reference
+    assert "mechanism.crank_radius_mm" in reference
+
+
+def test_a_worst_instant_becomes_the_load_of_a_pin(client):
+    run = made(client, "analyses/crank-dynamics", example("crank-dynamics", Mode.ANALYSIS))
+    page = client.get(f"/runs/{run['id']}").text
+    link = f"/designs/pin-profile?mode=design&amp;load_run={run['id']}&amp;instant=wrist_pin_load_max"
+    assert link in page
+    form = client.get(link.replace("&amp;", "&")).text
+    assert run["id"] in form and "wrist_pin_load_max" in form
+
+
+def test_a_moving_picture_stands_still_where_that_is_asked(client):
+    run = made(client, "checks/impact-linkage", example("impact-linkage", Mode.CHECK))
+    at = run["links"]["plots"]["mechanism"]
+    assert "<animate" in client.get(at).text
+    assert "<animate" not in client.get(f"{at}?still=true").text
+    assert f'srcset="{at}?still=true"' in client.get(f"/runs/{run['id']}").text

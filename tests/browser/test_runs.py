@@ -1,0 +1,131 @@
+"""A person among his runs: filters them, compares two, designs one again, has one studied, ends one."""
+
+from __future__ import annotations
+
+import json
+import urllib.request
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+
+_A_SOLVE = 60_000
+
+
+def solved(address: str, path: str, body: dict, **headers: str) -> dict:
+    """A run made beforehand, for the pages to show."""
+    request = urllib.request.Request(
+        f"{address}/api/v1/{path}", json.dumps(body).encode(), {"Content-Type": "application/json", **headers}
+    )
+    with urllib.request.urlopen(request, timeout=60) as answer:
+        return json.load(answer)
+
+
+def example(kind: str, mode: Mode, **changes: object) -> dict:
+    return {**KINDS[kind].example(mode), **changes}
+
+
+@pytest.fixture(scope="module")
+def sound(browser, address) -> Page:
+    """A desktop page on which no error may appear and nothing may be fetched from elsewhere."""
+    page = browser.new_page(viewport={"width": 1200, "height": 900})
+    heard: list[str] = []
+    page.on("console", lambda message: heard.append(message.text) if message.type == "error" else None)
+    page.on("request", lambda request: heard.append(request.url) if not request.url.startswith(address) else None)
+    yield page
+    page.close()
+    assert not heard
+
+
+def no_wider_than(page: Page, width: int) -> bool:
+    page.set_viewport_size({"width": width, "height": 900})
+    return page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+
+
+def test_runs_are_filtered_and_two_of_them_compared(sound, address):
+    pin = example("pin-profile", Mode.CHECK, name="a <script>bad</script> pin")
+    solved(address, "checks/pin-profile", pin)
+    solved(address, "checks/pin-profile", {**pin, "name": "The Pin at less", "load": {"force_n": 9000}})
+    solved(address, "checks/impact-linkage", example("impact-linkage", Mode.CHECK, name="no pin at all"))
+    sound.goto(f"{address}/runs")
+    sound.select_option("#filter-kind", "pin-profile")
+    sound.fill("#filter-text", "pin")
+    sound.select_option("#filter-order", "oldest")
+    sound.get_by_role("button", name="Filter").click()
+    links = sound.locator(".runs tbody th a")
+    assert links.all_inner_texts() == ["a <script>bad</script> pin", "The Pin at less"]
+    assert sound.input_value("#filter-text") == "pin"
+    assert "g mass" in sound.locator(".runs tbody tr").first.inner_text()
+    for box in sound.locator(".runs tbody input").all():
+        box.check()
+    sound.get_by_role("button", name="Compare two").click()
+    expect(sound.locator("h1")).to_have_text("Two runs side by side")
+    row = sound.get_by_role("row", name="load: force")
+    assert row.locator("td").all_inner_texts() == ["15000 N", "9000 N"]
+    moment = sound.get_by_role("row", name="max moment, N·mm").locator("td").last.inner_text()
+    assert moment.endswith("(-40 %)")
+    assert no_wider_than(sound, 390)
+    sound.set_viewport_size({"width": 1200, "height": 900})
+
+
+def test_a_run_is_begun_again_with_changes_and_with_an_effect_switched(sound, address):
+    run = solved(address, "checks/pin-profile", example("pin-profile", Mode.CHECK, name="again"))
+    sound.goto(f"{address}/runs/{run['id']}")
+    assert sound.locator(".verdict .summary").inner_text() == run["verdict"]["summary"]
+    effect = sound.get_by_role("row", name="shear deflection")
+    expect(effect.locator(".status")).to_have_text("active")
+    effect.get_by_role("button").click()
+    expect(sound.locator("h1")).to_have_text("again")
+    expect(sound.get_by_role("row", name="shear deflection").locator(".status")).to_have_text("skipped")
+    assert run["id"] not in sound.url
+    sound.get_by_role("link", name="Check again with changes").click()
+    assert sound.locator('[name="name"]').input_value() == "again"
+
+
+def test_the_mechanism_is_paused_and_scrubbed(sound, address):
+    run = solved(address, "checks/impact-linkage", example("impact-linkage", Mode.CHECK))
+    sound.goto(f"{address}/runs/{run['id']}")
+    figure = sound.locator('figure[data-plot="mechanism"]')
+    expect(figure).to_have_attribute("data-ready", "true")
+    figure.get_by_role("button", name="Pause").click()
+    figure.get_by_role("slider").fill("90")
+    assert figure.locator("output").inner_text() == "90°"
+    cursor = sound.locator('figure[data-plot="transfer"] .cursor')
+    assert float(cursor.get_attribute("x1")) == pytest.approx(70 + 470 / 4, abs=1)
+    assert no_wider_than(sound, 390)
+    sound.set_viewport_size({"width": 1200, "height": 900})
+
+
+def test_who_wants_no_motion_gets_none(browser, address):
+    run = solved(address, "checks/impact-linkage", example("impact-linkage", Mode.CHECK))
+    page = browser.new_page(reduced_motion="reduce")
+    page.goto(f"{address}/runs/{run['id']}")
+    figure = page.locator('figure[data-plot="mechanism"]')
+    expect(figure.get_by_role("button", name="Play")).to_be_visible()
+    page.close()
+
+
+def test_a_study_is_watched_to_its_end(sound, address):
+    run = solved(address, "checks/pin-profile", example("pin-profile", Mode.CHECK))
+    sound.goto(f"{address}/runs/{run['id']}")
+    sound.get_by_role("button", name="What does accuracy cost here?").click()
+    expect(sound.get_by_role("heading", name="What accuracy costs")).to_be_visible(timeout=_A_SOLVE)
+    expect(sound.locator('figure[data-plot="error-against-time"] img')).to_be_visible()
+
+
+def test_a_run_under_way_is_cancelled(sound, address):
+    study = {"spec": example("impact-linkage", Mode.DESIGN), "study_budget_s": 60.0}
+    run = solved(address, "accuracy/impact-linkage", study, Prefer="respond-async")
+    sound.goto(f"{address}/runs/{run['id']}")
+    sound.get_by_role("button", name="Cancel this run").click()
+    expect(sound.locator(".about .status")).to_have_text("cancelled")
+    expect(sound.get_by_role("button", name="Cancel this run")).to_have_count(0)
+
+
+def test_the_reference_stands_by_itself(sound, address):
+    sound.goto(f"{address}/docs")
+    sound.locator("#post-api-v1-checks-pin-profile details").first.click()
+    expect(sound.locator("#post-api-v1-checks-pin-profile").get_by_text("geometry.outer_diameter_mm")).to_be_visible()
+    assert no_wider_than(sound, 390)

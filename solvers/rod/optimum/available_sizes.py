@@ -17,10 +17,12 @@ from itertools import product
 import numpy as np
 
 from solvers.rod.constraints import Limits
+from solvers.rod.optimum.answer.sensitivities import Stationarity
 from solvers.rod.optimum.core_optimum import polish
 from solvers.rod.optimum.full_model import logarithms
 from solvers.rod.optimum.full_optimum import Context, Optimum, conditions_at
 from solvers.rod.optimum.local_search import Local, local_search
+from solvers.rod.optimum.ripples import look_around
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
@@ -54,11 +56,22 @@ def discrete_optimum(context: Context, start: Dimensions) -> Optimum | None:
         best = context.best()
     if best is None:
         return None
-    optimum = Optimum(best, starts=context.starts, ends=len(context.ends))
-    if best.found is not None:
-        narrow = context.sizes.around(best.best.outcome.value.dimensions)
-        optimum.conditions = conditions_at(context, best.best, context.bounds, narrow)
-    return optimum
+    if best.found is None:
+        return Optimum(best, starts=context.starts, ends=len(context.ends))
+    ripple = 0.0
+    if context.model.ripples:
+        found = look_around(context.task, context.bounds, best.best, _conditions(context, best))
+        ripple = found.height
+        for strip in found.promising:
+            if _key(context, strip) not in tried:
+                _at(context, strip, tried)
+        best = context.best()
+    return Optimum(best, _conditions(context, best), starts=context.starts, ends=len(context.ends), ripple=ripple)
+
+
+def _conditions(context: Context, best: Local) -> Stationarity:
+    narrow = context.sizes.around(best.best.outcome.value.dimensions)
+    return conditions_at(context, best.best, context.bounds, narrow)
 
 
 def _key(context: Context, d: Dimensions) -> tuple[float, ...]:

@@ -87,7 +87,7 @@ def _of_whole_rows(weights: Array, layout: Layout, objective: Objective) -> Arra
 
 def _free(bounds: Bounds, conditions: Stationarity) -> Array:
     """The indices of the sizes that are free within their bounds."""
-    held = {constraint.name.partition("_")[0] for constraint in conditions.active}
+    held = {c.name.partition("_")[0] for c in conditions.active if c.name.endswith(("_lower", "_upper"))}
     ranges = (bounds.b, bounds.h, bounds.l)
     return np.array(
         [n for n, name in enumerate("bhl") if ranges[n][0] < ranges[n][1] and name not in held], dtype=np.intp

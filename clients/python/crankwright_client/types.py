@@ -49,14 +49,25 @@ class CatalogueMaterial(TypedDict):
 
 
 class CertificateResult(TypedDict):
-    """How a design is known to be the best there is."""
+    """How a design is known to be the best there is: what is proven, of what, by which argument, and what is not."""
 
     method: str
+    """by which argument"""
     bound: float | None
     """no feasible design is better, in the objective's unit; null: none exists"""
     gap: float | None
-    """relative distance of the answer from the bound; null: no bound is known"""
+    """relative distance of the answer, as it is told, from the bound; null: no bound is known"""
     evidence: dict[str, float | int | str]
+    proven: str
+    """what is proven"""
+    physics: str
+    """for which physics"""
+    form: str
+    """for which designs"""
+    range: str
+    """over which range of them"""
+    estimated: list[str]
+    """what is only estimated, and where it is told"""
 
 
 class ClosureResult(TypedDict):
@@ -98,6 +109,8 @@ class CrankDynamicsAccuracyRun(TypedDict):
     batch_id: str | None
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
+    figure: Figure | None
+    """null: there is no result, or the run is of before figures"""
     solver: Solver
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
@@ -127,6 +140,8 @@ class CrankDynamicsAnalysisRun(TypedDict):
     batch_id: str | None
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
+    figure: Figure | None
+    """null: there is no result, or the run is of before figures"""
     solver: Solver
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
@@ -180,6 +195,8 @@ class CrankMassesAnalysisRun(TypedDict):
     batch_id: str | None
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
+    figure: Figure | None
+    """null: there is no result, or the run is of before figures"""
     solver: Solver
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
@@ -423,6 +440,13 @@ class EstimateUncertainty(TypedDict):
     rod_kg_m2: NotRequired[float]
 
 
+class Figure(TypedDict):
+    """The number that matters most of a run: what a design was after, a part's mass, an engine's power."""
+
+    name: str
+    value: float
+
+
 class FlexibleRodAccuracyRun(TypedDict):
     """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
     is and what it took. ``status`` says only how the solve ended."""
@@ -438,6 +462,8 @@ class FlexibleRodAccuracyRun(TypedDict):
     batch_id: str | None
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
+    figure: Figure | None
+    """null: there is no result, or the run is of before figures"""
     solver: Solver
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
@@ -487,6 +513,8 @@ class FlexibleRodCheckRun(TypedDict):
     batch_id: str | None
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
+    figure: Figure | None
+    """null: there is no result, or the run is of before figures"""
     solver: Solver
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
@@ -576,6 +604,8 @@ class FlexibleRodDesignRun(TypedDict):
     batch_id: str | None
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
+    figure: Figure | None
+    """null: there is no result, or the run is of before figures"""
     solver: Solver
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
@@ -670,6 +700,8 @@ class ImpactLinkageAccuracyRun(TypedDict):
     batch_id: str | None
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
+    figure: Figure | None
+    """null: there is no result, or the run is of before figures"""
     solver: Solver
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
@@ -733,6 +765,8 @@ class ImpactLinkageCheckRun(TypedDict):
     batch_id: str | None
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
+    figure: Figure | None
+    """null: there is no result, or the run is of before figures"""
     solver: Solver
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
@@ -860,6 +894,8 @@ class ImpactLinkageDesignRun(TypedDict):
     batch_id: str | None
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
+    figure: Figure | None
+    """null: there is no result, or the run is of before figures"""
     solver: Solver
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
@@ -1156,11 +1192,22 @@ class PinCertificate(TypedDict):
     """How a pin is known to be the lightest of its form."""
 
     method: str
+    """by which argument"""
     bound: float | None
     """no feasible design is better, in the objective's unit; null: none exists"""
     gap: float | None
-    """relative distance of the answer from the bound; null: no bound is known"""
+    """relative distance of the answer, as it is told, from the bound; null: no bound is known"""
     evidence: dict[str, float | int | str]
+    proven: str
+    """what is proven"""
+    physics: str
+    """for which physics"""
+    form: str
+    """for which designs"""
+    range: str
+    """over which range of them"""
+    estimated: list[str]
+    """what is only estimated, and where it is told"""
     lower_bound_g: float
     """no pin of this form that keeps the limits is lighter"""
 
@@ -1196,6 +1243,8 @@ class PinProfileAccuracyRun(TypedDict):
     batch_id: str | None
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
+    figure: Figure | None
+    """null: there is no result, or the run is of before figures"""
     solver: Solver
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
@@ -1253,6 +1302,8 @@ class PinProfileCheckRun(TypedDict):
     batch_id: str | None
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
+    figure: Figure | None
+    """null: there is no result, or the run is of before figures"""
     solver: Solver
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
@@ -1353,6 +1404,8 @@ class PinProfileDesignRun(TypedDict):
     batch_id: str | None
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
+    figure: Figure | None
+    """null: there is no result, or the run is of before figures"""
     solver: Solver
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
@@ -1563,6 +1616,8 @@ class Run(TypedDict):
     batch_id: str | None
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
+    figure: Figure | None
+    """null: there is no result, or the run is of before figures"""
     solver: Solver
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
@@ -1605,6 +1660,8 @@ class RunLine(TypedDict):
     batch_id: str | None
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
+    figure: Figure | None
+    """null: there is no result, or the run is of before figures"""
     solver: Solver
 
 
@@ -1625,6 +1682,8 @@ class RunLoad(TypedDict):
     """filled in from the run"""
     taken_from: NotRequired[str | None]
     """filled in: kind and hash of the run's own request"""
+
+RunOrder = Literal["newest", "oldest", "name", "least", "greatest"]
 
 
 class RunPage(TypedDict):

@@ -20,7 +20,7 @@ def test_a_design_keeps_what_it_was_asked_for_at_any_accuracy(slug, seed):
     rng = np.random.default_rng(seed)
     problem, job = PROBLEMS[slug](rng), KINDS[slug].jobs[Mode.DESIGN]
     body = {**problem.body, "accuracy": float(rng.choice([1e-1, 1e-3, 1e-6, 1e-9]))}
-    if slug == "pin-profile" and seed % 3:
+    if slug == "pin-profile" and seed % 3 and "max_ring_stress_mpa" not in body.get("limits", {}):
         stress = body["material"]["allowable_stress_mpa"] * 10 ** rng.uniform(-0.3, 0.5)
         body["limits"] = {**body.get("limits", {}), "max_ring_stress_mpa": float(stress)}
     answer = job.run(job.request.model_validate(body))

@@ -14,6 +14,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from app.designs.drawing import Drawing
+from app.designs.form import FormWords
 from app.designs.progress import Report, to_nobody
 from solvers.accuracy import Reference
 from solvers.effects import Effect
@@ -52,6 +54,10 @@ def _nothing(_request: Any) -> float:
 
 
 def _no_reference(_request: Any, _answer: Answer) -> None:
+    return None
+
+
+def _no_drawing(_request: dict[str, Any]) -> None:
     return None
 
 
@@ -95,6 +101,8 @@ class Kind:
     none where the answer has a closed form. ``given_results`` join them where the dimensions are given: a design whose
     objective is flat in them leaves them uncertain by the square root of its own error.
     ``drawn_if`` names the plots that only some runs have, and how to tell from the run.
+    ``form`` words the kind's forms; ``drawing`` is the part with its dimensions, from a request as JSON tells it, which
+    may still lack much: None where nothing can be drawn yet.
     """
 
     slug: str
@@ -106,6 +114,8 @@ class Kind:
     main_results: tuple[str, ...]
     given_results: tuple[str, ...] = ()
     drawn_if: Mapping[str, Callable[[dict[str, Any]], bool]] = field(default_factory=dict)
+    form: FormWords = field(default_factory=FormWords)
+    drawing: Callable[[dict[str, Any]], Drawing | None] = _no_drawing
 
     def judged(self, mode: Mode) -> tuple[str, ...]:
         """The names of the results by which an answer in that mode is judged."""

@@ -9,6 +9,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, RootModel
 
+from app.designs.crank_masses.drawing import drawing
+from app.designs.crank_masses.form import FORM
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.schema import (
     MILLI,
@@ -247,4 +249,6 @@ CRANK_MASSES = Kind(
     known_effects=(),
     plots={},
     main_results=(),
+    form=FORM,
+    drawing=drawing,
 )

@@ -6,6 +6,8 @@ from typing import Any
 
 from pydantic import Field
 
+from app.designs.flexible_rod.drawing import drawing
+from app.designs.flexible_rod.form import FORM
 from app.designs.flexible_rod.pictures import stability_map
 from app.designs.flexible_rod.reference import check_reference, design_reference
 from app.designs.flexible_rod.request import CheckRequest, DesignRequest, Dimensions
@@ -194,4 +196,6 @@ FLEXIBLE_ROD = Kind(
     known_effects=rod.EFFECTS,
     plots={"stability-map": stability_map},
     main_results=MAIN_RESULTS,
+    form=FORM,
+    drawing=drawing,
 )

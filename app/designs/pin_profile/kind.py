@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.pin_profile.drawing import drawing
+from app.designs.pin_profile.form import FORM
 from app.designs.pin_profile.pictures import bore_picture, forces_picture, load_family, stress_picture
 from app.designs.pin_profile.reference import check_reference, design_reference
 from app.designs.pin_profile.request import CheckRequest, DesignRequest
@@ -107,4 +109,6 @@ PIN_PROFILE = Kind(
     },
     main_results=MAIN_RESULTS,
     given_results=GIVEN_RESULTS,
+    form=FORM,
+    drawing=drawing,
 )

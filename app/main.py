@@ -19,7 +19,8 @@ from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import Service
 from app.version import VERSION
-from app.web import pages
+from app.web import form_pages, pages
+from app.web.rendering import STATIC
 
 ORPHANED = json.dumps(
     {
@@ -61,8 +62,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.settings = settings
     errors.install(app)
     contract.install(app)
-    for router in (operation.router, runs.router, submissions.router, pages.router):
+    for router in (operation.router, runs.router, submissions.router, pages.router, form_pages.router):
         app.include_router(router)
-    app.mount("/static", StaticFiles(directory=pages.STATIC), name="static")
+    app.mount("/static", StaticFiles(directory=STATIC), name="static")
     Instrumentator(excluded_handlers=["/metrics"]).instrument(app).expose(app, include_in_schema=False)
     return app

@@ -14,12 +14,12 @@ _STYLES = {
     Layer.OUTLINE: 'fill="none" stroke="currentColor" stroke-width="2"',
     Layer.SECTION: 'fill="url(#hatch)" stroke="currentColor" stroke-width="2"',
     Layer.HIDDEN: 'fill="none" stroke="currentColor" stroke-width="1.3" stroke-dasharray="6 4"',
-    Layer.CENTER: 'fill="none" stroke="currentColor" stroke-width="0.8" stroke-opacity="0.6" stroke-dasharray="14 3 3 3"',
+    Layer.CENTER: 'fill="none" stroke="currentColor" stroke-opacity="0.5" stroke-dasharray="14 3 3 3"',
     Layer.CONTEXT: 'fill="currentColor" fill-opacity="0.06" stroke="currentColor" stroke-opacity="0.45"',
 }
 _HATCH = (
     '<defs><pattern id="hatch" width="7" height="7" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
-    '<line x1="0" y1="0" x2="0" y2="7" stroke="currentColor" stroke-opacity="0.45" stroke-width="1.2"/></pattern></defs>'
+    '<line x1="0" y1="0" x2="0" y2="7" stroke="currentColor" stroke-opacity="0.45"/></pattern></defs>'
 )
 
 
@@ -137,7 +137,8 @@ def _arrows(sheet: _Sheet, start: Place, end: Place) -> str:
 def _head(tip: Place, ux: float, uy: float) -> str:
     x, y = tip[0] + _ARROW * ux, tip[1] + _ARROW * uy
     across = 0.32 * _ARROW
-    points = f"{tip[0]:.1f},{tip[1]:.1f} {x - across * uy:.1f},{y + across * ux:.1f} {x + across * uy:.1f},{y - across * ux:.1f}"
+    corners = (tip, (x - across * uy, y + across * ux), (x + across * uy, y - across * ux))
+    points = " ".join(f"{px:.1f},{py:.1f}" for px, py in corners)
     return f'<polygon points="{points}" fill="currentColor"/>'
 
 

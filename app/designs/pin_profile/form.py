@@ -51,8 +51,8 @@ FORM = FormWords(
         "bore_mm": "",
         "variable": "",
         "load.force_n": "",
-        "limits.max_ring_stress_mpa": "hoop stress; empty: judged by the allowable stress, yet no limit. Hardened pins: "
-        "300 to 350 MPa",
+        "limits.max_ring_stress_mpa": "hoop stress; empty: judged by the allowable stress, yet no limit. "
+        "Hardened pins: 300 to 350 MPa",
         "limits.max_ovalization_um": "takes ovalization into account",
         "limits.max_slope": "change of diameter per length, for what a tool can turn",
         "limits.min_wall_mm": "",

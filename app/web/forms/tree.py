@@ -69,9 +69,14 @@ class _Builder:
             start = self._words.starts.get(key, {}).get(tag, {})
             members.append(Member(tag, lambda v, t=tag: isinstance(v, Mapping) and v.get(key) == t, start, part))
         union = Union(
-            key="", name=key, pointer=f"/{key}", path=key, label=self._label(key, key), members=tuple(members),
+            key="",
+            name=key,
+            pointer=f"/{key}",
+            path=key,
+            label=self._label(key, key),
+            members=tuple(members),
             options=self._options(key, [m.tag for m in members]),
-        )  # fmt: skip
+        )
         return Group(key="", name="", pointer="", path="", children=self._sections((union, *common)))
 
     def _sections(self, children: tuple[Node, ...]) -> tuple[Node, ...]:
@@ -97,16 +102,22 @@ class _Builder:
                         label=heading,
                         children=tuple(found),
                         closed=title.startswith("+"),
-                    )  # fmt: skip
+                    )
                 )
         return (*([left["name"]] if "name" in left else []), *out)
 
     @staticmethod
     def _switch(name: str, switch: Any) -> Node:
         return Switched(
-            key="", name=name, pointer="", path="", label=switch.label, options=switch.options,
-            values={value: value for value in switch.options}, of=switch.of,
-        )  # fmt: skip
+            key="",
+            name=name,
+            pointer="",
+            path="",
+            label=switch.label,
+            options=switch.options,
+            values={value: value for value in switch.options},
+            of=switch.of,
+        )
 
     def _only(self, path: str) -> bool:
         return self._words.only.get(path, self._mode) == self._mode and path not in self._words.hidden
@@ -143,10 +154,14 @@ class _Builder:
         told = _help(schema, nullable)
         said = looked_up(self._words.helps, COMMON.helps, path)
         shared: dict[str, Any] = {
-            "key": key, "name": prefix + key, "pointer": "/" + path.replace(".", "/"), "path": path,
-            "label": self._label(path, key), "help": told if said is None else said,
+            "key": key,
+            "name": prefix + key,
+            "pointer": "/" + path.replace(".", "/"),
+            "path": path,
+            "label": self._label(path, key),
+            "help": told if said is None else said,
             "when": self._words.when.get(path, ""),
-        }  # fmt: skip
+        }
         adds = nullable and default is None and not {path, key} & (self._words.always | COMMON.always)
         adds = adds and "null:" not in schema.get("description", "") and not self._words.when.get(path)
         if key == "effects":
@@ -171,7 +186,7 @@ class _Builder:
     def _plain(
         self, schema: Schema, shared: dict[str, Any], nullable: bool, adds: bool, unit: str, default: Any
     ) -> list[Node]:
-        path, key, name = shared["path"], shared["key"], shared["name"]
+        path, name = shared["path"], shared["name"]
         match schema["type"]:
             case "object":
                 children = self._children(schema, f"{name}.", path, unit)
@@ -201,7 +216,7 @@ class _Builder:
                 start=default,
                 slider=path in self._words.sliders,
                 toggled=adds,
-            )  # fmt: skip
+            )
         ]
 
     def _range(self, item: Schema, shared: dict[str, Any], unit: str, default: Any, nullable: bool) -> Node:
@@ -214,7 +229,7 @@ class _Builder:
                 label=f"{shared['label']}, {end}",
                 unit=unit,
                 allowed=_allowed(item),
-            )  # fmt: skip
+            )
             for i, end in enumerate(("least", "greatest"))
         ]
         return Range(**shared, low=ends[0], high=ends[1], start=default and tuple(default), toggled=nullable)
@@ -251,7 +266,7 @@ class _Builder:
                 **{**shared, "name": f"{shared['name']}.{variant}", "when": when},
                 columns=self._columns(properties, list(keys)),
                 shape="rows",
-            )  # fmt: skip
+            )
             for variant, (keys, when) in kinds.items()
         ]
 
@@ -259,10 +274,16 @@ class _Builder:
         pointer = "/" + parent.replace(".", "/") if parent else ""
         label = self._label(f"{parent}.points", "points")
         return Table(
-            key="", name=name.rpartition(".")[0] + ".points", pointer=pointer, path=path, label=label,
+            key="",
+            name=name.rpartition(".")[0] + ".points",
+            pointer=pointer,
+            path=path,
+            label=label,
             help=f"{' and '.join(c.label for c in columns)}, a line for each point; paste from a spreadsheet",
-            columns=columns, shape=shape, first=first,
-        )  # fmt: skip
+            columns=columns,
+            shape=shape,
+            first=first,
+        )
 
     def _label(self, path: str, key: str) -> str:
         label = looked_up(self._words.labels, COMMON.labels, path)

@@ -56,7 +56,7 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
     ]  # fmt: skip
     if clearance:
         dimensions.append(
-            Dimension((e + half, top + crown), (e + half, roof), words_of("", clearance), "y", e + half, 1,
+            Dimension((e + half, top + crown), (e + half, roof), f"{clearance:.3g}", "y", e + half, 1,
                       "cylinder.clearance_volume_cm3")
         )  # fmt: skip
     if e:
@@ -66,9 +66,7 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
         share = cg / rod
         at = (wrist[0] + share * (pin[0] - wrist[0]), wrist[1] + share * (pin[1] - wrist[1]))
         shapes.append(Circle(at, 0.03 * bore))
-        dimensions.append(
-            Dimension(wrist, at, words_of("to its centre of mass", cg), "y", e + half, 2, "masses.rod_cg_from_pin_mm")
-        )
+        dimensions.append(Dimension(wrist, at, words_of("cg", cg), "y", e + half, 2, "masses.rod_cg_from_pin_mm"))
     return Drawing(
         "Crank, rod and cylinder, to scale", tuple(shapes), tuple(dimensions),
         caption="50° after the upper dead centre; dashed, the piston's crown there. mm, to scale; the piston's height "

@@ -24,7 +24,7 @@ from solvers import linkage
 from solvers.errors import InvalidInput
 
 _TURNED = np.radians(56.0)
-_PARAMETERS = (3.0, 6.0, 12.0)
+_PARAMETERS = (3.0, 6.0, 1.5, 12.0)
 _CLOSED = 1e-3
 """A closure missed by more is drawn as it stands."""
 _LINKS = ("base", "crank", "coupler", "rocker")
@@ -63,8 +63,11 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
     shapes += [Line((A, D), Layer.CONTEXT), Line((A, B)), Line((B, C)), Line((C, D))]
     shapes += [Circle(at, pad or 0.012 * size, Layer.CONTEXT) for at in (A, B, C, D)]
     ends = {"base": (A, D), "crank": (A, B), "coupler": (B, C), "rocker": (D, C)}
+    # What a design will find is not told before it has.
     dimensions = [
-        Dimension(*ends[name], words_of(name, lengths[name]), "free", path=paths.get(name, "")) for name in _LINKS
+        Dimension(*ends[name], words_of(name, lengths[name]), "free", path=paths.get(name, ""))
+        for name in _LINKS
+        if paths
     ]
     room, more = _room(request, shapes)
     return Drawing(
@@ -92,6 +95,8 @@ def _mechanism(request: dict[str, Any]) -> tuple[linkage.Mechanism, dict[str, st
         return linkage.of_ratio(scene, kind, ratio), {link: path}, "Shortly after the blow."
     types = request.get("types")
     kinds = [kind for name, kind in linkage.KINDS.items() if isinstance(types, list) and name in types]
+    least = (length(request, "limits.min_link_mm") or 0.0) * MILLI
+    fallback = None
     for kind in kinds:
         for ratio in _PARAMETERS:
             try:
@@ -99,8 +104,10 @@ def _mechanism(request: dict[str, Any]) -> tuple[linkage.Mechanism, dict[str, st
             except InvalidInput:
                 continue
             told = f"One of the mechanisms for this blow ({kind.name.replace('_', ' ')}); the design finds the best."
-            return found, {}, told
-    return None
+            if min(getattr(found.lengths, name) for name in _LINKS) >= least:
+                return found, {}, told
+            fallback = fallback or (found, {}, told)
+    return fallback
 
 
 def _scene(request: dict[str, Any]) -> linkage.Scene | None:

@@ -7,8 +7,8 @@ from html import escape
 
 from app.designs.drawing import Circle, Dimension, Drawing, Layer, Line, Note, Place
 
-WIDTH, HEIGHT = 600.0, 430.0
-_STEP, _GAP, _ARROW, _LETTER = 24.0, 4.0, 7.0, 6.9
+WIDTH, HEIGHT = 430.0, 360.0
+_STEP, _GAP, _ARROW, _LETTER = 25.0, 4.0, 7.0, 7.6
 _ROOM = 14.0
 _STYLES = {
     Layer.OUTLINE: 'fill="none" stroke="currentColor" stroke-width="2"',
@@ -57,7 +57,7 @@ def drawing_svg(drawing: Drawing) -> str:
     view = f"{left - _ROOM:.0f} {top - _ROOM:.0f} {right - left + 2 * _ROOM:.0f} {bottom - top + 2 * _ROOM:.0f}"
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{view}" role="img" class="drawing" '
-        f'font-family="system-ui, sans-serif" font-size="13"><title>{escape(drawing.title)}</title>{_HATCH}'
+        f'font-family="system-ui, sans-serif" font-size="14"><title>{escape(drawing.title)}</title>{_HATCH}'
         + "".join(body)
         + "</svg>"
     )

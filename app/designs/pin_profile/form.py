@@ -61,7 +61,7 @@ FORM = FormWords(
     },
     options={
         "variable": {"bore": "a pin: its bore is in question", "outer": "a bushing: its outside is in question"},
-        "load": {"force": "a force", "run": "stored run of crank dynamics"},
+        "load": {"load": "a force", "run": "stored run of crank dynamics"},
         "criterion": {
             "tresca_paper": "Tresca, of bending and mean shear",
             "fibre": "bending of the outer fibre alone",

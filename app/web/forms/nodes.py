@@ -15,6 +15,7 @@ from app.web.forms.numbers import number, shown
 
 Texts = Mapping[str, str]
 _NO_VALUE = object()
+_FEW = 3
 
 
 def applies(when: str, texts: Texts) -> bool:
@@ -41,6 +42,12 @@ class Node:
     when: str = ""
     toggled: bool = False
     """Whether it is added with a click; without it the request has null."""
+
+    @property
+    def hint(self) -> str:
+        """What is said below it, if that is more than its label."""
+        said = self.help.strip()
+        return "" if said.lower() in self.label.lower() else said
 
     @property
     def box(self) -> str:
@@ -98,6 +105,11 @@ class Number(Node):
     whole: bool = False
     start: float | None = None
     slider: bool = False
+
+    @property
+    def hint(self) -> str:
+        """The range, and what there is to say."""
+        return "; ".join(part for part in (self.allowed, super().hint) if part)
 
     @property
     def default(self) -> Any:
@@ -158,6 +170,11 @@ class Choice(Node):
     values: Mapping[str, Any]
     start: Any = None
     runs: bool = False
+
+    @property
+    def few(self) -> bool:
+        """Whether all options are shown at once."""
+        return not self.runs and len(self.options) <= _FEW
 
     @property
     def default(self) -> Any:
@@ -379,6 +396,10 @@ class Range(Node):
     low: Number
     high: Number
     start: tuple[float, ...] | None = None
+
+    @property
+    def hint(self) -> str:
+        return "; ".join(part for part in (self.low.allowed, super().hint) if part)
 
     @property
     def default(self) -> Any:

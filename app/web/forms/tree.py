@@ -82,7 +82,10 @@ class _Builder:
     def _sections(self, children: tuple[Node, ...]) -> tuple[Node, ...]:
         """The parts under their headings; what no section names comes before the common ones."""
         switches = {name: s for name, s in self._words.switches.items() if s.mode in ("", self._mode)}
-        left = {child.path: child for child in children if self._only(child.path)}
+        left: dict[str, list[Node]] = {}
+        for child in children:
+            if self._only(child.path):
+                left.setdefault(child.path, []).append(child)
         left_over = "More"
         sections = {**self._words.sections, left_over: (), **COMMON.sections}
         named = {path for paths in sections.values() for path in paths}
@@ -90,7 +93,7 @@ class _Builder:
         for title, paths in sections.items():
             found: list[Node] = [self._switch(n, s) for n, s in switches.items() if s.section == title]
             wanted = paths or tuple(path for path in left if path not in named and path != "name")
-            found += [left[path] for path in wanted if path in left]
+            found += [child for path in wanted for child in left.get(path, ())]
             if found:
                 heading = title.removeprefix("+")
                 out.append(
@@ -104,7 +107,7 @@ class _Builder:
                         closed=title.startswith("+"),
                     )
                 )
-        return (*([left["name"]] if "name" in left else []), *out)
+        return (*left.get("name", ()), *out)
 
     @staticmethod
     def _switch(name: str, switch: Any) -> Node:
@@ -236,19 +239,19 @@ class _Builder:
 
     def _union(self, schema: Schema, shared: dict[str, Any], prefix: str, path: str, unit: str) -> Node:
         members, key = [], shared["key"]
-        for item in schema["oneOf"]:
-            model = self._resolved(item)
-            tag, meant = _tag(model, item)
+        tagged = [(model, *_tag(model, item)) for item in schema["oneOf"] for model in [self._resolved(item)]]
+        options = self._options(path, [tag for _, tag, _ in tagged])
+        for model, tag, meant in tagged:
             only = {**shared, "name": f"{prefix}{key}.{tag}", "label": "", "help": "", "when": f"{prefix}{key}={tag}"}
             if model.get("type") == "object":
                 children = self._children(model, f"{prefix}{key}.{tag}.", path, unit)
                 part: Node = Group(**{**only, "help": _sentence(model)}, children=children)
             else:
-                named = {**only, "label": shared["label"], "help": shared["help"]}
+                named = {**only, "label": options[tag][:1].upper() + options[tag][1:]}
                 part = self._plain(model, named, False, False, unit, None)[0]
             start = self._words.starts.get(path, {}).get(tag) or next(iter(model.get("examples", [])), None)
             members.append(Member(tag, meant, start, part))
-        return Union(**shared, members=tuple(members), options=self._options(path, [m.tag for m in members]))
+        return Union(**shared, members=tuple(members), options=options)
 
     def _columns(self, properties: Mapping[str, Schema], keys: list[str]) -> tuple[Column, ...]:
         return tuple(Column(k, self._label(k, k), split_unit(k)[1]) for k in keys)

@@ -193,7 +193,9 @@ class _Builder:
         match schema["type"]:
             case "object":
                 children = self._children(schema, f"{name}.", path, unit)
+                # Headings within headings only where someone wrote one.
                 shared["help"] = shared["help"] if path in self._words.helps else ""
+                shared["label"] = self._words.labels.get(path, shared["label"] if adds else "")
                 return [Group(**shared, children=children, toggled=adds)]
             case "boolean":
                 return [Flag(**shared, start=bool(default))]

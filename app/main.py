@@ -58,6 +58,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         version=VERSION,
         summary="Design optimization for crank mechanisms",
         lifespan=lifespan,
+        generate_unique_id_function=lambda route: route.name.replace("-", "_"),
     )
     app.state.settings = settings
     errors.install(app)

@@ -107,7 +107,7 @@ def choose(
         if math.isinf(bounds[name]):
             return (
                 EffectState.ACTIVE,
-                "nothing bounds what leaving it out could change: buckling or a change of sign is near",
+                "nothing bounds what leaving it out could change: buckling, resonance or a change of sign is near",
             )
         return EffectState.ACTIVE, f"leaving it out could change the results by more than {tolerance:g} allows"
 

@@ -26,6 +26,9 @@ PATHS = {Mode.DESIGN: "designs", Mode.CHECK: "checks", Mode.ANALYSIS: "analyses"
 """The part of the path that stands for a mode."""
 
 
+_REFERENCE = "#/components/schemas/{model}"
+
+
 class _Shown(BaseModel):
     """What the service sends; every field is always there."""
 
@@ -136,13 +139,35 @@ def _submissions() -> Iterator[tuple[str, Kind, Mode]]:
             yield f"/api/v1/{PATHS[mode]}/{kind.slug}", kind, mode
 
 
+def _renamed(found: Any, long: str, short: str) -> Any:
+    """The same structure with a schema's name, and every reference to it, exchanged."""
+    if isinstance(found, dict):
+        return {short if key == long else key: _renamed(value, long, short) for key, value in found.items()}
+    if isinstance(found, list | tuple):
+        return type(found)(_renamed(value, long, short) for value in found)
+    return _REFERENCE.format(model=short) if found == _REFERENCE.format(model=long) else found
+
+
+def _named(definitions: dict[str, Any]) -> dict[str, str]:
+    """A name of its own, without its module, for each schema that shares its class name with others."""
+    names = {}
+    for name in definitions:
+        parts = name.split("__")
+        if len(parts) > 1:
+            package = parts[parts.index("designs") + 1]
+            names[name] = "".join(word.capitalize() for word in package.split("_")) + parts[-1]
+    return names
+
+
 def document(app: FastAPI) -> dict[str, Any]:
     """The OpenAPI document of the application."""
     asked = {path: job_of(kind, mode).request for path, kind, mode in _submissions()}
     runs = {path: run_model(kind, mode) for path, kind, mode in _submissions()}
     shown = {ProblemDetails, RunPage, Run, *runs.values()}
     models = [(model, "validation") for model in asked.values()] + [(model, "serialization") for model in shown]
-    references, definitions = models_json_schema(models, ref_template="#/components/schemas/{model}")
+    references, definitions = models_json_schema(models, ref_template=_REFERENCE)
+    for long, short in _named(definitions["$defs"]).items():
+        references, definitions = _renamed((references, definitions), long, short)
     found = get_openapi(title=app.title, version=app.version, summary=app.summary, routes=app.routes)
     found["components"] = {"schemas": definitions["$defs"]}
 

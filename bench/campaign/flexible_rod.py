@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from solvers.rod.load.gas import ConstantLoad, Load, SchmidtLoad, TableLoad
+from solvers.rod.load.gas import ConstantLoad, SchmidtLoad, TableLoad
+from solvers.rod.scene import Load
 from solvers.rod.strip.buckling import critical_coupling
 
 

@@ -14,11 +14,14 @@ stand in for stresses there, times 1/(b h) at the end. The tests hold every numb
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from solvers.numerics.extremes import greater, lesser
 from solvers.numerics.jit import fusing_kernel, kernel
 from solvers.rod.strip.beam_column import constants
 
@@ -39,6 +42,32 @@ _DET = np.array([
     [(-1.0) ** j / math.factorial(2 * j + 1) for j in range(19)],
 ])  # fmt: skip
 """det/l = l^2 [c2 - c3] + e L [c1] as power series in t = -q l^2."""
+
+# Python's own ``max`` becomes a comparison and a choice, in which LLVM sees no maximum and takes the loop number by
+# number; here the processor's instruction is asked for by name.
+_DOUBLE = ir.DoubleType()
+_TWO_TO_ONE = ir.FunctionType(_DOUBLE, [_DOUBLE, _DOUBLE])
+_SIGNATURE = types.float64(types.float64, types.float64)
+
+
+@intrinsic
+def greater(typing_context: Any, one: Any, other: Any) -> Any:
+    """The greater of two floats."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.call(builder.module.declare_intrinsic("llvm.maxnum", [_DOUBLE], _TWO_TO_ONE), arguments)
+
+    return _SIGNATURE, code
+
+
+@intrinsic
+def lesser(typing_context: Any, one: Any, other: Any) -> Any:
+    """The lesser of two floats."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.call(builder.module.declare_intrinsic("llvm.minnum", [_DOUBLE], _TWO_TO_ONE), arguments)
+
+    return _SIGNATURE, code
 
 
 # Written out term by term: the compiler takes several angles at once only where no loop stands inside the loop.

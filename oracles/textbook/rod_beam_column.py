@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solvers.numerics.stumpff import stumpff, stumpff_scaled
+from oracles.textbook.stumpff import stumpff, stumpff_scaled
 from solvers.rod.strip.beam_column import FORWARD_LIMIT
 
 

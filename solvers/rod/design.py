@@ -35,7 +35,7 @@ from solvers.rod.optimum.local_search import Task
 from solvers.rod.optimum.peaks import ANGLES
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.sqp import wanted_of
-from solvers.rod.problem import RodProblem
+from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 from solvers.watch import OutOfTime, Watch
 
@@ -44,6 +44,8 @@ _CHOICES = 3
 """How often effects are chosen anew at the strip found."""
 _GUARD, _ENOUGH = 0.05, 0.1
 """Shares of the accuracy: how far to the safe side of limits an answer lies, and the gain not worth another step."""
+_ROUGH = 1e-3
+"""The gap of a first search, which only decides whether the piston's mass counts."""
 _CORRECTIONS = 6
 _HOPELESS = 0.1
 """An excess over the core's limits, in logarithms, that effects may still undo."""
@@ -106,14 +108,13 @@ class _Design:
 
     def run(self) -> Outcome[RodDesign]:
         chosen: frozenset[str] = frozenset()
-        proof, strip, moving = None, None, False
-        for _ in range(2):
+        moving = False
+        if self.problem.scene.piston.reciprocating_mass:
             # Whether inertia counts is asked of a strip, and the strip is found with inertia or without.
-            proof, excess, strip = self.core_search(moving)
-            chosen |= self.chosen_at(strip)
-            if ("reciprocating_inertia" in chosen) == moving:
-                break
-            moving = not moving
+            chosen |= self.chosen_at(self.core_search(moving, _ROUGH)[2])
+            moving = "reciprocating_inertia" in chosen
+        proof, excess, strip = self.core_search(moving)
+        chosen |= self.chosen_at(strip)
         for _ in range(_CHOICES):
             outcome, strip = self.solved(chosen, proof, excess, strip)
             further = self.chosen_at(strip) - chosen
@@ -124,15 +125,16 @@ class _Design:
                 proof, excess, strip = self.core_search(True)
         return replace(outcome, effects=self.manifest(strip, chosen))
 
-    def core_search(self, moving: bool) -> tuple[Proof, float, Dimensions]:
+    def core_search(self, moving: bool, gap: float | None = None) -> tuple[Proof, float, Dimensions]:
         """The core's optimum; where it has none, by how much it misses the limits, and the strip that misses least."""
         p = self.problem
-        self.cycle = core_cycle(p.scene, self.criterion, p.scene.piston.reciprocating_mass if moving else 0.0)
-        proof = search(self.cycle, p.objective, self.limits, self.sizes, self.accuracy, BOXES)
+        mass = p.scene.piston.reciprocating_mass if moving else 0.0
+        self.cycle = core_cycle(p.scene, self.criterion, mass)
+        proof = search(self.cycle, p.objective, self.limits, self.sizes, gap or self.accuracy, BOXES)
         if proof.best is not None:
             return proof, 0.0, proof.best.dimensions
-        least = least_violation(self.cycle, self.limits, self.sizes)
         b = p.bounds
+        least = least_violation(self.cycle, self.limits, Bounds(b.b, b.h, (b.l[0], min(b.l[1], self.cycle.rod_length))))
         stoutest = Dimensions(b.b[1], b.h[1], b.l[0])
         return (proof, *least) if least is not None else (proof, math.inf, stoutest)
 

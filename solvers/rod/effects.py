@@ -11,10 +11,10 @@ from typing import Protocol
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.rod.cycle.composition import BEAM_COLUMN, PLAIN_BENDING, Composition
+from solvers.rod.cycle.large_displacement import LargeDisplacement
 from solvers.rod.effect_bounds import first_order
 from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip.elastica import LargeDisplacement
 from solvers.rod.vibration.steady_response import RodInertia
 
 
@@ -155,7 +155,7 @@ def choose_for(
     demands: tuple[Demand, ...] = (),
 ) -> Choice[RodEffect]:
     """The effects for a scene with this strip (see ``solvers.effects.choose``)."""
-    return choose(EFFECTS, Situation.of(scene, dimensions), selection, tolerance, demands)
+    return choose(EFFECTS, Situation(scene, dimensions), selection, tolerance, demands)
 
 
 def compose(choice: Choice[RodEffect]) -> Composition:

@@ -21,7 +21,6 @@ from solvers.rod.cycle.state import (
     STROKE,
     Strip,
     axial_force_with_friction,
-    bend_states,
     fill_states,
 )
 from solvers.rod.load.axial_force import Drive, drive_of
@@ -76,12 +75,6 @@ class BeamModel:
     def with_shear(self) -> BeamModel:
         """The same with shear."""
         return replace(self, shears=True)
-
-    def bend(self, scene: Scene, dimensions: Dimensions, force: Array, stroke: Array) -> BentStrip:
-        """The strip under the axial force [N] with the crank pin at the lateral stroke [m]."""
-        strip, states = strip_of(scene, dimensions, self, 0.0), np.empty((ROWS, force.size))
-        bend_states(strip, np.ascontiguousarray(force), np.ascontiguousarray(stroke), states)
-        return BentStrip.linear(strip, states)
 
 
 PLAIN_BENDING = BeamModel(couples=0.0)

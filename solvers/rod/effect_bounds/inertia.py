@@ -27,20 +27,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, STROKE
+from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, STROKE, Strip
 from solvers.rod.strip.elastica_kernels import Collocation, bent_by, scratch
 
 Array = NDArray[np.float64]
 
-NODES = 16
+NODES = 12
 """Legendre polynomials along the strip: layers of a twentieth of it are resolved as well as an estimate needs."""
 
-_SIGNED, _FOLLOWED = 0.5, 2.0
+_SIGNED, FOLLOWED = 0.5, 2.0
 """Radians of the first mode in an even step: from the first on the steps may miss where it is greatest, from the second
 on they do not follow how it comes about."""
 
-_PHASE_ERROR = 0.03
-"""Of the first mode after a turn [rad]."""
+_PHASE_ERROR, _PHASE_SHARE, _UNKNOWN = 0.03, 3e-4, 0.2
+"""Of the first mode after a turn: rad, and rad per rad; where nothing is known of it, |sin| of its half is taken to be
+no less than the last, as it is in seven of eight cases."""
+
+_FIRST_ROUNDS, _ROUNDS = 6, 3
+"""Of inverse iteration for the natural frequency under the first force, and from its mode under the others."""
 
 _TURN = 2.0 * math.pi
 _LEAST_SINE = 1e-3
@@ -48,7 +52,7 @@ _UNEVEN = 4.0
 
 
 class Motion(NamedTuple):
-    """What inertia adds at the even angles, and for kernels of the main results.
+    """What inertia adds at some even angles, and for kernels of the main results.
 
     side, moment, series        T [N] and M0 [N m], (angles,), and Legendre coefficients over the strip of V'' [1/m],
                                 (terms, angles), by what follows the load
@@ -70,34 +74,38 @@ class Motion(NamedTuple):
 
 
 @kernel
-def motion_rows(
-    states: Array, order: NDArray[np.intp], rising: Array, pace: Array, per_force: float, l: float, head: float,
-    inertia: float, even: int, tables: Collocation, friction: float, lever: float, offset: float, critical: float,
-) -> tuple[Array, Array, bool, float]:  # fmt: skip
-    """Q, theta'(0) and the series of theta' in lengths of the strip, (NODES + 4, even), of what follows and of what
-    rings; the last two of ``Motion``."""
-    rise = _quasi_static(states, per_force, l, head, tables)
-    rows, shape, greatest = _first_iterate(rise, states, per_force, head, inertia, even, tables)
+def motion_of(
+    states: Array, order: NDArray[np.intp], angle: Array, even: int, every: int, strip: Strip, line_mass: float,
+    critical: float, softer: float, tables: Collocation,
+) -> Motion:  # fmt: skip
+    """The motion in a turn in which the strip stands, sampled at ``angle`` with ``even`` even ones first.
+
+    It is told at ``every`` so many of these. ``order`` puts the angles in rising order; ``line_mass`` is rho A omega^2
+    [N/m^2], ``critical`` P_cr [N] in the plane, which shear makes ``softer`` times less.
+    """
+    l, per_force = strip.length, strip.length * strip.length / strip.stiffness
+    head, inertia = (strip.rod_length - l) / l, line_mass * l * l * per_force
+    smooth, step = order.size == even, _TURN / even
+    pace = paces(states[FORCE], per_force * softer, head, inertia, tables)
+    rise = _quasi_static(states, per_force * softer, l, head, tables)
+    rows, shape, greatest = _first_iterate(rise, states, per_force * softer, head, inertia, even, every, tables)
     share = _share_of(rise, shape)
-    follows, step = np.empty(even), _TURN / even
+    follows, fast = np.empty(even), pace.min() * step > _SIGNED
     for i in range(even):
-        before, after = share[i - 1 if i > 0 else even - 1], share[i + 1 if i < even - 1 else 0]
-        follows[i] = -(before - 2.0 * share[i] + after) / (step * pace[i]) ** 2
-    smooth, fast = order.size == even, pace.min() * step > _SIGNED
+        follows[i] = -_bent(share, i, even) / (step * pace[i]) ** 2
     rings = np.empty(even)
-    if smooth and pace.min() * step > _FOLLOWED:
-        rings[:] = _corners_ring(states, even, share, pace, friction, lever, offset, critical)
+    if smooth and pace.min() * step > FOLLOWED:
+        corners = _corners_ring(states, even, share, pace, strip, critical)
+        for i in range(even):
+            # What follows is itself the first of a series.
+            rings[i] = corners + abs(_bent(follows, i, even)) / (step * pace[i]) ** 2
     else:
-        own = _own_motion(rising, share[order], pace[order], smooth)
+        own = _own_motion(angle[order], share[order], pace[order], smooth)
         for i in range(order.size):
             if order[i] < even:
                 rings[order[i]] = own[i] - follows[order[i]]
         if fast:
-            # The greatest within a quarter of a period.
-            beside, reach = np.abs(rings), max(1, round(1.5 / (pace.mean() * step)))
-            for i in range(even):
-                for k in range(-reach, reach + 1):
-                    rings[i] = max(abs(rings[i]), beside[(i + k) % even])
+            _spread(rings, max(1, round(1.5 / (pace.mean() * step))))
     whole, most = np.abs(follows).max(), np.abs(rings).max()
     if fast:
         # At every angle as the stroke goes, or all against it.
@@ -105,9 +113,61 @@ def motion_rows(
             rings[i] = math.copysign(rings[i], states[STROKE, i])
     rung = np.empty(rows.shape)
     for k in range(rows.shape[0]):
-        for i in range(even):
-            rung[k, i] = rows[k, greatest] * rings[i]
-    return rows, rung, fast, most / max(whole, most) if most > 0.0 else 0.0
+        for i in range(rows.shape[1]):
+            rung[k, i] = rows[k, greatest] * rings[i * every]
+    sides, moments = -1.0 / per_force, strip.stiffness / l
+    return Motion(
+        sides * rows[0], moments * rows[1], rows[2:] / l, sides * rung[0], moments * rung[1], rung[2:] / l, fast,
+        most / max(whole, most) if most > 0.0 else 0.0, pace[:even].mean(),
+    )  # fmt: skip
+
+
+@kernel
+def _bent(values: Array, i: int, n: int) -> float:
+    """Second difference of a periodic function at one of ``n`` even places."""
+    return values[i - 1 if i > 0 else n - 1] - 2.0 * values[i] + values[i + 1 if i < n - 1 else 0]
+
+
+@kernel
+def _spread(rings: Array, reach: int) -> None:
+    """Every value becomes the greatest magnitude within so many of its neighbours: a quarter of a period."""
+    beside, n = np.abs(rings), rings.size
+    for i in range(n):
+        for k in range(i - reach, i + reach + 1):
+            rings[i] = max(abs(rings[i]), beside[k % n])
+
+
+@kernel
+def paces(force: Array, per_force: float, head: float, inertia: float, tables: Collocation) -> Array:
+    """Omega under axial forces [N]: a parabola through three of them, squared.
+
+    Each is the first eigenvalue of d'''' - q d'' = inertia Omega^2 d by inverse iteration, with Rayleigh's quotient.
+    """
+    n = NODES
+    room, none, load = scratch(n), np.zeros(n), np.empty(n)
+    bend, shape, sunk = np.empty(n + 2), np.zeros(n + 2), np.empty(n + 2)
+    least, most = force.min(), force.max()
+    squares, shape[0] = np.empty(3), 1.0
+    for m in range(3):
+        q = per_force * (least + 0.5 * m * (most - least))
+        for _ in range(_FIRST_ROUNDS if m == 0 else _ROUNDS):
+            load[0] = 0.5 * shape[0] - shape[1] / 6.0
+            for k in range(1, n):
+                load[k] = tables.low[k] * shape[k - 1] - tables.high[k] * shape[k + 1]
+            bent_by(q, head, 0.0, shape[0], load, none, tables, room, bend, sunk)
+            product, square = 0.0, 0.0
+            for k in range(n + 2):
+                product += sunk[k] * shape[k] / (2 * k + 1)
+                square += sunk[k] * sunk[k] / (2 * k + 1)
+            shape[:] = sunk / math.sqrt(square)
+        squares[m] = product / (square * inertia)
+    out, middle = np.empty(force.size), 0.5 * (least + most)
+    bent, tilt = 0.5 * (squares[0] + squares[2]) - squares[1], 0.5 * (squares[2] - squares[0])
+    half = 0.5 * (most - least)
+    for i in range(force.size):
+        x = (force[i] - middle) / half if half > 0.0 else 0.0
+        out[i] = math.sqrt(max(squares[1] + x * (tilt + x * bent), 1e-6 * abs(squares[1])))
+    return out
 
 
 @kernel
@@ -122,20 +182,22 @@ def _quasi_static(states: Array, per_force: float, l: float, head: float, tables
 
 @kernel
 def _first_iterate(
-    rise: Array, states: Array, per_force: float, head: float, inertia: float, count: int, tables: Collocation
-) -> tuple[Array, Array, int]:
-    """d at the first ``count`` angles, which are even: (NODES + 4, count), and the Legendre coefficients of its shape
-    where it is greatest, (NODES + 2,), with that angle's index.
+    rise: Array, states: Array, per_force: float, head: float, inertia: float, count: int, every: int,
+    tables: Collocation,
+) -> tuple[Array, Array, int]:  # fmt: skip
+    """d at ``every`` so many of the first ``count`` angles, which are even: (NODES + 4, count/every), and the Legendre
+    coefficients of its shape where it is greatest, (NODES + 2,), with that column's index.
 
     Rows are Q and theta'(0) in lengths of the strip, then the Legendre coefficients of theta'. ``per_force`` is l^2/EI,
     ``inertia`` rho A omega^2 l^4/EI.
     """
     n = NODES
     room, load, none = scratch(n), np.zeros(n), np.zeros(n)
-    out, shape = np.empty((n + 4, count)), np.zeros(n + 2)
+    out, shape = np.empty((n + 4, count // every)), np.zeros(n + 2)
     bend, sunk, moved = np.empty(n + 2), np.empty(n + 2), np.empty(n + 2)
     scale, greatest, where = inertia * (count / _TURN) ** 2, -1.0, 0
-    for i in range(count):
+    for j in range(count // every):
+        i = j * every
         before, after = rise[i - 1 if i > 0 else count - 1], rise[i + 1 if i < count - 1 else 0]
         for k in range(n + 2):
             moved[k] = scale * (before[k] - 2.0 * rise[i, k] + after[k])
@@ -143,12 +205,12 @@ def _first_iterate(
         for k in range(1, n):
             load[k] = -(tables.low[k] * moved[k - 1] - tables.high[k] * moved[k + 1])
         q, c = bent_by(per_force * states[FORCE, i], head, 0.0, -moved[0], load, none, tables, room, bend, sunk)
-        out[0, i], out[1, i] = q, c
+        out[0, j], out[1, j] = q, c
         for k in range(n + 2):
-            out[2 + k, i] = bend[k]
+            out[2 + k, j] = bend[k]
         if abs(sunk[0]) > greatest:
             greatest = abs(sunk[0])
-            shape[:], where = sunk, i
+            shape[:], where = sunk, j
     return out, shape, where
 
 
@@ -211,7 +273,7 @@ def _own_motion(angle: Array, share: Array, pace: Array, smooth: bool) -> Array:
     # (I - M)^-1 = (I - M^-1)/(2 - tr M), as det M = 1; the divisor is 4 sin^2 of half the phase after a turn.
     left = 2.0 - first[0] - second[1]
     sine = max(math.sqrt(0.25 * max(left, 0.0)), _LEAST_SINE)
-    scale = 1.0 / (4.0 * sine * max(sine - 0.5 * _PHASE_ERROR, _LEAST_SINE))
+    scale = 1.0 / (4.0 * sine * _sure(sine, (pace * width).sum()))
     state, out = np.empty(2), np.empty(n)
     state[0] = scale * ((1.0 - second[1]) * forced[0] + second[0] * forced[1])
     state[1] = scale * (first[1] * forced[0] + (1.0 - first[0]) * forced[1])
@@ -223,13 +285,14 @@ def _own_motion(angle: Array, share: Array, pace: Array, smooth: bool) -> Array:
 
 @kernel
 def _corners_ring(
-    states: Array, count: int, share: Array, pace: Array, friction: float, lever: float, offset: float, critical: float
+    states: Array, count: int, share: Array, pace: Array, strip: Strip, critical: float
 ) -> float:  # fmt: skip
     """Amplitude of a fast mode's ringing behind the corners that friction makes between ``count`` even angles.
 
     Where 6 |M|/Lp = |T|, F'' jumps by (4/pi) mu |T| ((6 |M|/(|T| Lp))')^2.
     """
     total, phase, step = 0.0, 0.0, _TURN / count
+    friction, lever, offset = strip.friction, strip.lever, strip.offset
     for i in range(count):
         j = (i + 1) % count
         phase += pace[i] * step
@@ -244,7 +307,14 @@ def _corners_ring(
         stiff = max(critical + force - friction * side, 1e-3 * critical)
         moved = abs(share[i] + at * (share[j] - share[i])) / stiff
         total += friction * rate * rate / side * moved / (pace[i] * pace[i])
-    return total * max(1.0, 0.5 / max(abs(math.sin(0.5 * phase)) - 0.5 * _PHASE_ERROR, _LEAST_SINE))
+    return total * max(1.0, 0.5 / _sure(abs(math.sin(0.5 * phase)), phase))
+
+
+@kernel
+def _sure(sine: float, phase: float) -> float:
+    """|sin| of half the phase [rad] after a turn, less what it may be off."""
+    error = _PHASE_ERROR + _PHASE_SHARE * phase
+    return max(sine - 0.5 * error, min(sine - 0.5 * _PHASE_ERROR, _UNKNOWN), _LEAST_SINE)
 
 
 @kernel

@@ -34,13 +34,19 @@ from solvers.rod.strip.shape import bend
 
 Array = NDArray[np.float64]
 
-STATIONS = 13
+STATIONS = 9
 
 UTILISATION, STRESS, MOST_SIDE, MOST_MOMENT, MOST_CONTACT, POWER = range(6)
 """1/n of fatigue, greatest |sigma| [Pa], greatest |T| [N], |M0| [N m] and contact load |T| + 6 |M0 + T e|/Lp [N], and
 the mean of F |dx/dphi| [N m]."""
 
 RESULTS = 6
+
+MASS, COUPLES, SHEARING, FRICTION = range(4)
+"""What can be taken away from a turn: the reciprocating mass, the axial force's part in bending, shear, and friction's
+part in the axial force."""
+
+PARTS = 4
 
 
 class Judging(NamedTuple):
@@ -132,26 +138,39 @@ def judge(
 
 
 @kernel
-def sampled_turn(j: Judging, drive: Drive, strip: Strip, critical: float) -> tuple[Array, Judged]:
-    """The states at the angles, and the main results."""
-    states = np.empty((ROWS, j.angle.size))
-    fill_states(drive, strip, j.angle, states)
+def judge_turn(j: Judging, drive: Drive, strip: Strip, states: Array, critical: float) -> Judged:
+    """The main results of a table of states without corrections."""
     if states[FORCE].min() > -critical:
-        return states, judge(
-            j, strip, states, states[SIDE], states[MOMENT], np.empty((0, 0)), False, critical
-        )  # fmt: skip
+        return judge(j, strip, states, states[SIDE], states[MOMENT], np.empty((0, 0)), False, critical)
     force = np.empty(j.angle.size)
     for i in range(force.size):
         force[i] = axial_force(drive, j.angle[i])
     if force.min() > -critical:
         force[force.argmin()] = -critical
-    return states, Judged(np.zeros(RESULTS), np.zeros((2, 2 * STATIONS)), force, critical, 0.0)
+    return Judged(np.zeros(RESULTS), np.zeros((2, 2 * STATIONS)), force, critical, 0.0)
 
 
 @kernel
-def change_without(j: Judging, drive: Drive, strip: Strip, critical: float, exact: Judged) -> float:
-    """``change`` of a turn from this drive and strip."""
-    return change(j, sampled_turn(j, drive, strip, critical)[1], exact)
+def changes_without(
+    j: Judging, drive: Drive, still: Drive, strip: Strip, critical: float, rigid: float, exact: Judged
+) -> Array:
+    """``change`` without each of what the turn holds, (PARTS,); ``still`` is the drive without inertia, ``rigid`` P_cr
+    [N] without shear."""
+    out, states = np.zeros(PARTS), np.empty((ROWS, j.angle.size))
+    for part in range(PARTS):
+        there = drive.mass if part == MASS else strip.friction if part == FRICTION else 1.0
+        if there == 0.0:
+            continue
+        driven = still if part == MASS else drive
+        most = rigid if part == SHEARING else critical
+        left = Strip(
+            strip.stiffness, strip.length, strip.rod_length, 0.0 if part == COUPLES else strip.couples,
+            0.0 if part == SHEARING else strip.compliance, 0.0 if part == FRICTION else strip.friction, strip.lever,
+            strip.offset, strip.buckled,
+        )  # fmt: skip
+        fill_states(driven, left, j.angle, states)
+        out[part] = change(j, judge_turn(j, driven, left, states, most), exact)
+    return out
 
 
 @kernel

@@ -1,60 +1,123 @@
-"""A scene with its strip as the influences of effects see it: one turn with every effect in closed form, and what is
-needed to take one away."""
+"""A scene with its strip as the influences of effects see it: one turn with every effect in closed form."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.fatigue import serensen
-from solvers.numerics.periodic import TURN, grid
-from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
-from solvers.rod.effect_bounds.inertia import NODES, Motion, motion_rows
-from solvers.rod.effect_bounds.main_results import Judged, Judging, change_without, judge, sampled_turn
-from solvers.rod.load.axial_force import Drive, axial_forces, drive_of
-from solvers.rod.load.gas import sharpest
+from solvers.numerics.jit import kernel
+from solvers.numerics.periodic import TURN
+from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, Strip, fill_states
+from solvers.rod.effect_bounds.main_results import Judged, Judging, changes_without, judge_turn
+from solvers.rod.effect_bounds.sampling import Sampling, even_angles, sharp_angles, with_sharp
+from solvers.rod.load.axial_force import Drive, axial_force, drive_of
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip.buckling import log_critical_parameter
-from solvers.rod.strip.elastica_kernels import collocation
+from solvers.rod.strip.buckling import first_root
 from solvers.rod.strip.shear import critical_coupling
-from solvers.rod.strip.stiffness import shear_stiffness
-from solvers.rod.vibration.natural_frequencies import natural_frequency
+from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 Array = NDArray[np.float64]
 
 _EVEN, _MOST_EVEN = 128, 1024
 """Even angles, as many times more as it takes to resolve the clamp moment."""
 
-_BENT = 0.06
+_BENT = 0.03
 """Second difference of the clamp moment at even angles, as a share of its greatest, up to which they resolve it."""
 
-_FEW, _MANY = 32, 256
-"""Pieces of a load up to which each is sampled inside as well, and up to which all of their ends are."""
 
-_APART = 1e-6
-
-
-class Sampling(NamedTuple):
-    """Crank angles [rad], the first ``even`` of them even; indices that put them in rising order; |dx/dphi| [m] at them
-    times each one's share of the turn."""
-
-    angle: Array
-    even: int
-    order: NDArray[np.intp]
-    travel: Array
+@kernel
+def _states(drive: Drive, strip: Strip, angle: Array, even: int) -> tuple[Array, Array, float, float, float]:
+    """The states at the angles, |dx/dphi| [m], and the greatest compression [N] without friction; how bent the clamp
+    moment is from one even angle to the next, and at every other one."""
+    states, travel, compression = np.empty((ROWS, angle.size)), np.empty(angle.size), 0.0
+    fill_states(drive, strip, angle, states)
+    ratio = drive.crank_radius / drive.rod_length
+    for i in range(angle.size):
+        sine = math.sin(angle[i])
+        lean = math.sqrt((1.0 - ratio * sine) * (1.0 + ratio * sine))
+        travel[i] = abs(drive.crank_radius * sine * (1.0 + ratio * math.cos(angle[i]) / lean))
+        compression = max(compression, -axial_force(drive, angle[i]))
+    moment, most, bent, thinned = states[MOMENT], 0.0, 0.0, 0.0
+    for i in range(even):
+        most = max(most, abs(moment[i]))
+        bent = max(bent, abs(moment[i - 1 if i > 0 else even - 1] - 2.0 * moment[i] + moment[(i + 1) % even]))
+        thinned = max(thinned, abs(moment[(i - 2) % even] - 2.0 * moment[i] + moment[(i + 2) % even]))
+    scale = 1.0 / most if most > 0.0 else 0.0
+    return states, travel, compression, bent * scale, thinned * scale
 
 
 @dataclass(frozen=True)
-class Driven:
-    """A scene's turn as every strip in it feels it, sampled once."""
+class Seen:
+    """Angles of a turn: what results are made with there, the states (``cycle.state``), and the main results."""
+
+    judging: Judging
+    states: Array
+    judged: Judged
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A sampled turn of a strip: its P_cr and greatest compression without friction [N], the states at all angles.
+
+    ``step``: at every so many even angles it is resolved. ``sharpness`` is the root of the clamp moment's greatest
+    second derivative over its greatest value.
+    """
+
+    sampling: Sampling
+    drive: Drive
+    strip: Strip
+    critical: float
+    compression: float
+    sharpness: float
+    judging: Judging
+    states: Array
+    step: int
+
+    @cached_property
+    def seen(self) -> Seen:
+        """The turn where it is judged: at as few angles as resolve it, all where the load is sharp."""
+        return self._seen(slice(0, self.sampling.angle.size, self.step))
+
+    @cached_property
+    def thinned(self) -> Seen:
+        """The turn at every other even angle of those that resolve it: corrections of the shape are smooth."""
+        return self._seen(slice(0, self.sampling.even, 2 * self.step))
+
+    @cached_property
+    def even(self) -> Seen:
+        """The turn where it is judged, but for sharp angles."""
+        return self.seen if self.smooth else self._seen(slice(0, self.sampling.even, 1))
+
+    @property
+    def smooth(self) -> bool:
+        return self.sampling.even == self.sampling.angle.size
+
+    @property
+    def stands(self) -> bool:
+        return float(self.states[FORCE].min()) > -self.critical
+
+    def _seen(self, part: slice) -> Seen:
+        if part.step == 1 and part.stop == self.sampling.angle.size:
+            judging, states = self.judging, self.states
+        else:
+            angle, travel = self.judging.angle[part].copy(), part.step * self.judging.travel[part]
+            judging, states = self.judging._replace(angle=angle, travel=travel), self.states[:, part].copy()
+        return Seen(judging, states, judge_turn(judging, self.drive, self.strip, states, self.critical))
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A scene with its strip; what is derived from them is found when it is first asked for."""
 
     scene: Scene
-    _samplings: dict[int, Sampling] = field(default_factory=dict, repr=False, compare=False)
+    dimensions: Dimensions
+    known: dict[str, tuple[float, float, float]] = field(default_factory=dict, repr=False, compare=False)
+    """Influences that others need."""
 
     @cached_property
     def drive(self) -> Drive:
@@ -63,86 +126,15 @@ class Driven:
 
     @cached_property
     def sharp(self) -> Array:
-        """Angles [rad] where the load is sharp, with three between the ends of each piece where there are few."""
-        sharp = self.scene.load.sharp_angles()
-        if not sharp.size:
-            return sharp
-        ends = np.unique(np.mod(sharp, TURN))
-        if ends.size > _MANY:
-            ends = sharpest(ends, axial_forces(self.drive, ends), _MANY)
-        if ends.size > _FEW:
-            return ends
-        width = np.diff(ends, append=ends[0] + TURN)
-        return np.mod((ends[:, None] + width[:, None] * np.arange(4) / 4).ravel(), TURN)
+        """Angles [rad] where the load is sharp."""
+        return sharp_angles(self.scene.load, self.drive)
 
-    def sampling(self, even: int) -> Sampling:
-        """So many even angles, and behind them the sharp ones."""
-        if even not in self._samplings:
-            step = TURN / even
-            beside = np.mod(self.sharp + 0.5 * step, step) - 0.5 * step
-            angle = np.concatenate([grid(even), self.sharp[np.abs(beside) > _APART]])
-            order = np.argsort(angle)
-            self._samplings[even] = Sampling(angle, even, order, self._travel(angle, order))
-        return self._samplings[even]
-
-    def _travel(self, angle: Array, order: NDArray[np.intp]) -> Array:
-        m, rising, width = self.scene.mechanism, angle[order], np.empty(order.size)
-        width[order] = 0.5 * (np.append(rising[1:], rising[0] + TURN) - np.append(rising[-1] - TURN, rising[:-1]))
-        sine, ratio = np.sin(angle), m.crank_radius / m.rod_length
-        lean = np.sqrt((1.0 - ratio * sine) * (1.0 + ratio * sine))
-        return np.abs(m.crank_radius * sine * (1.0 + ratio * np.cos(angle) / lean)) * width / TURN
-
-
-class Turn(NamedTuple):
-    """A sampled turn: its strip, what results are made with, the states (``cycle.state``), and the main results."""
-
-    sampling: Sampling
-    strip: Strip
-    judging: Judging
-    states: Array
-    judged: Judged
-
-    def part(self, step: int) -> Turn:
-        """The turn at every so many of its even angles alone."""
-        even = self.sampling.even
-        if step == 1 and even == self.sampling.angle.size:
-            return self
-        angle, travel = self.judging.angle[:even:step].copy(), self.judging.travel[:even:step].copy()
-        judging, states = self.judging._replace(angle=angle, travel=travel), self.states[:, :even:step].copy()
-        sampling = Sampling(angle, angle.size, np.arange(angle.size), travel)
-        judged = judge(
-            judging, self.strip, states, states[SIDE], states[MOMENT], np.empty((0, 0)), False, self.judged.critical
-        )
-        return Turn(sampling, self.strip, judging, states, judged)
-
-
-@dataclass(frozen=True)
-class Situation:
-    """A scene with its strip; what is derived from them is found when it is first asked for."""
-
-    driven: Driven
-    dimensions: Dimensions
-    known: dict[str, float] = field(default_factory=dict, repr=False, compare=False)
-    """Influences that others need."""
-
-    @staticmethod
-    def of(scene: Scene, dimensions: Dimensions) -> Situation:
-        return Situation(Driven(scene), dimensions)
-
-    def resized(self, dimensions: Dimensions) -> Situation:
-        """Another strip in the same scene."""
-        return Situation(self.driven, dimensions)
-
-    @property
-    def scene(self) -> Scene:
-        return self.driven.scene
-
-    @property
+    @cached_property
     def stiffness(self) -> float:
         """EI [N m^2]."""
-        return self.scene.material.elastic_modulus * self.dimensions.b * self.dimensions.h**3 / 12.0
+        return bending_stiffness(self.scene, self.dimensions)
 
-    @property
+    @cached_property
     def compliance(self) -> float:
         """g = EI/(kGA) [m^2]."""
         return self.stiffness / shear_stiffness(self.scene, self.dimensions)
@@ -150,8 +142,8 @@ class Situation:
     @cached_property
     def in_plane(self) -> float:
         """P_cr [N] of bending in the crank's plane, rigid in shear."""
-        length = self.scene.mechanism.rod_length
-        return self.stiffness * (math.exp(log_critical_parameter(self.dimensions.l, length)[0]) / length) ** 2
+        l = self.dimensions.l
+        return self.stiffness * (first_root(l / self.scene.mechanism.rod_length)[0] / l) ** 2
 
     @property
     def critical(self) -> float:
@@ -159,20 +151,15 @@ class Situation:
         return self.in_plane * min(1.0, (self.dimensions.b / self.dimensions.h) ** 2)
 
     @cached_property
-    def critical_with_shear(self) -> float:
-        """P_cr [N] about the weaker axis, bending in the crank's plane with shear."""
+    def softer(self) -> float:
+        """P_cr of bending in the crank's plane rigid in shear, over that with shear."""
         length = self.scene.mechanism.rod_length
-        return min(self.critical, -self.stiffness * critical_coupling(self.dimensions.l, length, self.compliance))
-
-    @cached_property
-    def gas_and_inertia(self) -> Array:
-        """The axial force [N] without friction at the sampled angles."""
-        return axial_forces(self.driven.drive, self.driven.sampling(_EVEN).angle)
+        return self.in_plane / (-self.stiffness * critical_coupling(self.dimensions.l, length, self.compliance))
 
     @property
-    def compression(self) -> float:
-        """The greatest compression [N] without friction."""
-        return max(-float(self.gas_and_inertia.min()), 0.0)
+    def critical_with_shear(self) -> float:
+        """P_cr [N] about the weaker axis, bending in the crank's plane with shear."""
+        return min(self.critical, self.in_plane / self.softer)
 
     @cached_property
     def strip(self) -> Strip:
@@ -193,39 +180,53 @@ class Situation:
     @cached_property
     def turn(self) -> Turn:
         """The turn with every effect in closed form."""
-        return self._resolved(self.driven.drive, self.strip)
+        return self._resolved(self.drive, self.strip)
 
     @cached_property
     def upright(self) -> Turn | None:
         """The turn, or where the strip buckles in it one without friction, or without inertia too: what corrections of
         the shape are judged by. None where it buckles under the gas alone."""
-        if self.stands:
+        if self.turn.stands:
             return self.turn
         rubless = self.strip._replace(friction=0.0)
-        for drive in (self.driven.drive, drive_of(self.scene, 0.0)):
+        for drive in (self.drive, drive_of(self.scene, 0.0)):
             turn = self._resolved(drive, rubless)
-            if turn.judged.stands:
+            if turn.stands:
                 return turn
         return None
 
-    def _resolved(self, drive: Drive, strip: Strip) -> Turn:
-        sharp, even = self.driven.sharp.size > 0, _EVEN
+    @cached_property
+    def without(self) -> Array:
+        """The greatest relative change of the main results without each part of the turn (``main_results.PARTS``)."""
+        seen, still = self.turn.seen, self.drive._replace(mass=0.0)
+        critical, rigid = self.critical_with_shear, self.critical
+        return changes_without(seen.judging, self.drive, still, self.strip, critical, rigid, seen.judged)
+
+    def finer(self, turn: Turn) -> Turn:
+        """The turn at twice as many even angles, or at as many where they are enough for anything."""
+        even = 2 * turn.sampling.even
+        return turn if even > _MOST_EVEN else self._resolved(turn.drive, turn.strip, even)
+
+    def _resolved(self, drive: Drive, strip: Strip, even: int = _EVEN) -> Turn:
+        sharp = self.sharp
         while True:
-            turn = self._turn(self.driven.sampling(even), drive, strip)
-            if sharp or not turn.judged.stands or even >= _MOST_EVEN:
-                return turn
-            moment = turn.states[MOMENT, :even]
-            bent = float(np.abs(moment[:-2] - 2.0 * moment[1:-1] + moment[2:]).max()) / float(np.abs(moment).max())
-            if not bent > _BENT:
+            sampling = with_sharp(even, sharp) if sharp.size else even_angles(even)
+            states, travel, compression, bent, thinned = _states(drive, strip, sampling.angle, even)
+            step = 2 if thinned <= _BENT and not sharp.size else 1
+            judging = self._judging(sampling.angle, travel * sampling.share)
+            sharpness = math.sqrt(bent) * even / TURN
+            critical = self.critical_with_shear
+            turn = Turn(sampling, drive, strip, critical, compression, sharpness, judging, states, step)
+            if sharp.size or not bent > _BENT or even >= _MOST_EVEN or not turn.stands:
                 return turn
             even *= 2 if bent <= 4.0 * _BENT else 4
 
-    def _turn(self, sampling: Sampling, drive: Drive, strip: Strip) -> Turn:
+    def _judging(self, angle: Array, travel: Array) -> Judging:
         d, piston, material = self.dimensions, self.scene.piston, self.scene.material
-        judging = Judging(
-            sampling.angle,
-            sampling.travel,
-            6.0 / piston.skirt_length,
+        return Judging(
+            angle,
+            travel,
+            self.strip.lever,
             piston.clamp_offset,
             4.0 / math.pi * piston.friction_coefficient,
             1.0 / (d.b * d.h),
@@ -233,47 +234,3 @@ class Situation:
             *serensen(material).diagram(),
             self.in_plane,
         )
-        return Turn(sampling, strip, judging, *sampled_turn(judging, drive, strip, self.critical_with_shear))
-
-    @property
-    def stands(self) -> bool:
-        return self.turn.judged.stands > 0.0
-
-    def change_without(self, drive: Drive, strip: Strip, critical: float) -> float:
-        """The greatest relative change of the main results where the turn is that of this drive and strip."""
-        return change_without(self.turn.judging, drive, strip, critical, self.turn.judged)
-
-    @cached_property
-    def motion(self) -> Motion | None:
-        """What the strip's inertia adds to the upright turn."""
-        return None if self.upright is None else motion_of(self, self.upright)
-
-    def pace(self, force: Array) -> Array:
-        """omega_1/omega of the strip under axial forces [N]: a parabola through three of them, squared."""
-        least, most = float(force.min()), float(force.max())
-        known = np.array([least, 0.5 * (least + most), most])
-        squares = np.array([natural_frequency(self.scene, self.dimensions, f) for f in known.tolist()]) ** 2
-        x = (force - known[1]) / max(0.5 * (most - least), 1e-12 * self.in_plane)
-        bent, tilt = 0.5 * (squares[0] + squares[2]) - squares[1], 0.5 * (squares[2] - squares[0])
-        return np.sqrt(np.maximum(squares[1] + x * (tilt + x * bent), 1e-6 * squares[1])) / self.scene.mechanism.speed
-
-
-def motion_of(situation: Situation, turn: Turn) -> Motion:
-    """The motion in a turn in which the strip stands."""
-    sampling, states, strip = turn.sampling, turn.states, turn.strip
-    even = sampling.even
-    d, m, material = situation.dimensions, situation.scene.mechanism, situation.scene.material
-    l = d.l
-    inertia = material.density * d.b * d.h * m.angular_speed**2 * l**4 / situation.stiffness
-    pace = situation.pace(states[FORCE])
-    rows, rings, either, share = motion_rows(
-        states, sampling.order, sampling.angle[sampling.order], pace, l * l / situation.stiffness, l,
-        (m.rod_length - l) / l, inertia, even, collocation(NODES), strip.friction, strip.lever, strip.offset,
-        situation.in_plane,
-    )  # fmt: skip
-    per_length = situation.stiffness / l
-    return Motion(
-        *(-per_length / l * rows[0], per_length * rows[1], rows[2:] / l),
-        *(-per_length / l * rings[0], per_length * rings[1], rings[2:] / l),
-        *(either, share, float(pace[:even].mean())),
-    )

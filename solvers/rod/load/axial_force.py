@@ -9,16 +9,14 @@ with the pressure as Schmidt's fraction or as pieces of cubics (``solvers.rod.lo
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.brackets import MOST_ROUNDS, mark_humps, narrow, trial_points
 from solvers.numerics.jit import kernel
-
-if TYPE_CHECKING:
-    from solvers.rod.scene import Scene
+from solvers.rod.scene import Scene
 
 Array = NDArray[np.float64]
 _TURN = 2.0 * math.pi
@@ -26,7 +24,7 @@ _EPS = float(np.finfo(float).eps)
 
 
 class Drive(NamedTuple):
-    """The machine as kernels take it, SI units; the first five are those of ``loads.PressureCurve``."""
+    """The machine as kernels take it, SI units; the first five are those of ``scene.PressureCurve``."""
 
     level: float
     sharpness: float

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solvers.errors import InvalidInput
+from solvers.rod.scene import PressureCurve
 
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator
@@ -20,37 +21,7 @@ _WIDE_PEAK = 0.1
 _MOST_SHARP = 4096
 
 
-class PressureCurve(NamedTuple):
-    """A pressure cycle as kernels take it.
-
-    Without breaks it is level (1 + sharpness)/(1 - sharpness cos(phi - phase)); with them, of shape (pieces + 1,) over
-    one turn, ``pieces`` holds the coefficients of cubics in phi - break, highest power first, shape (4, pieces).
-    """
-
-    level: float
-    sharpness: float
-    phase: float
-    breaks: NDArray[np.float64]
-    pieces: NDArray[np.float64]
-
-
 _NO_BREAKS, _NO_PIECES = np.empty(0), np.empty((4, 0))
-
-
-class Load(Protocol):
-    """A pressure cycle of one turn, in Pa over the crank angle from top dead centre."""
-
-    def pressure(self, angle: ArrayLike) -> NDArray[np.float64]:
-        """p(phi) [Pa], periodic with one turn, same shape as the angles [rad]."""
-
-    def reference_pressure(self) -> float:
-        """The pressure behind the piston [Pa]: the one given, else the mean of the cycle."""
-
-    def sharp_angles(self) -> NDArray[np.float64]:
-        """Angles [rad] between which the pressure is smooth, where even sampling might step over a peak or a jump."""
-
-    def curve(self) -> PressureCurve:
-        """The pressure for kernels."""
 
 
 def _require(ok: bool, name: str, reason: str, allowed: str) -> None:

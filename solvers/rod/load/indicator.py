@@ -16,8 +16,8 @@ from solvers.crank.repair import Repair, repaired_indicator
 from solvers.crank.scene import Cylinder
 from solvers.errors import InvalidInput
 from solvers.numerics.pieces import subdivide
-from solvers.rod.load.gas import TURN, PressureCurve, require_back_pressure, sharpest
-from solvers.rod.scene import Mechanism, Piston
+from solvers.rod.load.gas import TURN, require_back_pressure, sharpest
+from solvers.rod.scene import Mechanism, Piston, PressureCurve
 
 _RAMP = 1e-6
 """Within this of a dead centre [rad] a jump takes place, as a smooth step. The piston stands still there: what the ramp

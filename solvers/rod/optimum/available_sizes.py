@@ -20,7 +20,7 @@ from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core_optimum import polish
 from solvers.rod.optimum.full_model import logarithms
 from solvers.rod.optimum.full_optimum import Context, Optimum, conditions_at
-from solvers.rod.optimum.local_search import Local
+from solvers.rod.optimum.local_search import Local, local_search
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
@@ -44,12 +44,13 @@ def discrete_optimum(context: Context, start: Dimensions) -> Optimum | None:
         limits = context.core_limits_at(found.best.outcome.value.dimensions, found.best.outcome.value)
         proof = context.shifted_core(limits)
         if proof.best is None:
+            _from_any_sizes(context, found, tried)
             break
         strip = proof.best.dimensions
         if _key(context, strip) in tried:
             break
     best = context.best()
-    while best is not None and _improved(context, best, tried):
+    while best is not None and _improved(context, best, best, tried):
         best = context.best()
     if best is None:
         return None
@@ -77,11 +78,18 @@ def _within(context: Context, strip: Dimensions) -> Bounds:
     return Bounds(near.b, near.h, (near.l[0], min(near.l[1], context.cycle.rod_length)))
 
 
-def _improved(context: Context, best: Local, tried: set[tuple[float, ...]]) -> bool:
-    """Whether sizes next to the best strip's are better, looked at in the order of what the corrected core says."""
-    check = best.best.outcome.value
+def _from_any_sizes(context: Context, start: Local, tried: set[tuple[float, ...]]) -> None:
+    """Sizes next to the best strip of sizes chosen at will: the way there would take many single steps."""
+    free = local_search(context.model, context.task, context.bounds, start.best.x)
+    if free is not None and free.found is not None:
+        _improved(context, context.best(), free, tried)
+
+
+def _improved(context: Context, best: Local, around: Local, tried: set[tuple[float, ...]]) -> bool:
+    """Whether sizes next to a strip's are better than the best; in the order of what the corrected core says."""
+    check = around.best.outcome.value
     limits = context.core_limits_at(check.dimensions, check)
-    own = context.task.objective.log_cost(check, context.model.scene.material.density)
+    own = best.best.log_cost if best.found is not None else math.inf
     promising = []
     for strip in _neighbours(context, check.dimensions):
         if _key(context, strip) in tried:
@@ -103,7 +111,7 @@ def _expected(
     """The least ln objective that sizes may have by the corrected core, and its strip; None if inadmissible."""
     doubt = _WRONG * float(np.max(np.abs(logarithms(strip) - logarithms(around))))
     loose = {row: limit + doubt for row, limit in limits.items()}
-    found = polish(context.cycle, context.problem.objective, loose, _within(context, strip), strip)
+    found = polish(context.cycle.coarse, context.problem.objective, loose, _within(context, strip), strip)
     if found is None:
         return None
     shift = 0.0 if context.problem.objective.per_density else doubt

@@ -9,48 +9,54 @@ import numpy as np
 from solvers.rod import rows
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core_cycle import CoreCycle
+from solvers.rod.optimum.core_optimum import within
 from solvers.rod.optimum.full_model import logarithms
 from solvers.rod.optimum.full_optimum import Context
 from solvers.rod.optimum.local_search import Iterate, Local, excess_of
-from solvers.rod.optimum.proof.outer_approximation import Sizes, search
-from solvers.rod.problem import OBJECTIVES
+from solvers.rod.optimum.peaks import Wanted
+from solvers.rod.optimum.sqp import Memory, feasibility_program, run, wanted_of
+from solvers.rod.problem import OBJECTIVES, Bounds
 from solvers.rod.scene import Dimensions
 
 SPREAD = 3
 """Starts beside the core's least violating strip."""
-_FIRST, _GREATEST = 0.02, 5.0
-_CLOSE = 0.1
-_GAP, _BOXES = 1e-2, 500
+_ROUNDS, _ITERATIONS, _TOLERANCE = 4, 30, 1e-3
 _HOPELESS = 0.1
 """Beyond this excess, in logarithms, no further starts are tried."""
 
 
-def least_violation(cycle: CoreCycle, limits: Limits, sizes: Sizes) -> tuple[float, Dimensions] | None:
-    """About the least excess by which the core can miss every limit at once, in logarithms, and a strip that does.
+def least_violation(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> tuple[float, Dimensions] | None:
+    """The least excess found by which the core misses every limit at once, in logarithms, and the strip that does.
 
-    Limits are let out together until there is a strip, then drawn in by bisection to about ``_CLOSE`` of the excess;
-    stability never beyond buckling. None where every strip buckles.
+    Local searches, stability never beyond buckling, from the stoutest strip and from strips spread over the bounds.
+    None where every strip tried buckles.
     """
+    found = [one for start in _starts(cycle, limits, bounds) if (one := _least_from(cycle, limits, bounds, start))]
+    return min(found, key=lambda one: one[0], default=None)
 
-    def within(excess: float) -> Dimensions | None:
-        most = {rows.STABILITY: -1e-6}
-        relaxed = {row: min(limit + excess, most.get(row, math.inf)) for row, limit in limits.items()}
-        best = search(cycle, OBJECTIVES["mass"], relaxed, sizes, _GAP, _BOXES).best
-        return None if best is None else best.dimensions
 
-    low, high = 0.0, _FIRST
-    while (strip := within(high)) is None:
-        if high > _GREATEST:
-            return None
-        low, high = high, 3.0 * high
-    while high - low > _CLOSE * high + 1e-3:
-        middle = 0.5 * (low + high)
-        closer = within(middle)
-        if closer is None:
-            low = middle
-        else:
-            high, strip = middle, closer
-    return high, strip
+def _starts(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> list[Dimensions]:
+    return [Dimensions(bounds.b[1], bounds.h[1], bounds.l[0]), *spread(cycle, limits, bounds)]
+
+
+def _least_from(cycle: CoreCycle, limits: Limits, bounds: Bounds, start: Dimensions) -> tuple[float, Dimensions] | None:
+    """The end of one local search: its peaks are looked for anew at every end, until it stays."""
+    wanted, box, strip = wanted_of(OBJECTIVES["mass"], limits), np.log([bounds.b, bounds.h, bounds.l]), start
+    peaks, best = cycle.peaks(strip, wanted), None
+    for _ in range(_ROUNDS):
+        memory, x = Memory(cycle.following(peaks, wanted)), logarithms(strip)
+        p = feasibility_program(limits, memory.active.layout)
+        if memory.values(x)[rows.STABILITY] >= 0.0:
+            break
+        own = p.cost(memory.values(x))
+        if best is None or own < best[0]:
+            best = own, strip
+        step = run(memory, p, box, x, _TOLERANCE, _ITERATIONS)
+        if not step.cost < best[0] - _TOLERANCE:
+            break
+        strip = within(bounds, step.x)
+        peaks = cycle.peaks(strip, wanted).joined(peaks)
+    return best
 
 
 def least_violating(context: Context, start: Dimensions, hopeless: bool = False) -> Local | None:
@@ -66,7 +72,7 @@ def least_violating(context: Context, start: Dimensions, hopeless: bool = False)
     best = context.best()
     if best is not None and (best.found is not None or best.best.excess > _HOPELESS):
         return best
-    for strip in _spread(context):
+    for strip in spread(context.cycle, context.task.limits, context.bounds):
         context.search_from(strip, context.bounds)
         best = context.best()
         if best is not None and best.found is not None:
@@ -83,17 +89,17 @@ def checked_only(context: Context, strip: Dimensions) -> Iterate | None:
     return Iterate(logarithms(strip), outcome, cost, excess_of(task, outcome.value, scene), None, task.limits)
 
 
-def _spread(context: Context) -> list[Dimensions]:
+def spread(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> list[Dimensions]:
     """Strips spread evenly over the bounds (I. M. Sobol's sequence), the thickness such that they stand on the core."""
     from scipy.stats.qmc import Sobol
 
-    b = context.bounds
-    low, high = np.log([b.b, b.h, b.l]).T
+    nothing = Wanted(False, False, False)
+    low, high = np.log([bounds.b, bounds.h, bounds.l]).T
     out = []
-    for x in low + (high - low) * Sobol(3, scramble=False).random(8)[1:]:
+    for x in low + (high - low) * Sobol(3, scramble=False).random(8)[1 : SPREAD + 1]:
         strip = Dimensions(*np.exp(x).tolist())
-        core = context.cycle.following(context.cycle.peaks(strip, context.model.wanted), context.model.wanted)
-        missing = core.values(logarithms(strip))[rows.STABILITY] - context.task.limits[rows.STABILITY]
-        thicker = min(strip.h * math.exp(max(missing, 0.0) / 3.0) * 1.01, b.h[1])
+        core = cycle.following(cycle.peaks(strip, nothing), nothing)
+        missing = core.values(logarithms(strip))[rows.STABILITY] - limits[rows.STABILITY]
+        thicker = min(strip.h * math.exp(max(missing, 0.0) / 3.0) * 1.01, bounds.h[1])
         out.append(Dimensions(strip.b, thicker, strip.l))
-    return out[:SPREAD]
+    return out

@@ -32,9 +32,11 @@ from solvers.rod.vibration.steady_response import RodInertia
 
 _WHOLE = periodic.grid(256)
 """Angles of the mean of friction power: what they miss, strips near each other miss alike, and exact checks tell."""
-_STEP, _COARSE_STEP = 1e-6, 1e-5
-"""Of differences in ln b, ln h, ln l: one-sided of closed forms, central where time meshes change between strips."""
-_KEPT = 4
+_STEP, _CORRECTION_STEP = 1e-6, 2e-3
+"""Of differences in ln b, ln h, ln l: of closed forms, and of corrections, whose time meshes change between strips."""
+_LOOSER = 5.0
+"""Times the accuracy of checks: the rows of a strip, which its check corrects."""
+_KEPT = 6
 _LEAST = 1e-300
 
 Watch = Callable[[], None]
@@ -62,32 +64,41 @@ class FullModel:
     watch: Watch = no_watch
     strips: int = 0
     checks: int = 0
-    _strips: dict[Dimensions, FullStrip] = field(default_factory=dict)
+    _strips: dict[tuple[Dimensions, bool], FullStrip] = field(default_factory=dict)
     _checks: dict[Dimensions, Outcome[RodCheck]] = field(default_factory=dict)
 
     @property
     def ripples(self) -> bool:
-        """Whether results ripple from strip to strip: the strip's inertia rings undamped, and time meshes change."""
+        """Whether results ripple from strip to strip: the strip's inertia rings undamped."""
         return any(isinstance(part, RodInertia) for part in self.composition.corrections)
 
-    def strip(self, d: Dimensions) -> FullStrip:
-        """One strip at any angles and sections; the last few are kept."""
-        if d not in self._strips:
+    @property
+    def corrected(self) -> bool:
+        """Whether the physics has corrections, which cost far more than the rest."""
+        return bool(self.composition.corrections)
+
+    def strip(self, d: Dimensions, corrected: bool = True) -> FullStrip:
+        """One strip at any angles and sections, with its corrections or without; the last few are kept."""
+        key = d, corrected and self.corrected
+        if key not in self._strips:
             self.watch()
             self.strips += 1
             while len(self._strips) >= _KEPT:
                 del self._strips[next(iter(self._strips))]
-            self._strips[d] = FullStrip(Cycle(self.scene, d, self.composition, 0.1 * self.accuracy))
-        return self._strips[d]
+            cycle = Cycle(self.scene, d, self.composition, _LOOSER * self.accuracy)
+            self._strips[key] = FullStrip(cycle if corrected else cycle.without_corrections())
+        return self._strips[key]
 
-    def check(self, d: Dimensions) -> Outcome[RodCheck]:
-        """The exact check of a strip."""
-        if d not in self._checks:
-            self.watch()
-            self.checks += 1
-            settled = self.effects, self.effect_tolerance, self.accuracy, self.criterion
-            self._checks[d] = check(self.scene, d, *settled)
-        return self._checks[d]
+    def check(self, d: Dimensions, accuracy: float | None = None) -> Outcome[RodCheck]:
+        """The exact check of a strip; to a lesser accuracy if that is all that is asked for."""
+        if d in self._checks:
+            return self._checks[d]
+        self.watch()
+        self.checks += 1
+        found = check(self.scene, d, self.effects, self.effect_tolerance, accuracy or self.accuracy, self.criterion)
+        if accuracy is None or accuracy <= self.accuracy:
+            self._checks[d] = found
+        return found
 
     def checked(self) -> Iterable[Outcome[RodCheck]]:
         """All checks so far."""
@@ -148,7 +159,12 @@ class FullStrip:
 
 @dataclass(frozen=True)
 class FullRows:
-    """All rows of strips near one whose peaks are known, as functions of x = ln(b, h, l)."""
+    """All rows of strips near one whose peaks are known, as functions of x = ln(b, h, l).
+
+    Of strips away from ``home`` the physics without corrections is evaluated anew; what the corrections (the strip's
+    inertia, large displacements) add to its rows is taken as linear in x, from the strip at home and one beside it in
+    every direction. So a local search does not pay for corrections at every strip that it looks at.
+    """
 
     model: FullModel
     peaks: Peaks
@@ -162,10 +178,50 @@ class FullRows:
 
     def values(self, x: Array) -> Array:
         """All rows, shape (rows,)."""
+        d = self._dimensions(x)
+        if not self.model.corrected:
+            return self._rows(self.model.strip(d))
+        out = self._rows(self.model.strip(d, corrected=False))
+        if out[rows.STABILITY] < 0.0 and d is not self.home:
+            out += self._added + self._added_slopes @ (x - logarithms(self.home))
+        elif d is self.home:
+            out += self._added
+        return out
+
+    def corrected_values(self, x: Array) -> Array:
+        """The same with the corrections evaluated anew."""
+        return self._rows(self.model.strip(self._dimensions(x)))
+
+    def taken_apart(self, x: Array) -> tuple[Array, Array]:
+        """All rows without corrections, and what the corrections, evaluated anew, add to them."""
+        d = self._dimensions(x)
+        return self._rows(self.model.strip(d, corrected=False)), self._correction(d)
+
+    @cached_property
+    def _added(self) -> Array:
+        """What the corrections add to the rows at home."""
+        return self._correction(self.home)
+
+    @cached_property
+    def _added_slopes(self) -> Array:
+        """Its derivatives by x, shape (rows, 3), by differences to one side; zero where there is no strip there."""
+        out, x = np.zeros((self.layout.size, 3)), logarithms(self.home)
+        for v, unit in enumerate(np.eye(3)):
+            step = -_CORRECTION_STEP if v == 2 and self._ends(x + _CORRECTION_STEP * unit) else _CORRECTION_STEP
+            beside = self._correction(dimensions_of(x + step * unit, self.model.scene))
+            out[:, v] = (beside - self._added) / step
+        return out
+
+    def _correction(self, d: Dimensions) -> Array:
+        plain = self._rows(self.model.strip(d, corrected=False))
+        if plain[rows.STABILITY] >= 0.0:
+            return np.zeros_like(plain)
+        return self._rows(self.model.strip(d)) - plain
+
+    def _rows(self, strip: FullStrip) -> Array:
         out = np.zeros(self.layout.size)
-        scene, diagram = self.model.scene, self.model.criterion.diagram()
-        strip = self.model.strip(self._dimensions(x))
-        d, piston = strip.dimensions, scene.piston
+        scene, diagram, d = self.model.scene, self.model.criterion.diagram(), strip.dimensions
+        piston = scene.piston
         out[rows.TAU], out[rows.LENGTH] = -math.log(d.b * d.h**3), math.log(d.l)
         out[rows.THICKNESS] = math.log(d.h)
         pushed = float(np.max(vertex(*-strip.cycle.axial_force(self.peaks.pushed_threes()).reshape(-1, 3).T)))
@@ -199,26 +255,20 @@ class FullRows:
         out[self.layout.parts(row)], out[row] = logs, logs.max()
 
     def slopes(self, x: Array) -> Array:
-        """Their derivatives by x, shape (rows, 3), by differences; to one side beside buckling and the rod's end."""
-        here, out = self.values(x), np.empty((self.layout.size, 3))
-        meshed = self.model.ripples
-        step = _COARSE_STEP if meshed else _STEP
+        """Their derivatives by x, shape (rows, 3), by differences to one side."""
+        here, out = self.values(x), np.zeros((self.layout.size, 3))
         for v, unit in enumerate(np.eye(3)):
-            up, down = self._beside(x + step * unit), None
-            if up is None or meshed:
-                down = self._beside(x - step * unit)
-            if up is None and down is None:
-                up = down = here
-            first, last = (here if down is None else down), (here if up is None else up)
-            out[:, v] = (last - first) / (step * ((up is not None) + (down is not None)))
+            for step in (_STEP, -_STEP):
+                # Beside buckling, and at the rod's end, only the other side has strips.
+                beside = None if v == 2 and self._ends(x + step * unit) else self.values(x + step * unit)
+                if beside is not None and beside[rows.UTILISATION] != rows.BUCKLED:
+                    out[:, v] = (beside - here) / step
+                    break
         return out
 
-    def _beside(self, x: Array) -> Array | None:
-        """The rows at x; None where there is no such strip."""
-        if x[2] > math.log(self.model.scene.mechanism.rod_length):
-            return None
-        values = self.values(x)
-        return None if values[rows.UTILISATION] == rows.BUCKLED else values
+    def _ends(self, x: Array) -> bool:
+        """Whether a strip would be longer than the rod."""
+        return x[2] > math.log(self.model.scene.mechanism.rod_length)
 
 
 def logarithms(d: Dimensions) -> Array:

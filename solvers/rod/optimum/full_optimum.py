@@ -10,7 +10,6 @@ come in steps: see ``available_sizes``.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,13 +17,13 @@ import numpy as np
 from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
-from solvers.rod.constraints import BY_NAME, CONSTRAINTS, Limits
+from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
 from solvers.rod.optimum.core_cycle import CoreCycle
-from solvers.rod.optimum.core_optimum import within
 from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of, logarithms
 from solvers.rod.optimum.local_search import Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
+from solvers.rod.optimum.ripples import RIPPLE_RADIUS, Ripple, look_around
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 
@@ -37,8 +36,6 @@ _APART = 0.02
 _FARTHEST = 0.1
 """A step along the limits, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
-_STRIPS, _SCANNED, _RIPPLES, _RIPPLE_RADIUS = 32, 0.03, 2, 0.01
-"""Of results that ripple: strips checked, how far to each side, searches from the best of them and their radius."""
 _SHIFTS = 3
 
 
@@ -63,8 +60,7 @@ class Optimum:
     starts: int = 0
     ends: int = 0
     ripple: float = 0.0
-    """What may be missed among several optima close to each other, in ln objective: how high results ripple, or by how
-    much the next of them is worse; 0 where there is one."""
+    """What may be missed among several optima close to each other, in ln objective: how high results ripple."""
 
 
 @dataclass
@@ -77,7 +73,12 @@ class Context:
     task: Task
     sizes: Sizes
     ends: list[Local] = field(default_factory=list)
-    starts: int = 0
+    started: list[Array] = field(default_factory=list)
+
+    @property
+    def starts(self) -> int:
+        """How many local searches there were."""
+        return len(self.started)
 
     @property
     def bounds(self) -> Bounds:
@@ -87,7 +88,7 @@ class Context:
 
     def search_from(self, start: Dimensions, bounds: Bounds, radius: float = 0.15) -> Local | None:
         """One local search, kept among the ends."""
-        self.starts += 1
+        self.started.append(logarithms(start))
         local = local_search(self.model, self.task, bounds, logarithms(start), radius)
         if local is not None:
             self.ends.append(local)
@@ -150,10 +151,16 @@ def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
         end = context.search_from(other, context.bounds)
         if end is None or _near(end.best.x, context.ends[:known], _SAME):
             break
+    local = context.best()
+    if local is None or local.found is None:
+        return None if local is None else Optimum(local, starts=context.starts, ends=1)
+    conditions = conditions_at(context, local.best, context.bounds, context.bounds)
+    if context.model.ripples:
+        ripple = look_around(context.task, context.bounds, local.best, conditions)
+        if max(ripple.height, _next_best(local, context.ends)) > context.task.enough:
+            return _rippled(context, ripple)
     for _ in range(_NEWTON_STEPS):
         local = context.best()
-        if local is None or local.found is None:
-            return None if local is None else Optimum(local, starts=context.starts, ends=1)
         conditions = conditions_at(context, local.best, context.bounds, context.bounds)
         second = _second_order(local.best, conditions)
         if second.gain <= context.task.enough:
@@ -164,12 +171,28 @@ def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
             # Searches from where the promise pointed refute it.
             second = replace(second, gain=0.0)
             break
-    ripple = 0.0
-    if context.model.ripples:
-        ripple = _search_ripples(context)
-        ripple = max(ripple, _next_best(context.best(), context.ends))
+    return Optimum(context.best(), conditions, second, context.starts, _different(context.ends))
+
+
+def _rippled(context: Context, ripple: Ripple) -> Optimum:
+    """The best of several optima close to each other: curvatures mean nothing there."""
+    for strip in ripple.promising:
+        context.search_from(strip, context.bounds, RIPPLE_RADIUS)
     best = context.best()
-    return Optimum(best, conditions, second, context.starts, _different(context.ends), ripple)
+    conditions = conditions_at(context, best.best, context.bounds, context.bounds)
+    height = max(ripple.height, _next_best(best, context.ends))
+    # What the rows still promise there has been tried over steps as small as can be made.
+    return Optimum(replace(best, gain=0.0), conditions, None, context.starts, _different(context.ends), height)
+
+
+def _next_best(best: Local, ends: list[Local]) -> float:
+    """By how much the best of the other admissible ends close by is worse."""
+    near = [
+        end.best.log_cost - best.best.log_cost
+        for end in ends
+        if end.found is not None and _SAME < float(np.max(np.abs(end.best.x - best.best.x))) < _CLOSE_BY
+    ]
+    return min(near, default=0.0)
 
 
 def _other_start(context: Context) -> Dimensions | None:
@@ -179,9 +202,10 @@ def _other_start(context: Context) -> Dimensions | None:
         return None
     strip = local.best.outcome.value
     best = context.shifted_core(context.core_limits_at(strip.dimensions, strip, context.task.guard)).best
-    if best is None or _near(logarithms(best.dimensions), context.ends, _ELSEWHERE):
+    if best is None:
         return None
-    return best.dimensions
+    x, known = logarithms(best.dimensions), [end.best.x for end in context.ends] + context.started[1:]
+    return None if any(np.max(np.abs(x - other)) < _ELSEWHERE for other in known) else best.dimensions
 
 
 def _near(x: Array, ends: list[Local], within: float) -> bool:
@@ -207,10 +231,10 @@ def _second_order(at: Iterate, conditions: Stationarity) -> SecondOrder:
     if not len(ways):
         return SecondOrder(None, 0.0, ())
     rows_at, lagrangian = at.memory.active, conditions.weights
-    middle = float(lagrangian @ at.memory.values(at.x))
+    middle = float(lagrangian @ rows_at.corrected_values(at.x))
 
     def second(way: Array) -> float:
-        ends = [float(lagrangian @ rows_at.values(at.x + side * _APART * way)) for side in (1.0, -1.0)]
+        ends = [float(lagrangian @ rows_at.corrected_values(at.x + side * _APART * way)) for side in (1.0, -1.0)]
         return (ends[0] + ends[1] - 2.0 * middle) / _APART**2
 
     matrix = np.diag([second(way) for way in ways])
@@ -228,66 +252,6 @@ def _second_order(at: Iterate, conditions: Stationarity) -> SecondOrder:
     both = tuple(side * _FARTHEST * axes[:, 0] @ ways for side in (1.0, -1.0))
     gain = abs(down[0]) * _FARTHEST - 0.5 * float(curvatures[0]) * _FARTHEST**2
     return SecondOrder(float(curvatures[0]), gain, both)
-
-
-def _search_ripples(context: Context) -> float:
-    """Local searches from the most promising strips along what limits leave free; how high results ripple there.
-
-    Undamped ringing makes results ripple over a percent of length: of many optima close to each other the search has
-    found one. Strips spread along the free directions are checked, and judged by the Lagrangian; what a quadratic in
-    the offsets leaves of it is the ripple, in ln objective.
-    """
-    best = context.best()
-    if best is None or best.found is None:
-        return 0.0
-    conditions = conditions_at(context, best.best, context.bounds, context.bounds)
-    ways = conditions.tangent
-    if not len(ways):
-        return 0.0
-    worth = {BY_NAME[a.name].row: abs(a.sensitivity) for a in conditions.active if a.name in BY_NAME}
-    offsets = _spread_offsets(len(ways))
-    strips = [within(context.bounds, best.best.x + offset @ ways) for offset in offsets]
-    merits = np.array([_lagrangian(context, d, worth) for d in strips])
-    for n in np.argsort(merits)[:_RIPPLES]:
-        if merits[n] < best.best.log_cost - context.task.enough:
-            context.search_from(strips[n], context.bounds, _RIPPLE_RADIUS)
-    sound = np.isfinite(merits)
-    quadratic = np.array([np.append(o, 1.0)[i] * np.append(o, 1.0) for o in offsets for i in range(len(ways) + 1)])
-    quadratic = quadratic.reshape(len(offsets), -1)[sound]
-    if not sound.any():
-        return math.inf
-    fitted = quadratic @ np.linalg.lstsq(quadratic, merits[sound], rcond=None)[0]
-    return float(np.max(np.abs(merits[sound] - fitted)))
-
-
-def _spread_offsets(directions: int) -> Array:
-    """Steps along so many directions, evenly spread within ``_SCANNED`` to each side, shape (strips, directions)."""
-    if directions == 1:
-        return np.linspace(-_SCANNED, _SCANNED, _STRIPS)[:, None]
-    from scipy.stats.qmc import Sobol
-
-    return _SCANNED * (2.0 * Sobol(directions, scramble=False).random(_STRIPS) - 1.0)
-
-
-def _lagrangian(context: Context, d: Dimensions, worth: Mapping[int, float]) -> float:
-    """ln objective of a strip by its check, with what its limits are missed by, or left over, at their worth."""
-    check, scene = context.model.check(d).value, context.model.scene
-    if check.stresses is None:
-        return math.inf
-    limits = context.task.limits
-    missed = ((c.row, c.log_value(check, scene) - limits[c.row]) for c in CONSTRAINTS if c.row in worth)
-    total = sum(worth[row] * by for row, by in missed if math.isfinite(by))
-    return context.task.objective.log_cost(check, scene.material.density) + total
-
-
-def _next_best(best: Local, ends: list[Local]) -> float:
-    """By how much the best of the other admissible ends close by is worse."""
-    near = [
-        end.best.log_cost - best.best.log_cost
-        for end in ends
-        if end.found is not None and _SAME < float(np.max(np.abs(end.best.x - best.best.x))) < _CLOSE_BY
-    ]
-    return min(near, default=0.0)
 
 
 def _different(ends: list[Local]) -> int:

@@ -24,6 +24,8 @@ from solvers.rod.scene import Dimensions, Scene
 
 ROUNDS = 10
 _FIRST_RADIUS, _LEAST_RADIUS, _GREATEST_RADIUS = 0.15, 1e-7, 0.3
+_RIPPLE = 2e-3
+"""A radius that no trust is left in where results ripple: a strip that needs closer sizes cannot be made."""
 _POOR, _GOOD = 0.1, 0.75
 _PENALTY = 10.0
 """Of a violation against the cost: more than the multipliers of rods are."""
@@ -32,8 +34,8 @@ _FAR, _ROUGH = 1e-2, 1e-3
 _LEAST_EXCESS = 1e-16
 _STUCK = 0.02
 """A promise to lessen the excess by a smaller share is none."""
-_ITERATIONS, _RIPPLED_ITERATIONS = 12, 5
-"""Of the optimizer in one round: of smooth results, and of some that ripple."""
+_ITERATIONS = 12
+"""Of the optimizer in one round."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ def local_search(
     at = _standing(model, task, bounds, np.clip(start, box[:, 0], box[:, 1]))
     if at is None:
         return None
-    best, gain = at, math.inf
+    best, gain, least = at, math.inf, _RIPPLE if model.ripples else _LEAST_RADIUS
     for turn in range(1, ROUNDS + 1):
         step, promised = _promised(model, task, box, at, radius)
         if at is best:
@@ -100,9 +102,9 @@ def local_search(
         if at.excess > _FAR and promised < _STUCK * _PENALTY * at.excess:
             break
         moved = float(np.max(np.abs(step - at.x)))
-        if moved == 0.0 or radius < _LEAST_RADIUS:
+        if moved == 0.0 or radius < least:
             break
-        trial = iterate(model, task, within(bounds, step), at.memory.active)
+        trial = iterate(model, task, within(bounds, step), at.memory.active, at.excess > _FAR)
         actual = -math.inf if trial is None else _merit(at) - _merit(trial)
         if actual < _POOR * promised:
             radius = 0.25 * min(radius, moved)
@@ -117,10 +119,16 @@ def local_search(
     return Local(best, gain, ROUNDS)
 
 
-def iterate(model: FullModel, task: Task, d: Dimensions, before: FullRows | None = None) -> Iterate | None:
-    """The exact check and the active-peak model at a strip, which sees the peaks of ``before`` too; None beyond
-    buckling."""
-    outcome, x = model.check(d), logarithms(d)
+def iterate(
+    model: FullModel, task: Task, d: Dimensions, before: FullRows | None = None, far: bool = False
+) -> Iterate | None:
+    """The check and the active-peak model at a strip, which sees the peaks of ``before`` too; None beyond buckling.
+
+    The check is exact, but where limits are likely to be far (``far``) and are.
+    """
+    outcome, x = model.check(d, max(_ROUGH, model.accuracy) if far else None), logarithms(d)
+    if far and excess_of(task, outcome.value, model.scene) <= _FAR:
+        outcome = model.check(d)
     check = outcome.value
     if check.stresses is None:
         return None
@@ -166,16 +174,15 @@ def _promised(model: FullModel, task: Task, box: Array, at: Iterate, radius: flo
     is still outside.
     """
     near = np.stack([np.maximum(box[:, 0], at.x - radius), np.minimum(box[:, 1], at.x + radius)], axis=1)
-    most = _RIPPLED_ITERATIONS if model.ripples else _ITERATIONS
     layout, values = at.memory.active.layout, at.memory.values(at.x)
     p, x = program(task.objective, at.limits, layout, task.guard), at.x
     if at.excess > _FAR:
         towards = feasibility_program({row: limit - task.guard for row, limit in at.limits.items()}, layout)
-        step = run(at.memory, towards, near, x, _ROUGH * at.excess, most)
+        step = run(at.memory, towards, near, x, _ROUGH * at.excess, _ITERATIONS)
         x = step.x
         if step.cost > 0.0:
             return x, _PENALTY * (p.violation(values) - step.cost)
-    step = run(at.memory, p, near, x, 0.1 * task.enough, most)
+    step = run(at.memory, p, near, x, 0.1 * task.enough, _ITERATIONS)
     if step.violation > 0.1 * task.guard:
         step = restored(at.memory, p, near, step.x, 3)
     gain = p.cost(values) - step.cost

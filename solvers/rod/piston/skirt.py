@@ -18,9 +18,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
 from solvers.numerics.jit import kernel
 
 
@@ -39,25 +36,3 @@ def pressure_per_load(diameter: float, skirt_length: float) -> float:
 def both_walls(side: float, couple: float) -> float:
     """int |q| ds [N] from |T| and 6 |M|/Lp: |T| where one wall carries, (couple + T^2/couple)/2 where both do."""
     return 0.5 * (couple + side * (side / couple)) if couple > side else side
-
-
-def wall_force(
-    side_force: ArrayLike, clamp_moment: ArrayLike, clamp_offset: float, skirt_length: float
-) -> NDArray[np.float64]:
-    """int |q| ds [N] over the skirt: the side force where one wall carries, more where both do."""
-    T = np.abs(np.asarray(side_force, dtype=float))
-    couple = 6.0 * np.abs(np.asarray(clamp_moment) + np.asarray(side_force) * clamp_offset) / skirt_length
-    both = couple > T
-    # (couple + T^2/couple)/2 where both walls carry: finite for T = 0, equal to T at couple = T.
-    return np.where(both, 0.5 * (couple + T * (T / np.where(both, couple, 1.0))), T)
-
-
-def friction_force(
-    side_force: ArrayLike,
-    clamp_moment: ArrayLike,
-    clamp_offset: float,
-    skirt_length: float,
-    friction_coefficient: float,
-) -> NDArray[np.float64]:
-    """F = mu (4/pi) int |q| ds [N], not negative."""
-    return friction_coefficient * (4.0 / math.pi) * wall_force(side_force, clamp_moment, clamp_offset, skirt_length)

@@ -20,19 +20,10 @@ import math
 import numpy as np
 
 from solvers.numerics.jit import kernel
-from solvers.rod.strip.buckling import critical_phase
+from solvers.rod.strip.buckling import first_root
 
 _MOST_STEPS = 100
 _CLOSE = 4.0 * float(np.finfo(float).eps)
-
-
-def critical_coupling(length: float, rod_length: float, compliance: float) -> float:
-    """-P_cr/EI [1/m^2] with shear, for g = EI/(kGA) [m^2]: the first zero of the determinant.
-
-    With x^2 = -q_s l^2, m = 1/(1 + g x^2/l^2). Shear can only soften, so the root lies below that without it.
-    """
-    x = _first_root(length, rod_length, compliance, float(critical_phase(length / rod_length)))
-    return -((x / length) ** 2) / (1.0 + compliance * (x / length) ** 2)
 
 
 @kernel
@@ -73,3 +64,13 @@ def _first_root(l: float, rod_length: float, compliance: float, rigid: float) ->
             below = 0.5 * below if kept == -1 else below
             kept = -1
     return high
+
+
+@kernel
+def critical_coupling(length: float, rod_length: float, compliance: float) -> float:
+    """-P_cr/EI [1/m^2] with shear, for g = EI/(kGA) [m^2]: the first zero of the determinant.
+
+    With x^2 = -q_s l^2, m = 1/(1 + g x^2/l^2). Shear can only soften, so the root lies below that without it.
+    """
+    x = _first_root(length, rod_length, compliance, first_root(min(length / rod_length, 1.0))[0])
+    return -((x / length) ** 2) / (1.0 + compliance * (x / length) ** 2)

@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from solvers import rod
+from solvers.rod.cycle.bent_strip import BentStrip
+from solvers.rod.cycle.composition import BeamModel, strip_of
+from solvers.rod.cycle.state import ROWS, bend_state
 
 PAPER = rod.Scene(
     rod.Mechanism(crank_radius=1.5e-3, rod_length=45.5e-3, speed=50.0),
@@ -41,3 +44,11 @@ def random_machine(rng: np.random.Generator, stability: tuple[float, float] = (1
     inertia = compression * rng.uniform(*stability) / (210e9 * -float(critical_coupling(free, length)))
     b = diameter * rng.uniform(0.2, 0.7)
     return scene, rod.Dimensions(b, (12 * inertia / b) ** (1 / 3), free)
+
+
+def bent(beam: BeamModel, scene: rod.Scene, strip: rod.Dimensions, force: np.ndarray, stroke: np.ndarray) -> BentStrip:
+    """The strip under axial forces [N] with the crank pin at lateral strokes [m], (n,) each."""
+    ready, states = strip_of(scene, strip, beam, 0.0), np.empty((ROWS, force.size))
+    for i, (f, s) in enumerate(zip(force.tolist(), stroke.tolist(), strict=True)):
+        bend_state(ready, f, s, states, i)
+    return BentStrip.linear(ready, states)

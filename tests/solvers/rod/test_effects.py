@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 from solvers import rod
-from solvers.rod.cycle import guide_loads
+from solvers.rod.cycle import guide_loads, large_displacement
 from solvers.rod.cycle.composition import BEAM_COLUMN, PLAIN_BENDING, Composition, Cycle
+from solvers.rod.cycle.large_displacement import LargeDisplacement
 from solvers.rod.effects import EFFECTS, ReciprocatingInertia, choose_for, compose
 from solvers.rod.piston import friction
-from solvers.rod.strip import elastica
-from solvers.rod.strip.elastica import LargeDisplacement
 from solvers.rod.vibration import steady_response
 from solvers.rod.vibration.steady_response import RodInertia
 from tests.solvers.rod.machines import PAPER, STRIP, random_machine
@@ -66,8 +65,8 @@ def count_calls(monkeypatch):
         monkeypatch.setattr(owner, attribute, wrapper)
 
     counted(ReciprocatingInertia, "mass", "reciprocating_inertia")
-    counted(elastica.LargeDisplacement, "prepare", "large_displacement")
-    counted(elastica.ElasticaExpansion, "add", "large_displacement")
+    counted(large_displacement.LargeDisplacement, "prepare", "large_displacement")
+    counted(large_displacement.ElasticaExpansion, "add", "large_displacement")
     counted(steady_response.RodInertia, "prepare", "rod_inertia")
     counted(steady_response.SteadyVibration, "add", "rod_inertia")
     return calls

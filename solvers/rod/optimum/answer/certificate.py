@@ -24,7 +24,7 @@ FULL_METHOD = "trust-region SQP on the full model, from the proven optimum of it
 _PROOF_RESTS_ON = "ranges of the closed-form beam over boxes of (tau, l); monotone in b, h, l by energy"
 _WIDEST = 0.9
 """An influence beyond which nothing is said."""
-_GAP, _READINGS = 1e-3, 3
+_GAP, _READINGS = 3e-3, 3
 
 Evidence = dict[str, float | int | str]
 Influence = Callable[[Dimensions], float]

@@ -17,7 +17,7 @@ from solvers.fatigue.kernels import severities
 from solvers.numerics.periodic import grid
 from solvers.rod import rows
 from solvers.rod.constraints import Limits
-from solvers.rod.optimum.core_cycle import CoreCycle
+from solvers.rod.optimum.core_cycle import COARSE_ERROR, CoreCycle
 from solvers.rod.optimum.core_optimum import Polished, polish
 from solvers.rod.optimum.peaks import Peaks, Wanted, reaction_peaks
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation, workspace
@@ -30,10 +30,12 @@ FIRST_ANGLES, FIRST_REACTIONS = 8, 24
 _FIRST_SECTIONS = (1.0, 0.75, 0.5, 0.25)
 _FIRST_GAP = 1.0
 _FIRST_BOXES = 2000
-_ROUNDS = 12
+_ROUNDS = 16
 _LEAST_GAP = 5e-9
 _MOST_ANGLES = 48
 _NEARLY, _TIED = 0.9, 1e-3
+_DOUBTFUL, _LOOSE = 3.0, 1e-4
+"""Times the error of a mean over few angles: a promise that may be no more than that; gaps for which few angles do."""
 _GREATEST = (rows.UTILISATION, 1e300), (rows.STRESS, math.inf), (rows.PRESSURE, math.inf), (rows.POWER, math.inf)
 """The limits of a relaxation in its order, and what stands for none."""
 
@@ -118,11 +120,15 @@ def search(cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes,
     looked_at = wanted_of(objective, limits)
     # Half of the gap is left to the relaxation's own best strip, which may lie a little below the best of all.
     gap = max(0.45 * gap, _LEAST_GAP)
+    coarse = looked_at.power
+    enough = coarse and gap > _LOOSE
+    if enough:
+        gap = max(gap, _DOUBTFUL * COARSE_ERROR)
     # Relaxations measure stability by its limit.
     by_limit = dict(objective.weights).get(rows.STABILITY, 0.0) * -limits[rows.STABILITY] * (cycle.compression > 0)
     looked, bound, tried = 0, -math.inf, set()
     for turn in range(_ROUNDS):
-        p = _relaxation(cycle, objective, limits, view)
+        p = _relaxation(cycle, objective, limits, view, coarse, incumbent is None)
         work, best = workspace(p), np.empty(5)
         known = math.inf if incumbent is None else incumbent.log_cost + by_limit
         wanted = _FIRST_GAP if incumbent is None and turn == 0 else gap
@@ -137,9 +143,12 @@ def search(cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes,
             return Proof(None, bound, looked, turn + 1, len(view.angles))
         if incumbent is not None and best[0] >= known - gap:
             break
+        if coarse and not enough and incumbent is not None and best[0] >= known - _DOUBTFUL * COARSE_ERROR:
+            coarse = False
+            continue
         candidate = Dimensions(math.exp(-best[1]) / best[3] ** 3, best[3], best[2])
         key = tuple(round(math.log(v), 6) for v in (candidate.b, candidate.h, candidate.l))
-        found = polish(cycle, objective, limits, sizes.around(candidate), candidate)
+        found = _polished(cycle, objective, limits, sizes.around(candidate), candidate, looked_at.power)
         if found is not None and (incumbent is None or found.log_cost < incumbent.log_cost):
             incumbent = found
             if turn == 0 or len(view.angles) > _MOST_ANGLES:
@@ -155,6 +164,16 @@ def search(cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes,
     if incumbent is not None:
         bound = min(bound, incumbent.log_cost)
     return Proof(incumbent, bound, looked, turn + 1, len(view.angles))
+
+
+def _polished(
+    cycle: CoreCycle, objective: Objective, limits: Limits, bounds: Bounds, start: Dimensions, power: bool
+) -> Polished | None:
+    """The best strip near ``start``; where power counts, first with its mean over few angles."""
+    if power:
+        near = polish(cycle.coarse, objective, limits, bounds, start)
+        start = start if near is None else near.dimensions
+    return polish(cycle, objective, limits, bounds, start)
 
 
 def governing(
@@ -197,16 +216,22 @@ def _length_range(cycle: CoreCycle, sizes: Sizes) -> tuple[float, float]:
     return sizes.bounds.l[0], min(sizes.bounds.l[1], cycle.rod_length)
 
 
-def _relaxation(cycle: CoreCycle, objective: Objective, limits: Limits, view: _View) -> Relaxation:
+def _relaxation(
+    cycle: CoreCycle, objective: Objective, limits: Limits, view: _View, coarse: bool = False, first: bool = True
+) -> Relaxation:
+    """The problem at the angles and sections in view; ``coarse`` with power less what few angles may make of it."""
     angles = np.array(view.angles)
     force, stroke = cycle.axial_force(angles), cycle.crank_radius * np.sin(angles)
     react, swing, speed = np.empty(0), np.empty(0), np.empty(0)
     looked_at = wanted_of(objective, limits)
     if looked_at.power:
         # Power is a mean: it needs the whole cycle.
-        whole_force, whole_stroke, whole_speed = cycle.whole
+        whole_force, whole_stroke, whole_speed = cycle.coarse.whole if coarse else cycle.whole
+        most = 1.0 - COARSE_ERROR if coarse else 1.0
         react, swing = np.append(force, whole_force), np.append(stroke, whole_stroke)
-        speed = np.append(np.zeros(angles.size), whole_speed / whole_speed.size)
+        speed = np.append(np.zeros(angles.size), whole_speed * (most / whole_speed.size))
+    elif looked_at.reactions and not first:
+        react, swing, speed = force, stroke, np.zeros(angles.size)
     elif looked_at.reactions:
         step = cycle.force.size // FIRST_REACTIONS
         react, swing = np.append(force, cycle.force[::step]), np.append(stroke, cycle.stroke[::step])

@@ -15,12 +15,12 @@ from oracles.textbook import rod_beam_column
 from oracles.textbook.rod_beam_column import solve
 from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.cycle.composition import BEAM_COLUMN
+from solvers.rod.cycle.large_displacement import ElasticaExpansion
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING
 from solvers.rod.strip.buckling import critical_phase
-from solvers.rod.strip.elastica import ElasticaExpansion
 from solvers.rod.strip.elastica_kernels import collocation, linear_slope, nodes_for, scratch, third_order
 from solvers.rod.strip.stiffness import bending_stiffness
-from tests.solvers.rod.machines import PAPER, STRIP
+from tests.solvers.rod.machines import PAPER, STRIP, bent
 
 E = PAPER.mechanism.rod_length - STRIP.l
 EI = bending_stiffness(PAPER, STRIP)
@@ -58,7 +58,7 @@ def elastica(force, stroke):
         return np.array([a[0], a[2], b[2] + e * np.sin(turn) - s, moment])
 
     mesh = np.linspace(0.0, 1.0, 81)
-    linear = BEAM_COLUMN.bend(PAPER, STRIP, np.array([force]), np.array([stroke]))
+    linear = bent(BEAM_COLUMN, PAPER, STRIP, np.array([force]), np.array([stroke]))
     start = np.stack(
         [linear.slope(mesh * l)[:, 0], linear.curvature(mesh * l)[:, 0] * l, linear.deflection(mesh * l)[:, 0] / l]
     )
@@ -80,7 +80,7 @@ def errors(force, stroke):
     """Relative errors of the linear and of the corrected shape: (curvature, side force) each."""
     exact = elastica(force, stroke)
     forces, strokes = np.array([force]), np.array([stroke])
-    linear = BEAM_COLUMN.bend(PAPER, STRIP, forces, strokes)
+    linear = bent(BEAM_COLUMN, PAPER, STRIP, forces, strokes)
     corrected = corrected_of(linear)
     curvature, side = exact.sol(STATIONS)[1], -EI * exact.p[0]
     scale = np.abs(curvature).max()
@@ -109,7 +109,7 @@ def test_the_papers_stroke_is_met_closely(force):
 
 def test_the_force_along_the_strip_follows_its_tangent():
     exact = elastica(-160.0, 1.5e-3)
-    linear = BEAM_COLUMN.bend(PAPER, STRIP, np.array([-160.0]), np.array([1.5e-3]))
+    linear = bent(BEAM_COLUMN, PAPER, STRIP, np.array([-160.0]), np.array([1.5e-3]))
     shape = corrected_of(linear)
     theta = exact.sol(STATIONS)[0]
     along = -160.0 * np.cos(theta) - EI * exact.p[0] * np.sin(theta)
@@ -199,7 +199,7 @@ def test_very_strong_tension_has_nodes_enough(q):
 @pytest.mark.parametrize("shear", [False, True])
 def test_the_compiled_slope_is_the_shapes(force, shear):
     beam = BEAM_COLUMN.with_shear() if shear else BEAM_COLUMN
-    shape = beam.bend(PAPER, STRIP, np.array([force]), np.array([1.0]))
+    shape = bent(beam, PAPER, STRIP, np.array([force]), np.array([1.0]))
     nodes, state = collocation(24).nodes, shape.states[:, 0]
     parts = tuple(float(state[row]) for row in (COUPLING, CLAMP, SHEAR, HEAD))
     out = np.empty(25)

@@ -45,17 +45,17 @@ def change_without(scene, strip, name, accuracy=1e-6):
 
 
 def influence(scene, strip, name):
-    return getattr(first_order, name)(Situation.of(scene, strip))
+    return getattr(first_order, name)(Situation(scene, strip))
 
 
 def test_main_results_are_the_checks():
-    """Of the turn with every effect in closed form, sampled at 128 angles and 13 sections."""
-    judged = Situation.of(PAPER, STRIP).turn.judged
+    """Of the turn with every effect in closed form, sampled at 64 angles and 9 sections."""
+    judged = Situation(PAPER, STRIP).turn.seen.judged
     value = checked(PAPER, STRIP, NAMES - {"rod_inertia", "large_displacement"}).value
     s, per_force = value.stresses, 4.0 / (math.pi * PAPER.piston.diameter * PAPER.piston.skirt_length)
     assert judged.critical == pytest.approx(value.critical_force, rel=1e-12)
     assert judged.results[UTILISATION] == pytest.approx(1.0 / s.fatigue_safety, rel=2e-3)
-    assert judged.results[STRESS] == pytest.approx(1200e6 / s.yield_safety, rel=2e-3)
+    assert judged.results[STRESS] == pytest.approx(1200e6 / s.yield_safety, rel=1e-2)
     assert judged.results[MOST_SIDE] == pytest.approx(s.side_force_max, rel=1e-3)
     assert judged.results[MOST_MOMENT] == pytest.approx(s.clamp_moment_max, rel=1e-3)
     assert judged.results[MOST_CONTACT] * per_force == pytest.approx(s.contact_pressure_max, rel=1e-3)
@@ -69,8 +69,8 @@ def test_a_mode_of_constant_pace_answers_a_harmonic_as_it_must(pace):
     share = np.cos(3.0 * angle)
     found = _own_motion(angle, share, np.full(256, pace), True)
     expected = 9.0 / (pace**2 - 9.0) * share
-    # The phase after a turn is moved toward resonance by a few hundredths of a radian.
-    assert found == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
+    # The phase after a turn is moved toward resonance by a few hundredths of a radian, and more at a fast pace.
+    assert found == pytest.approx(expected, abs=(0.02 + 0.002 * pace) * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("pace", [5.3, 30.3, 101.3])
@@ -81,7 +81,8 @@ def test_a_jump_of_the_load_rings_as_strongly_as_a_turn_without_damping_lets_it(
     share = np.interp(np.mod(angle - 1.0, 2.0 * np.pi), [0.0, width, 2.0 * np.pi], [0.0, -1.0, 0.0])
     found = _own_motion(angle, share, np.full(angle.size, pace), False)
     away = np.abs(np.mod(angle - 1.0 + 0.1, 2.0 * np.pi)) > 0.3
-    assert np.abs(found[away]).max() == pytest.approx(0.5 / abs(math.sin(math.pi * pace)), rel=0.05)
+    expected = 0.5 / abs(math.sin(math.pi * pace))
+    assert 0.98 * expected <= np.abs(found[away]).max() <= (1.05 + 0.002 * pace) * expected
 
 
 @pytest.mark.parametrize("name", ["shear", "friction_feedback", "large_displacement", "rod_inertia"])
@@ -171,3 +172,29 @@ def test_a_steep_fall_calls_for_the_strips_inertia(scene, strip):
     """It sets the strip ringing for good, since no damping ends that: more than its accelerations alone would tell."""
     truth = change_without(scene, strip, "rod_inertia", accuracy=1e-5)
     assert truth <= influence(scene, strip, "rod_inertia") <= 40.0 * truth
+
+
+STUBBY = (
+    campaign_scene(
+        rod.SchmidtLoad(2.848336e6, 0.8717111, 3.310972),
+        (0.02768854, 167.07245, 2.996458),
+        (66.196327, 69.939961, 60.517488, 0.0),
+        (205.22667, 6051.8114, 0.04041163),
+    ),
+    rod.Dimensions(19.789531e-3, 3.70641017e-3, 38.0135580e-3),
+)
+NARROW = (
+    campaign_scene(
+        rod.SchmidtLoad(0.18067723e6, 0.9431031, 0.3033335),
+        (0.11192354, 45.648404, 39.024118),
+        (11.516553, 27.406539, 0.0, 0.0215587),
+        (124.9568, 5268.9252, 0.3704121),
+    ),
+    rod.Dimensions(3.52764766e-3, 1.43865628e-3, 44.1279075e-3),
+)
+
+
+@pytest.mark.parametrize(("scene", "strip"), [STUBBY, NARROW], ids=["soft in shear, near buckling", "a narrow peak"])
+def test_the_strips_inertia_is_not_underrated(scene, strip):
+    truth = change_without(scene, strip, "rod_inertia")
+    assert truth <= influence(scene, strip, "rod_inertia") <= 3.0 * truth

@@ -9,10 +9,10 @@ With theta = theta_1 + theta_3, Q = Q_1 + Q_3 ordered by powers of the stroke, t
 
     EI theta_3'' - P theta_3 - Q_3 = -P theta_1^3/6 - Q_1 theta_1^2/2
 
-a linear problem per crank angle, solved in Legendre polynomials (``elastica_kernels``). The force along the tangent
-becomes N = P (1 - theta_1^2/2) - Q_1 theta_1. What is left out is of fourth order, (V/l)^4. The axial force P(phi)
-stays as the loads give it, from the kinematics of the rigid rod. Validity: sqrt(q) l below about 70; thinner boundary
-layers at the clamp are not resolved.
+a linear problem per crank angle, solved in Legendre polynomials (``strip.elastica_kernels``). The force along the
+tangent becomes N = P (1 - theta_1^2/2) - Q_1 theta_1. What is left out is of fourth order, (V/l)^4. The axial force
+P(phi) stays as the loads give it, from the kinematics of the rigid rod. Validity: sqrt(q) l below about 70; thinner
+boundary layers at the clamp are not resolved.
 
 Source: R. Frisch-Fay, Flexible Bars (1962), for the elastica; the expansion is our own.
 """
@@ -89,7 +89,7 @@ class ElasticaExpansion:
     def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
         """Add the correction to the series of V'' and V at the states' angles; what it adds to T [N] and M0 [N m]."""
         side, moment = np.empty(states.shape[1]), np.empty(states.shape[1])
-        _add(
+        add_third_order(
             states,
             self.stiffness,
             self.length,
@@ -106,7 +106,7 @@ class ElasticaExpansion:
 
 
 @kernel
-def _add(
+def add_third_order(
     states: Array, stiffness: float, l: float, head: float, couples: float, compliance: float,
     tables: Collocation, bent: Array, sunk: Array, side: Array, moment: Array,
 ) -> None:  # fmt: skip

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from oracles.textbook import rod_beam_column
 from solvers import rod
 from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
-from solvers.rod.piston.skirt import friction_force
 from solvers.rod.strip.buckling import critical_force
-from tests.solvers.rod.machines import CORE, PAPER, STRIP
+from solvers.rod.strip.stiffness import bending_stiffness
+from tests.solvers.rod.machines import CORE, PAPER, STRIP, bent
 
 ANGLES = np.linspace(0.0, 2 * np.pi, 25)
 
@@ -26,7 +27,7 @@ def test_the_loop_is_closed_at_every_angle(coefficient):
         stroke = scene.mechanism.crank_radius * np.sin(angle)
 
         def residual(total, before=before, stroke=stroke):
-            shape = BEAM_COLUMN.bend(scene, STRIP, np.array([total]), np.array([stroke]))
+            shape = bent(BEAM_COLUMN, scene, STRIP, np.array([total]), np.array([stroke]))
             side, moment = float(shape.side_force()[0]), float(shape.clamp_moment()[0])
             # int |T/Lp + 12 M s/Lp^3| ds by its pieces, without the guide's closed form.
             skirt = scene.piston.skirt_length
@@ -76,10 +77,11 @@ def first_solution(coefficient, angle):
     plain = float(Cycle(scene, THIN, Composition(beam=BEAM_COLUMN)).axial_force(np.array([angle]))[0])
 
     def residual(total):
-        total = np.atleast_1d(total)
-        shape, piston = BEAM_COLUMN.bend(scene, THIN, total, np.full(total.size, stroke)), scene.piston
-        guide = piston.clamp_offset, piston.skirt_length, piston.friction_coefficient
-        return total - plain + friction_force(shape.side_force(), shape.clamp_moment(), *guide)
+        total, stiffness = np.atleast_1d(total), bending_stiffness(scene, THIN)
+        shape = rod_beam_column.solve(total / stiffness, THIN.l, scene.mechanism.rod_length)
+        side, couple = np.abs(shape.clamp_shear), 6.0 * np.abs(shape.clamp_curvature) / scene.piston.skirt_length
+        wall = np.where(couple > side, 0.5 * (couple + side**2 / couple), side) * stiffness * abs(stroke)
+        return total - plain + coefficient * 4.0 / np.pi * wall
 
     path = np.linspace(plain, -critical() * (1 - 1e-6), 20001)
     passed = np.flatnonzero(residual(path) < 0)

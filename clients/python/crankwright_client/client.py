@@ -1,0 +1,262 @@
+"""The two clients: ``Client`` waits, ``AsyncClient`` is awaited; they do the same."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import httpx
+
+from crankwright_client import wire
+from crankwright_client.errors import NoAnswer
+from crankwright_client.retries import Retries, asked_wait_s, may_succeed
+from crankwright_client.run import Run
+
+SOLVE_TIMEOUT_S = 120.0
+"""Longer than any solve that the service answers at once."""
+_POLL_S = 0.5
+Progress = Callable[[Run], None]
+
+
+class _Settings:
+    """Where the service is and how it is spoken to."""
+
+    def __init__(self, url: str, key: str | None, timeout_s: float, retries: Retries | None) -> None:
+        self.retries = retries or Retries()
+        headers = {"Authorization": f"Bearer {key}"} if key else {}
+        self.http: dict[str, Any] = {"base_url": url, "headers": headers, "timeout": timeout_s}
+
+
+class Client:
+    """A service at ``url``; ``key`` where it asks for one.
+
+    Requests that fail for the moment (429, 502, 503, 504, a lost connection) are sent again; an idempotency key makes
+    that safe. Refusals are raised as ``Problem``, runs that end without an answer as ``RunFailed``, ``NoAnswer`` after
+    the last attempt. An infeasible design is an answer: ``run.status`` is "infeasible", ``run.result`` the diagnosis.
+    """
+
+    def __init__(
+        self,
+        url: str = "http://127.0.0.1:8000",
+        key: str | None = None,
+        timeout_s: float = SOLVE_TIMEOUT_S,
+        retries: Retries | None = None,
+        transport: httpx.BaseTransport | None = None,
+    ) -> None:
+        settings = _Settings(url, key, timeout_s, retries)
+        self._retries, self._http = settings.retries, httpx.Client(transport=transport, **settings.http)
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the connections."""
+        self._http.close()
+
+    def design(self, kind: str, spec: Mapping[str, Any], *, key: str | None = None) -> Run:
+        """Find dimensions: of "flexible-rod", "pin-profile" or "impact-linkage"."""
+        return self.submit("designs", kind, spec, key=key)
+
+    def check(self, kind: str, spec: Mapping[str, Any], *, key: str | None = None) -> Run:
+        """Evaluate given dimensions with the same physics."""
+        return self.submit("checks", kind, spec, key=key)
+
+    def analyse(self, kind: str, spec: Mapping[str, Any], *, key: str | None = None) -> Run:
+        """A supporting analysis: "crank-dynamics" or "crank-masses"."""
+        return self.submit("analyses", kind, spec, key=key)
+
+    def study(self, kind: str, spec: Mapping[str, Any], *, progress: Progress | None = None) -> Run:
+        """Error against time of a check, design or analysis of this kind; waits until it is there."""
+        return self.wait(self.submit("accuracy", kind, {"spec": spec}, later=True), progress=progress)
+
+    def submit(
+        self, collection: str, kind: str, spec: Mapping[str, Any], *, key: str | None = None, later: bool = False
+    ) -> Run:
+        """POST a request; ``later`` comes back at once with a run that is queued (designs and studies)."""
+        return wire.run_of(self._send(wire.submission(collection, kind, spec, key, later)))
+
+    def wait(self, run: Run, timeout_s: float | None = None, progress: Progress | None = None) -> Run:
+        """The run when it has ended; ``progress`` is called with it each time it is looked at."""
+        ends = None if timeout_s is None else time.monotonic() + timeout_s
+        while not run.ended:
+            if ends is not None and time.monotonic() > ends:
+                raise NoAnswer(f"run {run.id} is still {run.status}")
+            time.sleep(_POLL_S)
+            run = self.run(run.id)
+            if progress is not None:
+                progress(run)
+        return run
+
+    def run(self, run_id: str) -> Run:
+        """One run, whatever became of it."""
+        return wire.run_of(self._send(wire.Call("GET", f"{wire.PREFIX}/runs/{run_id}")))
+
+    def cancel(self, run_id: str) -> Run:
+        """End a queued or running run; a Problem with status 409 if it has ended."""
+        return Run(self._send(wire.Call("DELETE", f"{wire.PREFIX}/runs/{run_id}")).json())
+
+    def runs(self, **filters: Any) -> Iterator[dict[str, Any]]:
+        """The lines of all runs that satisfy the filters (kind, mode, status, name, holds, created_after, batch_id),
+        newest first, page after page."""
+        cursor: str | None = None
+        while True:
+            page = self._send(wire.listing(filters, cursor)).json()
+            yield from page["items"]
+            cursor = page["next_cursor"]
+            if cursor is None:
+                return
+
+    def plot(self, run: Run, name: str) -> bytes:
+        """One of ``run.links["plots"]``, as SVG."""
+        return self._send(wire.Call("GET", run.links["plots"][name])).content
+
+    def export(self, run: Run, name: str, **options: str) -> bytes:
+        """One of ``run.links["exports"]``; a slow one is waited for."""
+        call = wire.Call("GET", run.links["exports"][name], params=options)
+        while (answer := self._send(call)).status_code == 202:
+            time.sleep(asked_wait_s(answer) or _POLL_S)
+        return answer.content
+
+    def save(self, run: Run, name: str, path: str | PathLike[str], **options: str) -> Path:
+        """An export written to a file."""
+        file = Path(path)
+        file.write_bytes(self.export(run, name, **options))
+        return file
+
+    def _send(self, call: wire.Call) -> httpx.Response:
+        for attempt in range(1, self._retries.attempts + 1):
+            response, why = None, ""
+            try:
+                response = self._http.request(
+                    call.method, call.path, content=call.content, headers=call.headers, params=call.params or None
+                )
+            except httpx.TransportError as error:
+                why = str(error) or type(error).__name__
+            if response is not None and not may_succeed(response):
+                return wire.checked(response)
+            if attempt < self._retries.attempts:
+                time.sleep(self._retries.wait_s(attempt, response))
+        raise NoAnswer(_why(call, self._retries, response, why))
+
+
+class AsyncClient:
+    """The same as ``Client``, to be awaited."""
+
+    def __init__(
+        self,
+        url: str = "http://127.0.0.1:8000",
+        key: str | None = None,
+        timeout_s: float = SOLVE_TIMEOUT_S,
+        retries: Retries | None = None,
+        transport: httpx.AsyncBaseTransport | None = None,
+    ) -> None:
+        settings = _Settings(url, key, timeout_s, retries)
+        self._retries, self._http = settings.retries, httpx.AsyncClient(transport=transport, **settings.http)
+
+    async def __aenter__(self) -> AsyncClient:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.close()
+
+    async def close(self) -> None:
+        """Close the connections."""
+        await self._http.aclose()
+
+    async def design(self, kind: str, spec: Mapping[str, Any], *, key: str | None = None) -> Run:
+        """Find dimensions: of "flexible-rod", "pin-profile" or "impact-linkage"."""
+        return await self.submit("designs", kind, spec, key=key)
+
+    async def check(self, kind: str, spec: Mapping[str, Any], *, key: str | None = None) -> Run:
+        """Evaluate given dimensions with the same physics."""
+        return await self.submit("checks", kind, spec, key=key)
+
+    async def analyse(self, kind: str, spec: Mapping[str, Any], *, key: str | None = None) -> Run:
+        """A supporting analysis: "crank-dynamics" or "crank-masses"."""
+        return await self.submit("analyses", kind, spec, key=key)
+
+    async def study(self, kind: str, spec: Mapping[str, Any], *, progress: Progress | None = None) -> Run:
+        """Error against time of a check, design or analysis of this kind; waits until it is there."""
+        return await self.wait(await self.submit("accuracy", kind, {"spec": spec}, later=True), progress=progress)
+
+    async def submit(
+        self, collection: str, kind: str, spec: Mapping[str, Any], *, key: str | None = None, later: bool = False
+    ) -> Run:
+        """POST a request; ``later`` comes back at once with a run that is queued (designs and studies)."""
+        return wire.run_of(await self._send(wire.submission(collection, kind, spec, key, later)))
+
+    async def wait(self, run: Run, timeout_s: float | None = None, progress: Progress | None = None) -> Run:
+        """The run when it has ended; ``progress`` is called with it each time it is looked at."""
+        ends = None if timeout_s is None else time.monotonic() + timeout_s
+        while not run.ended:
+            if ends is not None and time.monotonic() > ends:
+                raise NoAnswer(f"run {run.id} is still {run.status}")
+            await asyncio.sleep(_POLL_S)
+            run = await self.run(run.id)
+            if progress is not None:
+                progress(run)
+        return run
+
+    async def run(self, run_id: str) -> Run:
+        """One run, whatever became of it."""
+        return wire.run_of(await self._send(wire.Call("GET", f"{wire.PREFIX}/runs/{run_id}")))
+
+    async def cancel(self, run_id: str) -> Run:
+        """End a queued or running run; a Problem with status 409 if it has ended."""
+        return Run((await self._send(wire.Call("DELETE", f"{wire.PREFIX}/runs/{run_id}"))).json())
+
+    async def runs(self, **filters: Any) -> AsyncIterator[dict[str, Any]]:
+        """The lines of all runs that satisfy the filters (kind, mode, status, name, holds, created_after, batch_id),
+        newest first, page after page."""
+        cursor: str | None = None
+        while True:
+            page = (await self._send(wire.listing(filters, cursor))).json()
+            for line in page["items"]:
+                yield line
+            cursor = page["next_cursor"]
+            if cursor is None:
+                return
+
+    async def plot(self, run: Run, name: str) -> bytes:
+        """One of ``run.links["plots"]``, as SVG."""
+        return (await self._send(wire.Call("GET", run.links["plots"][name]))).content
+
+    async def export(self, run: Run, name: str, **options: str) -> bytes:
+        """One of ``run.links["exports"]``; a slow one is waited for."""
+        call = wire.Call("GET", run.links["exports"][name], params=options)
+        while (answer := await self._send(call)).status_code == 202:
+            await asyncio.sleep(asked_wait_s(answer) or _POLL_S)
+        return answer.content
+
+    async def save(self, run: Run, name: str, path: str | PathLike[str], **options: str) -> Path:
+        """An export written to a file."""
+        file = Path(path)
+        file.write_bytes(await self.export(run, name, **options))
+        return file
+
+    async def _send(self, call: wire.Call) -> httpx.Response:
+        for attempt in range(1, self._retries.attempts + 1):
+            response, why = None, ""
+            try:
+                response = await self._http.request(
+                    call.method, call.path, content=call.content, headers=call.headers, params=call.params or None
+                )
+            except httpx.TransportError as error:
+                why = str(error) or type(error).__name__
+            if response is not None and not may_succeed(response):
+                return wire.checked(response)
+            if attempt < self._retries.attempts:
+                await asyncio.sleep(self._retries.wait_s(attempt, response))
+        raise NoAnswer(_why(call, self._retries, response, why))
+
+
+def _why(call: wire.Call, retries: Retries, response: httpx.Response | None, why: str) -> str:
+    told = why if response is None else f"{response.status_code} {response.reason_phrase}"
+    return f"{call.method} {call.path}: {told}, {retries.attempts} times"

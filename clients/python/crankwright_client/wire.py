@@ -1,0 +1,72 @@
+"""Requests and answers, without the waiting: what the synchronous and the asynchronous client share."""
+
+from __future__ import annotations
+
+import json
+import uuid
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import httpx
+
+from crankwright_client.errors import Problem, RunFailed
+from crankwright_client.run import Run
+
+PREFIX = "/api/v1"
+
+
+@dataclass(frozen=True)
+class Call:
+    """One request, which may be sent several times."""
+
+    method: str
+    path: str
+    content: bytes | None = None
+    headers: Mapping[str, str] = field(default_factory=dict)
+    params: Mapping[str, str] = field(default_factory=dict)
+
+
+def submission(
+    collection: str, kind: str, spec: Mapping[str, Any], key: str | None = None, later: bool = False
+) -> Call:
+    """A POST of a request body, with an idempotency key of its own unless one is given."""
+    headers = {"Content-Type": "application/json", "Idempotency-Key": key or uuid.uuid4().hex}
+    if later:
+        headers["Prefer"] = "respond-async"
+    body = json.dumps(spec, allow_nan=False).encode()
+    return Call("POST", f"{PREFIX}/{collection}/{kind}", body, headers)
+
+
+def listing(filters: Mapping[str, Any], cursor: str | None) -> Call:
+    """One page of the runs that satisfy all filters."""
+    given = {**filters, "cursor": cursor}
+    shown = {name: _shown(value) for name, value in given.items() if value is not None}
+    return Call("GET", f"{PREFIX}/runs", params=shown)
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return value.isoformat() if hasattr(value, "isoformat") else str(value)
+
+
+def checked(response: httpx.Response) -> httpx.Response:
+    """The answer; its problem as an exception where it is a refusal."""
+    if response.status_code < 400:
+        return response
+    try:
+        body = response.json()
+    except ValueError:
+        body = {}
+    if not isinstance(body, dict):
+        body = {}
+    raise Problem({"status": response.status_code, "title": response.reason_phrase, **body})
+
+
+def run_of(response: httpx.Response) -> Run:
+    """The run that an answer shows; RunFailed where it ended without an answer of its own."""
+    run = Run(response.json())
+    if run.status == "failed":
+        raise RunFailed(run.id, run.json["problem"] or {})
+    return run

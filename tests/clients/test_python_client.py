@@ -1,0 +1,185 @@
+"""The Python client against the real service, and against one that fails now and then."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import httpx
+import pytest
+from crankwright_client import AsyncClient, Client, NoAnswer, Problem, Retries, RunFailed
+from starlette.testclient import TestClient
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+
+ROOT = Path(__file__).parents[2]
+QUICK = Retries(attempts=3, first_s=0.001)
+PIN = KINDS["pin-profile"].example(Mode.CHECK)
+
+
+@pytest.fixture
+def ours(client: TestClient) -> Client:
+    return Client("http://testserver", transport=client._transport)
+
+
+def answering(*answers: httpx.Response | Exception) -> tuple[httpx.MockTransport, list[httpx.Request]]:
+    """A service that gives these answers one after the other, and what it was asked."""
+    left, asked = list(answers), []
+
+    def handle(request: httpx.Request) -> httpx.Response:
+        asked.append(request)
+        answer = left.pop(0)
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    return httpx.MockTransport(handle), asked
+
+
+def run_json(status: str = "succeeded", **more: object) -> dict:
+    return {"id": "1", "kind": "pin-profile", "mode": "check", "status": status, "holds": None, "problem": None, **more}
+
+
+@pytest.mark.parametrize("mode", ["design", "check"])
+@pytest.mark.parametrize("kind", ["flexible-rod", "pin-profile", "impact-linkage"])
+def test_the_examples(ours, kind, mode):
+    run = getattr(ours, mode)(kind, KINDS[kind].example(Mode(mode)))
+    assert run.ended and run.holds is run.verdict["holds"]
+    assert ours.run(run.id).result == run.result
+    assert run.accuracy["met"]
+
+
+def test_an_analysis_and_a_plot(ours):
+    run = ours.analyse("crank-dynamics", KINDS["crank-dynamics"].example(Mode.ANALYSIS))
+    assert run.verdict is None
+    name = next(iter(run.links["plots"]))
+    assert ours.plot(run, name).startswith(b"<")
+
+
+def test_a_refusal_names_the_field(ours):
+    with pytest.raises(Problem) as refused:
+        ours.check("pin-profile", {**PIN, "load": {"force_n": -1}})
+    assert refused.value.status == 422
+    assert refused.value.errors[0]["pointer"] == "/load/force_n"
+    assert "/load/force_n" in str(refused.value)
+
+
+def test_an_infeasible_design_is_an_answer(ours):
+    spec = KINDS["pin-profile"].example(Mode.DESIGN)
+    run = ours.design("pin-profile", {**spec, "load": {"force_n": 1e6}})
+    assert run.status == "infeasible" and run.result["diagnosis"]
+
+
+def test_a_later_run_is_waited_for(ours):
+    run = ours.submit("designs", "pin-profile", KINDS["pin-profile"].example(Mode.DESIGN), later=True)
+    assert run.status in ("queued", "running", "succeeded")
+    seen = []
+    assert ours.wait(run, timeout_s=60, progress=seen.append).status == "succeeded"
+
+
+def test_the_same_key_is_the_same_run(ours):
+    first, second = (ours.check("pin-profile", PIN, key="test: the same") for _ in range(2))
+    assert first.id == second.id
+
+
+def test_listings_go_through_all_pages(ours):
+    made = {ours.check("pin-profile", {**PIN, "name": "listed by the client"}).id for _ in range(3)}
+    assert {line["id"] for line in ours.runs(name="listed by the client", limit=2)} == made
+
+
+def test_a_lost_connection_and_a_full_service_are_tried_again_with_the_same_key():
+    transport, asked = answering(
+        httpx.ConnectError("no"),
+        httpx.Response(503, headers={"Retry-After": "0"}),
+        httpx.Response(201, json=run_json()),
+    )
+    with Client(transport=transport, retries=QUICK) as client:
+        assert client.check("pin-profile", PIN).id == "1"
+    assert len({request.headers["idempotency-key"] for request in asked}) == 1 and len(asked) == 3
+
+
+@pytest.mark.parametrize("last", [httpx.ReadTimeout("late"), httpx.Response(503)])
+def test_there_is_an_end_to_trying(last):
+    transport, asked = answering(httpx.Response(503), httpx.ConnectError("no"), last)
+    with Client(transport=transport, retries=QUICK) as client, pytest.raises(NoAnswer, match="3 times"):
+        client.check("pin-profile", PIN)
+    assert len(asked) == 3
+
+
+def test_a_solve_that_took_too_long_is_not_tried_again():
+    problem = {"status": 504, "title": "Took too long", "detail": "more than 30 s"}
+    answer = httpx.Response(504, json=problem, headers={"Content-Type": "application/problem+json"})
+    transport, asked = answering(answer)
+    with Client(transport=transport, retries=QUICK) as client, pytest.raises(Problem, match="Took too long"):
+        client.check("pin-profile", PIN)
+    assert len(asked) == 1
+
+
+def test_a_failed_run_is_raised():
+    failed = run_json("failed", problem={"status": 500, "title": "It failed", "detail": "why"})
+    transport, _ = answering(httpx.Response(200, json=failed))
+    with Client(transport=transport) as client, pytest.raises(RunFailed, match="why") as raised:
+        client.run("1")
+    assert raised.value.run_id == "1"
+
+
+def test_a_slow_export_is_waited_for(tmp_path):
+    links = {"self": "", "page": "", "plots": {}, "exports": {"step": "/api/v1/runs/1/exports/step"}}
+    transport, asked = answering(
+        httpx.Response(200, json=run_json(links=links)),
+        httpx.Response(202, headers={"Retry-After": "0"}),
+        httpx.Response(200, content=b"ISO-10303-21;"),
+    )
+    with Client(transport=transport) as client:
+        file = client.save(client.run("1"), "step", tmp_path / "pin.step", tolerance="fine")
+    assert file.read_bytes() == b"ISO-10303-21;"
+    assert asked[-1].url.params["tolerance"] == "fine"
+
+
+def test_the_asynchronous_client_does_the_same(client):
+    async def both() -> tuple[str, str, int]:
+        async with AsyncClient("http://testserver", transport=httpx.ASGITransport(client.app)) as ours:
+            design = KINDS["pin-profile"].example(Mode.DESIGN)
+            runs = await asyncio.gather(ours.check("pin-profile", PIN), ours.design("pin-profile", design))
+            listed = [line async for line in ours.runs(kind="pin-profile", limit=1, name=design.get("name"))]
+            return runs[0].status, runs[1].status, len(listed)
+
+    first, second, listed = client.portal.call(both)
+    assert (first, second) == ("succeeded", "succeeded") and listed
+
+
+def test_the_types_are_those_of_the_service():
+    from scripts.client_types import FILE, types
+
+    assert FILE.read_text(encoding="utf-8") == types(), "run python scripts/client_types.py"
+
+
+def test_the_types_can_be_resolved():
+    from typing import get_type_hints
+
+    from crankwright_client import types
+
+    assert get_type_hints(types.FlexibleRodDesignRequest)["mechanism"]
+
+
+def test_the_readme_runs(ours, monkeypatch, capsys):
+    text = (ROOT / "clients/python/README.md").read_text(encoding="utf-8")
+    code = re.search(r"```python\n(.*?)```", text, re.DOTALL).group(1)
+    monkeypatch.setattr("crankwright_client.Client", lambda url: ours)
+    exec(code, {})
+    assert capsys.readouterr().out.startswith("It holds")
+
+
+def test_it_needs_nothing_of_the_service():
+    script = (
+        "import sys, crankwright_client; print({name.partition('.')[0] for name in sys.modules} & {'app', 'solvers'})"
+    )
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", f"import sys; sys.path.insert(0, {str(ROOT / 'clients/python')!r}); {script}"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout.strip() == "set()"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -29,9 +30,16 @@ class Faults:
         return bool(self.at or self.elsewhere)
 
 
-def said(entry: Mapping[str, str]) -> str:
-    """An entry of problem details in words: what is wrong, what is allowed."""
-    detail, allowed = entry["detail"], entry["allowed"]
+_PATH = re.compile(r"\b[a-z]\w*(?:\.\w+)+")
+
+
+def said(entry: Mapping[str, str], named: Mapping[str, str]) -> str:
+    """An entry of problem details in words: what is wrong, what is allowed; fields by their labels, not their paths."""
+
+    def label(found: re.Match[str]) -> str:
+        return f"“{named[found[0]]}”" if found[0] in named else found[0]
+
+    detail, allowed = _PATH.sub(label, entry["detail"]), _PATH.sub(label, entry["allowed"])
     words = _SAYS.get(detail, detail)
     if allowed in _SAID_ALREADY or allowed == "see the contract":
         return words
@@ -43,15 +51,16 @@ def said(entry: Mapping[str, str]) -> str:
 def placed(form: Group, texts: Texts, problem: Problem) -> Faults:
     """The entries of a problem at the inputs that are to be seen, each at the nearest one there is."""
     parts = [part for part in form.parts(texts) if part.pointer]
+    named = {part.path: part.label for part in parts if "." in part.path and part.label}
     at: dict[str, str] = {}
     labels: dict[str, str] = {}
     elsewhere: list[str] = []
     for entry in problem.body.get("errors", [{"pointer": "", "detail": problem.body["detail"], "allowed": "a number"}]):
         part = _nearest(parts, entry["pointer"])
         if part is None:
-            elsewhere.append(f"{entry['pointer'].strip('/')} {said(entry)}".strip())
+            elsewhere.append(f"{entry['pointer'].strip('/')} {said(entry, named)}".strip())
             continue
-        words = part.fault(entry["pointer"], said(entry))
+        words = part.fault(entry["pointer"], said(entry, named))
         if words not in at.get(part.name, ""):
             at[part.name] = f"{at[part.name]}; {words}" if part.name in at else words
         labels[part.name] = part.label

@@ -148,3 +148,10 @@ def test_a_fault_is_told_at_the_field_that_is_to_be_seen():
     assert faults.at["load.table.points"] == "row 4, crank angle: is out of range: at most 360"
     assert faults.at["load.table.back_pressure_mpa"] == "is missing"
     assert faults.elsewhere == ("nowhere is missing",)
+
+
+def test_a_fault_names_other_fields_by_their_labels():
+    form, texts = form_of(KINDS["flexible-rod"], Mode.CHECK), texts_of("flexible-rod", Mode.CHECK)
+    entry = {"pointer": "/dimensions/l_mm", "detail": "is too long", "allowed": "at most mechanism.rod_length_mm"}
+    faults = placed(form, texts, Problem(422, "no", "no", [entry]))
+    assert faults.at["dimensions.l_mm"] == "is too long (allowed: at most “Rod length L”)"

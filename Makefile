@@ -3,6 +3,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+SERVICE := $(VENV)/.service
 STAMP := $(VENV)/.installed
 
 .PHONY: help run test lint lock bench campaign system clean
@@ -10,18 +11,16 @@ STAMP := $(VENV)/.installed
 help:            ## list the commands
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
-$(STAMP): requirements-dev.lock pyproject.toml
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Python 3.11 or newer is needed"; exit 1; }
-	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --require-hashes -r requirements-dev.lock
-	$(BIN)/python -m pip install --quiet --no-deps --editable .
-	touch $(STAMP)
+$(SERVICE): requirements.lock pyproject.toml
+	@PYTHON=$(PYTHON) scripts/install requirements.lock
+	@touch $@
 
-run: $(STAMP)    ## set up, design the paper's rod as a first run, serve on 127.0.0.1:8000
-	$(BIN)/crankwright migrate
-	$(BIN)/crankwright warm-up
-	$(BIN)/crankwright demo
-	$(BIN)/crankwright serve
+$(STAMP): requirements-dev.lock pyproject.toml
+	@PYTHON=$(PYTHON) scripts/install requirements-dev.lock
+	@touch $@ $(SERVICE)
+
+run: $(SERVICE)  ## set up, serve on 127.0.0.1:8000, design the paper's rod as a first run
+	@exec $(BIN)/crankwright serve --demo
 
 system:
 	@bash scripts/system-packages
@@ -41,6 +40,7 @@ bench: $(STAMP)  ## measure against the peers, write docs/benchmarks.md and docs
 	$(BIN)/python -m bench.work_precision
 
 campaign: $(STAMP)  ## hold every promise against thousands of random scenes (hours; interrupted, it goes on where it stopped), write docs/campaign.md; hunt for hard cases, write docs/hard-cases.md
+	CRANKWRIGHT_CAMPAIGN=1 $(BIN)/python -m pytest tests/app/test_stops.py
 	$(BIN)/python -m bench.campaign
 	$(BIN)/python -m tests.hard_cases.hunt all 3600
 	$(BIN)/python -m tests.hard_cases.page
@@ -50,6 +50,7 @@ LOCKING := uv pip compile --universal --python-version 3.11 --generate-hashes --
 lock:            ## resolve the dependencies anew, for the service and for its development (needs uv)
 	$(LOCKING) --all-extras pyproject.toml -o requirements-dev.lock
 	$(LOCKING) --constraint requirements-dev.lock pyproject.toml -o requirements.lock
+	echo uv | $(LOCKING) - -o requirements-uv.lock
 
 clean:           ## remove what make made
 	rm -rf $(VENV) build dist .campaign *.egg-info

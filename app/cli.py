@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
-import os
 import time
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,6 +15,8 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    # Plain help: the markup's library takes longer to import than all the rest.
+    rich_markup_mode=None,
 )
 
 DatabaseUrl = Annotated[
@@ -24,6 +24,7 @@ DatabaseUrl = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="print the run as JSON")]
 _DATABASE = "sqlite:///crankwright.sqlite3"
+_PRELOAD = "app.jobs.preload"
 
 
 @app.command()
@@ -31,17 +32,20 @@ def serve(
     host: Annotated[str, typer.Option(envvar="CRANKWRIGHT_HOST")] = "127.0.0.1",
     port: Annotated[int, typer.Option(envvar="CRANKWRIGHT_PORT", min=0, max=65535)] = 8000,
     database_url: DatabaseUrl = _DATABASE,
+    demo: Annotated[bool, typer.Option("--demo", help="design the paper's flexible rod as a first run")] = False,
 ) -> None:
     """Migrate the database and serve the API and the pages."""
-    import uvicorn
+    import signal
 
-    from app.jobs.pool import begin
+    from app.jobs.template import Template
 
-    begin()
-    os.environ["CRANKWRIGHT_DATABASE_URL"] = database_url
-    typer.echo(f"Crankwright      http://{host}:{port}/")
-    typer.echo(f"API reference    http://{host}:{port}/docs")
-    uvicorn.run("app.main:create_app", factory=True, host=host, port=port, log_config=None)
+    # As long as there is nothing to finish, Ctrl-C ends this process as any other signal does.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    template = Template(_PRELOAD)
+    template.start()
+    from app.serving import run
+
+    run(host, port, database_url, template, demo)
 
 
 @app.command()
@@ -56,11 +60,22 @@ def migrate(database_url: DatabaseUrl = _DATABASE) -> None:
 @app.command("warm-up")
 def warm_up() -> None:
     """Compile every numerical kernel for this machine and keep it on disk; does little the second time."""
-    from app.jobs.calls import warm_up as rehearse
+    from app.jobs.template import Template
+    from app.jobs.warming import KernelWarming
+    from app.serving import Teller
 
     started = time.perf_counter()
-    rehearse()
+    template = Template(_PRELOAD)
+    warming = KernelWarming(template, Teller())
+    try:
+        template.start()
+        warming.start()
+        warming.wait()
+    finally:
+        warming.close()
+        template.close()
     typer.echo(f"warm after {time.perf_counter() - started:.0f} s")
+    raise typer.Exit(1 if warming.failed else 0)
 
 
 @app.command()
@@ -131,6 +146,8 @@ def _refuse(problem: dict[str, Any]) -> None:
 
 
 def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: bool) -> None:
+    import asyncio
+
     from app import runs
     from app.api.bodies import parse
     from app.designs.kind import Mode
@@ -180,13 +197,16 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
 
 def _answer(job: Any, run: Any, request: Any, report: Any) -> Any:
     """Solve here; a design with a time budget whose solver looks at no clock, in a process that can be killed."""
+    import asyncio
+
+    from app.jobs.calls import nothing
     from app.jobs.executor import PoolSettings, ProcessPool
     from app.submission import time_asked
 
     asked = time_asked(request)
     if asked is None or job.best_in_time:
         return job.solve(request, report)
-    pool = ProcessPool(PoolSettings(workers=1))
+    pool = ProcessPool(PoolSettings(workers=1, idle_work=nothing, kernels=False))
     pool.start()
     try:
         return asyncio.run(pool.run(run.kind, run.mode, request.model_dump_json().encode(), asked, report))

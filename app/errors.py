@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -13,7 +14,7 @@ from pydantic import ValidationError
 from starlette.exceptions import HTTPException
 
 from app.designs.schema import Entry, is_tag
-from app.jobs.errors import Busy, ExecutorClosed
+from app.jobs.errors import Busy, ExecutorClosed, Warming
 from app.store.errors import IdempotencyConflict, InvalidCursor, UnknownRun
 
 MEDIA_TYPE = "application/problem+json"
@@ -136,6 +137,11 @@ def install(app: FastAPI) -> None:
     async def _cursor(_: Request, error: InvalidCursor) -> Response:
         entry = {"pointer": "/cursor", "detail": str(error), "allowed": "the next_cursor of an earlier page"}
         return problem_response(Problem(422, INVALID, str(error), [entry]))
+
+    @app.exception_handler(Warming)
+    async def _warming(_: Request, error: Warming) -> Response:
+        wait = {"Retry-After": str(math.ceil(error.remaining_s))}
+        return problem_response(Problem(503, "The kernels are being compiled", str(error), headers=wait))
 
     @app.exception_handler(Busy)
     @app.exception_handler(ExecutorClosed)

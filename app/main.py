@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -13,6 +12,8 @@ from prometheus_fastapi_instrumentator import Instrumentator
 from app import errors
 from app.api import contract, operation, runs, submissions
 from app.jobs.executor import PoolSettings, ProcessPool
+from app.jobs.template import Template
+from app.jobs.warming import Told, tell_nobody
 from app.logging import configure
 from app.settings import Settings
 from app.store.migrate import upgrade
@@ -22,30 +23,24 @@ from app.version import VERSION
 from app.web import form_pages, pages
 from app.web.rendering import STATIC
 
-ORPHANED = json.dumps(
-    {
-        "type": "about:blank",
-        "title": "The service stopped",
-        "status": 500,
-        "detail": "the service ended before this run did",
-    }
-).encode()
 
+def create_app(settings: Settings | None = None, template: Template | None = None, told: Told = tell_nobody) -> FastAPI:
+    """The application; its database is migrated and its workers are started when it starts.
 
-def create_app(settings: Settings | None = None) -> FastAPI:
-    """The application; its database is migrated and its workers are started when it starts."""
+    ``template`` is one that was started already, to import beside this process; ``told`` hears how far kernels are.
+    """
     settings = settings or Settings()
     configure(settings.log_format, settings.log_level)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        pool = ProcessPool(PoolSettings(workers=settings.workers, told=told), template)
+        pool.start()
         upgrade(settings.database_url)
         store = RunStore(settings.database_url)
-        pool = ProcessPool(PoolSettings(workers=settings.workers))
         service = Service(store, pool, settings.solve_budget_s)
         app.state.service = service
-        await store.fail_orphans(ORPHANED)
-        pool.start()
+        await service.resume()
         try:
             yield
         finally:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import threading
 import time
 from dataclasses import dataclass, field
 from functools import partial
@@ -14,11 +15,12 @@ from app import runs
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.progress import Progress
 from app.designs.references import UnfitRun, references, replaced
-from app.designs.registry import job_of
+from app.designs.registry import KINDS, job_of
 from app.designs.schema import OUT_OF_TIME, DesignSettings, entry
 from app.errors import INVALID, Problem, json_pointer
 from app.jobs.budget import budget
-from app.jobs.errors import BudgetExceeded, Busy, MemoryExceeded, SolveFailed, WorkerCrashed
+from app.jobs.calls import PICTURE
+from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.jobs.executor import Executor
 from app.logging import get_logger
 from app.store.errors import UnknownRun
@@ -73,6 +75,8 @@ class Service:
     background: set[asyncio.Task[None]] = field(default_factory=set)
     progress: dict[str, Progress] = field(default_factory=dict)
     """How far the long solves under way are, by the id of the run."""
+    stopping: threading.Event = field(default_factory=threading.Event)
+    """Set when the service was asked to stop."""
 
     async def answer(self, kind: Kind, mode: Mode, request: BaseModel) -> RunRecord:
         """The run for a request, answered but not stored yet. Raises Problem if the solver refuses the request."""
@@ -133,6 +137,10 @@ class Service:
         """A run as JSON, with its progress while it is open. Raises UnknownRun."""
         return runs.run_json(await self.store.get(run_id), self.progress.get(run_id))
 
+    async def drawn(self, run: RunRecord, plot: str, shown: bytes) -> str:
+        """A plot of a succeeded run, given as JSON; in a worker, for some compute what they draw."""
+        return await self.executor.run(run.kind, f"{PICTURE}{plot}", shown, self.solve_budget_s)
+
     async def submit(
         self, kind: Kind, mode: Mode, request: BaseModel, key: str | None, request_hash: str
     ) -> StoredResponse:
@@ -150,10 +158,26 @@ class Service:
         run = runs.queued(kind.slug, mode, request)
         response = await self._keep(run, 202, key, request_hash)
         if response.run_id == run.id:
-            task = asyncio.create_task(self._finish(run, job_of(kind, mode), request))
-            self.background.add(task)
-            task.add_done_callback(self.background.discard)
+            self._begin(run, job_of(kind, mode), request)
         return response
+
+    async def resume(self) -> None:
+        """Take up the runs that were promised by a 202 and left open when a former service process ended."""
+        for run in await self.store.open_runs():
+            try:
+                job = job_of(KINDS[run.kind], Mode(run.mode))
+                request = job.request.model_validate_json(run.spec)
+            except (KeyError, ValueError):
+                title, why = "The service stopped", "it ended before this run did, and this version cannot take it up"
+                failed = runs.failed(run, 500, title, why, time.perf_counter())
+                await self.store.finish(run.id, runs.end_of(failed))
+            else:
+                self._begin(run, job, request)
+
+    def _begin(self, run: RunRecord, job: Job, request: BaseModel) -> None:
+        task = asyncio.create_task(self._finish(run, job, request))
+        self.background.add(task)
+        task.add_done_callback(self.background.discard)
 
     async def _keep(self, run: RunRecord, status: int, key: str | None, request_hash: str) -> StoredResponse:
         location = f"/api/v1/runs/{run.id}"
@@ -171,6 +195,8 @@ class Service:
             ended = await self._solve_in_turn(run, job, request, started)
         except Problem as problem:
             ended = runs.refused(run, problem.body, started)
+        except ExecutorClosed:  # it stays open, and the next start takes it up
+            return
         except Exception as error:
             logger.exception("background_solve_failed", **_named(run))
             ended = runs.failed(run, 500, "The solver failed", type(error).__name__, started)
@@ -185,7 +211,7 @@ class Service:
                 await asyncio.sleep(_RETRY_S)
 
     async def close(self) -> None:
-        """Let go of background solves: their runs stay open and are failed at the next start."""
+        """Let go of background solves: their runs stay open and are taken up at the next start."""
         for task in list(self.background):
             task.cancel()
         await asyncio.gather(*self.background, return_exceptions=True)

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from bench import crank, design, effects, kernels, linkage, pin, random_designs, rod_problems, service
+from bench import crank, design, effects, kernels, linkage, pin, random_designs, rod_problems, service, start
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 
@@ -37,6 +37,7 @@ def main() -> None:
     for title, bench in sections:
         lines += [f"## {title}", "", bench.__doc__.partition("\n\n")[2].strip(), "", *bench.table(), ""]
     lines += ["## The service", "", service.__doc__.partition("\n\n")[2].strip(), "", *service.table(), ""]
+    lines += start.section()
     PAGE.write_text("\n".join(lines), "utf-8")
     print("\n".join(lines))
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
+from collections.abc import AsyncIterator
 from typing import Any, Protocol, Self, TypeVar
 
 from fastapi import Request
@@ -10,6 +12,8 @@ from pydantic import ValidationError
 
 from app.designs.schema import Entry, entry
 from app.errors import INVALID, Problem, invalid, json_pointer
+
+_LOOK_S = 0.5
 
 
 class Body(Protocol):
@@ -31,12 +35,29 @@ async def read_body(request: Request) -> bytes:
     if kind != "application/json":
         raise Problem(415, "Not JSON", "send application/json")
     chunks, size = [], 0
-    async for chunk in request.stream():
+    async for chunk in _while_serving(request):
         size += len(chunk)
         if size > limit:
             raise Problem(413, "The request is too large", f"at most {limit} bytes are accepted")
         chunks.append(chunk)
     return b"".join(chunks)
+
+
+async def _while_serving(request: Request) -> AsyncIterator[bytes]:
+    """The parts of a body as they come; 503 where the rest does not come before the service stops."""
+    stopping = request.app.state.service.stopping
+    stream = aiter(request.stream())
+    while True:
+        part = asyncio.ensure_future(anext(stream, None))
+        while not (await asyncio.wait({part}, timeout=_LOOK_S))[0]:
+            if stopping.is_set():
+                part.cancel()
+                raise Problem(
+                    503, "The service stops", "the request did not arrive in time", headers={"Connection": "close"}
+                )
+        if part.result() is None:
+            return
+        yield part.result()
 
 
 def parse(model: type[M], body: bytes) -> M:

@@ -18,15 +18,29 @@ async def healthz() -> dict[str, str]:
 
 
 @router.get(
-    "/readyz", tags=["operation"], summary="Can it answer now", responses={503: {"description": "workers are starting"}}
+    "/readyz", tags=["operation"], summary="Can it answer now", responses={503: {"description": "it is starting"}}
 )
 async def readyz(request: Request, response: Response) -> dict[str, object]:
-    """200 once the database answers and a worker is warm, 503 before."""
+    """200 once the database answers, a worker lives and all kernels are there; else 503. Tells how far each kind is."""
     service: Service = request.app.state.service
     await service.store.ping()
-    warm = bool(getattr(service.executor, "ready", True))
-    response.status_code = 200 if warm else 503
-    return {"status": "ready" if warm else "warming up", "database": "ok", "workers": "warm" if warm else "starting"}
+    alive, warmths = service.executor.ready, service.executor.warmths
+    warm = all(each.state in ("warm", "failed") for each in warmths)
+    response.status_code = 200 if alive and warm else 503
+    return {
+        "status": "ready" if alive and warm else "warming up",
+        "database": "ok",
+        "workers": "warm" if alive else "starting",
+        "kernels": {
+            each.kind: {
+                "state": each.state,
+                "compiled": each.compiled,
+                "of": each.of,
+                "remaining_s": round(each.remaining_s),
+            }
+            for each in warmths
+        },
+    }
 
 
 @router.get(

@@ -70,7 +70,7 @@ async def plot(request: Request, run_id: str, plot: str) -> Response:
         raise Problem(404, "No such plot", "there are " + ", ".join(plots))
     if run.status != RunStatus.SUCCEEDED:
         raise Problem(409, "Nothing to draw", f"the run is {run.status}")
-    shown = json.loads(runs.run_json(run))
-    if plot not in plots_for(KINDS[run.kind], shown):
+    shown = runs.run_json(run)
+    if plot not in plots_for(KINDS[run.kind], json.loads(shown)):
         raise Problem(409, "Nothing to draw", "this run's result has nothing for this plot")
-    return SvgResponse(plots[plot](shown))
+    return SvgResponse(await service.drawn(run, plot, shown))

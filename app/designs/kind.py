@@ -138,3 +138,11 @@ class Kind:
     def example(self, mode: Mode) -> dict[str, Any]:
         """A worked example of a request of that mode."""
         return json.loads((files("app.designs") / "examples" / f"{self.slug}-{mode}.json").read_text("utf-8"))
+
+    def others(self, mode: Mode) -> dict[str, dict[str, Any]]:
+        """More worked examples of that mode by their titles; each says in what it differs from the first."""
+        told = json.loads((files("app.designs") / "examples" / "others.json").read_text("utf-8"))
+        first = self.example(mode)
+        found = told.get(f"{self.slug}-{mode}", {})
+        # A request of another method shares no field with the first.
+        return {title: own if "method" in own else {**first, **own} for title, own in found.items()}

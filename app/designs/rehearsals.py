@@ -46,16 +46,35 @@ _VARIANTS: Mapping[tuple[str, Mode], tuple[dict[str, Any], ...]] = {
 """Beside a kind's own examples: what else to ask."""
 
 
-def examples() -> Iterator[tuple[Job, Any]]:
-    """Every kind's own example of every job, solved loosely."""
-    for kind in KINDS.values():
-        for mode, job in kind.jobs.items():
-            yield job, job.request.model_validate({**kind.example(mode), "accuracy": _LOOSE})
+PARTS: tuple[tuple[str, str], ...] = tuple((kind.slug, str(mode)) for kind in KINDS.values() for mode in kind.jobs)
+"""Every kind and mode in the order in which a machine compiles for them: the first run's kind first."""
+
+WINGS: Mapping[str, str] = {
+    "flexible-rod": "solvers.rod",
+    "pin-profile": "solvers.pin",
+    "impact-linkage": "solvers.linkage",
+    "crank-dynamics": "solvers.crank",
+    "crank-masses": "solvers.crank",
+}
+"""Where each kind's kernels stand."""
+
+
+def example(slug: str, mode: str) -> tuple[Job, Any] | None:
+    """A kind's own example of one of its jobs, solved loosely; None for what is no job of its own."""
+    kind = KINDS[slug]
+    job = kind.jobs.get(Mode(mode))
+    return job and (job, job.request.model_validate({**kind.example(Mode(mode)), "accuracy": _LOOSE}))
+
+
+def rehearsals_of(slug: str, mode: str) -> Iterator[tuple[Job, Any]]:
+    """The example of one kind and mode as it stands, and in its variants."""
+    kind, chosen = KINDS[slug], Mode(mode)
+    job = kind.jobs[chosen]
+    for variant in ({}, *_VARIANTS.get((slug, chosen), ())):
+        yield job, job.request.model_validate({**kind.example(chosen), **variant})
 
 
 def rehearsals() -> Iterator[tuple[Job, Any]]:
     """Every example as it stands and in its variants."""
-    for kind in KINDS.values():
-        for mode, job in kind.jobs.items():
-            for variant in ({}, *_VARIANTS.get((kind.slug, mode), ())):
-                yield job, job.request.model_validate({**kind.example(mode), **variant})
+    for part in PARTS:
+        yield from rehearsals_of(*part)

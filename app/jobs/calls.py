@@ -2,63 +2,55 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable
-from functools import cache
-from pathlib import Path
+import json
+from collections.abc import Iterator
 
 from app.designs.kind import Answer, Mode
 from app.designs.progress import Report
+from app.jobs import marks
 
-WarmUp = Callable[[], None]
+_loaded: set[tuple[str, str]] = set()
+"""What this process, or the one it was forked from, has the kernels of in memory."""
 
 
-def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer:
-    """Run one job of the registry on a request given as JSON; a long one reports how far it is."""
-    # Imported here, not above: the service process imports this module too, and needs none of the solvers for it.
-    from app.designs.registry import KINDS, job_of
+PICTURE = "picture:"
+"""Before the name of a plot: draw it from a run given as JSON, in the place of a mode."""
 
+
+def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer | str:
+    """Run one job of the registry on a request given as JSON; a long one reports how far it is. Or draw a plot."""
+    from app.designs.registry import KINDS, job_of, plots_of
+
+    if mode.startswith(PICTURE):
+        run = json.loads(payload)
+        return plots_of(KINDS[kind_slug], Mode(run["mode"]))[mode.removeprefix(PICTURE)](run)
     job = job_of(KINDS[kind_slug], Mode(mode))
     return job.solve(job.request.model_validate_json(payload), report)
 
 
-@cache
-def warm_up() -> None:
-    """Have everything imported and every kernel compiled, so that no user waits for either.
+def load(kind_slug: str, mode: str) -> None:
+    """Have the kernels of one kind and mode in memory, by solving its example loosely."""
+    from app.designs.rehearsals import example
 
-    The first time on a machine every rehearsal is solved, which fills the kernels' cache on disk; after that the
-    examples are enough, solved loosely, which load what is there. A second call, such as that of a worker forked from a
-    warm process, does nothing.
-    """
-    from app.designs.rehearsals import examples, rehearsals
-
-    done = _done()
-    known = any(mark.exists() for mark in done)
-    for job, request in examples() if known else rehearsals():
-        job.run(request)
-    if not known:
-        _leave_a_mark(done)
-
-
-def _done() -> list[Path]:
-    """Where it may stand written that these very sources were rehearsed: beside numba's own cache, or at home."""
-    import numba
-
-    import solvers
-
-    root = Path(solvers.__file__).parent
-    digest = hashlib.sha256(f"{numba.__version__} {numba.config.CACHE_DIR}".encode())
-    for path in sorted(root.rglob("*.py")):
-        digest.update(path.read_bytes())
-    name = f"rehearsed-{digest.hexdigest()[:16]}"
-    return [root / "__pycache__" / name, Path.home() / ".cache" / "crankwright" / name]
-
-
-def _leave_a_mark(places: list[Path]) -> None:
-    for place in places:
-        try:
-            place.parent.mkdir(parents=True, exist_ok=True)
-            place.touch()
-        except OSError:
-            continue
+    if mode.startswith(PICTURE) or (kind_slug, mode) in _loaded:
         return
+    _loaded.add((kind_slug, mode))
+    found = example(kind_slug, mode)
+    if found is not None:
+        job, request = found
+        job.run(request)
+
+
+def nothing() -> Iterator[None]:
+    """Idle work of a worker that is there for a single call."""
+    return iter(())
+
+
+def load_step_by_step() -> Iterator[None]:
+    """Load the kernels of every kind and mode that are on disk, one after the other."""
+    from app.designs.rehearsals import PARTS
+
+    for part in PARTS:
+        if marks.is_left(part):
+            load(*part)
+            yield

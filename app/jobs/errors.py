@@ -11,6 +11,15 @@ class Busy(JobError):
     """Too many solves wait already; try again later."""
 
 
+class Warming(Busy):
+    """The kernels of this kind are being compiled; come back in about ``remaining_s`` seconds."""
+
+    def __init__(self, kind: str, remaining_s: float) -> None:
+        super().__init__(f"the kernels of {kind} are being compiled; about {remaining_s:.0f} s are left")
+        self.kind = kind
+        self.remaining_s = remaining_s
+
+
 class BudgetExceeded(JobError):
     """The solve did not end within its wall-clock budget; its worker was killed."""
 

@@ -6,6 +6,8 @@ import asyncio
 import contextlib
 import os
 import threading
+import time
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Protocol
@@ -14,8 +16,10 @@ from app.designs.kind import Answer
 from app.designs.progress import Report, to_nobody
 from app.jobs import calls
 from app.jobs.errors import Busy, ExecutorClosed, JobError, WorkerCrashed
-from app.jobs.pool import Call, Place, begin
-from app.jobs.worker import Entry, WorkerSettings
+from app.jobs.pool import Call, Place
+from app.jobs.template import Template
+from app.jobs.warming import KernelWarming, Told, Warmth, tell_nobody
+from app.jobs.worker import Entry, Load, WorkerSettings
 from app.logging import get_logger
 
 logger = get_logger(__name__)
@@ -24,9 +28,21 @@ DEFAULT_BUDGET_S = 10.0
 DEFAULT_MEMORY_BYTES = 2 << 30
 DEFAULT_QUEUE_LIMIT = 64
 
+_LOOK_S = 0.2
+"""How often the pool looks whether its processes live."""
+_BETWEEN_STARTS_S = 1.0
+
 
 class Executor(Protocol):
     """Runs jobs of the registry somewhere that cannot hurt the service."""
+
+    @property
+    def ready(self) -> bool:
+        """Whether it can answer now."""
+
+    @property
+    def warmths(self) -> list[Warmth]:
+        """How far the kernels of every kind are; empty where nothing has to be compiled."""
 
     def start(self) -> None:
         """Begin to warm up; returns at once."""
@@ -52,49 +68,80 @@ class Executor(Protocol):
 
 @dataclass(frozen=True)
 class PoolSettings:
-    """Size and limits of a process pool; ``entry`` and ``warm_up`` are module-level functions."""
+    """Size and limits of a process pool.
+
+    ``entry`` and ``load`` are module-level functions; ``preload`` is the module that the workers' template imports, its
+    function ``load_step_by_step`` what they do meanwhile. ``kernels`` is whether calls wait for compiled kernels.
+    """
 
     workers: int = os.cpu_count() or 1
     queue_limit: int = DEFAULT_QUEUE_LIMIT
     memory_bytes: int = DEFAULT_MEMORY_BYTES
     niceness: int = 10
     entry: Entry = calls.answer
-    warm_up: calls.WarmUp = calls.warm_up
+    load: Load = calls.load
+    preload: str = "app.jobs.preload"
+    idle_work: Callable[[], Iterator[None]] = calls.load_step_by_step
+    kernels: bool = True
+    told: Told = tell_nobody
 
 
 class ProcessPool:
-    """Warm worker processes on this machine, forked from a server that has the solvers imported.
+    """Warm worker processes on this machine, forked from a template that has the solvers imported.
 
-    A worker that overruns its budget, dies, or runs out of memory is killed and replaced; the other solves
-    go on. At most ``queue_limit`` calls wait for a worker; one more is refused.
+    A worker that overruns its budget, dies, or runs out of memory is killed and replaced, and so is the template; the
+    other solves go on. At most ``queue_limit`` calls wait for a worker; one more is refused. A call whose kernels are
+    still being compiled is refused too, and told how long that takes.
     """
 
-    def __init__(self, settings: PoolSettings | None = None) -> None:
-        self._settings = settings or PoolSettings()
-        worker = WorkerSettings(
-            self._settings.entry, self._settings.warm_up, self._settings.memory_bytes, self._settings.niceness
-        )
-        self._places = [Place(worker) for _ in range(self._settings.workers)]
+    def __init__(self, settings: PoolSettings | None = None, template: Template | None = None) -> None:
+        self._settings = given = settings or PoolSettings()
+        self._template = template or Template(given.preload)
+        self._warming = KernelWarming(self._template, given.told) if given.kernels else None
+        worker = WorkerSettings(given.entry, given.load, given.idle_work, given.memory_bytes, given.niceness)
+        self._places = [Place(worker, self._template) for _ in range(given.workers)]
         self._free = list(self._places)
         self._free_lock = threading.Lock()
         # One thread per worker, waiting on its pipe: as many places as threads, so there is always a free one.
-        self._threads = ThreadPoolExecutor(self._settings.workers, thread_name_prefix="solve")
-        self._pending = 0
+        self._threads = ThreadPoolExecutor(given.workers, thread_name_prefix="solve")
+        self._keeper = threading.Thread(target=self._keep, name="keeper", daemon=True)
+        self._wake = threading.Event()
+        self._pending, self._preparing = 0, 0
         self._closed = False
 
     def start(self) -> None:
-        begin()
-        for _ in self._places:
-            self._threads.submit(self._prepare_one)
+        if self._keeper.ident is None:
+            self._keeper.start()
 
     @property
     def ready(self) -> bool:
-        """Whether at least one worker is warm."""
+        """Whether at least one worker is there, by the look of it now."""
         return any(place.ready for place in self._places)
+
+    @property
+    def warmths(self) -> list[Warmth]:
+        """How far the kernels of every kind are."""
+        return [] if self._warming is None else self._warming.warmths()
+
+    async def _check_warm(self, kind_slug: str, mode: str) -> None:
+        """Raises Warming where the kernels of that kind and mode are still being compiled."""
+        if self._warming is None:
+            return
+        while not self._warming.known and not self._closed:
+            await asyncio.sleep(_LOOK_S / 10)
+        self._warming.check(kind_slug, mode)
+
+    def wait_until_warm(self, timeout: float | None = None) -> bool:
+        """Until all kernels are there; False if that took longer."""
+        return self._warming is None or self._warming.wait(timeout)
 
     @property
     def worker_pids(self) -> list[int]:
         return [place.pid for place in self._places if place.pid is not None]
+
+    @property
+    def template_pid(self) -> int | None:
+        return self._template.pid
 
     @property
     def pending(self) -> int:
@@ -111,6 +158,8 @@ class ProcessPool:
     ) -> Answer:
         if self._closed:
             raise ExecutorClosed("the executor is closing")
+        self.start()
+        await self._check_warm(kind_slug, mode)
         if self._pending >= self._settings.workers + self._settings.queue_limit:
             raise Busy(f"{self._pending} solves run or wait already")
         call = Call(kind_slug, mode, payload, budget_s, report)
@@ -119,21 +168,30 @@ class ProcessPool:
             return await asyncio.get_running_loop().run_in_executor(self._threads, self._solve, call)
         except asyncio.CancelledError:
             call.cancel()
+            task = asyncio.current_task()
+            if task is not None and not task.cancelling():
+                raise ExecutorClosed("the executor closed before the solve began") from None
             raise
         finally:
             self._pending -= 1
 
     def close(self) -> None:
         self._closed = True
+        if self._warming is not None:
+            self._warming.close()
         for place in self._places:
             place.close()
+        self._template.close()
+        self._wake.set()
         self._threads.shutdown(wait=True, cancel_futures=True)
+        if self._keeper.ident is not None:
+            self._keeper.join()
 
-    def _take(self, ready: bool) -> Place:
-        """A free place, a warm one or one that still lacks its worker, as wanted if there is such a one."""
+    def _take(self) -> Place:
+        """A free place, one with a worker if there is such a one."""
         with self._free_lock:
             for place in self._free:
-                if place.ready is ready:
+                if place.ready:
                     self._free.remove(place)
                     return place
             return self._free.pop()
@@ -143,36 +201,80 @@ class ProcessPool:
             self._free.append(place)
 
     def _solve(self, call: Call) -> Answer:
-        place = self._take(ready=True)
+        place = self._take()
         try:
             if self._closed or not call.begin(place):
                 raise ExecutorClosed("the call was given up before it began")
+            generation = self._template.generation
             try:
                 return place.solve(call)
             except WorkerCrashed as crash:
                 if self._closed:
                     raise ExecutorClosed("the executor closed during the solve") from crash
-                raise
+                if call.cancelled or not self._template_fell(generation):
+                    raise
+                # The worker went down with the template, not for its call: once more, on another one.
+                return place.solve(call)
             finally:
                 call.end()
-                self._replace_if_gone(place)
+                self._wake.set()
         finally:
             self._give_back(place)
 
-    def _replace_if_gone(self, place: Place) -> None:
-        """Start the next worker now, not when the next call waits for it."""
-        if not place.ready and not self._closed:
-            with contextlib.suppress(RuntimeError):  # closed a moment ago
-                self._threads.submit(self._prepare_one)
+    def _template_fell(self, generation: int) -> bool:
+        end = time.monotonic() + _LOOK_S
+        while self._template.alive and self._template.generation == generation and time.monotonic() < end:
+            time.sleep(_LOOK_S / 10)
+        return not self._template.alive or self._template.generation != generation
+
+    def _keep(self) -> None:
+        """See to it that the template lives and that every free place has a worker.
+
+        One thread for as long as the pool lives: to the system, its end is the end of the template's parent.
+        """
+        begun, loading = -_BETWEEN_STARTS_S, 0
+        if self._warming is not None:
+            self._warming.start()
+        while not self._closed:
+            if not self._template.alive and time.monotonic() - begun > _BETWEEN_STARTS_S:
+                begun = time.monotonic()
+                if self._template.generation:
+                    logger.error("template_ended")
+                self._template.start()
+            try:
+                for _ in range(self._count_lost()):
+                    self._threads.submit(self._prepare_one)
+            except RuntimeError:  # closed a moment ago
+                return
+            if loading != self._template.generation and self.ready and self.wait_until_warm(0.0):
+                loading = self._template.generation
+                with contextlib.suppress(JobError):  # it ended a moment ago, and is started again
+                    self._template.load_when_idle()
+            self._wake.wait(_LOOK_S)
+            self._wake.clear()
+
+    def _count_lost(self) -> int:
+        """How many free places have no live worker and nobody on the way to give them one."""
+        with self._free_lock:
+            lost = sum(not place.ready for place in self._free) - self._preparing
+            self._preparing += max(0, lost)
+        return lost
 
     def _prepare_one(self) -> None:
-        place = self._take(ready=False)
+        with self._free_lock:
+            place = next((place for place in self._free if not place.ready), None)
+            if place is not None:
+                self._free.remove(place)
         try:
-            if not self._closed:
+            if place is not None and not self._closed:
                 place.prepare()
         except JobError as error:
             # The next call on this place tries again and reports what it finds.
             if not self._closed:
                 logger.warning("worker_did_not_start", reason=str(error))
+                time.sleep(_LOOK_S)
         finally:
-            self._give_back(place)
+            with self._free_lock:
+                self._preparing -= 1
+                if place is not None:
+                    self._free.append(place)

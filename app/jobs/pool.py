@@ -2,30 +2,17 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import threading
 import time
-from multiprocessing import forkserver
-from multiprocessing.process import BaseProcess
 from typing import Any
 
 from app.designs.progress import Report, to_nobody
 from app.jobs.errors import BudgetExceeded, ExecutorClosed, MemoryExceeded, SolveFailed, WorkerCrashed
+from app.jobs.template import START_TIMEOUT_S, Child, Template
 from app.jobs.worker import Reply, WorkerSettings, serve
 
-START_TIMEOUT_S = 300.0
-"""How long a worker may import and warm up: a newcomer's first start compiles every kernel."""
-
-_FORKSERVER = multiprocessing.get_context("forkserver")
-
-
-def begin() -> None:
-    """Start the process that workers are forked from, importing and warming up meanwhile. Returns at once.
-
-    A command that knows it will serve calls this first, so that the warm-up runs beside its own imports.
-    """
-    _FORKSERVER.set_forkserver_preload(["app.jobs.worker", "app.jobs.warmed"])
-    forkserver.ensure_running()
+LOAD_TIMEOUT_S = 120.0
+"""How long a worker may load, or where it must, compile what a call needs, before the call's own time counts."""
 
 
 class Call:
@@ -61,33 +48,36 @@ class Call:
 class Place:
     """A slot of the pool. At most one thread uses it at a time; ``kill`` may come from any thread."""
 
-    def __init__(self, settings: WorkerSettings) -> None:
+    def __init__(self, settings: WorkerSettings, template: Template) -> None:
         self._settings = settings
-        self._process: BaseProcess | None = None
-        self._connection: Any = None
+        self._template = template
+        self._child: Child | None = None
         self._ready = False
         self._closed = False
         self._guard = threading.Lock()
 
     @property
     def pid(self) -> int | None:
-        return self._process.pid if self._process is not None else None
+        child = self._child
+        return child.pid if child is not None else None
 
     @property
     def ready(self) -> bool:
-        return self._ready
+        """Whether a worker waits or works here, by the look of it now."""
+        with self._guard:
+            return self._ready and self._child is not None and self._child.alive
 
     def prepare(self) -> None:
-        """Have a live, warm worker here, starting one if needed."""
-        if self._process is None or not self._process.is_alive():
+        """Have a live worker here, starting one if needed."""
+        if self._child is None or not self._child.alive:
             self._discard()
             self._start()
         if self._ready:
             return
         try:
-            if not self._connection.poll(START_TIMEOUT_S):
+            if not self._child.connection.poll(START_TIMEOUT_S):
                 raise WorkerCrashed(None)
-            self._connection.recv()
+            self._child.connection.recv()
         except (EOFError, OSError) as error:
             raise WorkerCrashed(self._discard()) from error
         self._ready = True
@@ -113,32 +103,33 @@ class Place:
 
     def _next(self, call: Call, deadline: float) -> tuple[Reply, Any]:
         """The worker's next message; it is killed if none comes in time."""
-        if not self._connection.poll(max(0.0, deadline - time.monotonic())):
+        assert self._child is not None
+        if not self._child.connection.poll(max(0.0, deadline - time.monotonic())):
             self._discard()
             raise BudgetExceeded(call.budget_s)
-        return self._connection.recv()
+        return self._child.connection.recv()
 
     def _hand_over(self, call: Call) -> float | None:
         """Give the call to the worker; when it must have ended. None if the worker had died while idle."""
         self.prepare()
-        deadline = time.monotonic() + call.budget_s
+        assert self._child is not None
         try:
-            self._connection.send(call.message)
-            if not self._connection.poll(call.budget_s):
+            self._child.connection.send(call.message)
+            if not self._child.connection.poll(LOAD_TIMEOUT_S):
                 self._discard()
-                raise BudgetExceeded(call.budget_s)
-            self._connection.recv()
+                raise WorkerCrashed(None)
+            self._child.connection.recv()
         except (EOFError, OSError) as error:
             code = self._discard()
             if call.cancelled or self._closed:
                 raise WorkerCrashed(code) from error
             return None
-        return deadline
+        return time.monotonic() + call.budget_s
 
     def kill(self) -> None:
         with self._guard:
-            if self._process is not None and self._process.is_alive():
-                self._process.kill()
+            if self._child is not None:
+                self._child.kill()
 
     def close(self) -> None:
         """Kill the worker and start no other."""
@@ -146,12 +137,9 @@ class Place:
         self.kill()
 
     def _start(self) -> None:
-        ours, theirs = _FORKSERVER.Pipe()
-        process = _FORKSERVER.Process(target=serve, args=(theirs, self._settings), name="solve-worker", daemon=True)
-        process.start()
-        theirs.close()
+        child = self._template.fork(serve, self._settings)
         with self._guard:
-            self._process, self._connection, self._ready = process, ours, False
+            self._child, self._ready = child, False
         if self._closed:
             self.kill()
             raise ExecutorClosed("the executor is closing")
@@ -160,13 +148,5 @@ class Place:
         """Kill and forget the worker; its exit code, if it had one."""
         self.kill()
         with self._guard:
-            process, connection = self._process, self._connection
-            self._process, self._connection, self._ready = None, None, False
-        if connection is not None:
-            connection.close()
-        if process is None:
-            return None
-        process.join()
-        code = process.exitcode
-        process.close()
-        return code
+            child, self._child, self._ready = self._child, None, False
+        return None if child is None else self._template.exit_code(child)

@@ -1,16 +1,13 @@
-"""The worker process: warm up, then answer one call after the other until the service ends."""
+"""The worker process: answer one call after the other until the service ends; between them, load kernels."""
 
 from __future__ import annotations
 
 import contextlib
-import multiprocessing
 import os
 import resource
-import signal
-import threading
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from multiprocessing.connection import Connection
@@ -21,15 +18,24 @@ from app.designs.progress import Progress, Report
 Entry = Callable[[str, str, bytes, Report], Any]
 """``(kind slug, mode, request as JSON, report) -> Answer``; a module-level function, so that it can be sent by name."""
 
+Load = Callable[[str, str], None]
+"""``(kind slug, mode)``: have in memory what its calls need."""
+
 _BETWEEN_REPORTS_S = 0.2
+_QUIET_S = 0.5
+"""So long nobody must have asked for anything before a worker does something of its own."""
 
 
 @dataclass(frozen=True)
 class WorkerSettings:
-    """What a worker runs, and its limits. ``memory_bytes`` is counted from what the warm worker occupies."""
+    """What a worker runs, and its limits. ``memory_bytes`` is counted from what it occupies before its calls.
+
+    ``idle_work`` gives what to do step by step while nobody asks for anything.
+    """
 
     entry: Entry
-    warm_up: Callable[[], None]
+    load: Load
+    idle_work: Callable[[], Iterator[None]]
     memory_bytes: int
     niceness: int
 
@@ -45,23 +51,36 @@ class Reply(StrEnum):
 
 def serve(connection: Connection, settings: WorkerSettings) -> None:
     """The worker's main function. Ends when the service closes the connection or dies."""
-    _die_with_the_service()
-    # Ctrl-C in a terminal goes to the whole process group; the service decides when its workers end.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     # The service's own process answers health checks and inline requests first.
     os.nice(settings.niceness)
-    settings.warm_up()
-    _bound_memory(settings.memory_bytes)
+    memory = _Memory(settings.memory_bytes)
     connection.send((Reply.READY, None))
+    idle_work: Iterator[None] | None = settings.idle_work()
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
+            while idle_work is not None and not connection.poll(_QUIET_S):
+                with memory.unbound():
+                    idle_work = _one_step(idle_work)
             call = connection.recv()
+            with memory.unbound():
+                settings.load(call[0], call[1])
             # From here on, a death of this process is the call's.
             connection.send((Reply.ACCEPTED, None))
             reply, content = _answer(settings.entry, call, _seldom(connection))
             connection.send((reply, content))
             if reply is Reply.MEMORY:
                 return
+
+
+def _one_step(steps: Iterator[None]) -> Iterator[None] | None:
+    """The same steps after the next one was taken; None when there is no more, or one went wrong.
+
+    What goes wrong here goes wrong again in a call, which reports it.
+    """
+    with contextlib.suppress(Exception):
+        next(steps)
+        return steps
+    return None
 
 
 def _answer(entry: Entry, call: tuple[str, str, bytes], report: Report) -> tuple[Reply, Any]:
@@ -86,27 +105,36 @@ def _seldom(connection: Connection) -> Report:
     return report
 
 
-def _die_with_the_service() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is None:
-        return
+class _Memory:
+    """Bounds the address space to what the worker occupies by itself and an allowance for its calls on top of it."""
 
-    def watch() -> None:
-        parent.join()
-        os._exit(0)
+    def __init__(self, allowance: int) -> None:
+        self._allowance = allowance
+        self._own = _mapped()
+        _limit_memory(self._own + allowance)
 
-    threading.Thread(target=watch, name="parent-watch", daemon=True).start()
+    @contextlib.contextmanager
+    def unbound(self) -> Iterator[None]:
+        """Without bound meanwhile; what is taken up here is the worker's own."""
+        _limit_memory(resource.RLIM_INFINITY)
+        before = _mapped()
+        yield
+        self._own += _mapped() - before
+        _limit_memory(self._own + self._allowance)
 
 
-def _bound_memory(allowance: int) -> None:
-    """Bound the address space to what is mapped now and the allowance on top of it."""
+def _mapped() -> int:
     try:
         with open("/proc/self/statm") as statistics:
-            mapped = int(statistics.read().split()[0]) * resource.getpagesize()
-    except OSError:  # no /proc on this system: bound the whole instead
-        mapped = 0
+            return int(statistics.read().split()[0]) * resource.getpagesize()
+    except OSError:  # no /proc on this system: the bound holds for the whole instead
+        return 0
+
+
+def _limit_memory(wanted: int) -> None:
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    wanted = mapped + allowance
+    if hard != resource.RLIM_INFINITY:
+        wanted = hard if wanted == resource.RLIM_INFINITY else min(wanted, hard)
     # Some systems know the limit but refuse to set it; the time budget still holds there.
     with contextlib.suppress(ValueError, OSError):
-        resource.setrlimit(resource.RLIMIT_AS, (wanted if hard == resource.RLIM_INFINITY else min(wanted, hard), hard))
+        resource.setrlimit(resource.RLIMIT_AS, (wanted, hard))

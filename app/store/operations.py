@@ -69,20 +69,6 @@ class Advance:
         return True
 
 
-@dataclass(frozen=True)
-class FailOrphans:
-    """End every run that is still open, with the given problem. Returns their ids."""
-
-    problem: bytes
-
-    def __call__(self, connection: Connection) -> tuple[str, ...]:
-        rows = connection.execute(select(runs).where(runs.c.status.in_(OPEN_STATUSES)).with_for_update()).mappings()
-        records = [row_to_run(row) for row in rows.all()]
-        for record in records:
-            _rewrite(connection, _changed(record, Finish(RunStatus.FAILED, problem=self.problem)))
-        return tuple(record.id for record in records)
-
-
 def find_response(connection: Connection, key: str, request_hash: str) -> StoredResponse | None:
     """The answer kept under the key; a conflict if the key belongs to another request."""
     row = connection.execute(select(idempotency_keys).where(idempotency_keys.c.key == key)).mappings().first()

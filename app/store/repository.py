@@ -15,10 +15,11 @@ from sqlalchemy import Connection, Select, select
 from app.store.engine import make_engine
 from app.store.errors import InvalidCursor, UnknownRun
 from app.store.models import runs
-from app.store.operations import Advance, FailOrphans, Put, PutOnce, find_response
+from app.store.operations import Advance, Put, PutOnce, find_response
 from app.store.recent import RecentSpecs
 from app.store.record import (
     ANSWERED_STATUSES,
+    OPEN_STATUSES,
     Finish,
     RunFilter,
     RunPage,
@@ -81,19 +82,18 @@ class RunStore:
         """Queued or running → its end, in one transaction. False, and no change, if the run had ended already."""
         return await self._writer.submit(Advance(run_id, end))
 
-    async def fail_orphans(self, problem: bytes) -> tuple[str, ...]:
-        """End the runs that a former service process left queued or running; returns their ids.
-
-        For the one service process of a database, at its start: it cannot tell another live service's runs
-        from orphans.
-        """
-        return await self._writer.submit(FailOrphans(problem))
-
     # -- reads ----------------------------------------------------------------------------------------------
 
     async def get(self, run_id: str) -> RunRecord:
         """The run, or UnknownRun."""
         return await self._read(lambda connection: _get(connection, run_id))
+
+    async def open_runs(self) -> list[RunRecord]:
+        """The runs that are queued or running, oldest first.
+
+        For the one service process of a database, at its start: what a former one had promised and left.
+        """
+        return await self._read(_open_runs)
 
     async def find_response(self, key: str, request_hash: str) -> StoredResponse | None:
         """The answer kept under an idempotency key, None if the key is new, IdempotencyConflict if it is another's."""
@@ -159,6 +159,11 @@ def _get(connection: Connection, run_id: str) -> RunRecord:
 
 def _newest_specs(connection: Connection) -> list[str]:
     return list(connection.scalars(select(runs.c.spec_hash).order_by(runs.c.id.desc()).limit(RECENT)))
+
+
+def _open_runs(connection: Connection) -> list[RunRecord]:
+    wanted = select(runs).where(runs.c.status.in_(OPEN_STATUSES)).order_by(runs.c.created_at, runs.c.id)
+    return [row_to_run(row) for row in connection.execute(wanted).mappings().all()]
 
 
 def _find_answer(connection: Connection, spec_hash: str, solver_name: str, solver_version: str) -> RunRecord | None:

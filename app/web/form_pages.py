@@ -50,9 +50,9 @@ async def _texts(request: Request) -> dict[str, str]:
         return {name: str(value).replace("\r\n", "\n") for name, value in sent.items()}
 
 
-def _example(form: Group, kind: Kind, mode: Mode) -> dict[str, str]:
+def _example(form: Group, kind: Kind, mode: Mode, title: str = "") -> dict[str, str]:
     texts: dict[str, str] = {}
-    form.take(kind.example(mode), texts)
+    form.take(kind.others(mode).get(title) or kind.example(mode), texts)
     return texts
 
 
@@ -77,24 +77,33 @@ async def _stored_runs(request: Request, form: Group) -> list[tuple[str, str]]:
 
 
 async def _shown(
-    request: Request, kind: Kind, mode: Mode, texts: Texts, faults: Faults | None = None, status: int = 200
+    request: Request,
+    kind: Kind,
+    mode: Mode,
+    texts: Texts,
+    faults: Faults | None = None,
+    status: int = 200,
+    notice: str = "",
 ) -> Response:
     form = form_of(kind, mode)
     spec = form.value(texts)
     svg, caption = _svg(kind, spec)
     return page(
         request, "form.html", status, kind=kind, mode=mode, form=form, texts=texts, faults=faults or Faults(), svg=svg,
-        caption=caption, as_json=_as_json(spec), runs=await _stored_runs(request, form),
+        caption=caption, as_json=_as_json(spec), runs=await _stored_runs(request, form), others=list(kind.others(mode)), notice=notice,
     )  # fmt: skip
 
 
 @router.get("/designs/{slug}")
 async def show(request: Request, slug: str, mode: str | None = None) -> Response:
-    """The form of a kind, filled with its example; ``?from=ID`` with what a stored run was asked (of another mode: with
-    what both have in common, and the dimensions found); ``?load_run=ID&instant=NAME`` with its load from a run."""
+    """The form of a kind, filled with its example.
+
+    ``?example=TITLE`` has another one; ``?from=ID`` what a stored run was asked, of another mode what both have in
+    common, and the dimensions found; ``?load_run=ID&instant=NAME`` a load from a run.
+    """
     kind, chosen = _kind_and_mode(slug, mode or (str(next(iter(KINDS[slug].jobs))) if slug in KINDS else ""))
     form, query = form_of(kind, chosen), request.query_params
-    texts = _example(form, kind, chosen)
+    texts = _example(form, kind, chosen, query.get("example", ""))
     if "from" in query:
         texts = await _texts_of_run(request, kind, chosen, query["from"], texts)
     if "load_run" in query:
@@ -142,6 +151,8 @@ async def submit(request: Request, slug: str, mode: str = "design", was: str | N
         stored = await service.submit(kind, chosen, _asked(kind, chosen, form.value(texts)), None, "")
     except Problem as problem:
         return await _shown(request, kind, chosen, texts, placed(form, texts, problem), 422)
+    except Busy as busy:
+        return await _shown(request, kind, chosen, texts, status=503, notice=f"Not now: {busy}")
     return RedirectResponse(f"/runs/{stored.run_id}", status_code=303)
 
 
@@ -179,8 +190,8 @@ async def answer(request: Request, slug: str, mode: str = "check") -> Response:
     except Problem as problem:
         faults = placed(form, texts, problem)
         return JSONResponse({"faults": faults.at, "others": faults.elsewhere}, 422)
-    except Busy:
-        return JSONResponse({"busy": True}, 503)
+    except Busy as busy:
+        return JSONResponse({"busy": str(busy)}, 503)
     result = json.loads(run.result) if run.result else {}
     told = {
         "verdict": json.loads(run.verdict) if run.verdict else None,

@@ -11,6 +11,7 @@ from app.api.bodies import parse
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, job_of, modes_of, plots_for
 from app.errors import Problem
+from app.jobs.warming import in_words
 from app.store.errors import UnknownRun
 from app.store.record import RunFilter, RunStatus
 from app.submission import Service
@@ -24,7 +25,8 @@ async def start(request: Request) -> HTMLResponse:
     """What there is to design, and what was designed last."""
     service: Service = request.app.state.service
     found = await service.store.list_runs(RunFilter(), None, 20)
-    return page(request, "start.html", runs=found.items)
+    warming = [in_words(warmth) for warmth in service.executor.warmths if warmth.state != "warm"]
+    return page(request, "start.html", runs=found.items, warming=warming)
 
 
 @router.get("/runs")

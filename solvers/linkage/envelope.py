@@ -150,7 +150,13 @@ def _corners(outline: Array) -> Array:
         found[count], found[count + 1] = _folded(r - rocker, across), _folded(r - rocker, -across)
         count += 2
     found[count], found[count + 1] = -_EIGHTH, _EIGHTH
-    return np.sort(found[: count + 2])
+    # A dozen numbers, in the shortest way for the compiler too.
+    for k in range(1, count + 2):
+        m = k
+        while m > 0 and found[m - 1] > found[m]:
+            found[m - 1], found[m] = found[m], found[m - 1]
+            m -= 1
+    return found[: count + 2]
 
 
 @kernel
@@ -403,10 +409,10 @@ def enclosing(outline: Array) -> float:
             break
         x, y, radius = bx, by, best
         kept = np.zeros((4, 3))
-        kept[0], kept[1] = parts[bi], parts[bj]
-        count = 2
-        if bk >= 0:
-            kept[2] = parts[bk]
-            count = 3
+        count = 3 if bk >= 0 else 2
+        for k in range(3):
+            kept[0, k], kept[1, k] = parts[bi, k], parts[bj, k]
+            if bk >= 0:
+                kept[2, k] = parts[bk, k]
         parts = kept
     return radius

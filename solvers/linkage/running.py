@@ -189,7 +189,8 @@ def spread(
     where a part of a step has no solution."""
     count = steps.shape[0]
     angles = np.empty(count + 1)
-    angles[:count] = steps[:, 0]
+    for k in range(count):
+        angles[k] = steps[k, 0]
     angles[count] = -1e-300
     u, change = speeds_of(coefficients, angles)
     rises, pulls = np.empty(count + 1), np.empty(count + 1)

@@ -105,7 +105,10 @@ def trial_points(place: Array, value: Array, out: Array) -> None:
 def narrow(place: Array, value: Array, points: Array, heights: Array) -> float:
     """Replace a bracket by the best point and its nearest distinct neighbours; a bound on what is still missing."""
     x, f = np.empty(8), np.empty(8)
-    x[:3], f[:3], x[3:], f[3:] = place, value, points, heights
+    for m in range(3):
+        x[m], f[m] = place[m], value[m]
+    for m in range(5):
+        x[3 + m], f[3 + m] = points[m], heights[m]
     best = 0
     for m in range(1, 8):
         if f[m] > f[best]:

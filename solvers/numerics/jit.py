@@ -1,7 +1,12 @@
 """One place for how kernels are compiled: cached on disk, IEEE arithmetic, no hidden threads.
 
+The compiler itself is imported with the first kernel that is called: who only reads a scene or a table does without.
+
 numba keeps machine code as long as the file that a kernel stands in is unchanged, although code of the kernels it calls
 is part of it. Here the cache is told of every file of this package that the kernel's module imports, directly or not.
+
+What a machine waits for at its first start is compiled here. A kernel that puts an array into a part of another one
+costs some two seconds more than one that does so element by element, for the message about shapes that do not fit.
 """
 
 from __future__ import annotations
@@ -9,16 +14,60 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Callable
-from functools import cache
+from functools import cache, cached_property, update_wrapper
 from pathlib import Path
-from typing import TypeVar
-
-import numba
+from typing import Any, TypeVar, cast
 
 F = TypeVar("F", bound=Callable[..., object])
 
 _ROOT = Path(__file__).parents[2]
 _IMPORT = re.compile(r"^from (solvers[\w.]*) import (\([^)]*\)|.*)$", re.MULTILINE)
+
+KERNELS: list[Kernel] = []
+"""Every kernel of the modules imported so far."""
+
+
+class Kernel:
+    """A function that is compiled when it is first called, from Python or from another kernel."""
+
+    def __init__(self, function: Callable[..., Any], fastmath: object) -> None:
+        self.py_func = function
+        self._fastmath = fastmath
+        update_wrapper(self, function)
+        KERNELS.append(self)
+
+    @cached_property
+    def compiled(self) -> Any:
+        """As Python calls it: compiled for the types it is called with, or loaded from the disk."""
+        return _kept(self._dispatcher(cache=True))
+
+    @cached_property
+    def inner(self) -> Any:
+        """As other kernels call it, whose machine code holds this one's: without the entry from Python.
+
+        The entry takes apart every array of every tuple, which is most of what a small kernel costs to compile.
+        """
+        return self._dispatcher(no_cpython_wrapper=True)
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether its machine code is in memory, for any types."""
+        return any(kind in self.__dict__ and bool(getattr(self, kind).signatures) for kind in ("compiled", "inner"))
+
+    @property
+    def _numba_type_(self) -> Any:
+        """By this numba knows the type of a value: that of the kernel as other kernels call it."""
+        return self.inner._numba_type_
+
+    def _dispatcher(self, **options: Any) -> Any:
+        import numba
+
+        # No kernel is handed to C code as a pointer, so none needs an entry for that.
+        always: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+        return numba.njit(fastmath=self._fastmath, **always, **options)(self.py_func)
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.compiled(*arguments)
 
 
 def kernel(function: F) -> F:
@@ -27,7 +76,7 @@ def kernel(function: F) -> F:
     ``error_model="numpy"`` lets divisions by zero give inf, as in numpy, so that loops vectorise. ``fastmath`` is
     denied in so many words: left unsaid, it would be taken over from whichever kernel calls this one first.
     """
-    return _kept(numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=False)(function))
+    return cast(F, Kernel(function, fastmath=False))
 
 
 def reducing_kernel(function: F) -> F:
@@ -36,8 +85,7 @@ def reducing_kernel(function: F) -> F:
     Without that promise a maximum is a chain of comparisons that no processor can take several at a time. Sums and
     products keep their order and rounding.
     """
-    options = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"nnan", "nsz"}}
-    return _kept(numba.njit(**options)(function))
+    return cast(F, Kernel(function, fastmath={"nnan", "nsz"}))
 
 
 def fusing_kernel(function: F) -> F:
@@ -45,11 +93,10 @@ def fusing_kernel(function: F) -> F:
 
     The last place then depends on whether the processor has such an instruction.
     """
-    options = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"nnan", "nsz", "contract"}}
-    return _kept(numba.njit(**options)(function))
+    return cast(F, Kernel(function, fastmath={"nnan", "nsz", "contract"}))
 
 
-def _kept(compiled: F) -> F:
+def _kept(compiled: Any) -> Any:
     """The same kernel, its cache good for as long as no source it may hold code of has changed."""
     # There is no public way to name what a cache depends on; without this attribute numba's own rule holds.
     file = getattr(getattr(compiled, "_cache", None), "_cache_file", None)

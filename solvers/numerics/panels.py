@@ -36,6 +36,7 @@ _MOST_STEPS = 40
 _MOST_HALVINGS = 40
 _NARROWEST = 1e-9
 _EPS = float(np.finfo(float).eps)
+_INSIDE = 1e-14
 
 
 class Rule(NamedTuple):
@@ -60,6 +61,11 @@ class Panels(NamedTuple):
         """All points, panel by panel, shape (panels n,)."""
         return _points(self.edges[:-1], self.edges[1:], self.rule)
 
+    @property
+    def angles_inside(self) -> Array:
+        """The same, but ends a little inside their panels, where a function that jumps between panels is theirs."""
+        return inside(self.angles, self.rule)
+
 
 @lru_cache(maxsize=16)
 def rule_of(n: int) -> Rule:
@@ -80,6 +86,23 @@ def rule_of(n: int) -> Rule:
 
 def _points(left: Array, right: Array, rule: Rule) -> Array:
     return (0.5 * (left + right)[:, None] + 0.5 * (right - left)[:, None] * rule.points).ravel()
+
+
+def inside(angle: Array, rule: Rule) -> Array:
+    """Points of panels (panels n,) as they are, but for the panels' ends: these a little inside."""
+    angle = angle.reshape(-1, rule.points.size).copy()
+    angle[:, 0] += _INSIDE
+    angle[:, -1] -= _INSIDE
+    return angle.ravel()
+
+
+def split(edges: Array, widest: Array | float) -> Array:
+    """The same edges, and more evenly between them so that no element is wider than ``widest``, which may differ
+    between the elements there were."""
+    parts = np.maximum(np.ceil(np.diff(edges) / widest * (1.0 - 1e-9)), 1.0).astype(int)
+    first = np.repeat(np.cumsum(parts) - parts, parts)
+    inner = (np.arange(first.size) - first) / np.repeat(parts, parts)
+    return np.append(np.repeat(edges[:-1], parts) + inner * np.repeat(np.diff(edges), parts), edges[-1])
 
 
 def resolve(

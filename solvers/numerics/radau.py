@@ -16,6 +16,8 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from solvers.numerics.jit import fusing_kernel
+
 Array = NDArray[np.float64]
 
 _TAIL = 4
@@ -63,3 +65,19 @@ def radau(stages: int) -> Radau:
         slope=np.ascontiguousarray(np.linalg.inv(once)[-1]),
         tail=np.ascontiguousarray(whole[-_TAIL:]),
     )
+
+
+@fusing_kernel
+def shares_of(points: Array, weights: Array, x: float, share: Array) -> None:
+    """The shares (s + 1,) that an element's points have in polynomials at x in [0, 1]."""
+    total = 0.0
+    for k in range(share.size):
+        apart = x - points[k]
+        if apart == 0.0:
+            share[:] = 0.0
+            share[k] = 1.0
+            return
+        share[k] = weights[k] / apart
+        total += share[k]
+    for k in range(share.size):
+        share[k] /= total

@@ -12,6 +12,7 @@ from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.fatigue.kernels import GREATEST
+from solvers.numerics.panels import Panels
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import friction_power, guide_loads
@@ -171,24 +172,26 @@ def _stresses(
 
     What is small beside what it is the difference of needs a finer turn than the rest: an amplitude beside its mean.
     """
-    tolerance = linear.tolerance
-    sampled = _with_corrections(cycle, linear)
+    cycle, tolerance = replace(cycle, tolerance=_HALF * accuracy), linear.tolerance
+    sampled = _with_corrections(cycle, tolerance, linear.panels) if cycle.composition.corrections else linear
     for _ in range(_REFINEMENTS):
         value, error, refined = _read_stresses(sampled, criterion, contact)
-        # What the corrections do not know, no finer turn tells.
-        if error + refined <= accuracy or error <= _HALF * accuracy or tolerance <= _ROUNDING:
+        # What corrections do not know although they were asked to, no finer turn tells.
+        finer_turn = error > _HALF * accuracy and tolerance > _ROUNDING
+        finer_corrections = refined > _HALF * accuracy and cycle.refinement_error <= cycle.tolerance
+        if error + refined <= accuracy or not (finer_turn or finer_corrections):
             break
-        tolerance = max(_HALF * tolerance * accuracy / error, _ROUNDING)
-        sampled = _with_corrections(cycle, SampledCycle.of(linear.cycle, tolerance))
+        if finer_turn:
+            tolerance = max(_HALF * tolerance * accuracy / error, _ROUNDING)
+        if finer_corrections:
+            cycle = replace(cycle, tolerance=_HALF * cycle.refinement_error * accuracy / refined)
+        sampled = _with_corrections(cycle, tolerance, sampled.panels)
     return value, error + refined, sampled
 
 
-def _with_corrections(cycle: Cycle, linear: SampledCycle) -> SampledCycle:
-    if not cycle.composition.corrections:
-        return linear
-    cycle = replace(cycle, tolerance=linear.tolerance)
+def _with_corrections(cycle: Cycle, tolerance: float, begin: Panels) -> SampledCycle:
     # What the corrections themselves do not know is not worth being looked for.
-    return SampledCycle.of(cycle, max(linear.tolerance, min(0.1 * cycle.refinement_error, _COARSEST)))
+    return SampledCycle.of(cycle, max(tolerance, min(0.1 * cycle.refinement_error, _COARSEST)), begin)
 
 
 def _read_stresses(sampled: SampledCycle, criterion: FatigueCriterion, contact: bool) -> tuple[Stresses, float, float]:

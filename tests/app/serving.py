@@ -18,4 +18,5 @@ def serving(folder: Path, **settings: object) -> Iterator[TestClient]:
     url = f"sqlite:///{folder}/runs.sqlite3"
     app = create_app(Settings(database_url=url, workers=1, solve_budget_s=60.0, **settings))
     with TestClient(app, raise_server_exceptions=False) as client:
+        app.state.service.executor.wait_until_warm()
         yield client

@@ -224,7 +224,7 @@
         const answer = await send(form.dataset.answer);
         if (answer.ok) live.innerHTML = await answer.text();
         else if (answer.status === 422) { const told = await answer.json(); showFaults(told.faults, told.others); }
-        else live.replaceChildren(make("p", { class: "summary" }, answer.status === 503 ? "The service is busy." : "No answer just now."));
+        else live.replaceChildren(make("p", { class: "summary" }, answer.status === 503 ? `Not now: ${(await answer.json()).busy}` : "No answer just now."));
       }
     } catch { live.replaceChildren(make("p", { class: "summary" }, "The service does not answer.")); }
     finally { busy = false; live.removeAttribute("aria-busy"); }

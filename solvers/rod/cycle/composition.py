@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from solvers.numerics.ripple import Ripple
 from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.cycle.state import (
     FORCE,
@@ -39,12 +40,26 @@ class MovingMass(Protocol):
         """The mass [kg]."""
 
 
+class Rippling(NamedTuple):
+    """What rings beside a shape that is smooth between corners: a ripple in parts, Legendre series over the strip of
+    V'' [1/m] and V [m] of these (terms, parts), and their T [N] and M0 [N m] (parts,); it ``begins`` anew so many times
+    in a turn."""
+
+    ripple: Ripple
+    bent: Array
+    sunk: Array
+    side: Array
+    moment: Array
+    begins: int
+
+
 class Refinement(Protocol):
     """A correction of the linear strip, made ready for one cycle.
 
     ``error`` estimates its own numerical error, relative to the greatest bending; ``lasting_error`` the part of it that
     does not average out over the turn. ``bent_terms`` and ``sunk_terms`` are how many Legendre coefficients of V'' and
-    V it has; ``inclines`` whether the axial force follows the strip's slope with it.
+    V it has; ``inclines`` whether the axial force follows the strip's slope with it. ``quiet`` is the same without what
+    rings, and that is ``ringing``, if there is such.
     """
 
     error: float
@@ -52,6 +67,12 @@ class Refinement(Protocol):
     bent_terms: int
     sunk_terms: int
     inclines: bool
+
+    @property
+    def quiet(self) -> Refinement: ...
+
+    @property
+    def ringing(self) -> Rippling | None: ...
 
     def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
         """Add to the series of V'' [1/m] and V [m] at the states' angles; what it adds to T [N] and M0 [N m] there."""

@@ -75,6 +75,11 @@ class ElasticaExpansion:
     error: float = 0.0
     lasting_error: float = 0.0
     inclines = True
+    ringing = None
+
+    @property
+    def quiet(self) -> ElasticaExpansion:
+        return self
 
     @property
     def bent_terms(self) -> int:

@@ -2,7 +2,8 @@
 
 Panels end where the load's pieces do and where the piston begins or ceases to bear on both walls (``state``); they are
 halved until axial force, side force, clamp moment and the bending at the head and the middle of the strip are resolved.
-From then on extremes, zeros and means are those of polynomials: nothing is computed at another angle.
+From then on extremes, zeros and means are those of polynomials: nothing is computed at another angle. What the strip
+rings with behind corners is not resolved by panels but kept beside them, in closed form (``solvers.numerics.ripple``).
 """
 
 from __future__ import annotations
@@ -14,8 +15,11 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from solvers.numerics.panels import Panels, Rule, greatest, resolve, rule_of, values_at, zeros
-from solvers.rod.cycle.composition import Cycle
+from solvers.numerics.panels import Panels, Rule, greatest, inside, resolve, rule_of, values_at
+from solvers.numerics.radau import radau
+from solvers.numerics.ripple import no_ripple, reaches
+from solvers.numerics.ripple_peaks import greatest_with_ripple
+from solvers.rod.cycle.composition import Cycle, Rippling
 from solvers.rod.cycle.section import Field
 from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
 from solvers.rod.load.axial_force import Drive
@@ -32,6 +36,7 @@ _SMOOTH, _PIECES, _MANY = 16, 8, 6
 _SOME, _MOST_SOME = 24, 256
 _MOST_PANELS = 6000
 _CHECKED = 5
+_NOTHING = Rippling(no_ripple(1, radau(10)), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros(1), np.zeros(1), 0)
 
 
 @dataclass(frozen=True)
@@ -62,24 +67,26 @@ class SampledCycle:
     field: Field
     side: Array
     moment: Array
+    ringing: Rippling
     error: float
     buckles: bool
 
     @staticmethod
-    def of(cycle: Cycle, tolerance: float) -> SampledCycle:
-        """Sample a cycle so that its quantities are known to ``tolerance`` of their greatest magnitudes."""
+    def of(cycle: Cycle, tolerance: float, begin: Panels | None = None) -> SampledCycle:
+        """Sample a cycle so that its quantities are known to ``tolerance`` of their greatest magnitudes, beginning with
+        panels of the same cycle without corrections if there are such."""
         strip = cycle.strip
         buckles = bool(strip.couples) and _buckles(cycle.drive, strip)
         if buckles:
             # Nothing but the force has a meaning there.
             cycle = cycle.without_feedback()
             strip = cycle.strip
-        sampler = _Sampler(cycle, strip)
-        edges = panel_edges(cycle.drive, sampler.strip, cycle.scene.load.sharp_angles())
-        panels, rows, error = resolve(sampler, edges, _rule(edges.size - 1), _CHECKED, tolerance, _MOST_PANELS)
+        edges, rule = begin or _first_panels(cycle, strip)
+        sampler = _Sampler(cycle, strip, rule)
+        panels, rows, error = resolve(sampler, edges, rule, _CHECKED, tolerance, _MOST_PANELS)
         states = rows[_CHECKED : _CHECKED + ROWS]
         series = rows[_CHECKED + ROWS :]
-        d = cycle.dimensions
+        d, ringing = cycle.dimensions, sampler.ringing
         field = Field(
             edges=panels.edges,
             rule=panels.rule,
@@ -87,28 +94,33 @@ class SampledCycle:
             side=states[SIDE],
             bent=series[: sampler.bent_terms],
             sunk=series[sampler.bent_terms :],
+            ripple=ringing.ripple,
+            bent_parts=ringing.bent,
+            sunk_parts=ringing.sunk,
             length=d.l,
             compliance=sampler.strip.compliance,
             direct=1.0 / (d.b * d.h),
             bending=0.5 * cycle.scene.material.elastic_modulus * d.h,
             inclined=sampler.inclined,
         )
-        return SampledCycle(cycle, tolerance, panels, field, rows[1], rows[2], error, buckles)
+        return SampledCycle(cycle, tolerance, panels, field, rows[1], rows[2], ringing, error, buckles)
 
     @property
     def force(self) -> Array:
         """P [N] at the panels' points."""
         return self.field.states[FORCE]
 
-    def greatest(self, quantity: Array) -> Extreme:
-        """The greatest value over the turn of a quantity at the panels' points, to the tolerance of its magnitude."""
-        wanted = self.tolerance * float(np.abs(quantity).max())
-        value, error, angle = greatest(self.panels.edges, self.panels.rule, quantity, 1.0, wanted)
+    def greatest(self, quantity: Array, parts: Array | None = None) -> Extreme:
+        """The greatest value over the turn of a quantity at the panels' points, to the tolerance of its magnitude; of
+        one that rings with these weights of the ringing's ``parts``."""
+        wanted, (edges, rule) = self.tolerance * float(np.abs(quantity).max()), self.panels
+        if parts is None or not self.ringing.ripple.modes:
+            value, error, angle = greatest(edges, rule, quantity, 1.0, wanted)
+        else:
+            ripple = self.ringing.ripple
+            reach = reaches(ripple, parts)
+            value, error, angle = greatest_with_ripple(edges, rule, quantity, 1.0, wanted, ripple, parts, reach)
         return Extreme(value, error, angle % TURN)
-
-    def zeros(self, quantity: Array) -> Array:
-        """Angles [rad] at which a quantity at the panels' points changes its sign."""
-        return zeros(self.panels.edges, self.panels.rule, quantity)
 
     def at(self, quantities: Array, angle: Array) -> Array:
         """Quantities at the panels' points (rows, n) at other angles between the first panel's begin and a turn on."""
@@ -118,14 +130,18 @@ class SampledCycle:
 class _Sampler:
     """The rows of a cycle at any angles: what is resolved, the states, and the corrections' series."""
 
-    def __init__(self, cycle: Cycle, strip: Strip) -> None:
-        self.strip, self._cycle = strip, cycle
-        self._corrections = cycle.refinements
+    def __init__(self, cycle: Cycle, strip: Strip, rule: Rule) -> None:
+        self.strip, self._cycle, self._rule = strip, cycle, rule
+        self._corrections = [refinement.quiet for refinement in cycle.refinements]
+        self.ringing = next((r.ringing for r in cycle.refinements if r.ringing is not None), _NOTHING)
         self.bent_terms = max((c.bent_terms for c in self._corrections), default=0)
         self.sunk_terms = max((c.sunk_terms for c in self._corrections), default=0)
         self.inclined = any(c.inclines for c in self._corrections)
 
     def __call__(self, angle: Array) -> Array:
+        if self.ringing is not _NOTHING:
+            # What does not ring jumps at corners.
+            angle = inside(angle, self._rule)
         rows = np.zeros((_CHECKED + ROWS + self.bent_terms + self.sunk_terms, angle.size))
         states = rows[_CHECKED : _CHECKED + ROWS]
         fill_states(self._cycle.drive, self.strip, angle, states)
@@ -168,5 +184,7 @@ def panel_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:
     return np.append(np.concatenate(pieces), ends[-1])
 
 
-def _rule(panels: int) -> Rule:
-    return rule_of(_SMOOTH if panels <= _SOME else _PIECES if panels <= _MOST_SOME else _MANY)
+def _first_panels(cycle: Cycle, strip: Strip) -> Panels:
+    edges = panel_edges(cycle.drive, strip, cycle.scene.load.sharp_angles())
+    count = edges.size - 1
+    return Panels(edges, rule_of(_SMOOTH if count <= _SOME else _PIECES if count <= _MOST_SOME else _MANY))

@@ -7,7 +7,8 @@ At the section z, with kappa = psi' and the corrections' series added to it,
 Along the strip every station whose severity, or the parabola through it and its neighbours, leaves room for the
 greatest one starts a bracket, on both fibres: the clamp and the bulge inside the span compete, and at the best strips
 they are equal. A round looks at five sections of a bracket (``solvers.numerics.brackets``); at each of them the
-extremes over the turn are those of polynomials (``solvers.numerics.panels``).
+extremes over the turn are those of polynomials (``solvers.numerics.panels``) with what rings beside them
+(``solvers.numerics.ripple_peaks``).
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from solvers.fatigue.kernels import Diagram, utilisation_of
 from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest
+from solvers.numerics.ripple import Ripple, reaches
+from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING
 from solvers.rod.strip.shape import bend
 
@@ -74,6 +77,8 @@ class Field(NamedTuple):
     states             (state.ROWS, n)
     side               T of the linear strip [N], (n,)
     bent, sunk         Legendre series over the strip of what corrections add to V'' [1/m] and V [m], (terms, n)
+    ripple             what rings beside all that, in parts
+    bent_parts         Legendre series of V'' of the parts, (terms, parts); ``sunk_parts`` of V
     length, compliance free length [m], g = EI/(kGA) [m^2]
     direct, bending    1/(b h) and E h/2; ``direct`` 0 where a force that never changes is counted by the criterion
     inclined           whether N follows the strip's inclination
@@ -85,6 +90,9 @@ class Field(NamedTuple):
     side: Array
     bent: Array
     sunk: Array
+    ripple: Ripple
+    bent_parts: Array
+    sunk_parts: Array
     length: float
     compliance: float
     direct: float
@@ -141,20 +149,45 @@ def _add_series(series: Array, x: float, out: Array) -> None:
 
 
 @kernel
-def extremes_at(field: Field, z: float, layers: int, tolerance: float, room: Array, out: Array) -> None:
-    """Greatest and least value over the turn of the first or the last layers at a section.
+def _parts_at(series: Array, x: float) -> Array:
+    """Legendre series (terms, parts) at x in [-1, 1]: (parts,)."""
+    terms = np.empty(series.shape[0])
+    before, here = 0.0, 1.0
+    for k in range(terms.size):
+        terms[k] = here
+        before, here = here, ((2 * k + 1) * x * here - k * before) / (k + 1)
+    return np.dot(terms, series)
 
-    ``layers`` is 2 for both fibres, 3 for these and the deflection; ``tolerance`` is relative to the greatest magnitude
-    of the layer. ``room`` has shape (3, n); ``out`` (3, 6): greatest value, its error and angle, least likewise.
+
+@kernel
+def extremes_at(field: Field, z: float, first: int, last: int, tolerance: float, room: Array, out: Array) -> None:
+    """Greatest and least value over the turn of the layers ``first`` … ``last`` - 1 at a section.
+
+    ``tolerance`` is relative to the greatest magnitude of the layer. ``room`` has shape (3, n); ``out`` (3, 6):
+    greatest value, its error and angle, least likewise.
     """
     read_section(field, z, room)
-    for layer in range(layers):
+    rings, zeta = field.ripple.start.shape[1] > 0, 2.0 * z / field.length - 1.0
+    weights, reach = np.empty(0), np.empty((0, 0))
+    for layer in range(first, last):
         f, scale = room[layer], 0.0
         for i in range(f.size):
             scale = max(scale, abs(f[i]))
+        if rings and layer in (first, SUNK):
+            weights = _parts_at(field.sunk_parts if layer == SUNK else field.bent_parts, zeta)
+            if layer != SUNK:
+                weights *= field.bending
+            reach = reaches(field.ripple, weights)
+        if layer == LOWER:
+            weights = -weights
         for side in range(2):
             sign = 1.0 if side == 0 else -1.0
-            value, error, angle = greatest(field.edges, field.rule, f, sign, tolerance * scale)
+            if rings:
+                value, error, angle = greatest_with_ripple(
+                    field.edges, field.rule, f, sign, tolerance * scale, field.ripple, weights, reach
+                )
+            else:
+                value, error, angle = greatest(field.edges, field.rule, f, sign, tolerance * scale)
             out[layer, 3 * side], out[layer, 3 * side + 1], out[layer, 3 * side + 2] = sign * value, error, angle
 
 
@@ -163,7 +196,7 @@ def station_table(field: Field, stations: int, tolerance: float) -> Array:
     """``extremes_at`` of all layers at equal steps from clamp to head: (stations, 3, 6)."""
     room, out = np.empty((3, field.states.shape[1])), np.empty((stations, 3, 6))
     for j in range(stations):
-        extremes_at(field, field.length * j / (stations - 1), 3, tolerance, room, out[j])
+        extremes_at(field, field.length * j / (stations - 1), 0, 3, tolerance, room, out[j])
     return out
 
 
@@ -187,7 +220,6 @@ def peaks(
     room, seen, found = np.empty((3, field.states.shape[1])), np.empty((3, 6)), [np.empty(9) for _ in range(0)]
     place, value, points, heights = np.empty(3), np.empty(3), np.empty(5), np.empty(5)
     step = field.length / (count - 1)
-    layers = 3 if last == 3 else 2
     for layer in range(first, last):
         row = severity[layer - first]
         for j in range(count):
@@ -204,7 +236,7 @@ def peaks(
             for _ in range(MOST_ROUNDS):
                 trial_points(place, value, points)
                 for m in range(5):
-                    extremes_at(field, points[m], layers, 0.01 * tolerance, room, seen)
+                    extremes_at(field, points[m], layer, layer + 1, 0.01 * tolerance, room, seen)
                     heights[m] = utilisation_of(seen[layer, 0], seen[layer, 3], lines, parabola)
                 error = narrow(place, value, points, heights)
                 top = max(top, value[1])
@@ -231,11 +263,11 @@ def _told(
     tolerance: float, room: Array, seen: Array,
 ) -> Array:  # fmt: skip
     """The row of one peak, and what a section that is off by ``doubt`` may change in amplitude and mean."""
-    out, layers = np.empty(9), 3 if layer == SUNK else 2
+    out = np.empty(9)
     half, middle = np.empty(3), np.empty(3)
     for k in range(3 if doubt > 0.0 else 1):
         section = min(max(z + (0.0, -doubt, doubt)[k], 0.0), field.length)
-        extremes_at(field, section, layers, 0.01 * tolerance, room, seen)
+        extremes_at(field, section, layer, layer + 1, 0.01 * tolerance, room, seen)
         high, low = seen[layer, 0], seen[layer, 3]
         half[k], middle[k] = 0.5 * (high - low), 0.5 * (high + low)
         if k == 0:
@@ -266,7 +298,7 @@ def _pinpoint(
     while width > _NARROWEST * length:
         greatest_value = 0.0
         for k in range(values.size):
-            extremes_at(field, place + width * _STEPS[k], 3 if layer == SUNK else 2, 1e-4 * tolerance, room, seen)
+            extremes_at(field, place + width * _STEPS[k], layer, layer + 1, 1e-4 * tolerance, room, seen)
             values[k] = utilisation_of(seen[layer, 0], seen[layer, 3], lines, parabola)
             greatest_value = max(greatest_value, values[k])
         # Less the middle one, of which the fit would otherwise leave its own rounding.

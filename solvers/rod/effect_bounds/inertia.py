@@ -210,7 +210,9 @@ def _first_iterate(
             out[2 + k, j] = bend[k]
         if abs(sunk[0]) > greatest:
             greatest = abs(sunk[0])
-            shape[:], where = sunk, j
+            where = j
+            for k in range(sunk.size):
+                shape[k] = sunk[k]
     return out, shape, where
 
 

@@ -51,19 +51,19 @@ class StripEquation:
     @staticmethod
     def of(strip: Strip, inertia: float, mean: float, polynomials: int) -> StripEquation:
         """For rho A omega^2 = ``inertia`` [N/m^2] and the mean force [N]. Raises InvalidInput where that buckles it."""
-        from scipy.linalg import LinAlgError, eigh
-
         l, e = strip.length, strip.rod_length - strip.length
         basis, mean = strip_basis(l, strip.rod_length, polynomials), mean * strip.couples
         try:
-            slowness, modes = eigh(
-                inertia * basis.mass, strip.stiffness * basis.bending + mean * basis.geometric, driver="gvd"
-            )
-        except LinAlgError:
+            lower = np.linalg.cholesky(strip.stiffness * basis.bending + mean * basis.geometric)
+        except np.linalg.LinAlgError:
             raise InvalidInput(
                 "dimensions.h", "the strip buckles under the mean force of the cycle", "thicker"
             ) from None
-        modes = modes[:, ::-1]
+        # The greatest masses are known best, and they come first.
+        half = np.linalg.solve(lower, inertia * basis.mass)
+        whole = np.linalg.solve(lower, half.T)
+        slowness, modes = np.linalg.eigh(0.5 * (whole + whole.T))
+        modes = np.linalg.solve(lower.T, modes)[:, ::-1]
         stations, weights = basis.quadrature()
         slope, value = _static_shape(mean / strip.stiffness, l, strip.rod_length, np.append(stations, l))
         turned = basis.values(np.append(stations, l), 1) @ modes

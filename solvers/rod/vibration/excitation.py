@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.numerics.panels import resolve, rule_of
+from solvers.numerics.panels import resolve, rule_of, split
 from solvers.numerics.radau import radau
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
@@ -109,15 +109,6 @@ def states_at(drive: Drive, strip: Strip, angle: Array) -> Array:
 def points(edges: Array) -> Array:
     """Angles of all elements' points, one element after the other."""
     return (edges[:-1, None] + np.diff(edges)[:, None] * RULE.points).ravel()
-
-
-def split(edges: Array, widest: Array | float) -> Array:
-    """The same edges, and more evenly between them so that no element is wider than ``widest``, which may differ
-    between the elements there were."""
-    parts = np.maximum(np.ceil(np.diff(edges) / widest * (1.0 - 1e-9)), 1.0).astype(int)
-    first = np.repeat(np.cumsum(parts) - parts, parts)
-    inner = (np.arange(first.size) - first) / np.repeat(parts, parts)
-    return np.append(np.repeat(edges[:-1], parts) + inner * np.repeat(np.diff(edges), parts), edges[-1])
 
 
 def _corners(drive: Drive, strip: Strip) -> Array:

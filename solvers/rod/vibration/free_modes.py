@@ -80,8 +80,9 @@ def free_mode(
             if change <= wanted or (time > 1 and change > last):
                 break
             last = change
-        y[e] = z
         for i in range(p):
+            for k in range(modes):
+                y[e, i, k] = z[i, k]
             for j in range(p):
                 phase[e, i] += h * rule.integral[i, j] * x[j]
             for k in range(modes):

@@ -8,17 +8,18 @@ are equal on both sides of every corner determine them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.numerics.radau import Radau
+from solvers.numerics.radau import Radau, shares_of
+from solvers.numerics.ripple import Ripple, no_ripple, parts_at
 from solvers.rod.cycle.state import MOMENT, SIDE
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation, points, split, states_at
-from solvers.rod.vibration.ringing import FreeModes, Ringing, chosen, closing, kicks
+from solvers.rod.vibration.ringing import FreeModes, chosen, closing, kicks
 from solvers.rod.vibration.slow_modes import Parts, carried, slow_motion
 
 Array = NDArray[np.float64]
@@ -26,8 +27,8 @@ Complex = NDArray[np.complex128]
 
 _TERMS = 9
 
-MOST_RINGING, FASTEST = 12, 5000.0
-"""No more modes are made to ring, nor faster ones [1/rad]: what they ring with is cheaper left out than looked at."""
+MOST_RINGING = 16
+"""No more modes are made to ring."""
 
 _ROUNDING = 1e-15
 _EXPONENT = 1.5
@@ -39,8 +40,8 @@ class Errors:
     """What a motion leaves unknown, as shares of the greatest V'' or V''' at the clamp, whichever suffers more.
 
     ``series``  of the fast modes ends; ``space``  polynomials along the strip do; ``omitted``  ringing of faster modes;
-    ``phase``  of the other ringing; ``excited``  what the smooth force excites of it; ``time``  elements, of each;
-    ``closing``  rounding, as closing the turn enlarges it.
+    ``phase``  of the other ringing; ``excited``  what the smooth force excites of it; ``time``  elements, of each,
+    ``mean_time``  on the average over the turn; ``closing``  rounding, as closing the turn enlarges it.
     """
 
     series: float
@@ -49,6 +50,7 @@ class Errors:
     phase: float
     excited: float
     time: Array
+    mean_time: float
     closing: float
 
     @property
@@ -58,7 +60,16 @@ class Errors:
 
     @property
     def total(self) -> float:
-        return self.series + self.space + self.omitted + self.phase + self.excited + self.elements + self.closing
+        return self.series + self.space + self.closing + self.oscillating
+
+    @property
+    def oscillating(self) -> float:
+        """What oscillates, at the pace of the slowest mode at the least."""
+        return self.omitted + self.phase + self.excited + self.elements
+
+    def lasting(self, oscillating: float) -> float:
+        """What remains of a mean, to which so much is left of what oscillates."""
+        return self.series + self.space + self.closing + self.mean_time + oscillating * self.oscillating
 
 
 @dataclass(frozen=True)
@@ -69,14 +80,19 @@ class Motion:
     equation: StripEquation
     edges: Array
     samples: Array
-    ringing: Ringing
+    ringing: Ripple
     errors: Errors
     amplification: float
 
+    @property
+    def quiet(self) -> Motion:
+        """The same without what rings: it jumps at corners."""
+        return replace(self, ringing=no_ripple(self.samples.shape[2], RULE))
+
     def at(self, angle: Array) -> Array:
         """d in amplitudes of the basis at the angles: (basis, angles)."""
-        ring, angle = self.ringing, np.ascontiguousarray(angle)
-        return amplitudes(self.edges, self.samples, ring.edges, ring.start, ring.phase, ring.shape, RULE, angle)
+        angle = np.ascontiguousarray(angle)
+        return amplitudes(self.edges, self.samples, RULE, angle) + parts_at(self.ringing, angle)
 
 
 def motion(equation: StripEquation, excitation: Excitation, slow: int, step: float, wanted: float) -> Motion:
@@ -112,14 +128,14 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     begun, amplification = closed(lefts[:, :, : 2 * m], rights[:, :, : 2 * m])
 
     static = np.abs(states[[MOMENT, SIDE]]).max(axis=1) / equation.strip.stiffness
-    ringing, omitted, phase = Ringing.none(modes), 0.0, 0.0
+    ringing, omitted, phase = no_ripple(modes, RULE), 0.0, 0.0
     if excitation.corners.size:
         here = _with_one(begun)[:, None]
         jump = (here @ lefts - np.roll(here @ rights, 1, axis=0))[:, 0]
         jump[:, : 2 * m] = 0.0
         enlarged = closing(equation, excitation, m)
         kicked = kicks(equation, swing[first, 0], jump, static)[m:]
-        count, omitted = chosen(kicked * enlarged, m, able_to_ring(equation, m), wanted)
+        count, omitted = chosen(kicked * enlarged, m, MOST_RINGING, wanted)
         if count:
             enough = 1e-2 * wanted / np.maximum(kicked * enlarged**2, 1e-300)[:count] / widths.size
             free = FreeModes.of(equation, excitation, m, np.minimum(enough, 1e-3))
@@ -140,13 +156,15 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
         # What is wrong beside a corner as it is at the next ends of elements, that rings.
         parted[first] *= enlarged
         parted[stop - 1] *= enlarged
+    time = left + parted.sum(axis=1)
     errors = Errors(
         series=float(changed.max()) * (fell / (1.0 - fell) if fell < 0.5 else 1.0),
         space=_space(equation, d, greatest),
         omitted=omitted,
         phase=phase,
         excited=excited(equation, excitation, m + 1) if m < modes else 0.0,
-        time=left + parted.sum(axis=1),
+        time=time,
+        mean_time=float(time @ widths) / TURN,
         closing=_ROUNDING * amplification,
     )
     return Motion(equation, edges, np.ascontiguousarray(d @ equation.modes.T), ringing, errors, amplification)
@@ -157,11 +175,6 @@ def excited(equation: StripEquation, excitation: Excitation, n: int) -> float:
     exp(-omega y) (``excitation``), with a margin on the exponent."""
     swing = equation.swing(excitation.states).reshape(excitation.edges.size - 1, -1).min(axis=1)
     return float(np.exp(-np.min(equation.fastest(n, swing) * excitation.analytic) / _EXPONENT))
-
-
-def able_to_ring(equation: StripEquation, slow: int) -> int:
-    """How many of the fast modes are made to ring where that is called for."""
-    return min(max(int(np.sum(equation.pace < FASTEST)) - slow, 0), MOST_RINGING)
 
 
 def left_by_series(last: Array) -> Array:
@@ -193,7 +206,7 @@ def _parts(equation: StripEquation, m: int) -> tuple[Parts, Array]:
 
 def _ringing(
     equation: StripEquation, excitation: Excitation, free: FreeModes, lefts: Array, rights: Array, static: Array
-) -> tuple[Array, float, Ringing, float]:
+) -> tuple[Array, float, Ripple, float]:
     """The slow modes' first states in every panel, with fast modes that ring; what closing the turn enlarges; the
     ringing; and what its phases leave unknown."""
     m, count = free.first, free.missed.size
@@ -252,56 +265,19 @@ def _parted(whole: Array, speed: Array) -> Array:
 
 
 @kernel
-def amplitudes(
-    edges: Array,
-    samples: Array,
-    coarse: Array,
-    start: Complex,
-    phase: Complex,
-    shape: Complex,
-    rule: Radau,
-    angle: Array,
-) -> Array:
-    """d in amplitudes of the basis at the angles, (basis, angles), from ``Motion`` and its ``Ringing``."""
-    p, basis, modes = samples.shape[1], samples.shape[2], start.shape[1]
+def amplitudes(edges: Array, samples: Array, rule: Radau, angle: Array) -> Array:
+    """What polynomials (elements, points, basis) on elements of the turn make at the angles, (basis, angles)."""
+    p, basis = samples.shape[1], samples.shape[2]
     out, share, row = np.zeros((basis, angle.size)), np.empty(p), np.empty(basis)
     for i in range(angle.size):
         turns = (angle[i] - edges[0]) / TURN
         place = edges[0] + (turns - np.floor(turns)) * TURN
+        e = min(max(np.searchsorted(edges, place, side="right"), 1), edges.size - 1) - 1
+        shares_of(rule.points, rule.weights, (place - edges[e]) / (edges[e + 1] - edges[e]), share)
         row[:] = 0.0
-        e = _shares(edges, place, rule, share)
         for k in range(p):
             for b in range(basis):
                 row[b] += share[k] * samples[e, k, b]
-        if modes > 0:
-            e = _shares(coarse, place, rule, share)
-        for n in range(modes):
-            grown = 0.0j
-            for k in range(p):
-                grown += share[k] * phase[e, n, k]
-            grown = start[e, n] * np.exp(grown)
-            for k in range(p):
-                real, imag = share[k] * grown.real, share[k] * grown.imag
-                for b in range(basis):
-                    row[b] += real * shape[e, n, k, b].real - imag * shape[e, n, k, b].imag
         for b in range(basis):
             out[b, i] = row[b]
     return out
-
-
-@kernel
-def _shares(edges: Array, place: float, rule: Radau, share: Array) -> int:
-    """The element that an angle lies in, and the shares that its points have in the polynomial there."""
-    e = min(max(np.searchsorted(edges, place, side="right"), 1), edges.size - 1) - 1
-    x, total = (place - edges[e]) / (edges[e + 1] - edges[e]), 0.0
-    for k in range(share.size):
-        apart = x - rule.points[k]
-        if apart == 0.0:
-            share[:] = 0.0
-            share[k] = 1.0
-            return e
-        share[k] = rule.weights[k] / apart
-        total += share[k]
-    for k in range(share.size):
-        share[k] /= total
-    return e

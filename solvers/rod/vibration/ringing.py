@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.ripple import Ripple, ripple_of
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import RULE, TURN, Excitation
+from solvers.rod.vibration.excitation import RULE, Excitation
 from solvers.rod.vibration.free_modes import free_mode
 
 Array = NDArray[np.float64]
@@ -28,28 +29,6 @@ _PHASED = 8
 
 _MARGIN = 2.0
 """On the ringing of what is left out."""
-
-
-@dataclass(frozen=True)
-class Ringing:
-    """Free modes on the elements ``edges``: complex amplitudes at their first ends (elements, modes), the phases grown
-    since then (elements, modes, points) and shapes in amplitudes of the basis (elements, modes, points, basis)."""
-
-    edges: Array
-    start: Complex
-    phase: Complex
-    shape: Complex
-
-    @property
-    def modes(self) -> int:
-        """How many modes ring."""
-        return self.start.shape[1]
-
-    @staticmethod
-    def none(basis: int) -> Ringing:
-        """No mode rings."""
-        empty = np.zeros((1, 0, RULE.points.size, basis), np.complex128)
-        return Ringing(np.array([0.0, TURN]), empty[:, :, 0, 0], empty[..., 0], empty)
 
 
 def kicks(equation: StripEquation, swing: Array, jump: Array, greatest: Array) -> Array:
@@ -138,10 +117,10 @@ class FreeModes:
         both = np.concatenate([amplitude[..., :m], speed[..., :m], fast], axis=-1)
         return np.stack([both.real, -both.imag], axis=2).reshape(both.shape[0], -1, both.shape[2])
 
-    def ringing(self, equation: StripEquation, excitation: Excitation, begun: Complex) -> Ringing:
-        """With these amplitudes behind the corners, (corners, modes)."""
+    def ringing(self, equation: StripEquation, excitation: Excitation, begun: Complex) -> Ripple:
+        """With these amplitudes behind the corners, (corners, modes); its parts are amplitudes of the basis."""
         count = excitation.edges.size - 1
         panels = excitation.panels(excitation.edges)
         start = np.repeat(begun, np.diff(np.append(panels, count)), axis=0) * self.since.T
-        shape = np.ascontiguousarray(self.shape.swapaxes(0, 1) @ equation.modes.T)
-        return Ringing(excitation.edges, start, np.ascontiguousarray(self.phase.swapaxes(0, 1)), shape)
+        shape = self.shape.swapaxes(0, 1) @ equation.modes.T
+        return ripple_of(excitation.edges, start, self.phase.swapaxes(0, 1), shape, RULE)

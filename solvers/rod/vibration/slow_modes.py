@@ -189,10 +189,15 @@ def slow_motion(
                 fell = now / last
             if fell >= 1.0:
                 break
-            out[e, :, :, :m] = slow
-            out[e, :, :, m:] = r
-            change[e] = read - seen
-            seen[:] = read
+            for i in range(p):
+                for c in range(columns):
+                    for a in range(m):
+                        out[e, i, c, a] = slow[i, c, a]
+                    for k in range(rest):
+                        out[e, i, c, m + k] = r[i, c, k]
+                    for q in range(2):
+                        change[e, i, c, q] = read[i, c, q] - seen[i, c, q]
+                        seen[i, c, q] = read[i, c, q]
             if now <= wanted or rest == 0:
                 break
             last = now
@@ -233,7 +238,9 @@ def carried(ends: Array, starts: NDArray[np.bool_]) -> Array:
             for a in range(size):
                 out[e, 0, a, a] = 1.0
         else:
-            out[e, 0] = out[e - 1, 1]
+            for c in range(columns):
+                for a in range(size):
+                    out[e, 0, c, a] = out[e - 1, 1, c, a]
         for c in range(columns):
             for b in range(size):
                 total = ends[e, size, b] if c == size else 0.0

@@ -15,25 +15,28 @@ Source: the outlook of T. A. Obolenskaya, A. S. Klochko (2014).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.numerics.threads import one_thread
-from solvers.rod.cycle.composition import Array, Cycle
+from solvers.rod.cycle.composition import Array, Cycle, Rippling
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import Excitation
-from solvers.rod.vibration.motion import MOST_RINGING, Motion, able_to_ring, excited, motion
+from solvers.rod.vibration.excitation import TURN, Excitation
+from solvers.rod.vibration.motion import MOST_RINGING, Motion, excited, motion
 from solvers.rod.vibration.natural_frequencies import StripBasis
 
 LEAST_ERROR = 3e-11
 """Below it lies the rounding of V''' from many polynomials."""
 
 LADDER = (9, 11, 13, 16, 20, 26, 34)
-_RUNGS = (3e-6, 5e-8, 5e-10)
-"""Below these errors fewer polynomials than the next of ``LADDER`` have never been enough."""
+_RUNGS, _RUNGS_BEHIND_CORNERS = (3e-6, 5e-8, 5e-10), (3e-6, 5e-8, 5e-9, 5e-9, 5e-10, 5e-10)
+"""Below these errors fewer polynomials than the next of ``LADDER`` have never been enough; behind corners more modes
+have to be known."""
 
 MOST_WORK, ENOUGH_WORK = 6_000_000, 3_000_000
 """Of one motion, and of all but the last, as ``_work`` counts it: 3 000 000 are some tenth of a second."""
@@ -43,12 +46,18 @@ _FAR, _WORST, _FINER = 30.0, 0.03, 0.75
 """Times the error wanted beyond which polynomials are added by two rungs; of the worst element's error, from which on
 others are halved too; what that makes of the step."""
 
-_NARROW = 3.0
+_NARROW, _NARROW_HALF = 3.0, 9.0
 """Radians of the slowest mode that follows without ringing, in the narrowest element: where it turns by less, a series
-in derivatives costs digits."""
+in derivatives costs digits; and in the half of one, which is made where more digits are wanted."""
 
 _FASTER = 1.2
 """Than under the mean force, a mode in the mean."""
+
+_ENDS = 8
+"""Angles at which the weights of a mean jump or turn, taken for so many: there what oscillates leaves something."""
+
+_MISSED, _LOOSER, _LOOSEST = 1e3, 30.0, 1e-4
+"""Times the error wanted that are worth another start; by which that wants less, and down to what."""
 
 _RESONANT = 1e5
 _UNKNOWN = 0.1
@@ -67,13 +76,14 @@ class RodInertia:
 class SteadyVibration:
     """The remainder d of one cycle.
 
-    ``error`` estimates what truncation leaves out, relative to the greatest bending; none of it is trusted to average
-    out.
+    ``error`` estimates what truncation leaves out, relative to the greatest bending, ``lasting_error`` what of it
+    remains of a mean over the turn; ``corners`` counts those of the force.
     """
 
     motion: Motion
     error: float
     lasting_error: float
+    corners: int
 
     inclines = False
 
@@ -91,22 +101,58 @@ class SteadyVibration:
         """Legendre coefficients of V."""
         return self.basis.series(0).shape[0]
 
+    @property
+    def quiet(self) -> SteadyVibration:
+        return replace(self, motion=self.motion.quiet)
+
+    @property
+    def ringing(self) -> Rippling:
+        """V'', V, T and M0 of what rings."""
+        side, moment = self._reactions
+        return Rippling(self.motion.ringing, self.basis.series(2), self.basis.series(0), side, moment, self.corners)
+
+    @cached_property
+    def _reactions(self) -> tuple[Array, Array]:
+        """T [N] and M0 [N m] of the basis' unit amplitudes."""
+        stiffness, clamp = self.motion.equation.strip.stiffness, np.zeros(1)
+        return -stiffness * self.basis.values(clamp, 3)[0], stiffness * self.basis.values(clamp, 2)[0]
+
     def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
         """Add d to the series of V'' and V at the states' angles; what it adds to T [N] and M0 [N m] there."""
-        amplitude, stiffness = self.motion.at(states[ANGLE]), self.motion.equation.strip.stiffness
+        amplitude = self.motion.at(states[ANGLE])
         bent[: self.bent_terms] += self.basis.series(2) @ amplitude
         sunk[: self.sunk_terms] += self.basis.series(0) @ amplitude
-        side, moment = (stiffness * self.basis.values(np.zeros(1), order)[0] @ amplitude for order in (3, 2))
-        return -side, moment
+        side, moment = self._reactions
+        return side @ amplitude, moment @ amplitude
 
 
 def _vibration(cycle: Cycle) -> SteadyVibration:
-    """Resolutions are added to where most is left unknown, until that is little enough or does not help."""
+    """To half the tolerance; where that leads to elements too narrow for series, as near to it as others come."""
     wanted = max(0.5 * cycle.tolerance, LEAST_ERROR)
+    best = _resolved(cycle, wanted)
+    while best.error > _MISSED * wanted and wanted < _LOOSEST:
+        wanted *= _LOOSER
+        other = _resolved(cycle, wanted)
+        if other.error >= best.error:
+            break
+        best = other
+    if best.motion.amplification > _RESONANT and not best.error < _UNKNOWN:
+        raise InvalidInput(
+            "mechanism.speed", "a harmonic of the speed meets a natural frequency of the strip", "another speed"
+        )
+    return best
+
+
+def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
+    """Resolutions are added to where most is left unknown, until that is little enough or does not help."""
     excitation = Excitation.of(cycle, 0.1 * wanted)
-    rung = sum(wanted < bound for bound in _RUNGS)
+    rung = sum(wanted < bound for bound in (_RUNGS_BEHIND_CORNERS if excitation.corners.size else _RUNGS))
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
     slow, step = _slow(equation, excitation, wanted), _step(excitation, wanted)
+    while rung > 0 and _affordable(equation, excitation, slow, step) < slow:
+        # Better fewer polynomials than fewer modes followed.
+        rung -= 1
+        equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
     best, vain, before, spent = None, 0, np.inf, 0.0
     for _ in range(_MOST_TRIES):
         slow = _affordable(equation, excitation, slow, step)
@@ -117,35 +163,33 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
             best, vain = found, 0
         if errors.total <= cycle.tolerance or vain == _MOST_VAIN or spent > ENOUGH_WORK:
             break
-        if max(errors.space, errors.omitted) > max(errors.elements, errors.series, errors.phase, errors.excited):
-            able = able_to_ring(equation, slow)
-            if rung == len(LADDER) - 1 or (
-                errors.omitted > errors.space and found.ringing.modes == able < MOST_RINGING
-            ):
+        rest = max(errors.series, errors.phase, errors.excited)
+        if max(errors.space, errors.omitted) > max(errors.elements, rest):
+            full = errors.omitted > errors.space and found.ringing.modes == MOST_RINGING
+            if full or rung == len(LADDER) - 1:
                 break
             rung = min(rung + (2 if errors.omitted > _FAR * wanted else 1), len(LADDER) - 1)
             equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
-        elif errors.elements > max(errors.series, errors.phase, errors.excited) and errors.elements < 0.5 * before:
-            # Halving these did help the time before, if there was one.
-            before = errors.elements
-            places = 0.5 * (found.edges[:-1] + found.edges[1:])[errors.time > _WORST * errors.time.max()]
-            where = np.zeros(excitation.edges.size - 1, dtype=np.bool_)
-            where[np.searchsorted(excitation.edges, places) - 1] = True
-            excitation, step = excitation.halved(where), _FINER * step
+            continue
+        worst = _worst_elements(equation, excitation, slow, found)
+        # Halving elements did help the time before, if there was one.
+        if errors.elements > rest and errors.elements < 0.5 * before and worst.any():
+            before, excitation, step = errors.elements, excitation.halved(worst), _FINER * step
+        elif spent + _work_of(equation, excitation, slow + 1, step) > ENOUGH_WORK:
+            break
         else:
             slow, before = slow + 1, np.inf
-    if best.amplification > _RESONANT and not best.errors.total < _UNKNOWN:
-        raise InvalidInput(
-            "mechanism.speed", "a harmonic of the speed meets a natural frequency of the strip", "another speed"
-        )
-    return SteadyVibration(best, best.errors.total, best.errors.total)
+    ends = (excitation.corners.size + _ENDS) / (0.5 * TURN * float(equation.pace[0]))
+    lasting = best.errors.lasting(min(ends, 1.0))
+    return SteadyVibration(best, best.errors.total, lasting, excitation.corners.size)
 
 
 def _step(excitation: Excitation, wanted: float) -> float:
     """Radians in an element of the fastest mode followed: more than so many have never been enough. That mode rings
     behind corners, and has to be followed the more closely."""
-    loose = 1e-8 if excitation.corners.size else 1e-10
-    return 8.0 if wanted > 1e-6 else 6.0 if wanted > loose else 4.5
+    if not excitation.corners.size:
+        return 8.0 if wanted > 1e-6 else 6.0 if wanted > 1e-10 else 4.5
+    return 8.0 if wanted > 1e-6 else 6.0 if wanted > 1e-8 else 4.0 if wanted > 1e-9 else 3.0
 
 
 def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int:
@@ -159,13 +203,29 @@ def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int
     return equation.slowness.size - 1
 
 
+def _worst_elements(equation: StripEquation, excitation: Excitation, slow: int, found: Motion) -> NDArray[np.bool_]:
+    """Those of the excitation whose errors are great, and whose halves are not too narrow."""
+    time = found.errors.time
+    places = 0.5 * (found.edges[:-1] + found.edges[1:])[time > _WORST * time.max()]
+    where = np.zeros(excitation.edges.size - 1, dtype=np.bool_)
+    where[np.searchsorted(excitation.edges, places) - 1] = True
+    turned = 0.5 * equation.pace[min(slow, equation.slowness.size - 1)] * np.diff(excitation.edges)
+    return where & (turned > _NARROW_HALF)
+
+
 def _affordable(equation: StripEquation, excitation: Excitation, slow: int, step: float) -> int:
     """As many slow modes as are called for, or as many as there is time for."""
     for m in range(min(slow, equation.slowness.size), 0, -1):
-        elements = np.sum(np.ceil(np.diff(excitation.edges) * _FASTER * equation.pace[m - 1] / step))
-        if _work(elements, m, equation.slowness.size) <= MOST_WORK:
+        if _work_of(equation, excitation, m, step) <= MOST_WORK:
             return m
     return 0
+
+
+def _work_of(equation: StripEquation, excitation: Excitation, slow: int, step: float) -> float:
+    """What so many slow modes are going to take."""
+    pace = equation.pace[min(slow, equation.slowness.size) - 1]
+    elements = np.sum(np.ceil(np.diff(excitation.edges) * _FASTER * pace / step))
+    return _work(elements, slow, equation.slowness.size)
 
 
 def _work(elements: float, slow: int, modes: int) -> float:

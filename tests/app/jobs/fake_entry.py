@@ -5,17 +5,22 @@ from __future__ import annotations
 import json
 import os
 import time
+from collections.abc import Iterator
 
 from app.designs.kind import Answer
 from app.designs.progress import Progress, Report
 
 
-def warm_up() -> None:
+def load(kind_slug: str, mode: str) -> None:
     pass
 
 
-def failing_warm_up() -> None:
-    raise RuntimeError("this worker never gets warm")
+def load_step_by_step() -> Iterator[None]:
+    return iter(())
+
+
+def failing_load(kind_slug: str, mode: str) -> None:
+    raise RuntimeError("this worker cannot load what a call needs")
 
 
 def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer:
@@ -57,3 +62,13 @@ def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer:
 
 def _answer(result: dict) -> Answer:
     return Answer("succeeded", result, [], None, {})
+
+
+SETTINGS = {
+    "entry": answer,
+    "load": load,
+    "idle_work": load_step_by_step,
+    "preload": __name__,
+    "kernels": False,
+}
+"""Of a pool whose workers answer as this module says."""

@@ -25,8 +25,7 @@ def settings(workers: int = 2, queue_limit: int = 8) -> PoolSettings:
         workers=workers,
         queue_limit=queue_limit,
         memory_bytes=256 << 20,
-        entry=fake_entry.answer,
-        warm_up=fake_entry.warm_up,
+        **fake_entry.SETTINGS,
     )
 
 
@@ -193,7 +192,7 @@ def test_cancelling_a_waiting_call_leaves_the_running_one_alone(single: ProcessP
 
 
 def test_a_worker_that_cannot_warm_up_fails_the_call_instead_of_hanging() -> None:
-    pool = ProcessPool(PoolSettings(workers=1, entry=fake_entry.answer, warm_up=fake_entry.failing_warm_up))
+    pool = ProcessPool(PoolSettings(workers=1, **{**fake_entry.SETTINGS, "load": fake_entry.failing_load}))
     try:
         with pytest.raises(WorkerCrashed):
             asyncio.run(ask(pool, "echo", 1))
@@ -225,7 +224,7 @@ from app.jobs.executor import PoolSettings, ProcessPool
 from tests.app.jobs import fake_entry
 
 async def main():
-    pool = ProcessPool(PoolSettings(workers=2, entry=fake_entry.answer, warm_up=fake_entry.warm_up))
+    pool = ProcessPool(PoolSettings(workers=2, **fake_entry.SETTINGS))
     await asyncio.gather(*(pool.run("rod", "sleep", b"0.2") for _ in range(2)))
     busy = asyncio.create_task(pool.run("rod", "spin", b"60"))
     await asyncio.sleep(0.2)

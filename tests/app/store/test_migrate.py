@@ -11,7 +11,7 @@ from alembic.config import Config
 from sqlalchemy import inspect
 
 from app.store.engine import make_engine
-from app.store.migrate import current_revision, head_revision, schema_differences, upgrade
+from app.store.migrate import current_revision, head_revision, newest_step, schema_differences, upgrade
 from app.store.models import metadata
 from app.store.record import RunFilter
 from app.store.repository import RunStore
@@ -38,6 +38,10 @@ def test_a_difference_would_be_seen(database_url: str) -> None:
         connection.exec_driver_sql("DROP INDEX ix_runs_spec_hash")
     engine.dispose()
     assert any("ix_runs_spec_hash" in str(difference) for difference in schema_differences(database_url))
+
+
+def test_the_newest_file_is_the_newest_step() -> None:
+    assert newest_step() == head_revision()
 
 
 def test_several_may_migrate_at_once(empty_database_url: str) -> None:

@@ -18,11 +18,11 @@ def test_sources_reach_the_kernels_that_kernels_call():
 
 
 def test_a_kernel_is_kept_under_the_digest_of_all_its_sources():
-    assert prove._cache._cache_file._source_stamp == jit.stamp("solvers.rod.optimum.proof.branch_and_bound")
+    assert prove.compiled._cache._cache_file._source_stamp == jit.stamp("solvers.rod.optimum.proof.branch_and_bound")
 
 
 def test_code_kept_under_another_digest_is_not_loaded(tmp_path):
-    file = type(prove._cache._cache_file)
+    file = type(prove.compiled._cache._cache_file)
     old, new = file(str(tmp_path), "kernel", "old"), file(str(tmp_path), "kernel", "new")
     old.save("signature", b"code")
     assert old.load("signature") == b"code"

@@ -11,12 +11,16 @@ from scipy.integrate import solve_ivp
 
 from solvers import rod
 from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
+from solvers.rod.cycle.guide_loads import friction_power
+from solvers.rod.cycle.sampled import SampledCycle
 from solvers.rod.cycle.state import MOMENT, SIDE
+from solvers.rod.piston.friction import power_at
 from solvers.rod.vibration import motion as motions
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import RULE, Excitation, states_at
 from solvers.rod.vibration.free_modes import free_mode
 from solvers.rod.vibration.motion import motion
+from solvers.rod.vibration.steady_response import RodInertia
 from tests.solvers.rod.machines import PAPER, STRIP
 
 TURN = 2 * np.pi
@@ -117,3 +121,29 @@ def test_what_is_left_out_of_the_ringing_is_known(monkeypatch):
         assert fewer.ringing.modes == most
         off = np.max(np.abs(read @ (fewer.at(angles) - whole.at(angles))).max(axis=1) / reactions(excitation))
         assert off < fewer.errors.omitted < 15 * off
+
+
+@pytest.mark.parametrize(("load", "feedback"), [(PAPER.load, True), (TABLE, False)])
+def test_a_turn_is_read_with_all_that_rings(load, feedback):
+    """Peaks and the mean that a check finds beside its panels, against the shape itself at close angles."""
+    composition = Composition(beam=BEAM_COLUMN, feedback=feedback, corrections=(RodInertia(),))
+    cycle = Cycle(replace(PAPER, load=load), STRIP, composition, 1e-7)
+    sampled = SampledCycle.of(cycle, 1e-8)
+    assert sampled.ringing.ripple.modes > 0
+
+    def reactions(angles):
+        shape = cycle.at(angles).shape
+        return np.stack([shape.side_force(), shape.clamp_moment()])
+
+    even = np.arange(40_000) * TURN / 40_000
+    coarse = reactions(even)
+    for row, parts, values in zip(
+        coarse, (sampled.ringing.side, sampled.ringing.moment), (sampled.side, sampled.moment), strict=True
+    ):
+        top = sampled.greatest(values, parts)
+        assert row.max() <= top.value + top.error
+        near = top.angle + np.linspace(-1e-4, 1e-4, 201)
+        there = reactions(near)[0 if values is sampled.side else 1].max()
+        assert top.value == pytest.approx(there, abs=2 * top.error + 1e-9 * abs(there))
+    power, error = friction_power(sampled)
+    assert power == pytest.approx(np.mean(power_at(cycle.scene, even, *coarse)), rel=error + 1e-8)

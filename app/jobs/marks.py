@@ -1,0 +1,61 @@
+"""Marks on disk that say which kernels this machine has compiled from the sources at hand.
+
+A mark lies beside numba's own cache, or in the user's cache where that cannot be written. Its name bears a digest of
+the sources, the versions of Python and the compiler, and the processor. Where one is missing its rehearsal is solved
+again; numba then compiles those kernels alone whose sources have changed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import sys
+from functools import cache
+from pathlib import Path
+
+Part = tuple[str, str]
+"""Slug of a kind, and a mode of it."""
+
+
+def is_left(part: Part) -> bool:
+    """Whether this part's kernels were compiled."""
+    return any(_name(place, part).exists() for place in _places())
+
+
+def leave(part: Part) -> None:
+    """Say that they were."""
+    for place in _places():
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+            _name(place, part).touch()
+        except OSError:
+            continue
+        return
+
+
+def _name(place: Path, part: Part) -> Path:
+    return place / f"rehearsed-{part[0]}-{part[1]}-{_digest()}"
+
+
+@cache
+def _places() -> tuple[Path, ...]:
+    import solvers
+
+    return Path(solvers.__file__).parent / "__pycache__", Path.home() / ".cache" / "crankwright"
+
+
+@cache
+def _digest() -> str:
+    import numba
+    from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
+
+    import solvers
+    from app.designs import rehearsals
+
+    processor = f"{numba.config.CPU_NAME or get_host_cpu_name()} {get_host_cpu_features().flatten()}"
+    versions = f"{sys.version} {numba.__version__} {platform.machine()} {numba.config.CACHE_DIR}"
+    digest = hashlib.sha256(f"{versions} {processor}".encode())
+    root = Path(solvers.__file__).parent
+    for path in [Path(rehearsals.__file__), *sorted(root.rglob("*.py"))]:
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]

@@ -1,0 +1,195 @@
+"""The first minutes: from a fresh clone to the first page and the first answer, warm starts, the command line, stops.
+
+A fresh clone is set up and started by `make run`; packages come from the client's warm cache, kernels are compiled
+from nothing. Then the same once more, warm. Times are wall-clock seconds of one run on this machine with whatever else
+ran on it, from the command to what the row names; goals are for two quiet cores. Below, what the dearest kernels cost
+the compiler, in seconds of processor time.
+
+    python -m bench.start        measures, and writes the section into docs/benchmarks.md
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.error import HTTPError, URLError
+from urllib.request import Request, urlopen
+
+from bench import kernel_costs
+
+
+def free_port() -> int:
+    """A port that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "benchmarks.md"
+TITLE = "## The start"
+PORT = free_port()
+BASE = f"http://127.0.0.1:{PORT}"
+PATIENCE_S = 1800.0
+
+
+@dataclass(frozen=True)
+class Row:
+    """What was waited for, how long it took [s], and how long it may take."""
+
+    name: str
+    seconds: float
+    goal_s: float | None = None
+
+
+def answered(path: str, body: bytes | None = None) -> bool:
+    """Whether the service answers with success."""
+    try:
+        with urlopen(Request(BASE + path, body, {"Content-Type": "application/json"}), timeout=60) as answer:
+            return 200 <= answer.status < 300
+    except (HTTPError, URLError, OSError):
+        return False
+
+
+@dataclass
+class Made:
+    """A `make run` on its way."""
+
+    process: subprocess.Popen[bytes]
+    output: Path
+    began: float
+
+    def until(self, condition: Callable[[], bool]) -> float:
+        """Seconds since the command when the condition came to hold."""
+        while not condition():
+            if self.process.poll() is not None or time.monotonic() - self.began > PATIENCE_S:
+                raise RuntimeError(self.output.read_text())
+            time.sleep(0.02)
+        return time.monotonic() - self.began
+
+    def printed(self, pattern: str) -> Callable[[], bool]:
+        """Whether that stands in the terminal by now."""
+        return lambda: re.search(pattern, self.output.read_text()) is not None
+
+    def stop(self) -> float:
+        """SIGTERM to the service; the seconds until it has ended."""
+        began = time.monotonic()
+        os.killpg(self.process.pid, signal.SIGTERM)
+        self.process.wait()
+        return time.monotonic() - began
+
+
+@contextmanager
+def made(folder: Path, log: Path, kernels: Path) -> Iterator[Made]:
+    """`make run` in a folder."""
+    kept = {name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "PYTHONPATH")}
+    environment = {**kept, "CRANKWRIGHT_PORT": str(PORT), "NUMBA_CACHE_DIR": str(kernels)}
+    began = time.monotonic()
+    with log.open("wb") as file:
+        process = subprocess.Popen(
+            ["make", "run"], cwd=folder, env=environment, stdout=file, stderr=subprocess.STDOUT, start_new_session=True
+        )
+    run = Made(process, log, began)
+    try:
+        yield run
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
+def least(command: list[str], folder: Path, environment: dict[str, str], runs: int = 5) -> float:
+    """The least wall-clock time of a command [s]."""
+    times = []
+    for _ in range(runs):
+        began = time.monotonic()
+        subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True)
+        times.append(time.monotonic() - began)
+    return min(times)
+
+
+def measure() -> list[Row]:
+    """Every stage, in the order in which a newcomer meets it."""
+    with tempfile.TemporaryDirectory() as held:
+        base = Path(held)
+        clone, kernels = base / "clone", base / "kernels"
+        subprocess.run(["git", "clone", "--quiet", str(ROOT), str(clone)], check=True)
+        check = (clone / "app/designs/examples/flexible-rod-check.json").read_bytes()
+
+        def check_answered() -> bool:
+            return answered("/api/v1/checks/flexible-rod", check)
+
+        rows = []
+        with made(clone, base / "first.txt", kernels) as run:
+            rows.append(Row("`make run`, fresh: packages installed", run.until(run.printed(r"installed"))))
+            rows.append(Row("`make run`, fresh: first page", run.until(lambda: answered("/")), 20))
+            rows.append(Row("`make run`, fresh: first check answered", run.until(check_answered)))
+            printed = run.until(run.printed(r"flexible-rod · design · succeeded"))
+            rows.append(Row("`make run`, fresh: first design printed", printed, 45))
+            warm = run.until(lambda: answered("/readyz"))
+            rows.append(Row("`make run`, fresh: all kernels there", warm))
+            rows.append(Row("all kernels, from the first page on", warm - rows[1].seconds, 30))
+            rows.append(Row("SIGTERM, idle", run.stop(), 2))
+        with made(clone, base / "second.txt", kernels) as run:
+            rows.append(Row("`make run`, again: first page", run.until(lambda: answered("/")), 3))
+            rows.append(Row("`make run`, again: first check answered", run.until(check_answered), 3))
+        command = str(clone / ".venv/bin/crankwright")
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(kernels)}
+        environment["CRANKWRIGHT_DATABASE_URL"] = f"sqlite:///{base}/runs.sqlite3"
+        began = time.monotonic()
+        warm_start = subprocess.Popen(
+            [command, "serve", "--port", str(PORT)], env=environment, cwd=clone, stdout=subprocess.DEVNULL
+        )
+        while not check_answered():
+            time.sleep(0.01)
+        rows.append(Row("warm start: first check answered", time.monotonic() - began, 1.5))
+        warm_start.send_signal(signal.SIGTERM)
+        warm_start.wait()
+        file = "app/designs/examples/flexible-rod-check.json"
+        rows.append(
+            Row("`crankwright check`", least([command, "check", "flexible-rod", file], clone, environment), 1.0)
+        )
+        rows.append(Row("`crankwright --help`", least([command, "--help"], clone, environment), 0.3))
+        python = str(clone / ".venv/bin/python")
+        rows.append(Row("`import solvers`", least([python, "-c", "import solvers"], clone, environment), 0.3))
+        return rows
+
+
+def table() -> list[str]:
+    """The rows of the page."""
+    lines = ["| what | took | goal |", "|---|---|---|"]
+    for row in measure():
+        lines.append(f"| {row.name} | {row.seconds:.1f} s | {'' if row.goal_s is None else f'{row.goal_s:g} s'} |")
+    load = os.getloadavg()
+    lines += ["", f"Load of the machine's {os.cpu_count()} cores at the end: {load[0]:.1f}.", ""]
+    return [*lines, *kernel_costs.table()]
+
+
+def section() -> list[str]:
+    """The whole section."""
+    assert __doc__
+    return [TITLE, "", __doc__.partition("\n\n")[2].partition("\n\n    ")[0].strip(), "", *table(), ""]
+
+
+def main() -> None:
+    """Measure and put the section in the place of the former one, or at the end."""
+    found = section()
+    page = PAGE.read_text("utf-8")
+    before, _, rest = page.partition(TITLE + "\n")
+    _, heading, after = rest.partition("\n## ")
+    PAGE.write_text(before.rstrip("\n") + "\n\n" + "\n".join(found) + (heading + after if heading else ""), "utf-8")
+    print("\n".join(found))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

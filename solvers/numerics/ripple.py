@@ -1,0 +1,207 @@
+"""What ripples beside a smooth function over one turn: modes in closed form.
+
+    Re sum_n Z_n(x),   Z_n = start_n exp(phase_n(x)) (shape_n(x) . weights)
+
+Phase and shape are polynomials on elements of the turn, so that a mode costs as much however fast it oscillates. What
+is looked at takes the parts of the shapes by weights. The greatest value of a function with ripple: ``ripple_peaks``.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import fusing_kernel, kernel
+from solvers.numerics.radau import Radau, shares_of
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+TURN = 2.0 * math.pi
+_MARGIN = 1.2
+"""On a mode's amplitude on an element, known at three of its points."""
+_PROBED = 3
+KINDS = 6
+"""Columns of a table for every mode."""
+
+
+class Ripple(NamedTuple):
+    """Modes on elements over one turn, with the points of a rule in each.
+
+    edges   (elements + 1,)
+    start   (elements, modes), complex amplitudes at an element's first end
+    phase   (elements, modes, points), complex, grown since there
+    rate    (elements, modes, points), its derivative
+    pace    (elements, modes), its greatest imaginary part
+    shape   (elements, modes, points, 2, parts), real and imaginary parts of what weights are laid on
+    probe   (elements, modes, 3, 2, parts), shape times amplitude at an element's first, middle and last point
+
+    and of the elements' rule its points, their weights and the matrix of first derivatives (``radau``).
+    """
+
+    edges: Array
+    start: Complex
+    phase: Complex
+    rate: Complex
+    pace: Array
+    shape: Array
+    probe: Array
+    points: Array
+    weights: Array
+    first: Array
+
+    @property
+    def modes(self) -> int:
+        return self.start.shape[1]
+
+
+def ripple_of(edges: Array, start: Complex, phase: Complex, shape: Complex, rule: Radau) -> Ripple:
+    """From amplitudes (elements, modes), phases (elements, modes, points), shapes (elements, modes, points, parts)."""
+    rate = np.ascontiguousarray(phase @ rule.first.T / np.diff(edges)[:, None, None])
+    both = np.ascontiguousarray(np.stack([shape.real, shape.imag], axis=-2))
+    few = [0, rule.points.size // 2, rule.points.size - 1]
+    size = np.abs(start[:, :, None] * np.exp(phase[:, :, few].real))
+    probe = np.ascontiguousarray(both[:, :, few] * size[..., None, None])
+    pace = np.abs(rate.imag).max(axis=2, initial=0.0)
+    return Ripple(
+        edges,
+        np.ascontiguousarray(start),
+        np.ascontiguousarray(phase),
+        rate,
+        pace,
+        both,
+        probe,
+        rule.points,
+        rule.weights,
+        rule.first,
+    )
+
+
+def no_ripple(parts: int, rule: Radau) -> Ripple:
+    """No mode at all."""
+    empty = np.empty((1, 0, rule.points.size, parts), np.complex128)
+    return ripple_of(np.array([0.0, TURN]), empty[:, :, 0, 0], empty[..., 0], empty, rule)
+
+
+@kernel
+def reaches(ripple: Ripple, weights: Array) -> Array:
+    """How far every mode reaches on every element, (elements, modes)."""
+    elements, modes = ripple.start.shape
+    out = np.zeros((elements, modes))
+    if modes == 0:
+        return out
+    seen = np.dot(ripple.probe.reshape(elements * modes * _PROBED * 2, weights.size), weights)
+    for e in range(elements):
+        for n in range(modes):
+            at = (e * modes + n) * _PROBED * 2
+            for k in range(_PROBED):
+                real, imag = seen[at + 2 * k], seen[at + 2 * k + 1]
+                out[e, n] = max(out[e, n], real * real + imag * imag)
+            out[e, n] = _MARGIN * math.sqrt(out[e, n])
+    return out
+
+
+@kernel
+def ripple_at(ripple: Ripple, modes: int, weights: Array, angle: Array) -> Array:
+    """What the first so many modes make of several weights (rows, parts) at angles: (rows, angles)."""
+    rows, p = weights.shape[0], ripple.points.size
+    out, last = np.zeros((rows, angle.size)), -1
+    table, room, z = np.empty((rows, p, KINDS * modes)), np.empty(KINDS * modes), np.empty((2, modes))
+    share = np.empty(p)
+    for i in range(angle.size):
+        place = _place(ripple, angle[i])
+        e = element_at(ripple, place)
+        for row in range(rows):
+            if e != last:
+                tabulate(ripple, weights[row], e, modes, table[row])
+            out[row, i] = modes_at(ripple, e, place, table[row], share, room, z)[0]
+        last = e
+    return out
+
+
+@kernel
+def parts_at(ripple: Ripple, angle: Array) -> Array:
+    """What all modes make of every part at angles: (parts, angles)."""
+    modes, p, parts = ripple.shape.shape[1], ripple.shape.shape[2], ripple.shape.shape[4]
+    out, row, share = np.zeros((parts, angle.size)), np.empty(parts), np.empty(p)
+    for i in range(angle.size if modes > 0 else 0):
+        place = _place(ripple, angle[i])
+        e = element_at(ripple, place)
+        x = (place - ripple.edges[e]) / (ripple.edges[e + 1] - ripple.edges[e])
+        shares_of(ripple.points, ripple.weights, x, share)
+        row[:] = 0.0
+        for n in range(modes):
+            grown = 0.0j
+            for k in range(p):
+                grown += share[k] * ripple.phase[e, n, k]
+            grown = ripple.start[e, n] * np.exp(grown)
+            for k in range(p):
+                real, imag = share[k] * grown.real, share[k] * grown.imag
+                for b in range(parts):
+                    row[b] += real * ripple.shape[e, n, k, 0, b] - imag * ripple.shape[e, n, k, 1, b]
+        for b in range(parts):
+            out[b, i] = row[b]
+    return out
+
+
+@kernel
+def _place(ripple: Ripple, angle: float) -> float:
+    """The angle in the turn that begins with the first element."""
+    turns = (angle - ripple.edges[0]) / TURN
+    return ripple.edges[0] + (turns - math.floor(turns)) * TURN
+
+
+@kernel
+def element_at(ripple: Ripple, place: float) -> int:
+    """The element of an angle in the turn that begins with the first element."""
+    return min(max(np.searchsorted(ripple.edges, place, side="right"), 1), ripple.edges.size - 1) - 1
+
+
+@fusing_kernel
+def tabulate(ripple: Ripple, weights: Array, e: int, modes: int, table: Array) -> None:
+    """What is interpolated on an element: phases, shapes with weights laid on them, and what derivatives have in the
+    place of shapes, real and imaginary parts, each of all modes side by side: (points, 6 modes)."""
+    p, h = ripple.points.size, ripple.edges[e + 1] - ripple.edges[e]
+    seen = np.dot(ripple.shape[e, :modes].reshape(modes * p * 2, weights.size), weights)
+    for k in range(p):
+        for n in range(modes):
+            table[k, n], table[k, modes + n] = ripple.phase[e, n, k].real, ripple.phase[e, n, k].imag
+            at = 2 * (n * p + k)
+            table[k, 2 * modes + n], table[k, 3 * modes + n] = seen[at], seen[at + 1]
+    shape, slope = table[:, 2 * modes : 4 * modes], table[:, 4 * modes :]
+    for k in range(p):
+        for n in range(modes):
+            rate = ripple.rate[e, n, k]
+            slope[k, n] = rate.real * shape[k, n] - rate.imag * shape[k, modes + n]
+            slope[k, modes + n] = rate.real * shape[k, modes + n] + rate.imag * shape[k, n]
+        for j in range(p):
+            share = ripple.first[k, j] / h
+            for n in range(2 * modes):
+                slope[k, n] += share * shape[j, n]
+
+
+@fusing_kernel
+def modes_at(
+    ripple: Ripple, e: int, place: float, table: Array, share: Array, room: Array, z: Array
+) -> tuple[float, float]:
+    """What the modes make, and its derivative; ``z`` (2, modes) takes real and imaginary parts of every Z."""
+    modes, p = z.shape[1], share.size
+    shares_of(ripple.points, ripple.weights, (place - ripple.edges[e]) / (ripple.edges[e + 1] - ripple.edges[e]), share)
+    room[:] = 0.0
+    for k in range(p):
+        for i in range(room.size):
+            room[i] += share[k] * table[k, i]
+    value, steep = 0.0, 0.0
+    for n in range(modes):
+        grown, turn = math.exp(room[n]), room[modes + n]
+        c, s = grown * math.cos(turn), grown * math.sin(turn)
+        start = ripple.start[e, n]
+        c, s = c * start.real - s * start.imag, c * start.imag + s * start.real
+        a, b = room[2 * modes + n], room[3 * modes + n]
+        z[0, n], z[1, n] = c * a - s * b, c * b + s * a
+        value += z[0, n]
+        steep += c * room[4 * modes + n] - s * room[5 * modes + n]
+    return value, steep

@@ -90,7 +90,8 @@ async def _shown(
     svg, caption = _svg(kind, spec)
     return page(
         request, "form.html", status, kind=kind, mode=mode, form=form, texts=texts, faults=faults or Faults(), svg=svg,
-        caption=caption, as_json=_as_json(spec), runs=await _stored_runs(request, form), others=list(kind.others(mode)), notice=notice,
+        caption=caption, as_json=_as_json(spec), runs=await _stored_runs(request, form),
+        others=list(kind.others(mode)), notice=notice,
     )  # fmt: skip
 
 

@@ -20,7 +20,8 @@ from app.jobs.errors import Busy
 from app.store.record import RunFilter, RunStatus
 from app.submission import Service
 from app.web.forms.faults import Faults, placed
-from app.web.forms.nodes import Group, Texts, applies
+from app.web.forms.groups import Group
+from app.web.forms.nodes import Texts, applies
 from app.web.forms.numbers import others, shown
 from app.web.forms.tree import form_of
 from app.web.rendering import page, templates

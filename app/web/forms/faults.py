@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from app.errors import Problem
-from app.web.forms.nodes import Group, Node, Texts
+from app.web.forms.groups import Group
+from app.web.forms.nodes import Node, Texts
 
 _SAYS = {
     "Field required": "is missing",

@@ -9,24 +9,9 @@ from typing import Any
 from app.designs.form import COMMON, looked_up
 from app.designs.kind import Kind, Mode
 from app.web.fields import split_unit
-from app.web.forms.nodes import (
-    Choice,
-    Column,
-    Constant,
-    Effects,
-    Flag,
-    Group,
-    Member,
-    Node,
-    Number,
-    Numbers,
-    Range,
-    Several,
-    Switched,
-    Table,
-    Text,
-    Union,
-)
+from app.web.forms.groups import Group, Member, Range, Union
+from app.web.forms.nodes import Choice, Constant, Effects, Flag, Node, Number, Several, Switched, Text
+from app.web.forms.tables import Column, Numbers, Table
 
 Schema = Mapping[str, Any]
 _WIDE = (1e-6, 1e6)

@@ -10,8 +10,9 @@ from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.errors import Problem
 from app.web.forms.faults import placed
-from app.web.forms.nodes import applies, cells_of
+from app.web.forms.nodes import applies
 from app.web.forms.numbers import number
+from app.web.forms.tables import cells_of
 from app.web.forms.tree import form_of
 
 JOBS = [(kind.slug, mode) for kind in KINDS.values() for mode in kind.jobs]

@@ -89,7 +89,8 @@ class Certificate:
 
     ``bound`` bounds the objective over everything feasible (from below when minimising), ``gap`` is the relative
     distance of the answer from it, inf where nothing bounds; ``method`` and ``evidence`` say how the answer was found,
-    what the bound rests on, and what is known of the answer beside it.
+    what the bound rests on, and what is known of the answer beside it. The gap is about all other designs,
+    ``Accuracy.estimated`` about the figures told of this one: neither is a part of the other.
     """
 
     method: str

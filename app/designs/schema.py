@@ -163,12 +163,19 @@ class AccuracyResult(Strict):
 
 
 class CertificateResult(Strict):
-    """How a design is known to be the best there is."""
+    """How a design is known to be the best there is: what is proven, of what, by which argument, and what is not."""
 
-    method: str
+    method: str = Field(description="by which argument")
     bound: float | None = Field(description="no feasible design is better, in the objective's unit; null: none exists")
-    gap: float | None = Field(description="relative distance of the answer from the bound; null: no bound is known")
+    gap: float | None = Field(
+        description="relative distance of the answer, as it is told, from the bound; null: no bound is known"
+    )
     evidence: dict[str, float | int | str]
+    proven: str = Field(description="what is proven")
+    physics: str = Field(description="for which physics")
+    form: str = Field(description="for which designs")
+    range: str = Field(description="over which range of them")
+    estimated: list[str] = Field(description="what is only estimated, and where it is told")
 
 
 class ShortfallResult(Strict):

@@ -4,8 +4,13 @@ Every kind's random problem is designed at an accuracy drawn for it. Then the an
 it must keep its limits and have the objective that the design tells. Rivals, drawn at random over all that is allowed
 and close around the answer, or found by local searches (each kind's ``RIVALS``), are put to the same check: one that
 keeps the limits and is better than the answer by more than its estimate, or than the certificate's bound, shows a lie,
-and so does one that keeps them where the design says that there is none. Last, the same problem designed a thousand
-times tighter must not be better than the bound, nor further away than the estimate.
+and so does one that keeps them where the design says that there is none. The same problem designed a thousand times
+tighter must not be better than the bound, nor further away than the estimate.
+
+Neighbours are the same problem with one limit a little looser or tighter, and with more allowed (further types, steps,
+any thickness instead of a stock's). Their answers must nest: what keeps the tighter limits competes wherever looser
+ones are asked for, an answer at a looser limit that keeps the tighter one competes there as well, and more room never
+makes an answer worse.
 
 The check is the physics that both share; the search has nothing of the solver's.
 """
@@ -14,7 +19,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +27,8 @@ import numpy as np
 from app.designs.kind import Answer, Mode
 from app.designs.registry import KINDS
 from bench.campaign import linkage_designs, pin_designs, rod_designs
-from bench.campaign.rivalry import Body, Problem
+from bench.campaign.rivalry import STEPS, Body, Field, Problem
+from oracles.rivals.starts import Strength
 
 DESIGNED: Mapping[str, Callable[[np.random.Generator], Problem]] = {
     "flexible-rod": rod_designs.problem,
@@ -37,6 +43,9 @@ RIVALS: Mapping[str, str] = {
 }
 """How strong the rivals of a kind's designs are."""
 
+QUICK = Strength(starts=4, evaluations=12, ways=("SLSQP", "Nelder-Mead", "linear programs"), most=160)
+"""How hard local searches try where a share of the campaign is a test."""
+FEW_STEPS = (1e-3,)
 _ACCURACIES = (1e-3, 1e-4, 1e-5, 1e-6)
 _TIGHTER = 1e-3
 _TIGHTEST = 1e-10
@@ -49,9 +58,15 @@ class Design:
     """One problem. Shares are relative to the objective.
 
     proven          whether the certificate itself names nothing that it does not cover
-    found           whether a rival keeps the limits
+    sort            the form, or the objective
+    rivals          how many were looked at
+    found           whether one of them keeps the limits
+    by              what found the best rival
+    neighbours      how many there were
+    apart           by what share neighbours miss to nest, beyond what they estimate of themselves
     missed          by what share the answer misses a limit, or its objective, when checked anew
     better          by what share the best rival, or the tighter design, is better than the bound
+    error           of the answer, as it estimates
     estimated       of the answer's own error and gap, and the tighter design's
     own_estimate    of the answer's own error, with its gap where that is proven
     distance        from the tighter design
@@ -61,14 +76,19 @@ class Design:
     requested: float
     infeasible: bool
     proven: bool
+    sort: str
     rivals: int
     found: bool
     missed: float = 0.0
     better: float = 0.0
+    error: float = 0.0
     estimated: float = 0.0
     own_estimate: float = 0.0
     distance: float = 0.0
     closest: float = math.inf
+    by: str = ""
+    neighbours: int = 0
+    apart: float = 0.0
 
     @property
     def admissible(self) -> bool:
@@ -76,8 +96,13 @@ class Design:
 
     @property
     def bounded(self) -> bool:
-        """The bound itself is as exact as the accuracy asked for."""
-        return self.better <= self.requested + _ROUNDING
+        """No rival is better than the bound by more than the answer's own error."""
+        return self.better <= self.error + _ROUNDING
+
+    @property
+    def nested(self) -> bool:
+        """Neighbours with more room are not worse."""
+        return self.apart <= _ROUNDING
 
     @property
     def unbeaten(self) -> bool:
@@ -89,66 +114,122 @@ class Design:
         return self.distance <= self.estimated + _ROUNDING
 
 
-def judge_design(slug: str, seed: int) -> Design | None:
-    """Judge the design problem of a seed; None where it is refused."""
+def judge_design(slug: str, seed: int, quick: bool = False) -> Design | None:
+    """Judge the design problem of a seed; None where it is refused. ``quick``: by fewer rivals."""
     rng = np.random.default_rng([seed, 1])
-    problem, accuracy = DESIGNED[slug](rng), float(rng.choice(_ACCURACIES))
+    problem = DESIGNED[slug](rng)
+    return judge_problem(slug, problem, float(rng.choice(_ACCURACIES)), rng, quick)
+
+
+def judge_problem(
+    slug: str, problem: Problem, accuracy: float, rng: np.random.Generator, quick: bool = False
+) -> Design | None:
+    """Judge a design problem solved to an accuracy; None where it is refused."""
     answer = _designed(slug, problem, accuracy)
     if answer.status not in ("succeeded", "infeasible"):
         return None
-    tried, best = _best_rival(slug, problem, answer, rng)
-    proven = _proven(answer)
+    field = Field(problem, lambda body: _checked(slug, body, answer), QUICK if quick else None)
+    problem.rivals(rng, answer, field)
+    neighbours = _neighbours(slug, problem, answer, accuracy, field, FEW_STEPS if quick else STEPS)
+    proven, apart = _proven(answer), max((_apart(*pair) for pair in neighbours), default=0.0)
+    about = {"sort": problem.sort, "rivals": field.tried, "by": field.by, "neighbours": len(neighbours), "apart": apart}
     if answer.status == "infeasible":
-        return Design(accuracy, True, proven, tried, math.isfinite(best))
+        return Design(accuracy, True, proven, found=math.isfinite(field.best), **about)
     own = problem.objective(answer.result)
-    value, bound = own**problem.sign, answer.result["certificate"]["bound"] ** problem.sign
+    value, bound = own**problem.sign, _told(problem, answer).bound
     tight = _designed(slug, problem, max(_TIGHTER * accuracy, _TIGHTEST))
     if tight.status != "succeeded":
-        return Design(accuracy, False, proven, tried, math.isfinite(best), distance=math.inf)
+        return Design(accuracy, False, proven, found=math.isfinite(field.best), distance=math.inf, **about)
     least = problem.objective(tight.result) ** problem.sign
     return Design(
         requested=accuracy,
         infeasible=False,
         proven=proven,
-        rivals=tried,
-        found=math.isfinite(best),
+        found=math.isfinite(field.best),
         missed=_missed(slug, problem, answer),
-        better=max(bound / min(best, least) - 1.0, 0.0),
+        better=max(bound / min(field.best, least) - 1.0, 0.0),
+        error=answer.accuracy["estimated"],
         estimated=_doubt(answer) + _doubt(tight),
         own_estimate=_doubt(answer) if proven else answer.accuracy["estimated"],
         distance=abs(value / least - 1.0),
-        closest=best / value - 1.0,
+        closest=field.best / value - 1.0,
+        **about,
     )
 
 
-def _designed(slug: str, problem: Problem, accuracy: float) -> Answer:
+@dataclass(frozen=True)
+class _Told:
+    """Of an answer, as made small: its value and bound (inf where there is said to be none), its own error, its gap."""
+
+    value: float
+    bound: float
+    error: float
+    gap: float
+
+
+def _told(problem: Problem, answer: Answer) -> _Told:
+    if answer.status == "infeasible":
+        return _Told(math.inf, math.inf, 0.0, 0.0)
+    certificate = answer.result["certificate"]
+    bound = certificate["bound"] ** problem.sign if certificate["bound"] else 0.0
+    value = problem.objective(answer.result) ** problem.sign
+    # Without a bound anything may be better: nothing is promised of neighbours.
+    gap = math.inf if certificate["gap"] is None else certificate["gap"]
+    return _Told(value, bound, answer.accuracy["estimated"], gap)
+
+
+def _neighbours(
+    slug: str, problem: Problem, answer: Answer, accuracy: float, field: Field, steps: Sequence[float]
+) -> list[tuple[_Told, _Told]]:
+    """(with more room, with less) of every neighbour and the answer; what keeps the answer's limits enters as a rival.
+
+    All are designed with the answer's own effects.
+    """
+    pairs, own = [], _told(problem, answer)
+    changed = list(problem.neighbours(steps)) + [("wider", 1.0, other) for other in problem.wider()]
+    for name, looser, other in changed:
+        found = _designed(slug, other, accuracy, _settled(answer))
+        if found.status not in ("succeeded", "infeasible"):
+            continue
+        told = _told(other, found)
+        pairs.append((told, own) if looser > 0.0 else (own, told))
+        if found.status == "succeeded" and name != "wider" and (again := other.given(found)) is not None:
+            field.check(again, f"neighbour, {name} {looser:+g}")
+        elif found.status == "succeeded" and looser < 0.0:
+            field.enter(told.value * (1.0 + told.error), f"neighbour, {name} {looser:+g}")
+    return pairs
+
+
+def _apart(more: _Told, less: _Told) -> float:
+    """By what share the answer with more room is worse than that with less, or its bound above it, beyond doubt."""
+    if math.isinf(less.value):
+        return 0.0
+    if math.isinf(more.value):
+        return math.inf
+    worse = more.value / less.value - 1.0 - more.gap
+    return max(worse, more.bound / less.value - 1.0) - more.error - less.error
+
+
+def _settled(answer: Answer) -> Body:
+    """The very effects of a design's answer."""
+    active = {e["name"] for e in answer.effects if e["state"] == "active"}
+    return {"include": sorted(active), "exclude": sorted({e["name"] for e in answer.effects} - active)}
+
+
+def _designed(slug: str, problem: Problem, accuracy: float, effects: Body | None = None) -> Answer:
+    """The answer; with these effects, or those that the problem's own request asks for."""
     job = KINDS[slug].jobs[Mode.DESIGN]
-    return job.run(job.request.model_validate_json(json.dumps({**problem.body, "accuracy": accuracy})))
+    asked = {**problem.body, "accuracy": accuracy} | ({} if effects is None else {"effects": effects})
+    return job.run(job.request.model_validate_json(json.dumps(asked)))
 
 
 def _checked(slug: str, body: Body, answer: Answer) -> Body | None:
     """The checked result of a request with the very effects of a design's answer; None where it has none."""
     job = KINDS[slug].jobs[Mode.CHECK]
-    active = {e["name"] for e in answer.effects if e["state"] == "active"}
-    settled = {"include": sorted(active), "exclude": sorted({e["name"] for e in answer.effects} - active)}
-    found = job.run(job.request.model_validate_json(json.dumps({**body, "effects": settled, "accuracy": 1e-9})))
+    found = job.run(
+        job.request.model_validate_json(json.dumps({**body, "effects": _settled(answer), "accuracy": 1e-9}))
+    )
     return found.result if found.status == "succeeded" else None
-
-
-def _best_rival(slug: str, problem: Problem, answer: Answer, rng: np.random.Generator) -> tuple[int, float]:
-    """How many rivals had an answer, and the best objective, as made small, of those that keep the limits."""
-    tried, best = 0, math.inf
-
-    def check(body: Body) -> Body | None:
-        nonlocal tried, best
-        result = _checked(slug, body, answer)
-        tried += 1
-        if result is not None and problem.broken(result) <= 0.0 and (value := problem.objective(result)) is not None:
-            best = min(best, value**problem.sign)
-        return result
-
-    problem.rivals(rng, answer, check)
-    return tried, best
 
 
 def _missed(slug: str, problem: Problem, answer: Answer) -> float:
@@ -169,8 +250,8 @@ def _proven(answer: Answer) -> bool:
     constrained = evidence.get("deflection_as_constrained_um")
     if constrained is not None and abs(answer.result["deflection_um"] / constrained - 1.0) > _ROUNDING:
         return False
-    return "beyond_the_proof" not in evidence
+    return not {"beyond_the_proof", "effects_beyond_the_core"} & evidence.keys()
 
 
 def _doubt(answer: Answer) -> float:
-    return answer.accuracy["estimated"] + answer.result["certificate"]["gap"]
+    return answer.accuracy["estimated"] + (answer.result["certificate"]["gap"] or 0.0)

@@ -20,9 +20,9 @@ from bench.campaign.seeds import Part
 _ROOT = Path(__file__).parents[2]
 FOLDER = _ROOT / ".campaign"
 _SOURCES = ("solvers", "app/designs", "bench/campaign", "oracles")
-_ROOMS_OF_ALL = frozenset({"references", "examples", "dense", "textbook"})
+_ROOMS_OF_ALL = frozenset({"references", "examples", "dense", "textbook", "rivals"})
 """Folders in which every kind has files of its own."""
-_NOT_JUDGING = frozenset({"__main__", "kept", "page", "workers"})
+_NOT_JUDGING = frozenset({"__main__", "designs_page", "kept", "page", "workers"})
 """Modules of the campaign that no verdict depends on; pictures are others."""
 
 OWN: Mapping[str, frozenset[str]] = {
@@ -96,9 +96,10 @@ class Kept:
         self.parts += parts
 
 
-def kept(slug: str, limit: float) -> Kept:
-    """What was judged of a kind by the sources as they are, with so many seconds for each part."""
-    return Kept(FOLDER / f"{slug}.{fingerprint(slug, limit)}")
+def kept(slug: str, limit: float, what: str = "") -> Kept:
+    """What was judged of a kind by the sources as they are, with so many seconds for each part; ``what`` is empty for
+    its scenes."""
+    return Kept(FOLDER / f"{slug}{what}.{fingerprint(slug, limit)}")
 
 
 def _batches(file: BinaryIO) -> Iterator[bytes]:

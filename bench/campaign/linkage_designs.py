@@ -1,23 +1,32 @@
-"""Random design problems of the impact linkage, and linkages that compete with the answer: the free ratio scanned."""
+"""Random design problems of the impact linkage, and linkages that compete with the answer: every type over its free
+ratio and, where that is free, its size, scanned and searched locally on the check (``oracles.rivals.linkage``)."""
 
 from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from app.designs.impact_linkage.kind import IMPACT_LINKAGE
+from app.designs.impact_linkage.kind import IMPACT_LINKAGE, SQUARE_MILLI
+from app.designs.impact_linkage.request import DesignRequest
 from app.designs.kind import Answer, Mode
+from app.designs.schema import MILLI
 from bench.campaign import impact_linkage
-from bench.campaign.rivalry import Body, Check, excess
+from bench.campaign.rivalry import Body, Field, excess, loosened
+from oracles.rivals.linkage import rivals
+from oracles.rivals.starts import Strength
+from solvers import linkage
 from solvers.linkage import KINDS
-from solvers.linkage.family import GREATEST_MARGIN
-from solvers.linkage.kinds import Gain
 
-_RIVALS = 40
-RIVALS = f"{_RIVALS} random free ratios of every type, and {_RIVALS} about the answer's own"
+SEARCHES = Strength(starts=21, evaluations=20, ways=("SLSQP", "COBYQA", "Nelder-Mead"), most=1200)
+_SCANNED = 40
+RIVALS = (
+    f"of every type {_SCANNED} members from end to end and a thousand times closer to both, the best closed in on, "
+    f"steps along the limits, and local searches on the check: {SEARCHES}"
+)
 _MOST = 1e6
 """What a request may ask for."""
 _READ = {
@@ -26,51 +35,70 @@ _READ = {
     "enclosing_radius": "enclosing_radius_mm",
     "peak_torque": "peak_torque_nm",
     "pin_force": "pin_force_n",
+    "impact_speed": "impact_speed_m_s",
+    "blow_frequency": "blow_frequency_hz",
 }
+_SOUGHT = ("impact_speed", "blow_frequency")
+"""Objectives that leave the motion open."""
+_UNITS = {"box_area": SQUARE_MILLI, "longest_link": MILLI, "enclosing_radius": MILLI}
 _GREATEST = {
     "longest_link_mm": "longest_link_mm",
     "enclosing_radius_mm": "enclosing_radius_mm",
     "pin_force_n": "max_pin_force_n",
 }
 """Results and the limits on them."""
+_LOOSER = {"min_link_mm": -1, "width_mm": 1, "height_mm": 1, **dict.fromkeys(_GREATEST.values(), 1)}
 
 
 @dataclass(frozen=True)
 class LinkageProblem:
-    """A design request; speed and frequency are given, so that the free ratio alone is sought, and the type."""
+    """A design request: the type and the free ratio are sought, with a tool at its own radius, or the speed or the
+    frequency open, the size as well."""
 
     body: Body
     restitution: float
 
     @property
+    def sort(self) -> str:
+        tool = ", tool at its own radius" if self.body.get("tool_radius_mm") else ""
+        return self.body["objective"].replace("_", " ") + tool
+
+    @property
     def sign(self) -> int:
-        return 1
+        return -1 if self.body["objective"] in _SOUGHT else 1
+
+    @property
+    def _sized(self) -> bool:
+        """Whether speed and frequency fix the size of every member."""
+        return self.body["objective"] not in _SOUGHT and self.body.get("tool_radius_mm") is None
 
     def objective(self, result: Body) -> float | None:
         return result[_READ[self.body["objective"]]]
 
     def given(self, answer: Answer) -> Body:
-        name = KINDS[answer.result["type"]].parameter
-        return self._check(answer.result["type"], answer.result["ratios"][name])
+        if self._sized:
+            name = answer.result["type"]
+            parameter = KINDS[name].parameter
+            return {**self._bare, "type": name, "ratios": {parameter: answer.result["ratios"][parameter]}}
+        timed = {name: answer.result[name] for name in ("blow_frequency_hz", "impact_speed_m_s")}
+        return {**self._bare, **timed, "type": answer.result["type"], "lengths_mm": answer.result["lengths_mm"]}
 
-    def _check(self, name: str, ratio: float) -> Body:
-        bare = {k: v for k, v in self.body.items() if k not in ("types", "objective")}
-        return {**bare, "type": name, "ratios": {KINDS[name].parameter: ratio}}
+    @property
+    def _bare(self) -> Body:
+        return {k: v for k, v in self.body.items() if k not in ("types", "objective")}
 
-    def rivals(self, rng: np.random.Generator, answer: Answer, check: Check) -> None:
-        """Every type over its free ratio, as far as a certificate says that it was searched, and the answer's own about
-        its own."""
-        for name in self.body["types"]:
-            kind, gain = KINDS[name], Gain(self.restitution)
-            low, high = math.log(kind.least_margin(gain)), math.log(GREATEST_MARGIN)
-            for beyond in np.exp(np.sort(rng.uniform(low, high, _RIVALS))):
-                check(self._check(name, kind.least_parameter(gain) * (1.0 + float(beyond))))
-            if answer.status == "succeeded" and answer.result["type"] == name:
-                own = math.log(kind.beyond_least(gain, answer.result["ratios"][kind.parameter]))
-                for part in np.geomspace(1e-6, 1e-1, _RIVALS // 2):
-                    for near in (own - part, own + part):
-                        beyond = math.exp(min(max(near, low), high))
-                        check(self._check(name, kind.least_parameter(gain) * (1.0 + beyond)))
+    def rivals(self, rng: np.random.Generator, answer: Answer, field: Field) -> None:
+        """Every type over all that is free."""
+        request = DesignRequest.model_validate_json(json.dumps(self.body))
+        problem = request.problem()
+        own = linkage.design(problem).value if answer.status == "succeeded" else None
+        unit = _UNITS.get(self.body["objective"], 1.0)
+        for best in rivals(problem, own, field.strength or SEARCHES, rng, _SCANNED):
+            field.tried += best.tried
+            if best.cost is not None:
+                # Of a hunt for any linkage within the limits the cost says nothing.
+                value = math.exp(best.cost) / unit if own is not None else 1.0
+                field.enter(value, f"{best.kind}, {best.found_by}")
 
     def broken(self, result: Body) -> float:
         limits = self.body["limits"]
@@ -78,18 +106,31 @@ class LinkageProblem:
             return math.inf
         found = [excess(result[name], limits.get(limit)) for name, limit in _GREATEST.items()]
         found.append(excess(limits.get("min_link_mm"), min(result["lengths_mm"].values())))
+        found += [excess(result["box_mm"][s], limits.get(f"{s}_mm")) for s in ("width", "height") if result["box_mm"]]
         if limits["transmission_angle_deg"] is not None:
             least, greatest = limits["transmission_angle_deg"]
             angle = result["transmission_angle_deg"]
             found += [excess(least, angle), excess(angle, greatest)]
-        return max(found)
+        # A request's numbers and a mechanism's lengths are decimal: what they are off by counts for nothing.
+        return max(max(found) - _DECIMAL, 0.0)
+
+    def neighbours(self, steps: Sequence[float]) -> Iterator[tuple[str, float, LinkageProblem]]:
+        for name, share, body in loosened(self.body, "limits", _LOOSER, steps):
+            yield name, share, LinkageProblem(body, self.restitution)
+
+    def wider(self) -> Iterator[LinkageProblem]:
+        if len(self.body["types"]) < len(KINDS):
+            yield LinkageProblem({**self.body, "types": list(KINDS)}, self.restitution)
+
+
+_DECIMAL = 1e-11
 
 
 def problem(rng: np.random.Generator) -> LinkageProblem:
     """A blow, some of the types, one objective; limits about what a random linkage has."""
     body = impact_linkage.request(rng)
     job = IMPACT_LINKAGE.jobs[Mode.CHECK]
-    own = job.run(job.request.model_validate_json(json.dumps(body))).result
+    own = job.run(job.request.model_validate_json(json.dumps({**body, "effects": "all"}))).result
     types = [name for name in KINDS if rng.random() < 0.7] or [body["type"]]
     restitution = body["restitution"]
     if isinstance(restitution, dict):
@@ -103,6 +144,18 @@ def problem(rng: np.random.Generator) -> LinkageProblem:
     if rng.random() < 0.3:
         limits["min_link_mm"] = own["longest_link_mm"] * rng.uniform(0.01, 0.2)
     bare = {k: v for k, v in body.items() if k not in ("type", "ratios")}
-    return LinkageProblem(
-        {**bare, "limits": limits, "types": types, "objective": str(rng.choice(list(_READ)))}, restitution
-    )
+    bare |= {"limits": limits, "types": types, "objective": str(rng.choice(list(_READ)))}
+    if own["box_mm"] and rng.random() < 0.25:
+        for side in ("width", "height"):
+            if rng.random() < 0.7:
+                limits[f"{side}_mm"] = min(own["box_mm"][side] * rng.uniform(0.8, 1.6), _MOST)
+    if rng.random() < 0.2:
+        # About what the random linkage strikes with, so that there is a member of its type.
+        bare["tool_radius_mm"] = own["lengths_mm"]["rocker"] * rng.uniform(0.8, 1.25)
+    if bare["objective"] in _SOUGHT or bare.get("tool_radius_mm"):
+        limits.setdefault("longest_link_mm", min(own["longest_link_mm"] * rng.uniform(0.7, 1.5), _MOST))
+        limits.setdefault("min_link_mm", own["longest_link_mm"] * rng.uniform(0.001, 0.1))
+        if bare["objective"] in _SOUGHT:
+            bare[f"{bare['objective']}_{'m_s' if bare['objective'] == 'impact_speed' else 'hz'}"] = None
+            bare.pop("drive", None)
+    return LinkageProblem(bare, restitution)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import statistics
 from collections.abc import Iterable, Iterator, Sequence
@@ -10,15 +9,12 @@ from pathlib import Path
 
 from app.designs.registry import KINDS
 from bench.campaign.choices import TOLERANCES
-from bench.campaign.designs import RIVALS, Design
 from bench.campaign.honesty import JUDGED_INDEPENDENTLY
 from bench.campaign.scenes import DRAWN
 from bench.campaign.seeds import (
     CHOICE,
     COMBINATIONS,
     COMBINED_EVERY,
-    DESIGN,
-    DESIGNED_EVERY,
     ESTIMATE,
     NEEDLESS_EVERY,
     Part,
@@ -31,8 +27,14 @@ _HEAD = f"""# The campaign
 
 Written by `make campaign`. Scenes are random, each made again by its seed; a quarter of them is hard. Every scene is
 solved at an accuracy drawn for it and judged by a solution to 1e-12, one in {JUDGED_INDEPENDENTLY} by independent
-means as well; with all effects and with those that `auto` keeps at six tolerances; one in {COMBINED_EVERY} with every
-combination of effects; and one in {DESIGNED_EVERY} is a design. A scene that takes too long is counted and named.
+means as well; with all effects and with those that `auto` keeps at six tolerances; and one in {COMBINED_EVERY} with
+every combination of effects. A scene that takes too long is counted and named.
+
+Designs have seeds of their own: random forms, objectives and limits. Every answer is checked anew, designed once more a
+thousand times tighter, and meets rivals that want to win: local searches on the check, its neighbours at limits a
+little looser and tighter, and the answers of problems that allow more. What a certificate may say is told in
+[decision 12](decisions/0012-what-a-certificate-may-say.md).
+
 A campaign that is interrupted goes on where it stopped, as long as the sources that its verdicts depend on stay the
 same.
 """
@@ -45,12 +47,12 @@ hold them to independent computations, their uncertainties included.
 
 def section(slug: str, parts: Sequence[Part], day: str) -> str:
     """A kind's part of the page; ``day`` is that of the last of its runs."""
-    of = {name: [p for p in parts if p.name == name] for name in (ESTIMATE, CHOICE, COMBINATIONS, DESIGN)}
+    of = {name: [p for p in parts if p.name == name] for name in (ESTIMATE, CHOICE, COMBINATIONS)}
     lines = [f"## {KINDS[slug].title}", "", _extent(of[ESTIMATE], day, sum(p.seconds for p in parts)), ""]
     lines += ["| promise | held | seeds where it was not |", "|---|---|---|", *_promises(of), ""]
     lines += [_shares(slug, of), ""]
     lines += _in_doubt(of)
-    lines += _troubles(parts)
+    lines += troubles(parts)
     return "\n".join(lines)
 
 
@@ -60,56 +62,33 @@ def _extent(parts: Sequence[Part], day: str, seconds: float) -> str:
 
 
 def _promises(of: dict[str, list[Part]]) -> Iterator[str]:
-    estimates = _judged(of[ESTIMATE])
+    estimates = judged_of(of[ESTIMATE])
     honest = [(seed, j.honest) for seed, j in estimates if j.honesty_judged]
-    yield _row("the true error is at most the estimate", len(honest), (seed for seed, held in honest if not held))
+    yield row("the true error is at most the estimate", len(honest), (seed for seed, held in honest if not held))
     met = [(seed, j.met) for seed, j in estimates if j.meeting_judged]
-    yield _row("the accuracy asked for is met", len(met), (seed for seed, held in met if not held))
+    yield row("the accuracy asked for is met", len(met), (seed for seed, held in met if not held))
     missed = [(seed, j.told) for seed, j in estimates if j.meeting_judged and not j.met]
     if missed:
-        yield _row("where it is not, the answer says so", len(missed), (seed for seed, told in missed if not told))
-    verdicts = [(seed, v) for seed, found in _judged(of[CHOICE]) for v in found if v.judged]
+        yield row("where it is not, the answer says so", len(missed), (seed for seed, told in missed if not told))
+    verdicts = [(seed, v) for seed, found in judged_of(of[CHOICE]) for v in found if v.judged]
     false = (seed for seed, v in verdicts if not v.kept_promise)
-    yield _row("`auto` stays within its tolerance of all effects", len(verdicts), false)
-    combined = _judged(of[COMBINATIONS])
+    yield row("`auto` stays within its tolerance of all effects", len(verdicts), false)
+    combined = judged_of(of[COMBINATIONS])
     broken = (seed for seed, c in combined for _ in c.broken)
     run = sum(c.run for _, c in combined)
-    yield _row("every combination of effects has a finite answer, or a reason", run, broken)
-    designs = _judged(of[DESIGN])
-    if designs:
-        yield from _of_designs(designs)
+    yield row("every combination of effects has a finite answer, or a reason", run, broken)
 
 
-def _of_designs(designs: list[tuple[int, Design]]) -> Iterator[str]:
-    found, none = [(s, d) for s, d in designs if not d.infeasible], [(s, d) for s, d in designs if d.infeasible]
-    yield _row("a design keeps its limits, checked anew", len(found), (s for s, d in found if not d.admissible))
-    honest = "a design is as near to one a thousand times tighter as it estimates"
-    yield _row(honest, len(found), (s for s, d in found if not d.honest))
-    rivals = sum(d.rivals for _, d in found)
-    unbeaten = f"none of {rivals:,} rivals is better than the answer by more than it estimates"
-    yield _row(unbeaten, len(found), (s for s, d in found if not d.unbeaten))
-    for proven, which in ((True, ""), (False, " that names what its proof leaves out")):
-        own = [(s, d) for s, d in found if d.proven is proven]
-        rivals = sum(d.rivals for _, d in own)
-        if own:
-            promise = f"none of {rivals:,} rivals, nor the tighter design, is better than a certificate's bound{which}"
-            yield _row(promise, len(own), (s for s, d in own if not d.bounded))
-        own = [(s, d) for s, d in none if d.proven is proven]
-        if own:
-            promise = f"where there is said to be no design, by a certificate{which}, no rival keeps the limits"
-            yield _row(promise, len(own), (s for s, d in own if d.found))
-
-
-def _judged(parts: Iterable[Part]) -> list[tuple[int, object]]:
+def judged_of(parts: Iterable[Part]) -> list[tuple[int, object]]:
     return [(p.seed, p.verdict) for p in parts if p.verdict is not None]
 
 
-def _row(promise: str, total: int, seeds: Iterable[int]) -> str:
+def row(promise: str, total: int, seeds: Iterable[int]) -> str:
     broken = list(seeds)
-    return f"| {promise} | {total - len(broken):,} of {total:,} | {_shown(broken) or 'none'} |"
+    return f"| {promise} | {total - len(broken):,} of {total:,} | {shown(broken) or 'none'} |"
 
 
-def _shown(seeds: Iterable[int]) -> str:
+def shown(seeds: Iterable[int]) -> str:
     """The first of the seeds, each once."""
     names = sorted(set(seeds))
     return ", ".join(map(str, names[:_SHOWN])) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
@@ -117,12 +96,12 @@ def _shown(seeds: Iterable[int]) -> str:
 
 def _shares(slug: str, of: dict[str, list[Part]]) -> str:
     said = []
-    estimates = [j for _, j in _judged(of[ESTIMATE])]
+    estimates = [j for _, j in judged_of(of[ESTIMATE])]
     if estimates:
         said.append(
             f"The estimate is {statistics.median(j.ratio for j in estimates):.3g} times the error in the median."
         )
-    verdicts = [v for _, found in _judged(of[CHOICE]) for v in found]
+    verdicts = [v for _, found in judged_of(of[CHOICE]) for v in found]
     skipped, kept = sum(v.skipped for v in verdicts), sum(v.kept for v in verdicts)
     asked = [v for v in verdicts if v.needless is not None]
     needless, of_kept = sum(len(v.needless) for v in asked), sum(v.kept for v in asked)
@@ -134,18 +113,12 @@ def _shares(slug: str, of: dict[str, list[Part]]) -> str:
             f"{skipped / (skipped + kept):.0%} of the effects; {needless / of_kept:.1%} of those it keeps could have "
             f"been left out as well{where}."
         )
-    closest = [d.closest for _, d in _judged(of[DESIGN]) if math.isfinite(d.closest)]
-    if closest:
-        said.append(
-            f"Rivals of a design are {RIVALS[slug]}; the best is {statistics.median(closest):.1g} worse than the "
-            f"answer in the median, {min(closest):.1g} at least, relative (negative: better)."
-        )
     return " ".join(said)
 
 
 def _in_doubt(of: dict[str, list[Part]]) -> Iterator[str]:
     """What no solution is exact enough to judge: neither held nor broken."""
-    estimates, choices = _judged(of[ESTIMATE]), _judged(of[CHOICE])
+    estimates, choices = judged_of(of[ESTIMATE]), judged_of(of[CHOICE])
     doubted = "but not above that and what the reference says it may be off"
     yield from _unjudged(
         f"{ESTIMATE}: {{}} of the estimates, the error being above the estimate, {doubted}",
@@ -164,11 +137,11 @@ def _in_doubt(of: dict[str, list[Part]]) -> Iterator[str]:
 
 def _unjudged(what: str, seeds: list[int]) -> Iterator[str]:
     if seeds:
-        yield f"Could not be judged, {what.format(len(seeds))} (seeds {_shown(seeds)})."
+        yield f"Could not be judged, {what.format(len(seeds))} (seeds {shown(seeds)})."
         yield ""
 
 
-def _troubles(parts: Sequence[Part]) -> Iterator[str]:
+def troubles(parts: Sequence[Part]) -> Iterator[str]:
     bad = sorted((p.trouble, p.name, p.seed) for p in parts if p.trouble)
     for trouble, name in sorted({(t, n) for t, n, _ in bad}):
         seeds = [seed for t, n, seed in bad if (t, n) == (trouble, name)]
@@ -176,9 +149,10 @@ def _troubles(parts: Sequence[Part]) -> Iterator[str]:
         yield ""
 
 
-def written(page: str, slug: str, text: str) -> str:
-    """The page with a kind's section set anew, those of the other kinds as they were."""
+def written(page: str, text: str) -> str:
+    """The page with the section of a text's title set anew, the others as they were."""
     known = {title: body for title, body in re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL)}
-    sections = {name: f"## {name}\n{body}" for name, body in known.items()} | {KINDS[slug].title: text}
-    kinds = [sections[KINDS[s].title].rstrip() + "\n" for s in DRAWN if KINDS[s].title in sections]
+    sections = {name: f"## {name}\n{body}" for name, body in known.items()} | {text[3 : text.index("\n")]: text}
+    titles = [title for s in DRAWN for title in (KINDS[s].title, f"{KINDS[s].title}: designs")]
+    kinds = [sections[title].rstrip() + "\n" for title in titles if title in sections]
     return "\n".join([_HEAD, *kinds, _TAIL])

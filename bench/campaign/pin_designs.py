@@ -1,29 +1,42 @@
-"""Random design problems of the pin and the bushing, and shapes that compete with the answer.
-
-A rival is the answer with its walls thickened here and thinned there by a random wave, and all of them together just
-enough for the limits to hold; the corners of steps and cones are moved as well.
-"""
+"""Random design problems of the pin and the bushing, and shapes that compete with the answer: all that the form allows,
+searched locally on the check (``oracles.rivals.pin``)."""
 
 from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from app.designs.kind import Answer, Mode
 from app.designs.pin_profile.kind import PIN_PROFILE
+from app.designs.pin_profile.request import DesignRequest
+from app.designs.schema import MILLI
 from bench.campaign import pin_profile
-from bench.campaign.rivalry import Body, Check, excess
+from bench.campaign.rivalry import Body, Field, excess, loosened
+from oracles.rivals.pin import Bushing, Part, Shape, pin_of, rival_shapes
+from oracles.rivals.starts import Strength
+from solvers.effects import EffectSelection
 
-_WAVES, _HALVINGS = 6, 12
-RIVALS = f"{_WAVES} random waves of the walls, the lightest that holds by {_HALVINGS} halvings each"
+SEARCHES = Strength(starts=21, evaluations=30, ways=("SLSQP", "COBYQA", "Nelder-Mead"), most=2000)
+RIVALS = (
+    "steps along the limits, and local searches on the check over all that the form allows, halves unlike included: "
+    f"{SEARCHES}"
+)
 _FINE = 64
-_WIDEST = 0.3
-"""How far walls are scaled, as a logarithm, in search of the lightest that holds."""
 _PIN_FORMS = ("free", "drillable", "constant", "stepped", "double_cone", "cone_cylinder")
 _BUSHING_FORMS = ("free", "drillable", "constant", "stepped")
+_LOOSER = {"min_wall_mm": -1, "max_deflection_um": 1, "max_ovalization_um": 1, "max_slope": 1, "max_ring_stress_mpa": 1}
+_WIDER = {
+    "drillable": ("free",),
+    "constant": ("stepped", "double_cone"),
+    "stepped": ("stepped", "drillable"),
+    "double_cone": ("cone_cylinder",),
+    "cone_cylinder": ("free",),
+}
+"""Forms that hold every shape of a form, those of more steps among them."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +44,14 @@ class PinProblem:
     """A design request of a pin or a bushing."""
 
     body: Body
+
+    @property
+    def sort(self) -> str:
+        limits = self.body["limits"]
+        beside = " beside deflection" if limits.get("max_deflection_um") else ""
+        slope = f", slope{beside}" if limits.get("max_slope") else ", deflection" if beside else ""
+        part = "bushing" if self._seeks_outside else "pin"
+        return f"{part}, {self.body['form']['kind'].replace('_', ' ')}{slope}"
 
     @property
     def sign(self) -> int:
@@ -64,43 +85,51 @@ class PinProblem:
         points = [{"x_mm": a, self._name: d} for a, d in zip(x.tolist(), size.tolist(), strict=True)]
         return {**bare, "profile": points}
 
-    def rivals(self, rng: np.random.Generator, answer: Answer, check: Check) -> None:
-        """Per random wave, the lightest that keeps the limits, closed in on by halving."""
+    def rivals(self, rng: np.random.Generator, answer: Answer, field: Field) -> None:
+        """Local searches, in metres; what they find is put to the check."""
         g = self.body["geometry"]
         length = 2 * g["boss_length_mm"] + g["small_end_length_mm"] + 2 * g["gap_mm"]
         if answer.status != "succeeded":
             thickest = 0.0 if not self._seeks_outside else 1e3 * self.body["bore_mm"] + length
-            check(self._check(np.zeros(1), np.array([thickest])))
+            field.check(self._check(np.zeros(1), np.array([thickest])), "the thickest")
             return
-        kind = self.body["form"]["kind"]
-        known = answer.result["corners"] or answer.result["profile"]
-        x, size = _columns(known, self._name)
-        x, size = x[x <= 0.5 * length * (1 + 1e-12)], size[x <= 0.5 * length * (1 + 1e-12)]
-        if kind == "constant":
-            x, size = x[:1], size[:1]
-        for wave in range(_WAVES):
-            height, rate, phase = 10 ** rng.uniform(-4.0, -1.0), rng.integers(0, 4), rng.uniform(0.0, 2.0 * math.pi)
-            if answer.result["corners"] and kind != "free":
-                bent = height * _alike(size, rng) * (wave > 0)
-                x = _moved(x, height * (wave > 1), rng)
-            else:
-                bent = height * np.cos(2.0 * math.pi * rate * x / length + phase) * (wave > 0)
-            low, high = -_WIDEST, _WIDEST
-            for _ in range(_HALVINGS):
-                middle = 0.5 * (low + high)
-                result = check(self._check(x, self._shaped(size, bent + middle, kind)))
-                holds = result is not None and self.broken(result) <= 0.0
-                low, high = (low, middle) if holds else (middle, high)
+        x, size = _columns(answer.result["corners"] or answer.result["profile"], self._name)
+        first = x <= 0.5 * length * (1 + 1e-12)
+        own = Shape(MILLI * x[first], MILLI * np.abs(self._other - size[first]))
+        form, part = self.body["form"], self._part(answer)
+        for found in rival_shapes(
+            part, form["kind"], int(form.get("steps") or 0), own, field.strength or SEARCHES, rng
+        ):
+            field.tried += found.tried
+            if found.shape is not None:
+                size = part.size(found.shape.wall) / MILLI
+                field.check(self._check(found.shape.x / MILLI, size), found.by)
 
-    def _shaped(self, size: np.ndarray, growth: np.ndarray, kind: str) -> np.ndarray:
-        """The sizes with walls that many times, as a logarithm, as thick; one-way forms stay one-way."""
+    def _part(self, answer: Answer) -> Part:
+        """The pin or the bushing, with the effects of the answer."""
+        request = DesignRequest.model_validate_json(json.dumps(self.body))
+        active = frozenset(e["name"] for e in answer.effects if e["state"] == "active")
+        selection = EffectSelection(active, frozenset(e["name"] for e in answer.effects) - active)
         if self._seeks_outside:
-            bore = self.body["bore_mm"]
-            found = bore + (size - bore) * np.exp(growth)
-            return np.maximum.accumulate(found) if kind in ("drillable", "stepped") else found
-        outer = self.body["geometry"]["outer_diameter_mm"]
-        found = np.maximum(outer - (outer - size) * np.exp(growth), 0.0)
-        return np.minimum.accumulate(found) if kind not in ("free", "constant") else found
+            return Bushing(request.bushing_problem(), selection)
+        return pin_of(request.problem(), selection)
+
+    @property
+    def _other(self) -> float:
+        """The diameter that is given [mm]."""
+        return self.body["bore_mm"] if self._seeks_outside else self.body["geometry"]["outer_diameter_mm"]
+
+    def neighbours(self, steps: Sequence[float]) -> Iterator[tuple[str, float, PinProblem]]:
+        for name, share, body in loosened(self.body, "limits", _LOOSER, steps):
+            yield name, share, PinProblem(body)
+
+    def wider(self) -> Iterator[PinProblem]:
+        form = self.body["form"]
+        for kind in _WIDER.get(form["kind"], ()):
+            steps = int(form.get("steps") or 1) + 1 if kind == "stepped" else None
+            slope_of_steps = kind == "stepped" and self.body["limits"].get("max_slope")
+            if not slope_of_steps and not (self._seeks_outside and kind not in _BUSHING_FORMS):
+                yield PinProblem({**self.body, "form": {"kind": kind, "steps": steps}})
 
     def broken(self, result: Body) -> float:
         limits, profile = self.body["limits"], result["profile"]
@@ -115,6 +144,9 @@ class PinProblem:
         if limits.get("max_ovalization_um") is not None:
             most = result["ovalization_max_um"]
             found.append(math.inf if most is None else excess(most, limits["max_ovalization_um"]))
+        if limits.get("max_ring_stress_mpa") is not None:
+            most = result["ovalization_stress_max_mpa"]
+            found.append(math.inf if most is None else excess(most, limits["max_ring_stress_mpa"]))
         if limits.get("max_slope") is not None:
             x, size = _columns(profile, self._name)
             rise, run = np.abs(np.diff(size)), np.diff(x)
@@ -124,19 +156,6 @@ class PinProblem:
 
 def _columns(points: list[Body], name: str) -> tuple[np.ndarray, np.ndarray]:
     return np.array([p["x_mm"] for p in points]), np.array([p[name] for p in points])
-
-
-def _alike(size: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """A random number for every corner, the same where the sizes are."""
-    _, number = np.unique(size, return_inverse=True)
-    return rng.uniform(-1.0, 1.0, number.max() + 1)[number]
-
-
-def _moved(x: np.ndarray, by: float, rng: np.random.Generator) -> np.ndarray:
-    """The inner corners shifted, those of one step together."""
-    places, number = np.unique(x, return_inverse=True)
-    shift = by * rng.uniform(-1.0, 1.0, places.size) * (places > places[0]) * (places < places[-1])
-    return np.maximum.accumulate(np.minimum((places * (1.0 + shift))[number], x[-1]))
 
 
 def problem(rng: np.random.Generator) -> PinProblem:
@@ -160,6 +179,10 @@ def problem(rng: np.random.Generator) -> PinProblem:
         limits["max_deflection_um"] = own["deflection_um"] * part * 10 ** rng.uniform(0.01, 0.7)
     if rng.random() < 0.3:
         limits["max_ovalization_um"] = own["ovalization_um"] * part * 10 ** rng.uniform(0.1, 1.5)
+    # From a stream of its own, so that what else is drawn stays the same.
+    other = rng.spawn(1)[0]
+    if other.random() < 0.15:
+        limits["max_ring_stress_mpa"] = own["ovalization_stress_max_mpa"] * part * 10 ** other.uniform(0.1, 1.0)
     form = str(rng.choice(_BUSHING_FORMS if outside else _PIN_FORMS))
     if form in ("free", "drillable") and not outside and rng.random() < 0.2:
         limits["max_slope"] = 10 ** rng.uniform(-1.5, 0.5)

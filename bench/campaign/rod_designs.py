@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,9 +18,10 @@ from app.designs.flexible_rod.kind import FLEXIBLE_ROD
 from app.designs.flexible_rod.request import DesignRequest
 from app.designs.kind import Answer, Mode
 from bench.campaign import flexible_rod
-from bench.campaign.rivalry import Body, Check, excess
-from oracles.rivals.rod import ROUGH, Strength, compete, core_of, core_optimum, looker, space_of
-from oracles.rivals.rod_hunt import Array, Hunt, Look
+from bench.campaign.rivalry import Body, Field, excess, loosened
+from oracles.rivals.hunt import Array, Hunt, Look
+from oracles.rivals.rod import ROUGH, compete, core_of, core_optimum, looker, space_of
+from oracles.rivals.starts import Strength
 from solvers import rod
 
 _RANDOM = 20
@@ -41,6 +43,7 @@ _LEAST = {
 }
 _LEAST_LIMIT = 1e-6
 """No request may ask for less."""
+_LOOSER = {**dict.fromkeys(_LEAST.values(), -1), "max_contact_pressure_mpa": 1, "max_friction_power_w": 1}
 _GREATEST = {"contact_pressure_max_mpa": "max_contact_pressure_mpa", "friction_power_w": "max_friction_power_w"}
 
 
@@ -52,6 +55,11 @@ class RodProblem:
     machine: Body
 
     @property
+    def sort(self) -> str:
+        stock = ", stock thicknesses" if self.body.get("stock_h_mm") else ""
+        return self.body["objective"].replace("_", " ") + stock + (", steps" if self._steps else "")
+
+    @property
     def sign(self) -> int:
         return -1 if self.body["objective"].endswith("safety") else 1
 
@@ -61,7 +69,7 @@ class RodProblem:
     def given(self, answer: Answer) -> Body:
         return {**self.machine, "dimensions": answer.result["dimensions"]}
 
-    def rivals(self, rng: np.random.Generator, answer: Answer, check: Check) -> None:
+    def rivals(self, rng: np.random.Generator, answer: Answer, field: Field) -> None:
         """Strips anywhere within the bounds, and about the answer ever more closely; then local searches."""
         low, high = np.log(np.array([self.body["bounds"][name] for name in _SIZES]).T)
         found = None if answer.status != "succeeded" else answer.result["dimensions"]
@@ -74,8 +82,10 @@ class RodProblem:
             stock = self.body.get("stock_h_mm")
             if stock:
                 dimensions["h_mm"] = min(stock, key=lambda h: abs(h - dimensions["h_mm"]))
-            check(self._check(dimensions))
-        self._search(rng, answer, near, check)
+            for name, step in self._steps:
+                dimensions[name] = round(dimensions[name] / step) * step
+            field.check(self._check(dimensions))
+        self._search(rng, answer, near, field)
 
     def _check(self, dimensions: Body) -> Body:
         """The check of a strip; logarithms and back may pass a bound by a rounding."""
@@ -83,11 +93,11 @@ class RodProblem:
         within = {n: min(max(dimensions[n], bounds[n][0]), bounds[n][1]) for n in _SIZES}
         return {**self.machine, "dimensions": within}
 
-    def _search(self, rng: np.random.Generator, answer: Answer, near: Array | None, check: Check) -> None:
+    def _search(self, rng: np.random.Generator, answer: Answer, near: Array | None, field: Field) -> None:
         """Local searches, in metres."""
 
         def look(sizes: Array) -> Look:
-            result = check(self._check(dict(zip(_SIZES, (1e3 * sizes).tolist(), strict=True))))
+            result = field.check(self._check(dict(zip(_SIZES, (1e3 * sizes).tolist(), strict=True))), hunt.way)
             return self._seen(result)
 
         problem = DesignRequest.model_validate_json(json.dumps(self.body)).problem()
@@ -96,7 +106,7 @@ class RodProblem:
         hunt = Hunt(space_of(problem), look, seeking=near is not None)
         first = None if near is None else near - math.log(1e3)
         rough = looker(problem, core_of(selection), ROUGH)
-        compete(hunt, first, core_optimum(problem, selection), rough, SEARCHES, rng)
+        compete(hunt, first, core_optimum(problem, selection), rough, field.strength or SEARCHES, rng)
 
     def _seen(self, result: Body | None) -> Look:
         """What a search needs of a checked result."""
@@ -107,6 +117,15 @@ class RodProblem:
         margins += [_log(asked[limit], result[n]) for n, limit in _GREATEST.items() if limit in asked]
         margins.append(_log(result["stability_safety"], 1.0))
         return Look(self.sign * _log(self.objective(result), 1.0, math.inf * self.sign), np.array(margins))
+
+    def neighbours(self, steps: Sequence[float]) -> Iterator[tuple[str, float, RodProblem]]:
+        for name, share, body in loosened(self.body, "requirements", _LOOSER, steps):
+            yield name, share, RodProblem(body, self.machine)
+
+    def wider(self) -> Iterator[RodProblem]:
+        for name in ("stock_h_mm", "step_mm"):
+            if self.body.get(name):
+                yield RodProblem({k: v for k, v in self.body.items() if k != name}, self.machine)
 
     def broken(self, result: Body) -> float:
         asked = self.body["requirements"]
@@ -120,7 +139,16 @@ class RodProblem:
         stock, h = self.body.get("stock_h_mm"), result["dimensions"]["h_mm"]
         if stock and not any(math.isclose(h, one, rel_tol=1e-9) for one in stock):
             found.append(math.inf)
+        for name, step in self._steps:
+            size = result["dimensions"][name]
+            if not math.isclose(size, round(size / step) * step, rel_tol=1e-9):
+                found.append(math.inf)
         return max(found, default=0.0)
+
+    @property
+    def _steps(self) -> list[tuple[str, float]]:
+        """Names of the sizes that come in steps [mm], with the steps."""
+        return [(f"{name}_mm", step) for name, step in (self.body.get("step_mm") or {}).items() if step]
 
 
 def _log(value: float | None, other: float | None, missing: float = math.nan) -> float:
@@ -155,4 +183,8 @@ def problem(rng: np.random.Generator) -> RodProblem:
     body = {**machine, "requirements": requirements, "bounds": bounds, "objective": str(rng.choice(objectives))}
     if rng.random() < 0.2:
         body["stock_h_mm"] = sorted(rng.uniform(*bounds["h_mm"], 6).tolist())
+    # From a stream of its own, so that what else is drawn stays the same.
+    other = rng.spawn(1)[0]
+    if other.random() < 0.15:
+        body["step_mm"] = {n: (bounds[f"{n}_mm"][1] - bounds[f"{n}_mm"][0]) / other.uniform(4.0, 40.0) for n in "bl"}
     return RodProblem(body, machine)

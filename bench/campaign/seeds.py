@@ -11,13 +11,14 @@ from types import FrameType
 
 from bench.campaign.choices import judge_choice
 from bench.campaign.combinations import judge_combinations
-from bench.campaign.designs import DESIGNED, judge_design
+from bench.campaign.designs import judge_design
 from bench.campaign.honesty import judge_estimate
 from bench.campaign.scenes import scene_of
 
 COMBINED_EVERY = 50
-DESIGNED_EVERY = 50
-"""Of the seeds, those whose scenes are solved with every combination of effects, and those that are designed."""
+"""Of the seeds, those whose scenes are solved with every combination of effects."""
+STRONG_EVERY = 5
+"""Of the designs, those that meet rivals at their strongest; the others meet fewer."""
 NEEDLESS_EVERY: Mapping[str, int] = {"flexible-rod": 10}
 """Where a scene's effects are many and dear, whether one was needless is a share that a part of the scenes tells."""
 
@@ -59,7 +60,7 @@ def _limited(seconds: float) -> Iterator[None]:
 
 
 def judge_seed(slug: str, seed: int, limit: float) -> list[Part]:
-    """Everything that a seed of a kind is judged by; ``limit`` [s] bounds each part."""
+    """Everything that a seed's scene of a kind is judged by; ``limit`` [s] bounds each part."""
     scene, needless = scene_of(slug, seed), seed % NEEDLESS_EVERY.get(slug, 1) == 0
     judges: dict[str, Callable[[], object | None]] = {
         ESTIMATE: lambda: judge_estimate(scene),
@@ -67,9 +68,12 @@ def judge_seed(slug: str, seed: int, limit: float) -> list[Part]:
     }
     if seed % COMBINED_EVERY == 0:
         judges[COMBINATIONS] = lambda: judge_combinations(scene)
-    if seed % DESIGNED_EVERY == 0 and slug in DESIGNED:
-        judges[DESIGN] = lambda: judge_design(slug, seed)
     return [_part(seed, name, judge, limit) for name, judge in judges.items()]
+
+
+def judge_designed(slug: str, seed: int, limit: float) -> list[Part]:
+    """The design problem of a seed, against its rivals, within ``limit`` [s]."""
+    return [_part(seed, DESIGN, lambda: judge_design(slug, seed, quick=seed % STRONG_EVERY != 0), limit)]
 
 
 def _part(seed: int, name: str, judge: Callable[[], object | None], limit: float) -> Part:

@@ -11,12 +11,14 @@ from itertools import islice
 
 from bench.campaign.seeds import Part, judge_seed
 
+Judge = Callable[[str, int, float], list[Part]]
+
 _IN_HAND = 3
 """Batches given to each process ahead of its work; those are still judged when the time is over."""
 
 
-def _judge(slug: str, seeds: list[int], limit: float) -> list[Part]:
-    return [part for seed in seeds for part in judge_seed(slug, seed, limit)]
+def _judge(judge: Judge, slug: str, seeds: list[int], limit: float) -> list[Part]:
+    return [part for seed in seeds for part in judge(slug, seed, limit)]
 
 
 def _batches(seeds: Iterable[int], size: int) -> Iterator[list[int]]:
@@ -33,6 +35,7 @@ def judged(
     processes: int | None = None,
     batch: int = 4,
     clock: Callable[[], float] = time.perf_counter,
+    judge: Judge = judge_seed,
 ) -> Iterator[list[Part]]:
     """The seeds' parts, batch by batch as they are finished. Seeds are begun in order, so that those begun are the
     first ones; none is begun after so many ``seconds``."""
@@ -43,7 +46,7 @@ def judged(
         while True:
             room = _IN_HAND * processes - len(running)
             if clock() < ended:
-                running |= {pool.submit(_judge, slug, seeds, limit) for seeds in islice(waiting, room)}
+                running |= {pool.submit(_judge, judge, slug, seeds, limit) for seeds in islice(waiting, room)}
             if not running:
                 return
             done, running = wait(running, return_when=FIRST_COMPLETED)

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oracles.rivals.rod_hunt import Array, Hunt, Look, Space, Spent
-from oracles.rivals.rod_search import WAYS, search
+from oracles.rivals import starts
+from oracles.rivals.hunt import Array, Hunt, Look, Space
+from oracles.rivals.starts import Strength, along, step_along_limits
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion
@@ -27,9 +28,6 @@ ROUGH = 1e-3
 _PER_START = 12
 """Random strips looked at, by the core's physics, for every one that a search starts from."""
 _MANY = 8
-_NEAR, _FAR = 0.01, 0.1
-"""First reaches of the searches, as logarithms."""
-_ACTIVE = 1e-3
 _NO_LOAD = 10.0
 """By how much, as a logarithm, a safety is kept that there is no load for."""
 
@@ -42,20 +40,6 @@ _GREATEST: dict[str, Callable[[rod.RodCheck], float | None]] = {
     "max_contact_pressure": lambda check: check.stresses.contact_pressure_max,
     "max_friction_power": lambda check: check.stresses.friction_power,
 }
-
-
-@dataclass(frozen=True)
-class Strength:
-    """How hard rivals try: from how many starts, in which ways, with how many checks for each search before it is
-    polished or walks over a grid of sizes; no search is begun after ``most`` checks."""
-
-    starts: int
-    evaluations: int = 120
-    ways: tuple[str, ...] = tuple(WAYS)
-    most: int = 100_000
-
-    def __str__(self) -> str:
-        return f"{', '.join(self.ways)} from {self.starts} starts, {self.evaluations} checks each at first"
 
 
 WEAK = Strength(3, 60, ("SLSQP", "linear programs"))
@@ -196,42 +180,16 @@ def compete(
     rng: np.random.Generator,
 ) -> None:
     """Search from the answer, a strip along its limits, the core's optimum, more along the limits, random strips."""
-    starts = [] if first is None else [first, *_along(hunt, first, rng, 1)]
+    near = [] if first is None else [first, *along(hunt, first, rng, 1)]
+    if first is not None:
+        step_along_limits(hunt, first)
     if core is not None:
-        starts.append(core)
-    near = len(starts)
+        near.append(core)
+    far = []
     if first is not None and strength.starts > _MANY:
-        starts += _along(hunt, first, rng, strength.starts // 4)
-    starts += _random(hunt.space, rough, rng, max(strength.starts - len(starts), 0))
-    for number, start in enumerate(starts[: strength.starts]):
-        for way in strength.ways:
-            # Where nothing is sought but a strip within the limits, one is enough.
-            if hunt.evaluations < strength.most and (hunt.seeking or hunt.best is None):
-                search(hunt, way, start, strength.evaluations, _NEAR if number < near else _FAR)
-
-
-def _along(hunt: Hunt, here: Array, rng: np.random.Generator, count: int) -> list[Array]:
-    """Strips a few percent away, in directions that change none of the limits that hold the answer (if there are
-    such)."""
-    space = hunt.space
-    free = tuple(i for i in range(3) if space.lower[i] < space.upper[i])
-    hunt.allow(len(free) + 1, "")
-    try:
-        slopes = hunt.slopes(here, free)[1][hunt.at(here).margins < _ACTIVE]
-    except Spent:
-        slopes = np.zeros((0, len(free)))
-    from_bound = np.minimum(here - np.log(space.lower), np.log(space.upper) - here)[list(free)]
-    held = np.vstack([slopes, np.eye(len(free))[from_bound < 1e-6]])
-    out = []
-    for _ in range(count):
-        direction = rng.standard_normal(len(free))
-        inside = direction - np.linalg.pinv(held) @ (held @ direction) if held.size else direction
-        if np.linalg.norm(inside) < 1e-6:
-            inside = direction
-        moved = here.copy()
-        moved[list(free)] += 10 ** rng.uniform(-2.5, -1.0) * inside / np.linalg.norm(inside)
-        out.append(hunt.clipped(moved))
-    return out
+        far += along(hunt, first, rng, strength.starts // 4)
+    far += _random(hunt.space, rough, rng, max(strength.starts - len(near) - len(far), 0))
+    starts.compete(hunt, near, far, strength)
 
 
 def core_of(selection: rod.EffectSelection) -> rod.EffectSelection:

@@ -35,6 +35,22 @@ from solvers.pin.section import v_of, wall_of
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 _LEVELS = 513
+_SAME, _WORTH = 1e-8, 8.0
+"""Deflections that agree as well as this, or as the accuracy asked for, are the same; what a share of the deflection is
+worth in the mass at most, relative."""
+
+
+def told_apart(deflection: float | None, constrained_um: object, accuracy: float) -> float:
+    """What a bound must give way, relative to the mass, where the deflection told [m] is not the one searched with
+    [um].
+
+    Both are one formula, so this is 0 but for rounding; were they not, a pin that uses the limit up by the one would
+    miss it or leave room by the other, and each per cent of the deflection is worth some per cents of the mass.
+    """
+    if deflection is None or not isinstance(constrained_um, float) or constrained_um == 0.0:
+        return 0.0
+    apart = abs(1e6 * deflection / constrained_um - 1.0)
+    return _WORTH * apart if apart > max(_SAME, accuracy) else 0.0
 
 
 @kernel

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
+from solvers.pin.certificate import told_apart
 from solvers.pin.check import PinCheck, assess, on_profile
 from solvers.pin.diagnosis import Diagnosis, diagnose
 from solvers.pin.effects import choose_for, compose, demands_of
@@ -25,11 +26,12 @@ from solvers.pin.section import CRITERIA, Criterion
 from solvers.pin.stations import Stations
 
 Array = NDArray[np.float64]
-_MOST_STATIONS = 4000
+_MOST_STATIONS, _MOST_COUPLED = 4000, 1000
+"""How many stations there may be, and where a slope limit beside a deflection limit couples them all in a cone program,
+whose own noise no more stations would average out."""
 _PASSES = 40
-_SAME, _WORTH = 1e-8, 8.0
-"""Deflections that agree as well as this, or as the accuracy asked for, are the same; what a share of the deflection is
-worth in the mass at most, relative."""
+_CLOSE = 1e-6
+"""A gap that needs no warning."""
 
 
 @dataclass(frozen=True)
@@ -101,11 +103,12 @@ def design(
     evidence = dict(best.evidence)
     if limits.max_deflection is not None:
         evidence.setdefault("deflection_as_constrained_um", 1e6 * program.deflection(best.solidity))
-    bound = best.bound - best.volume * _apart(value.check.deflection, evidence, accuracy)
+    constrained = evidence.get("deflection_as_constrained_um")
+    bound = best.bound - best.volume * told_apart(value.check.deflection, constrained, accuracy)
     gap = (best.volume - bound) / bound if bound > 0 else (0.0 if best.volume == 0 else 1.0)
     return Outcome(
         Status.SUCCEEDED,
-        value,
+        _warned(value, gap, accuracy),
         choice.manifest,
         Accuracy(accuracy, doubt + ROUNDING, {"stations": int(best.solidity.size)}),
         certificate=Certificate(best.method, program.solid_mass * max(bound, 0.0), gap, evidence),
@@ -113,17 +116,12 @@ def design(
     )
 
 
-def _apart(deflection: float | None, evidence: dict[str, float | int | str], accuracy: float) -> float:
-    """What the bound must give way, relative to the mass, where the deflection told is not the one searched with.
-
-    Both are one formula, so this is 0 but for rounding; were they not, a pin that uses the limit up by the one would
-    miss it or leave room by the other, and each per cent of the deflection is worth some per cents of the mass.
-    """
-    constrained = evidence.get("deflection_as_constrained_um")
-    if deflection is None or not isinstance(constrained, float) or constrained == 0.0:
-        return 0.0
-    apart = abs(1e6 * deflection / constrained - 1.0)
-    return _WORTH * apart if apart > max(_SAME, accuracy) else 0.0
+def _warned(value: PinDesign, gap: float, accuracy: float) -> PinDesign:
+    """The gap is no error of what is told, so no part of the accuracy; one above what was asked for is told here."""
+    if gap <= max(accuracy, _CLOSE):
+        return value
+    said = f"a lighter pin of this form is excluded only to {gap:.1e} of the mass"
+    return replace(value, check=replace(value.check, warnings=(*value.check.warnings, said)))
 
 
 def _as_made(
@@ -149,7 +147,9 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
     """(program, best profile, doubt of its mass): panels are halved where quadrature or the form's kinks demand it."""
     scene = problem.scene
     stations: Stations = opening_stations(scene)
-    wanted = 0.05 * accuracy
+    coupled = problem.limits.max_slope is not None and problem.limits.max_deflection is not None
+    most = _MOST_COUPLED if coupled else _MOST_STATIONS
+    wanted, told = (0.5 if coupled else 0.05) * accuracy, 1.0
     result = None
     for _ in range(_PASSES):
         program = assemble(scene, problem.limits, problem.criterion, physics, stations)
@@ -159,16 +159,21 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
         volume = program.volume(program.lower)
         rough = doubt.sum() > wanted * volume
         if not rough:
-            best = problem.form.find(program, accuracy)
-            if best is None:
-                return None
-            volume = best.volume
-            if best.doubt is not None:
-                doubt = np.maximum(doubt, best.doubt)
-            result = (program, best, float(doubt.sum()) / volume if volume > 0 else 0.0)
-            if doubt.sum() <= wanted * volume:
+            # As close to its bound as the stations tell; at last as is asked.
+            for gap in sorted({max(accuracy, told), accuracy}, reverse=True):
+                best = problem.form.find(program, gap)
+                if best is None:
+                    return None
+                volume = best.volume
+                if best.doubt is not None:
+                    doubt = np.maximum(doubt, best.doubt)
+                told = float(doubt.sum()) / volume if volume > 0 else 0.0
+                if told > wanted and stations.x.size <= most:
+                    break
+            result = (program, best, told)
+            if told <= wanted:
                 break
-        if stations.x.size > _MOST_STATIONS:
+        if stations.x.size > most:
             break
         stations = refined(program, doubt > 0.5 * wanted * volume / stations.left.size)
     if result is None:

@@ -30,8 +30,9 @@ from solvers.pin.slope import gentle
 Array = NDArray[np.float64]
 _ROUNDS = 12
 _TOLERANCE = 1e-10
-_SETTLED = 1e-9
-"""Rounds that bring answer and bound no closer than by this, relative, are the last."""
+_SETTLED, _CLOSE = 1e-9, 1e-2
+"""Rounds that bring answer and bound no closer than by this, relative, or by this share of the gap asked for, are the
+last."""
 
 
 @dataclass(frozen=True)
@@ -169,9 +170,9 @@ def sloped(program: Program, low: Array, drillable: bool, gap: float) -> Found |
             bound,
             coupled_bound(program, low, answer.multiplier, Neighbours(answer.rise, answer.fall, reach, answer.order)),
         )
-        if program.volume(found) - bound <= 0.1 * min(gap, 1e-7) * bound:
+        if program.volume(found) - bound <= _CLOSE * gap * bound:
             break
-        if rounds > 1 and before - (program.volume(found) - bound) <= _SETTLED * bound:
+        if rounds > 1 and before - (program.volume(found) - bound) <= max(_SETTLED, _CLOSE * gap) * bound:
             break
         at = np.clip(answer.solidity, low, 1.0)
     volume = program.volume(found)

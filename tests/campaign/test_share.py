@@ -19,7 +19,7 @@ from bench.campaign.honesty import Judged, judge_estimate
 from bench.campaign.scenes import DRAWN, scene_of, scenes
 
 CHOSEN = {"flexible-rod": 3}
-DESIGNS = {"flexible-rod": 2, "impact-linkage": 6, "pin-profile": 8}
+DESIGNS = {"flexible-rod": 2, "impact-linkage": 5, "pin-profile": 7}
 """Scenes that are judged for their effects (of the other kinds 12), and designs."""
 
 
@@ -55,18 +55,19 @@ def test_every_combination_of_effects_runs(slug):
 
 @pytest.mark.parametrize("slug", DESIGNED)
 def test_certificates_do_not_lie(slug):
-    judged = {seed: judge_design(slug, seed) for seed in range(DESIGNS[slug])}
+    judged = {seed: judge_design(slug, seed, quick=True) for seed in range(DESIGNS[slug])}
     found = {seed: d for seed, d in judged.items() if d and not d.infeasible}
     assert len(found) >= 2
-    assert [seed for seed, d in found.items() if not (d.admissible and d.bounded and d.honest)] == []
+    assert [
+        seed for seed, d in found.items() if not (d.admissible and d.bounded and d.unbeaten and d.honest and d.nested)
+    ] == []
     assert min(d.closest for d in found.values()) < 1e-2
     assert [seed for seed, d in judged.items() if d and d.infeasible and d.found] == []
 
 
-@pytest.mark.parametrize("seed", [83, 88])
-def test_cones_hold_between_stations_and_are_not_held_back_by_a_tangent(seed):
-    """Problems that the campaign found: a cone too thin between two stations, and one lighter than the bound."""
-    found = judge_design("pin-profile", seed)
+def test_cones_hold_between_stations():
+    """A problem that the campaign found: a cone too thin between two stations."""
+    found = judge_design("pin-profile", 83, quick=True)
     assert found.proven and found.admissible and found.bounded and found.honest
 
 
@@ -75,7 +76,7 @@ def test_what_the_proof_leaves_out_moves_the_strip(seed, uneven):
     """Problems that the campaign found: a better strip where friction and inertia change with it, and one of another
     stock thickness, between which gas load and beam-column alone do not tell. The second strip rings so much that its
     results are uneven from strip to strip: there a rival may be better by as much."""
-    found = judge_design("flexible-rod", seed)
+    found = judge_design("flexible-rod", seed, quick=True)
     assert found.admissible and found.bounded and found.honest and found.closest > -uneven
 
 
@@ -195,10 +196,8 @@ def test_a_scene_that_takes_too_long_is_named(monkeypatch):
 
 
 def test_a_kind_writes_its_own_section_and_leaves_the_others():
-    both = page.written(
-        page.written("", "flexible-rod", "## Flexible rod\n\nfirst\n"), "pin-profile", "## Piston pin\n\nx\n"
-    )
-    again = page.written(both, "flexible-rod", "## Flexible rod\n\nsecond\n")
+    both = page.written(page.written("", "## Flexible rod\n\nfirst\n"), "## Piston pin\n\nx\n")
+    again = page.written(both, "## Flexible rod\n\nsecond\n")
     assert "second" in again and "first" not in again
     assert "## Piston pin\n\nx\n" in again
-    assert page.written(again, "flexible-rod", "## Flexible rod\n\nsecond\n") == again
+    assert page.written(again, "## Flexible rod\n\nsecond\n") == again

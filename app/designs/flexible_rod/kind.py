@@ -6,6 +6,7 @@ from typing import Any
 
 from pydantic import Field
 
+from app.designs.claims import of_rod
 from app.designs.flexible_rod.drawing import drawing
 from app.designs.flexible_rod.form import FORM
 from app.designs.flexible_rod.pictures import stability_map
@@ -150,6 +151,7 @@ def run_design(request: DesignRequest) -> Answer:
     unit = _UNIT_OF_OBJECTIVE.get(request.objective, 1.0)
     certificate = certificate_json(outcome.certificate, unit)
     if certificate is not None:
+        certificate |= of_rod(outcome, request.objective)
         evidence = certificate["evidence"]
         certificate["evidence"] = {n: v / unit if n in _OF_THE_OBJECTIVE else v for n, v in evidence.items()}
     found, repairs = outcome.value, repairs_json(request, request.repairs())

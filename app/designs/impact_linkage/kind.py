@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
+from app.designs.claims import of_linkage, with_claim
 from app.designs.impact_linkage.drawing import drawing
 from app.designs.impact_linkage.form import FORM
 from app.designs.impact_linkage.mechanism_picture import has_size, mechanism_picture
@@ -312,7 +313,8 @@ def design_in_steps(request: DesignRequest, report: Report) -> Answer:
     except InvalidInput as refusal:
         return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
     words, unit = _UNITS[request.objective]
-    certificate = certificate_json(outcome.certificate, unit)
+    claim = of_linkage(outcome, request.objective, problem.objective.sign, request.types)
+    certificate = with_claim(certificate_json(outcome.certificate, unit), claim)
     found = outcome.value
     if found is None:
         return envelope(outcome, {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate})

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from app.designs.claims import Claim, of_pin
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.pin_profile.drawing import drawing
 from app.designs.pin_profile.form import FORM
@@ -22,6 +25,7 @@ from app.designs.schema import MILLI, envelope, refusal_problem
 from app.designs.verdict import verdict_json
 from solvers import pin
 from solvers.errors import InvalidInput
+from solvers.outcome import Outcome
 from solvers.pin import bushing
 
 
@@ -57,12 +61,12 @@ def _design_pin(request: DesignRequest) -> Answer:
     found, outer = outcome.value, problem.scene.geometry.outer_diameter
     if found is None:
         why = pin.explain(problem, request.selection(), request.effect_tolerance)
-        return envelope(outcome, infeasible_json(outcome, why))
+        return envelope(outcome, infeasible_json(outcome, why, _claim(request, outcome)))
     corners = found.corners and [
         {"x_mm": x / MILLI, "bore_mm": bore / MILLI, "outer_diameter_mm": outer / MILLI} for x, bore in found.corners
     ]
     verdict = pin.judge(found.check, problem.scene, outcome.accuracy, problem.limits, outcome.effects)
-    result = design_json(outcome, pin_json(found.check, outer), corners)
+    result = design_json(outcome, pin_json(found.check, outer), corners, _claim(request, outcome))
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
@@ -71,13 +75,19 @@ def _design_bushing(request: DesignRequest) -> Answer:
     outcome = bushing.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
     found, bore = outcome.value, problem.scene.geometry.bore
     if found is None:
-        return envelope(outcome, infeasible_json(outcome, None))
+        return envelope(outcome, infeasible_json(outcome, None, _claim(request, outcome)))
     corners = found.corners and [
         {"x_mm": x / MILLI, "bore_mm": bore / MILLI, "outer_diameter_mm": outer / MILLI} for x, outer in found.corners
     ]
     verdict = bushing.judge(found.check, problem.scene, outcome.accuracy, problem.limits, outcome.effects)
-    result = design_json(outcome, bushing_json(found.check), corners)
+    result = design_json(outcome, bushing_json(found.check), corners, _claim(request, outcome))
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
+
+
+def _claim(request: DesignRequest, outcome: Outcome[Any]) -> Claim:
+    """What the certificate says."""
+    limited = [name for name, limit in request.limits if limit is not None]
+    return of_pin(outcome, request.form.kind, request.seeks_outside, limited)
 
 
 MAIN_RESULTS = (

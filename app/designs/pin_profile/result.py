@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from app.designs.claims import Claim, with_claim
 from app.designs.pin_profile.request import MICRO
 from app.designs.schema import (
     MEGA,
@@ -201,9 +202,11 @@ LIMITS = {
 """Requirements whose name in the contract carries a unit."""
 
 
-def design_json(outcome: Outcome, check: dict[str, Any], corners: list[dict[str, float]] | None) -> dict[str, Any]:
-    """A design in the names and units of the contract; ``check`` and ``corners`` are there already."""
-    certificate = certificate_json(outcome.certificate, MILLI)
+def design_json(
+    outcome: Outcome, check: dict[str, Any], corners: list[dict[str, float]] | None, claim: Claim
+) -> dict[str, Any]:
+    """A design in the names and units of the contract; ``check``, ``corners`` and ``claim`` are there already."""
+    certificate = with_claim(certificate_json(outcome.certificate, MILLI), claim)
     return {
         **check,
         "form": outcome.value.form,
@@ -213,7 +216,7 @@ def design_json(outcome: Outcome, check: dict[str, Any], corners: list[dict[str,
     }
 
 
-def infeasible_json(outcome: Outcome, why: pin.Diagnosis | None) -> dict[str, Any]:
+def infeasible_json(outcome: Outcome, why: pin.Diagnosis | None, claim: Claim) -> dict[str, Any]:
     """Why there is no such pin; a bushing has no ``why`` beyond its shortfalls."""
     weak = why and why.weak
     return {
@@ -222,5 +225,5 @@ def infeasible_json(outcome: Outcome, why: pin.Diagnosis | None) -> dict[str, An
         "infeasible_from_mm": weak and weak.begin / MILLI,
         "infeasible_to_mm": weak and weak.end / MILLI,
         "least_outer_diameter_mm": (why and why.least_outer_diameter / MILLI) or None,
-        "certificate": None,
+        "certificate": {"method": "the solid section", "bound": None, "gap": 0.0, "evidence": {}, **claim},
     }

@@ -17,6 +17,7 @@ from solvers.pin.bushing.effects import choose_for
 from solvers.pin.bushing.forms import Constant, Stepped, Turned, lightest_constant
 from solvers.pin.bushing.program import BushingProgram, assemble, gap_floor, opening_stations, refined
 from solvers.pin.bushing.scene import BushingScene
+from solvers.pin.certificate import told_apart
 from solvers.pin.effects import compose
 from solvers.pin.form import Found
 from solvers.pin.loads import ROUNDING
@@ -80,13 +81,20 @@ def design(
     else:
         outside = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
         value = check(scene, outside, problem.criterion, limits, effects, effect_tolerance, accuracy).value
-    gap = (best.volume - best.bound) / best.bound if best.bound > 0 else (0.0 if best.volume == 0 else 1.0)
+    evidence = dict(best.evidence)
+    if limits.max_deflection is not None:
+        evidence.setdefault("deflection_as_constrained_um", 1e6 * program.deflection(best.solidity))
+    apart = told_apart(value.deflection, evidence.get("deflection_as_constrained_um"), accuracy)
+    # The mass told is the check's own: what it is above the one searched with widens the gap.
+    bound = best.bound - best.volume * apart
+    volume = max(best.volume, value.mass / program.mass_unit)
+    gap = (volume - bound) / bound if bound > 0 else (0.0 if volume == 0 else 1.0)
     return Outcome(
         Status.SUCCEEDED,
         BushingDesign(value, problem.form.name, free.volume * program.mass_unit, best.corners),
         choice.manifest,
         Accuracy(accuracy, doubt + ROUNDING, {"stations": int(best.solidity.size)}),
-        certificate=Certificate(best.method, program.mass_unit * best.bound, gap, dict(best.evidence)),
+        certificate=Certificate(best.method, program.mass_unit * max(bound, 0.0), gap, evidence),
         timing={"solve_s": time.perf_counter() - started},
     )
 

@@ -20,6 +20,7 @@ from solvers.pin.slope import missed_by_slope
 from solvers.pin.stepped import MOST_STEPS
 from solvers.pin.steps.bar import Law, Walls
 from solvers.pin.steps.half import Half, at_stations, corners_of
+from solvers.pin.steps.paths import flexibilities
 from solvers.pin.steps.search import lightest_steps
 
 Array = NDArray[np.float64]
@@ -163,11 +164,18 @@ class Stepped:
             raise InvalidInput("limits.max_slope", "a step has no slope", "no slope limit with steps")
         # No steps are lighter than the outside that may widen all the way.
         smooth = 0.0 if program.limit is None else Turned(one_way=True).find(program, gap).bound
-        found = lightest_steps(half_of(program), self.steps, smooth)
+        half = half_of(program)
+        found = lightest_steps(half, self.steps, smooth)
+        evidence = dict(found.evidence)
+        if program.limit is not None:
+            pulls = np.diff(half.sums().upto(np.concatenate([[0.0], found.places])), axis=1)
+            gives = np.array([flexibilities(u, half.law.kappa, half.law.a, half.law.b)[:2] for u in found.walls.levels])
+            total = float(np.sum(np.maximum(pulls, 0.0) * gives.T))
+            evidence["deflection_as_constrained_um"] = 1e6 * program.limit * total
         walls, length = found.walls, _length(program)
         places = found.places * 0.5 * length
         outer = program.scene.geometry.bore + program.gap_of(walls.levels)
         return Found(
             at_stations(program, places, walls.levels), walls.volume, float(min(found.bound, walls.volume)),
-            found.method, found.evidence, corners=corners_of(places, outer, length),
+            found.method, evidence, corners=corners_of(places, outer, length),
         )  # fmt: skip

@@ -1,9 +1,10 @@
-"""What a hunt for a better strip has seen: every strip looked at is a rival, and the best one that keeps all limits is
+"""What a hunt for a better part has seen: every part looked at is a rival, and the best one that keeps all limits is
 remembered, whichever search came past it."""
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -26,11 +27,13 @@ _LITTLE, _PULLS = 1e-4, 3
 PULLS = 3 * _PULLS
 """The most looks that this takes."""
 _SAME = 1e-9
+_REMEMBERED = 400
+"""Parts within the limits, the last ones, toward which others are pulled in."""
 
 
 @dataclass(frozen=True)
 class Look:
-    """What a check says of a strip: the logarithm of the objective, as made small, and by how much, as logarithms, each
+    """What a check says of a part: the logarithm of the objective, as made small, and by how much, as logarithms, each
     limit is kept (negative: missed). Not finite where there is no such result."""
 
     cost: float
@@ -43,11 +46,17 @@ class Look:
 
 @dataclass(frozen=True)
 class Space:
-    """Bounds of the sizes (b, h, l) [any unit], and the values to be had of those that are not free, else None."""
+    """Bounds of the sizes, all above 0 [any unit], and the values to be had of those that are not free, else None (no
+    grids at all: every size is free)."""
 
     lower: Array
     upper: Array
-    grids: tuple[Array | None, Array | None, Array | None] = (None, None, None)
+    grids: tuple[Array | None, ...] = ()
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """The sizes that have any room, on a grid or not."""
+        return tuple(int(i) for i in np.flatnonzero(self.upper > self.lower))
 
     @property
     def stepped(self) -> tuple[int, ...]:
@@ -72,7 +81,7 @@ class Spent(Exception):
 
 @dataclass
 class Hunt:
-    """The strips looked at so far. ``seeking`` False asks for any strip within the limits, whatever it costs."""
+    """The parts looked at so far. ``seeking`` False asks for any part within the limits, whatever it costs."""
 
     space: Space
     look: Callable[[Array], Look]
@@ -84,7 +93,7 @@ class Hunt:
     lead: tuple[float, Array] | None = None
     _left: float = math.inf
     _known: dict[bytes, Look] = field(default_factory=dict)
-    _visited: list[tuple[Array, Look]] = field(default_factory=list)
+    _within: deque[tuple[Array, Look]] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
     _worst_cost: float = -math.inf
 
     def allow(self, evaluations: int, way: str) -> None:
@@ -96,7 +105,7 @@ class Hunt:
         self._left = evaluations
 
     def at(self, logs: Array) -> Look:
-        """The look at a strip, with finite numbers where there is none."""
+        """The look at a part, with finite numbers where there is none."""
         sizes, had = self.space.sizes(logs)
         key = sizes.tobytes()
         if key in self._known:
@@ -110,7 +119,8 @@ class Hunt:
         if counts and (self.best is None or seen.cost < self.best[0]):
             self.best, self.found_by = (seen.cost, sizes), self.way
         self._known[key] = known = self._finite(seen)
-        self._visited.append((np.log(sizes), known))
+        if known.violation == 0.0:
+            self._within.append((np.log(sizes), known))
         if self.lead is None or _merit(known) < self.lead[0]:
             self.lead = _merit(known), np.log(sizes)
         return known
@@ -137,18 +147,17 @@ class Hunt:
         return np.array(cost), np.array(margins).T
 
     def pull_in(self) -> None:
-        """From the lead, where it misses a limit by little, toward the strip within the limits that promises most where
+        """From the lead, where it misses a limit by little, toward the part within the limits that promises most where
         the way there crosses the last of them."""
         for _ in range(_PULLS):
             if self.lead is None or not 0.0 < (seen := self.at(self.lead[1])).violation < _LITTLE:
                 return
             there, promised, share = None, math.inf, 0.0
-            for logs, other in self._visited:
-                if other.violation == 0.0:
-                    short, spare = np.maximum(PUSH - seen.margins, 0.0), np.maximum(other.margins, PUSH)
-                    crossing = min(1.0, float((short / (short + spare)).max()))
-                    if (cost := seen.cost + crossing * (other.cost - seen.cost)) < promised:
-                        there, promised, share = logs, cost, crossing
+            for logs, other in self._within:
+                short, spare = np.maximum(PUSH - seen.margins, 0.0), np.maximum(other.margins, PUSH)
+                crossing = min(1.0, float((short / (short + spare)).max()))
+                if (cost := seen.cost + crossing * (other.cost - seen.cost)) < promised:
+                    there, promised, share = logs, cost, crossing
             if there is None or share == 1.0:
                 return
             for further in (1.0, 2.0, 10.0):

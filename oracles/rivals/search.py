@@ -1,10 +1,11 @@
-"""Local searches for a better strip, over (ln b, ln h, ln l), on nothing but what a check says.
+"""Local searches for a better part, over the logarithms of its sizes, on nothing but what a check says.
 
-Three ways, each from a start of its own:
+Four ways, each from a start of its own:
 
-SLSQP with one-sided differences, quick where every limit is smooth; COBYQA, which models values alone; and linear
-programs within a trust region, which keep every tangent seen within it. The last is for corners: a fatigue safety is
-the least over sections and fibres, and where two of them govern, one gradient tells half of the truth.
+SLSQP with one-sided differences, quick where every limit is smooth; COBYQA, which models values alone; Nelder and
+Mead's simplex on the cost with a penalty for limits missed, which asks for no slope at all; and linear programs within
+a trust region, which keep every tangent seen within it. The last is for corners: a fatigue safety is the least over
+sections and fibres, and where two of them govern, one gradient tells half of the truth.
 
 Sizes that come in steps or from a stock are first searched as if they did not, then on their grid: the sizes that stay
 free are searched anew at every neighbour, until none is better.
@@ -20,7 +21,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import NonlinearConstraint, linprog, minimize
 
-from oracles.rivals.rod_hunt import PENALTY, PULLS, PUSH, Array, Hunt, Look, Spent
+from oracles.rivals.hunt import PENALTY, PULLS, PUSH, Array, Hunt, Look, Spent
 
 _DIFFERENCES = (3e-7, 3e-5)
 """Steps of the differences of the linear programs, which go along with their reach."""
@@ -33,7 +34,7 @@ _POLISH = 1e-3
 """Reach of the linear programs that bring the end of another search back within its limits."""
 
 Tangent = tuple[Array, Look, Array, Array]
-"""A strip (in logarithms), what is seen there, and the slopes of cost and margins."""
+"""A part (in logarithms), what is seen there, and the slopes of cost and margins."""
 Way = Callable[[Hunt, Array, tuple[int, ...], float], Array]
 """From a start (in logarithms), over some of the sizes, with a first reach: where it ended."""
 
@@ -77,6 +78,27 @@ def cobyqa(hunt: Hunt, start: Array, free: tuple[int, ...], reach: float) -> Arr
         constraints=NonlinearConstraint(lambda x: hunt.at(whole(x)).margins, PUSH, np.inf),
         method="COBYQA",
         options={"initial_tr_radius": reach, "final_tr_radius": 1e-8, "maxfev": 1000},
+    )
+    return whole(found.x)
+
+
+def nelder_mead(hunt: Hunt, start: Array, free: tuple[int, ...], reach: float) -> Array:
+    """scipy's Nelder-Mead on the merit, from a simplex whose edges are the reach."""
+    index = list(free)
+
+    def whole(x: Array) -> Array:
+        logs = start.copy()
+        logs[index] = x
+        return hunt.clipped(logs)
+
+    # Toward the farther bound, so that the simplex is not flat where a size lies on the nearer one.
+    room = np.log(hunt.space.upper[index]) - start[index] > start[index] - np.log(hunt.space.lower[index])
+    edges = np.diag(np.where(room, reach, -reach))
+    found = minimize(
+        lambda x: hunt.merit(whole(x)),
+        start[index],
+        method="Nelder-Mead",
+        options={"initial_simplex": np.vstack([start[index], start[index] + edges]), "xatol": 1e-8, "fatol": 1e-10},
     )
     return whole(found.x)
 
@@ -160,13 +182,13 @@ def _box(hunt: Hunt, free: tuple[int, ...]) -> list[tuple[float, float]]:
 
 
 POLISHER = "linear programs"
-WAYS: dict[str, Way] = {"SLSQP": slsqp, "COBYQA": cobyqa, POLISHER: linear_programs}
+WAYS: dict[str, Way] = {"SLSQP": slsqp, "COBYQA": cobyqa, "Nelder-Mead": nelder_mead, POLISHER: linear_programs}
 
 
 def search(hunt: Hunt, way: str, start: Array, evaluations: int, reach: float) -> None:
     """One local search; what it found is what the hunt remembers."""
     hunt.allow(evaluations, way)
-    everything = tuple(i for i in range(3) if hunt.space.upper[i] > hunt.space.lower[i])
+    everything = hunt.space.free
     start = hunt.clipped(start)
     with contextlib.suppress(Spent):
         hunt.at(start)

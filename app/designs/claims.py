@@ -1,0 +1,155 @@
+"""What the certificates of all kinds of design say: what is proven, for which physics, form and range, by which
+argument, and what is only estimated. Decision 12 has the reasons; nothing else in the service words a claim.
+
+A claim is made of an outcome, so that it names the effects that ran and the limits that were asked for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from solvers.outcome import Certificate, EffectState, Outcome
+
+Claim = dict[str, str | list[str]]
+
+NOT_IN_THE_GAP = (
+    "the error of the figures told, quadrature and what lies between stations included: accuracy.estimated, which is "
+    "about this very design as the gap is about all others, and no part of it"
+)
+
+
+def with_claim(certificate: dict[str, Any] | None, claim: Claim) -> dict[str, Any] | None:
+    """A certificate as JSON, with what it says."""
+    return None if certificate is None else {**certificate, **claim}
+
+
+def _ran(outcome: Outcome[Any]) -> list[str]:
+    return [e.name for e in outcome.effects if e.state is EffectState.ACTIVE]
+
+
+# Pins and bushings ----------------------------------------------------------------------------------------------------
+
+_PIN_FORMS = {
+    "free": "any bore, halves alike or not",
+    "drillable": "any bore that does not widen toward the middle",
+    "constant": "one bore all along",
+    "stepped": "so many cylinders from each end, that do not widen toward the middle; halves alike",
+    "double_cone": "a cone from each end to the middle, narrowing or widening; halves alike",
+    "cone_cylinder": "a cone from each end, narrowing or widening, that runs into a cylinder; halves alike",
+}
+_BUSHING_FORMS = {
+    "free": "any outside",
+    "drillable": "any outside that does not narrow toward the middle",
+    "constant": "one outer diameter all along",
+    "stepped": "so many outer diameters from each end, that do not fall toward the middle; halves alike",
+}
+_PIN_RANGES = {
+    "constant": "every size",
+    "stepped": "every place and size of the steps",
+    "double_cone": "every pair of diameters",
+    "cone_cylinder": "every pair of diameters, and cones from a thousandth of the half on (shorter ones are cylinders)",
+}
+
+
+def of_pin(outcome: Outcome[Any], form: str, outside: bool, limited: Sequence[str]) -> Claim:
+    """Of the lightest pin or bushing of a form; ``limited`` are the names of the limits asked for."""
+    part, ran = ("bushing" if outside else "pin"), _ran(outcome)
+    physics = ["strength of the beam's sections by the criterion asked for"]
+    if "max_deflection_um" in limited:
+        physics.append("deflection by bending" + (" and shear" if "shear_deflection" in ran else ""))
+    ring = {"max_ovalization_um": "ovalization", "max_ring_stress_mpa": "hoop stress"}
+    physics += [f"{told} of the ring where the wall is thinnest" for name, told in ring.items() if name in limited]
+    if outcome.value is None:
+        return {
+            "proven": f"no {part} keeps strength and limits: the solid one, the strongest and stiffest, does not",
+            "physics": "the check's own: " + "; ".join(physics),
+            "form": "any",
+            "range": "every wall up to the solid section",
+            "estimated": [],
+        }
+    stations = outcome.accuracy.settings.get("stations")
+    at = f"every wall from the least that holds to the solid section, at each of the answer's {stations} stations"
+    return {
+        "proven": f"no {part} of this form that keeps strength and limits is lighter than lower_bound_g",
+        "physics": "the check's own: " + "; ".join(physics),
+        "form": (_BUSHING_FORMS if outside else _PIN_FORMS)[form],
+        "range": _PIN_RANGES.get(form, at),
+        "estimated": [NOT_IN_THE_GAP],
+    }
+
+
+# Linkages -------------------------------------------------------------------------------------------------------------
+
+
+def of_linkage(outcome: Outcome[Any], objective: str, sign: int, types: Sequence[str]) -> Claim:
+    """Of the best linkage; ``sign`` is +1 where the objective is made small."""
+    searched = str(outcome.certificate.evidence["searched"])
+    allowed = ", ".join(name.replace("_", " ") for name in types)
+    less = "a lower" if sign > 0 else "a greater"
+    proven = f"no such linkage that keeps the limits has {less} {objective.replace('_', ' ')} than bound"
+    if outcome.value is None:
+        proven = "no such linkage keeps the limits"
+    beside = [name for name in _ran(outcome) if name != "envelope"]
+    return {
+        "proven": proven,
+        "physics": "the check's own: rigid links without play, loads of the rocker's inertia at constant crank speed",
+        "form": f"change-point linkages ({allowed}) that have the restitution asked for, its middle if it is a range",
+        "range": searched,
+        "estimated": [f"nothing of the bound; it does not ask about {', '.join(beside).replace('_', ' ')}"]
+        if beside
+        else [],
+    }
+
+
+# Rods -----------------------------------------------------------------------------------------------------------------
+
+
+def of_rod(outcome: Outcome[Any], objective: str) -> Claim:
+    """Of the best strip, or that there is none; of an outcome with a certificate."""
+    certificate = outcome.certificate
+    ran = ", ".join(_ran(outcome)).replace("_", " ") or "gas load alone"
+    common = {
+        "form": "strips of rectangular section",
+        "range": "all within the bounds, on the stock and steps asked for",
+    }
+    beyond = str(certificate.evidence.get("effects_beyond_the_core", "")).replace("_", " ")
+    if not beyond:
+        return {
+            "proven": _of_core(outcome, objective),
+            "physics": f"the check's own: {ran}",
+            **common,
+            "estimated": [NOT_IN_THE_GAP],
+        }
+    return {
+        "proven": _of_part(certificate),
+        "physics": f"the core's, without {beyond}",
+        **common,
+        "estimated": [
+            f"the physics with {beyond}: " + _of_full(certificate),
+            NOT_IN_THE_GAP,
+        ],
+    }
+
+
+def _of_core(outcome: Outcome[Any], objective: str) -> str:
+    if outcome.value is None:
+        return "no strip meets the requirements"
+    return f"no strip that meets the requirements has a better {objective.replace('_', ' ')} than bound"
+
+
+def _of_part(certificate: Certificate) -> str:
+    evidence = certificate.evidence
+    if "core_bound" in evidence:
+        return "no strip that meets the requirements by this physics is better than evidence.core_bound"
+    return str(evidence.get("core", "nothing")).removeprefix("proven: ")
+
+
+def _of_full(certificate: Certificate) -> str:
+    if "full_model_bound" not in certificate.evidence:
+        return "local searches found no strip that meets the requirements"
+    local = "the answer is a local optimum, which local searches did not beat"
+    if math.isinf(certificate.gap):
+        return f"{local}; no bound is known"
+    return f"{local}; bound is the core's, let out by what these effects change where their influence was read"

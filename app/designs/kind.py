@@ -14,6 +14,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from app.designs.drawing import Drawing
+from app.designs.form import FormWords
 from app.designs.progress import Report, to_nobody
 from solvers.accuracy import Reference
 from solvers.effects import Effect
@@ -59,6 +61,10 @@ def _no_reference(_request: Any, _answer: Answer) -> None:
     return None
 
 
+def _no_drawing(_request: dict[str, Any]) -> None:
+    return None
+
+
 @dataclass(frozen=True)
 class Job:
     """One thing that can be asked of a kind: a request model, a result model, and the pure call between them.
@@ -100,6 +106,8 @@ class Kind:
     objective is flat in them leaves them uncertain by the square root of its own error.
     ``figure`` is the number of a result that matters most, with its name and unit as a field would be named.
     ``drawn_if`` names the plots that only some runs have, and how to tell from the run.
+    ``form`` words the kind's forms; ``drawing`` is the part with its dimensions, from a request as JSON tells it, which
+    may still lack much: None where nothing can be drawn yet.
     """
 
     slug: str
@@ -112,6 +120,8 @@ class Kind:
     given_results: tuple[str, ...] = ()
     drawn_if: Mapping[str, Callable[[dict[str, Any]], bool]] = field(default_factory=dict)
     figure: Callable[[Mode, Mapping[str, Any]], tuple[str, float | None]] = _no_figure
+    form: FormWords = field(default_factory=FormWords)
+    drawing: Callable[[dict[str, Any]], Drawing | None] = _no_drawing
 
     def judged(self, mode: Mode) -> tuple[str, ...]:
         """The names of the results by which an answer in that mode is judged."""
@@ -134,3 +144,11 @@ class Kind:
     def example(self, mode: Mode) -> dict[str, Any]:
         """A worked example of a request of that mode."""
         return json.loads((files("app.designs") / "examples" / f"{self.slug}-{mode}.json").read_text("utf-8"))
+
+    def others(self, mode: Mode) -> dict[str, dict[str, Any]]:
+        """More worked examples of that mode by their titles; each says in what it differs from the first."""
+        told = json.loads((files("app.designs") / "examples" / "others.json").read_text("utf-8"))
+        first = self.example(mode)
+        found = told.get(f"{self.slug}-{mode}", {})
+        # A request of another method shares no field with the first.
+        return {title: own if "method" in own else {**first, **own} for title, own in found.items()}

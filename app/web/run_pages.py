@@ -18,6 +18,7 @@ from app.web.comparison import compare
 from app.web.effects import effect_rows
 from app.web.inputs import groups
 from app.web.listing import Listing, asked_of
+from app.web.part import part_of
 from app.web.rendering import page
 from app.web.shaping import sentences
 from app.web.stock import stock_offer
@@ -100,6 +101,7 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
         numbers["worst_fibre"] = "outer, +h/2" if numbers["worst_fibre"] > 0 else "inner, −h/2"
     succeeded = run["status"] == RunStatus.SUCCEEDED
     own = run["mode"] in kind.jobs
+    drawing, caption = part_of(kind, run) if own else ("", "")
     return page(
         request,
         "run.html",
@@ -116,4 +118,6 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
         effects=effect_rows(kind, run),
         switchable=own and run["status"] not in OPEN_STATUSES,
         stock=stock_offer(run),
+        drawing=drawing,
+        caption=caption,
     )

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
+from app.designs.crank_dynamics.drawing import drawing
+from app.designs.crank_dynamics.form import FORM
 from app.designs.crank_dynamics.pictures import PLOTS
 from app.designs.crank_dynamics.reference import dynamics_reference
 from app.designs.crank_dynamics.request import DynamicsRequest
@@ -256,4 +258,6 @@ CRANK_DYNAMICS = Kind(
         "crank_pin_load_max_n",
         "main_bearing_load_max_n",
     ),
+    form=FORM,
+    drawing=drawing,
 )

@@ -9,6 +9,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, RootModel
 
+from app.designs.crank_masses.drawing import drawing
+from app.designs.crank_masses.form import FORM
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.schema import (
     MILLI,
@@ -248,4 +250,6 @@ CRANK_MASSES = Kind(
     plots={},
     main_results=(),
     figure=lambda _mode, result: ("rod_mass_at_pin_kg", result["rod_mass_at_pin_kg"]),
+    form=FORM,
+    drawing=drawing,
 )

@@ -14,7 +14,9 @@ from app.designs.flexible_rod.cycle_pictures import (
     stress_along_strip,
     stresses_over_angle,
 )
+from app.designs.flexible_rod.drawing import drawing
 from app.designs.flexible_rod.feasible_region import feasible_region, is_design
+from app.designs.flexible_rod.form import FORM
 from app.designs.flexible_rod.pictures import stability_map
 from app.designs.flexible_rod.reference import check_reference, design_reference
 from app.designs.flexible_rod.request import CheckRequest, DesignRequest, Dimensions
@@ -234,4 +236,6 @@ FLEXIBLE_ROD = Kind(
     },
     main_results=MAIN_RESULTS,
     figure=figure,
+    form=FORM,
+    drawing=drawing,
 )

@@ -10,6 +10,8 @@ import numpy as np
 from pydantic import Field
 
 from app.designs.claims import of_linkage, with_claim
+from app.designs.impact_linkage.drawing import drawing
+from app.designs.impact_linkage.form import FORM
 from app.designs.impact_linkage.mechanism_picture import has_size, mechanism_picture
 from app.designs.impact_linkage.pictures import (
     front_picture,
@@ -431,4 +433,6 @@ IMPACT_LINKAGE = Kind(
     main_results=MAIN_RESULTS,
     drawn_if={"mechanism": has_size, "transfer": has_transfer, "loads": has_loads, "front": has_front},
     figure=figure,
+    form=FORM,
+    drawing=drawing,
 )

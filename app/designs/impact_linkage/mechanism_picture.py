@@ -76,7 +76,7 @@ def mechanism_picture(run: dict[str, Any]) -> str:
     bar = bar_of(result)
     closes, confined = result["closure"]["closes"], result["confined_deg"]
     if not closes:
-        pin, joint = _standing(result["lengths_mm"])
+        pin, joint = standing(result["lengths_mm"])
     else:
         if confined is None:
             phi = np.linspace(0.0, 2.0 * math.pi, _FRAMES + 1)
@@ -122,7 +122,7 @@ def mechanism_picture(run: dict[str, Any]) -> str:
     return "".join(out) + "</svg>"
 
 
-def _standing(lengths: dict[str, float]) -> tuple[Array, Array]:
+def standing(lengths: dict[str, float]) -> tuple[Array, Array]:
     """Crank pin and rocker joint of any four links, the pin half way through the distances that the links allow."""
     base, crank, coupler, rocker = (lengths[name] for name in ("base", "crank", "coupler", "rocker"))
     low, high = max(abs(base - crank), abs(coupler - rocker)), min(base + crank, coupler + rocker)

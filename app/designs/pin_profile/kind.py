@@ -7,6 +7,8 @@ from typing import Any
 
 from app.designs.claims import Claim, of_pin
 from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.pin_profile.drawing import drawing
+from app.designs.pin_profile.form import FORM
 from app.designs.pin_profile.pictures import (
     bore_picture,
     forces_picture,
@@ -134,4 +136,6 @@ PIN_PROFILE = Kind(
     main_results=MAIN_RESULTS,
     given_results=GIVEN_RESULTS,
     figure=figure,
+    form=FORM,
+    drawing=drawing,
 )

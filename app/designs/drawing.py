@@ -1,0 +1,117 @@
+"""A part as lines, circles and dimensions in millimetres: what pictures and CAD files are made from alike.
+
+x runs to the right, y up. A kind's ``drawing.py`` says what there is and where; how it looks is the renderer's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+Place = tuple[float, float]
+
+
+class Layer(StrEnum):
+    OUTLINE = "OUTLINE"
+    """The part."""
+    SECTION = "SECTION"
+    """A cut face of the part."""
+    HIDDEN = "HIDDEN"
+    """What the part may become, or where it also stands."""
+    CENTER = "CENTER"
+    """Axes and paths."""
+    CONTEXT = "CONTEXT"
+    """What lies around the part."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line through points."""
+
+    points: tuple[Place, ...]
+    layer: Layer = Layer.OUTLINE
+    closed: bool = False
+
+
+@dataclass(frozen=True)
+class Circle:
+    center: Place
+    radius: float
+    layer: Layer = Layer.OUTLINE
+
+
+@dataclass(frozen=True)
+class Note:
+    """Words in the middle of a place."""
+
+    at: Place
+    words: str
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A distance with its words.
+
+    ``axis``: "x" or "y" for the distance along that axis, its line ``level`` steps of the renderer away from the
+    coordinate ``at`` (up or right where positive); "free" for a distance along the points themselves. ``path``: the
+    request's field that it shows, as a dotted path; empty for what only follows from others.
+    """
+
+    start: Place
+    end: Place
+    words: str
+    axis: str
+    at: float = 0.0
+    level: int = 0
+    path: str = ""
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A part to scale, and what is to be said below it."""
+
+    title: str
+    shapes: tuple[Line | Circle, ...]
+    dimensions: tuple[Dimension, ...] = ()
+    notes: tuple[Note, ...] = ()
+    caption: str = ""
+
+
+def rectangle(left: float, bottom: float, right: float, top: float, layer: Layer = Layer.OUTLINE) -> Line:
+    """A rectangle by its sides."""
+    return Line(((left, bottom), (right, bottom), (right, top), (left, top)), layer, closed=True)
+
+
+def words_of(symbol: str, value: float) -> str:
+    """A symbol and its value as a dimension shows them."""
+    return f"{symbol} {value:.5g}".strip()
+
+
+def given(request: Mapping[str, Any], path: str) -> Any:
+    """What a request, which may lack much, has at a dotted path; None for nothing."""
+    here: Any = request
+    for step in path.split("."):
+        if isinstance(here, Mapping):
+            here = here.get(step)
+        elif isinstance(here, Sequence) and not isinstance(here, str) and step.isdigit() and int(step) < len(here):
+            here = here[int(step)]
+        else:
+            return None
+    return here
+
+
+def length(request: Mapping[str, Any], path: str) -> float | None:
+    """The number at a path if it is one that can be drawn: finite, and not negative."""
+    value = signed(request, path)
+    return value if value is not None and value >= 0.0 else None
+
+
+def signed(request: Mapping[str, Any], path: str) -> float | None:
+    """The number at a path if it is a finite one."""
+    value = given(request, path)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        return None
+    return float(value) if abs(value) <= 1e7 else None

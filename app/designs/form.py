@@ -1,0 +1,115 @@
+"""What a kind's forms say beside what its request models say themselves: the order of thought, and a designer's words.
+
+A kind without any gets a form all the same: from the models' own names, units, limits and descriptions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+Request = dict[str, Any]
+"""A request as JSON tells it."""
+
+
+@dataclass(frozen=True)
+class Switch:
+    """A choice that the request does not name: which of its fields are given. ``of`` tells it from a request."""
+
+    label: str
+    options: Mapping[str, str]
+    of: Callable[[Request], str]
+    section: str
+    mode: str = ""
+
+
+@dataclass(frozen=True)
+class FormWords:
+    """Words for the fields of a kind, by dotted path in the request (without the member of a union), or by last name.
+
+    ``sections``: heading → names of the request's own fields, in the order of thought; "+" before a heading: a
+    section that stays closed at first. ``labels`` and ``helps`` replace what the model's names and descriptions say.
+    ``options``: words for the values of a choice, and for the members of a union. ``when``: the fields on which it
+    depends whether a field applies, as "name=value,value&name=value|name=value". ``always``: fields that may be empty
+    and are shown nevertheless; all others that may be empty are added with a click. ``sliders``: numbers worth
+    dragging. ``only``: fields of one mode's form. ``starts``: what a member of a union starts with when the example
+    has another, by path and member. ``hidden``: fields with no place in a form. ``columns``: a table of points whose
+    columns depend on a choice: path → variant → (columns, when).
+    """
+
+    sections: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    labels: Mapping[str, str] = field(default_factory=dict)
+    helps: Mapping[str, str] = field(default_factory=dict)
+    options: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    when: Mapping[str, str] = field(default_factory=dict)
+    always: frozenset[str] = frozenset()
+    sliders: frozenset[str] = frozenset()
+    only: Mapping[str, str] = field(default_factory=dict)
+    starts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    hidden: frozenset[str] = frozenset()
+    columns: Mapping[str, Mapping[str, tuple[tuple[str, ...], str]]] = field(default_factory=dict)
+    switches: Mapping[str, Switch] = field(default_factory=dict)
+
+
+COMMON = FormWords(
+    sections={"+Accuracy, effects and time": ("effects", "effect_tolerance", "accuracy", "time_budget_s")},
+    labels={
+        "name": "Name of this run",
+        "accuracy": "Accuracy wanted, relative",
+        "effect_tolerance": "Effects may be left out up to",
+        "effects": "Effects taken into account",
+        "time_budget_s": "Time this design may take",
+        "run_id": "Stored run",
+        "instant": "Instant",
+        "repair": "Mend points that are out of order",
+        "poisson": "Poisson's ratio",
+        "density_kg_m3": "Density",
+        "elastic_modulus_gpa": "Elastic modulus E",
+        "yield_strength_mpa": "Yield strength",
+        "crank_radius_mm": "Crank radius r",
+        "rod_length_mm": "Rod length L",
+        "speed_hz": "Speed",
+        "angle_deg": "crank angle",
+        "pressure_mpa": "pressure",
+        "volume_cm3": "volume",
+        "back_pressure_mpa": "Pressure behind the piston",
+        "clearance_volume_cm3": "Clearance volume",
+        "strokes": "Points of the strokes",
+    },
+    helps={
+        "name": "to find it again",
+        "effect_tolerance": "by how much all effects that are left out may change the results together, relative",
+        "time_budget_s": "empty: as long as the service allows; the best found so far is the answer",
+        "accuracy": "of the computed results; 1e-6 is one millionth",
+    },
+    options={
+        "effects": {
+            "auto": "those that matter, by their bounds",
+            "all": "all of them",
+            "choice": "my own choice",
+        },
+        "instant": {
+            "": "the whole cycle",
+            "gas_force_max": "greatest gas force",
+            "rod_compression_max": "greatest compression of the rod",
+            "rod_tension_max": "greatest tension of the rod",
+            "side_force_max": "greatest side force",
+            "wrist_pin_load_max": "greatest load of the wrist pin",
+            "crank_pin_load_max": "greatest load of the crank pin",
+            "main_bearing_load_max": "greatest load of the main bearing",
+        },
+    },
+    always=frozenset({"time_budget_s", "back_pressure_mpa", "instant"}),
+)
+"""What every kind says alike."""
+
+
+def looked_up(words: Mapping[str, Any], common: Mapping[str, Any], path: str) -> Any:
+    """What there is for a path: the kind's own words before the common ones, the whole path before its last name."""
+    last = path.rpartition(".")[2]
+    for table in (words, common):
+        for name in (path, last):
+            if name in table:
+                return table[name]
+    return None

@@ -1,0 +1,181 @@
+"""A drawing as SVG: to scale, its dimensions in the words of the drawing, each marked with its field."""
+
+from __future__ import annotations
+
+import math
+from html import escape
+
+from app.designs.drawing import Circle, Dimension, Drawing, Layer, Line, Note, Place
+
+WIDTH, HEIGHT = 430.0, 360.0
+_STEP, _GAP, _ARROW, _LETTER = 25.0, 4.0, 7.0, 7.6
+_ROOM = 14.0
+_STYLES = {
+    Layer.OUTLINE: 'fill="none" stroke="currentColor" stroke-width="2"',
+    Layer.SECTION: 'fill="url(#hatch)" stroke="currentColor" stroke-width="2"',
+    Layer.HIDDEN: 'fill="none" stroke="currentColor" stroke-width="1.3" stroke-dasharray="6 4"',
+    Layer.CENTER: 'fill="none" stroke="currentColor" stroke-opacity="0.5" stroke-dasharray="14 3 3 3"',
+    Layer.CONTEXT: 'fill="currentColor" fill-opacity="0.06" stroke="currentColor" stroke-opacity="0.45"',
+}
+_HATCH = (
+    '<defs><pattern id="hatch" width="7" height="7" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
+    '<line x1="0" y1="0" x2="0" y2="7" stroke="currentColor" stroke-opacity="0.45"/></pattern></defs>'
+)
+
+
+class _Sheet:
+    """From millimetres to the picture, and how much of the picture is used."""
+
+    def __init__(self, drawing: Drawing) -> None:
+        xs, ys = zip(*(place for shape in drawing.shapes for place in _extent(shape)), strict=True)
+        wide, high = max(max(xs) - min(xs), 1e-9), max(max(ys) - min(ys), 1e-9)
+        self.scale = min(WIDTH / wide, HEIGHT / high)
+        self._left, self._top = min(xs), max(ys)
+        self.box = [0.0, 0.0, wide * self.scale, high * self.scale]
+
+    def __call__(self, place: Place) -> Place:
+        return self.x(place[0]), self.y(place[1])
+
+    def x(self, value: float) -> float:
+        return (value - self._left) * self.scale
+
+    def y(self, value: float) -> float:
+        return (self._top - value) * self.scale
+
+    def use(self, x: float, y: float) -> None:
+        left, top, right, bottom = self.box
+        self.box = [min(left, x), min(top, y), max(right, x), max(bottom, y)]
+
+
+def drawing_svg(drawing: Drawing) -> str:
+    """The drawing as SVG, in the color of the text around it; no wider than needed."""
+    sheet = _Sheet(drawing)
+    body = [_shape(sheet, shape) for shape in drawing.shapes]
+    body += [_note(sheet, note) for note in drawing.notes]
+    body += [_dimension(sheet, dimension) for dimension in drawing.dimensions]
+    left, top, right, bottom = sheet.box
+    view = f"{left - _ROOM:.0f} {top - _ROOM:.0f} {right - left + 2 * _ROOM:.0f} {bottom - top + 2 * _ROOM:.0f}"
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{view}" role="img" class="drawing" '
+        f'font-family="system-ui, sans-serif" font-size="14"><title>{escape(drawing.title)}</title>{_HATCH}'
+        + "".join(body)
+        + "</svg>"
+    )
+
+
+def _extent(shape: Line | Circle) -> tuple[Place, ...]:
+    if isinstance(shape, Circle):
+        (x, y), r = shape.center, shape.radius
+        return ((x - r, y - r), (x + r, y + r))
+    return shape.points
+
+
+def _shape(sheet: _Sheet, shape: Line | Circle) -> str:
+    style = _STYLES[shape.layer]
+    if isinstance(shape, Circle):
+        x, y = sheet(shape.center)
+        return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{shape.radius * sheet.scale:.1f}" {style}/>'
+    if not shape.closed and shape.layer is Layer.CONTEXT:
+        style = style.replace('fill="currentColor"', 'fill="none"')
+    told = "L".join(f"{x:.1f},{y:.1f}" for x, y in map(sheet, shape.points))
+    return f'<path d="M{told}{"Z" if shape.closed else ""}" {style}/>'
+
+
+def _note(sheet: _Sheet, note: Note) -> str:
+    x, y = sheet(note.at)
+    half = 0.5 * _LETTER * len(note.words)
+    sheet.use(x - half, y)
+    sheet.use(x + half, y)
+    return _words(x, y + 4.0, note.words, "middle")
+
+
+def _dimension(sheet: _Sheet, dimension: Dimension) -> str:
+    (x1, y1), (x2, y2) = sheet(dimension.start), sheet(dimension.end)
+    if dimension.axis == "x":
+        y = sheet.y(dimension.at) - dimension.level * _STEP
+        ends, extensions = ((x1, y), (x2, y)), (((x1, y1), (x1, y)), ((x2, y2), (x2, y)))
+    elif dimension.axis == "y":
+        x = sheet.x(dimension.at) + dimension.level * _STEP
+        ends, extensions = ((x, y1), (x, y2)), (((x1, y1), (x, y1)), ((x2, y2), (x, y2)))
+    else:
+        ends, extensions = ((x1, y1), (x2, y2)), ()
+    field = f' data-for="{escape(dimension.path)}"' if dimension.path else ""
+    lines = "".join(_extension(*pair) for pair in extensions) + _arrows(sheet, *ends)
+    return f'<g class="dimension"{field}>{lines}{_measure(sheet, *ends, dimension)}</g>'
+
+
+def _extension(start: Place, end: Place) -> str:
+    """From the part to a little beyond the dimension's line."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    size = math.hypot(dx, dy)
+    if size < 1.0:
+        return ""
+    x, y = end[0] + _GAP * dx / size, end[1] + _GAP * dy / size
+    return _stroke(start, (x, y), 'stroke-opacity="0.45" stroke-width="0.8"')
+
+
+def _arrows(sheet: _Sheet, start: Place, end: Place) -> str:
+    """The line with its arrows: from outside where there is no room between."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    size = math.hypot(dx, dy)
+    if size < 0.5:
+        return ""
+    ux, uy = dx / size, dy / size
+    if size < 3.0 * _ARROW:
+        ux, uy = -ux, -uy
+        start_tail = (start[0] + 2.0 * _ARROW * ux, start[1] + 2.0 * _ARROW * uy)
+        end_tail = (end[0] - 2.0 * _ARROW * ux, end[1] - 2.0 * _ARROW * uy)
+        line = _stroke(start_tail, start) + _stroke(end, end_tail)
+    else:
+        line = _stroke(start, end)
+    for x, y in (start, end):
+        sheet.use(x - _ARROW, y - _ARROW)
+        sheet.use(x + _ARROW, y + _ARROW)
+    return line + _head(start, ux, uy) + _head(end, -ux, -uy)
+
+
+def _head(tip: Place, ux: float, uy: float) -> str:
+    x, y = tip[0] + _ARROW * ux, tip[1] + _ARROW * uy
+    across = 0.32 * _ARROW
+    corners = (tip, (x - across * uy, y + across * ux), (x + across * uy, y - across * ux))
+    points = " ".join(f"{px:.1f},{py:.1f}" for px, py in corners)
+    return f'<polygon points="{points}" fill="currentColor"/>'
+
+
+def _measure(sheet: _Sheet, start: Place, end: Place, dimension: Dimension) -> str:
+    """The words along the line, or beside its end where they are longer than it."""
+    words, size = dimension.words, math.hypot(end[0] - start[0], end[1] - start[1])
+    x, y = 0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1])
+    long = _LETTER * len(words)
+    if long + 4.0 > size:
+        if dimension.axis == "y":
+            # Beyond the end that lies higher.
+            y = min(start[1], end[1]) - 2.0 * _ARROW - 4.0
+            anchor = "middle"
+            sheet.use(x - 0.5 * long, y - 12.0)
+            sheet.use(x + 0.5 * long, y)
+        else:
+            x, y, anchor = (
+                max(start[0], end[0]) + (2.0 * _ARROW if size < 3.0 * _ARROW else 0.0) + 5.0,
+                y + 4.0,
+                "start",
+            )
+            sheet.use(x + long, y)
+        return _words(x, y, words, anchor)
+    turn = math.degrees(math.atan2(end[1] - start[1], end[0] - start[0]))
+    turn = turn - 180.0 if turn > 90.0 else turn + 180.0 if turn <= -90.0 else turn
+    turn = -90.0 if abs(turn) == 90.0 else turn
+    angle = math.radians(turn)
+    x, y = x + 5.0 * math.sin(angle), y - 5.0 * math.cos(angle)
+    sheet.use(x - 12.0 * abs(math.sin(angle)), y - 14.0 * math.cos(angle))
+    turned = f' transform="rotate({turn:.1f} {x:.1f} {y:.1f})"' if abs(turn) > 0.05 else ""
+    return _words(x, y, words, "middle", turned)
+
+
+def _words(x: float, y: float, words: str, anchor: str, more: str = "") -> str:
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="currentColor"{more}>{escape(words)}</text>'
+
+
+def _stroke(start: Place, end: Place, style: str = 'stroke-width="1"') -> str:
+    (x1, y1), (x2, y2) = start, end
+    return f'<line x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" stroke="currentColor" {style}/>'

@@ -1,0 +1,212 @@
+"""The forms: a page per kind and mode, and what answers while one types. Everything but that works without a script."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from fastapi import APIRouter, Request, Response
+from fastapi.responses import JSONResponse, RedirectResponse
+from markupsafe import Markup
+
+from app.api.bodies import parse
+from app.designs.drawing import Drawing
+from app.designs.kind import Kind, Mode
+from app.designs.pictures.drawing_svg import drawing_svg
+from app.designs.registry import KINDS
+from app.errors import Problem
+from app.jobs.errors import Busy
+from app.store.record import RunFilter, RunStatus
+from app.submission import Service
+from app.web.forms.faults import Faults, placed
+from app.web.forms.groups import Group
+from app.web.forms.nodes import Texts, applies
+from app.web.forms.numbers import others, shown
+from app.web.forms.tree import form_of
+from app.web.rendering import page, templates
+
+router = APIRouter(include_in_schema=False)
+
+MOST_FIELDS = 1000
+_RUNS_OFFERED = 50
+_KEY_FIGURES = 6
+
+templates.env.globals["applies"] = applies
+templates.env.filters["other_units"] = others
+
+
+def _kind_and_mode(slug: str, mode: str) -> tuple[Kind, Mode]:
+    if slug not in KINDS or mode not in {str(m) for m in KINDS[slug].jobs}:
+        raise Problem(404, "No such page", "there is no such kind or mode")
+    return KINDS[slug], Mode(mode)
+
+
+async def _texts(request: Request) -> dict[str, str]:
+    """What the form holds, bounded like every body."""
+    most = request.app.state.settings.max_body_bytes
+    if int(request.headers.get("content-length") or 0) > most:
+        raise Problem(413, "The form is too large", f"at most {most} bytes are accepted")
+    async with request.form(max_fields=MOST_FIELDS, max_part_size=most) as sent:
+        return {name: str(value).replace("\r\n", "\n") for name, value in sent.items()}
+
+
+def _example(form: Group, kind: Kind, mode: Mode, title: str = "") -> dict[str, str]:
+    texts: dict[str, str] = {}
+    form.take(kind.others(mode).get(title) or kind.example(mode), texts)
+    return texts
+
+
+def _svg(kind: Kind, spec: Mapping[str, Any]) -> tuple[Markup, str]:
+    """The part as it is described so far, and the words below it; nothing where too little is known."""
+    drawing: Drawing | None = kind.drawing(dict(spec))
+    return (Markup(), "") if drawing is None else (Markup(drawing_svg(drawing)), drawing.caption)
+
+
+def _as_json(spec: Mapping[str, Any]) -> str:
+    return json.dumps(spec, indent=2, ensure_ascii=False)
+
+
+async def _stored_runs(request: Request, form: Group) -> list[tuple[str, str]]:
+    """The runs that a load can be taken from, if the form has a place for one."""
+    if not any(name.endswith("run_id") for name in form.names()):
+        return []
+    service: Service = request.app.state.service
+    wanted = RunFilter(kind="crank-dynamics", status=RunStatus.SUCCEEDED)
+    found = await service.store.list_runs(wanted, None, _RUNS_OFFERED)
+    return [(run.id, f"{run.name or run.id[:13]}, {run.created_at:%Y-%m-%d %H:%M}") for run in found.items]
+
+
+async def _shown(
+    request: Request,
+    kind: Kind,
+    mode: Mode,
+    texts: Texts,
+    faults: Faults | None = None,
+    status: int = 200,
+    notice: str = "",
+) -> Response:
+    form = form_of(kind, mode)
+    spec = form.value(texts)
+    svg, caption = _svg(kind, spec)
+    return page(
+        request, "form.html", status, kind=kind, mode=mode, form=form, texts=texts, faults=faults or Faults(), svg=svg,
+        caption=caption, as_json=_as_json(spec), runs=await _stored_runs(request, form),
+        others=list(kind.others(mode)), notice=notice,
+    )  # fmt: skip
+
+
+@router.get("/designs/{slug}")
+async def show(request: Request, slug: str, mode: str | None = None) -> Response:
+    """The form of a kind, filled with its example.
+
+    ``?example=TITLE`` has another one; ``?from=ID`` what a stored run was asked, of another mode what both have in
+    common, and the dimensions found; ``?load_run=ID&instant=NAME`` a load from a run.
+    """
+    kind, chosen = _kind_and_mode(slug, mode or (str(next(iter(KINDS[slug].jobs))) if slug in KINDS else ""))
+    form, query = form_of(kind, chosen), request.query_params
+    texts = _example(form, kind, chosen, query.get("example", ""))
+    if "from" in query:
+        texts = await _texts_of_run(request, kind, chosen, query["from"], texts)
+    if "load_run" in query:
+        taken = {"load": "run", "load.run.run_id": query["load_run"], "load.run.instant": query.get("instant", "")}
+        texts |= {name: text for name, text in taken.items() if name in set(form.names())} | {"name": ""}
+    return await _shown(request, kind, chosen, texts)
+
+
+async def _texts_of_run(
+    request: Request, kind: Kind, mode: Mode, run_id: str, example: dict[str, str]
+) -> dict[str, str]:
+    service: Service = request.app.state.service
+    run = json.loads(await service.shown(run_id))
+    if run["kind"] != kind.slug or run["mode"] not in kind.jobs:
+        raise Problem(409, "Another form", f"the run is of {run['kind']}, {run['mode']}")
+    asked: dict[str, str] = {}
+    form_of(kind, Mode(run["mode"])).take(run["spec"], asked)
+    if run["mode"] == mode:
+        return asked
+    texts = _carried(kind, Mode(run["mode"]), mode, asked, example)
+    found = {f"dimensions.{name}": value for name, value in ((run["result"] or {}).get("dimensions") or {}).items()}
+    return texts | {name: shown(value) for name, value in found.items() if name in texts}
+
+
+def _carried(kind: Kind, old: Mode, new: Mode, filled: Texts, example: dict[str, str]) -> dict[str, str]:
+    """The form of one mode with what stood in another's; what the other has not starts with the example."""
+    known = set(form_of(kind, old).names())
+    kept = {name: text for name, text in example.items() if name not in known}
+    return kept | {name: text for name, text in filled.items() if name in known}
+
+
+@router.post("/designs/{slug}")
+async def submit(request: Request, slug: str, mode: str = "design", was: str | None = None) -> Response:
+    """Store the run and go to its page, or show the form again with the faults at their fields.
+
+    With ``was`` the form comes from that other mode, to be gone on with in this one.
+    """
+    kind, chosen = _kind_and_mode(slug, mode)
+    form, texts = form_of(kind, chosen), await _texts(request)
+    if was is not None:
+        old = _kind_and_mode(slug, was)[1]
+        return await _shown(request, kind, chosen, _carried(kind, old, chosen, texts, _example(form, kind, chosen)))
+    service: Service = request.app.state.service
+    try:
+        stored = await service.submit(kind, chosen, _asked(kind, chosen, form.value(texts)), None, "")
+    except Problem as problem:
+        return await _shown(request, kind, chosen, texts, placed(form, texts, problem), 422)
+    except Busy as busy:
+        return await _shown(request, kind, chosen, texts, status=503, notice=f"Not now: {busy}")
+    return RedirectResponse(f"/runs/{stored.run_id}", status_code=303)
+
+
+def _asked(kind: Kind, mode: Mode, spec: Mapping[str, Any]) -> Any:
+    return parse(kind.jobs[mode].request, json.dumps(spec).encode())
+
+
+@router.post("/designs/{slug}/drawing")
+async def draw(request: Request, slug: str, mode: str = "design") -> Response:
+    """The part as the form describes it, its faults, and the request as JSON: nothing is solved."""
+    kind, chosen = _kind_and_mode(slug, mode)
+    form, texts = form_of(kind, chosen), await _texts(request)
+    spec = form.value(texts)
+    faults = Faults()
+    try:
+        _asked(kind, chosen, spec)
+    except Problem as problem:
+        faults = placed(form, texts, problem)
+    svg, caption = _svg(kind, spec)
+    return JSONResponse(
+        {"svg": svg, "caption": caption, "json": _as_json(spec), "faults": faults.at, "others": faults.elsewhere}
+    )
+
+
+@router.post("/designs/{slug}/answer")
+async def answer(request: Request, slug: str, mode: str = "check") -> Response:
+    """What the part does as the form describes it: solved, but not stored."""
+    kind, chosen = _kind_and_mode(slug, mode)
+    if chosen is Mode.DESIGN:
+        raise Problem(409, "Nothing to answer", "a design is not sought while one types")
+    form, texts = form_of(kind, chosen), await _texts(request)
+    service: Service = request.app.state.service
+    try:
+        run = await service.answer(kind, chosen, _asked(kind, chosen, form.value(texts)))
+    except Problem as problem:
+        faults = placed(form, texts, problem)
+        return JSONResponse({"faults": faults.at, "others": faults.elsewhere}, 422)
+    except Busy as busy:
+        return JSONResponse({"busy": str(busy)}, 503)
+    result = json.loads(run.result) if run.result else {}
+    told = {
+        "verdict": json.loads(run.verdict) if run.verdict else None,
+        "accuracy": json.loads(run.accuracy) if run.accuracy else None,
+        "problem": json.loads(run.problem) if run.problem else None,
+        "figures": _figures(kind, result),
+    }
+    return page(request, "live.html", **told)
+
+
+def _figures(kind: Kind, result: Mapping[str, Any]) -> dict[str, float]:
+    """The figures that matter most: those by which accuracy is judged, else the first ones."""
+    names = [name for name in kind.main_results if "." not in name] or list(result)
+    found = {name: result.get(name) for name in names if not name.endswith("_u")}
+    numbers = {n: v for n, v in found.items() if isinstance(v, (int, float)) and not isinstance(v, bool)}
+    return dict(list(numbers.items())[:_KEY_FIGURES])

@@ -1,0 +1,74 @@
+"""What is wrong with a form, said at its fields."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from app.errors import Problem
+from app.web.forms.groups import Group
+from app.web.forms.nodes import Node, Texts
+
+_SAYS = {
+    "Field required": "is missing",
+    "Input should be a valid number": "is not a number; 1.5 and 1,5 are",
+    "Input should be a valid integer": "is not a whole number",
+    "Input should be a finite number": "is no finite number",
+}
+_SAID_ALREADY = {"a number", "this field", "a whole number", "a finite number"}
+
+
+@dataclass(frozen=True)
+class Faults:
+    """Words by the name of the input; ``labels`` of the same for a summary; those that no input is to blame for."""
+
+    at: Mapping[str, str] = field(default_factory=dict)
+    labels: Mapping[str, str] = field(default_factory=dict)
+    elsewhere: tuple[str, ...] = ()
+
+    def __bool__(self) -> bool:
+        return bool(self.at or self.elsewhere)
+
+
+_PATH = re.compile(r"\b[a-z]\w*(?:\.\w+)+")
+
+
+def said(entry: Mapping[str, str], named: Mapping[str, str]) -> str:
+    """An entry of problem details in words: what is wrong, what is allowed; fields by their labels, not their paths."""
+
+    def label(found: re.Match[str]) -> str:
+        return f"“{named[found[0]]}”" if found[0] in named else found[0]
+
+    detail, allowed = _PATH.sub(label, entry["detail"]), _PATH.sub(label, entry["allowed"])
+    words = _SAYS.get(detail, detail)
+    if allowed in _SAID_ALREADY or allowed == "see the contract":
+        return words
+    if detail.startswith(("Input should be ", "List should have ")):
+        return f"must be {allowed}"
+    return f"{words}: {allowed}" if detail == "is out of range" else f"{words} (allowed: {allowed})"
+
+
+def placed(form: Group, texts: Texts, problem: Problem) -> Faults:
+    """The entries of a problem at the inputs that are to be seen, each at the nearest one there is."""
+    parts = [part for part in form.parts(texts) if part.pointer]
+    named = {part.path: part.label for part in parts if "." in part.path and part.label}
+    at: dict[str, str] = {}
+    labels: dict[str, str] = {}
+    elsewhere: list[str] = []
+    for entry in problem.body.get("errors", [{"pointer": "", "detail": problem.body["detail"], "allowed": "a number"}]):
+        part = _nearest(parts, entry["pointer"])
+        if part is None:
+            elsewhere.append(f"{entry['pointer'].strip('/')} {said(entry, named)}".strip())
+            continue
+        words = part.fault(entry["pointer"], said(entry, named))
+        if words not in at.get(part.name, ""):
+            at[part.name] = f"{at[part.name]}; {words}" if part.name in at else words
+        labels[part.name] = part.label
+    return Faults(at, labels, tuple(elsewhere))
+
+
+def _nearest(parts: list[Node], pointer: str) -> Node | None:
+    """The part with the longest pointer at or above that one; the last of several alike, which is the innermost."""
+    above = [part for part in parts if pointer == part.pointer or pointer.startswith(part.pointer + "/")]
+    return max(enumerate(above), key=lambda pair: (len(pair[1].pointer), pair[0]))[1] if above else None

@@ -1,0 +1,279 @@
+"""The parts of a form. Each knows how to write its texts from a request, and its share of the request from texts.
+
+Texts are what a browser sends: the name of an input → what stands in it; a box that is not ticked is not there.
+``take`` reads an object of the request into texts, ``put`` writes texts into an object of the request.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from app.web.forms.numbers import number, shown
+
+Texts = Mapping[str, str]
+NO_VALUE = object()
+"""What an empty field without a null means: it is left out."""
+_FEW = 3
+
+
+def applies(when: str, texts: Texts) -> bool:
+    """Whether a condition as ``FormWords.when`` writes it is met."""
+    if not when:
+        return True
+    return any(
+        all(texts.get(name, "") in values.split(",") for name, _, values in (c.partition("=") for c in way.split("&")))
+        for way in when.split("|")
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Node:
+    """What every part has: its key in the request's object, name of its input, JSON pointer, words, condition."""
+
+    sort: ClassVar[str]
+    key: str
+    name: str
+    pointer: str
+    path: str
+    label: str = ""
+    help: str = ""
+    when: str = ""
+    toggled: bool = False
+    """Whether it is added with a click; without it the request has null."""
+
+    @property
+    def hint(self) -> str:
+        """What is said below it, if that is more than its label."""
+        said = self.help.strip()
+        return "" if said.lower() in self.label.lower() else said
+
+    @property
+    def box(self) -> str:
+        """The name of the box that adds it."""
+        return f"{self.name}.on"
+
+    def present(self, texts: Texts) -> bool:
+        return not self.toggled or texts.get(self.box) == "on"
+
+    def put(self, into: dict[str, Any], texts: Texts) -> None:
+        if not applies(self.when, texts):
+            return
+        value = self.value(texts) if self.present(texts) else None
+        if value is not NO_VALUE:
+            into[self.key] = value
+
+    def take(self, source: Mapping[str, Any], texts: dict[str, str]) -> None:
+        value = source.get(self.key, self.default)
+        if self.toggled and value is not None:
+            texts[self.box] = "on"
+        self.show(value, texts)
+
+    @property
+    def default(self) -> Any:
+        return None
+
+    def value(self, texts: Texts) -> Any:
+        raise NotImplementedError
+
+    def show(self, value: Any, texts: dict[str, str]) -> None:
+        raise NotImplementedError
+
+    def parts(self, texts: Texts) -> Iterator[Node]:
+        """Itself and all below that applies."""
+        if applies(self.when, texts):
+            yield self
+
+    def names(self) -> Iterator[str]:
+        """The names of all inputs."""
+        yield self.name
+        if self.toggled:
+            yield self.box
+
+    def fault(self, pointer: str, words: str) -> str:
+        """What to say of a fault at or below its pointer."""
+        return words
+
+
+@dataclass(frozen=True, kw_only=True)
+class Number(Node):
+    sort: ClassVar[str] = "number"
+    unit: str = ""
+    allowed: str = ""
+    nullable: bool = False
+    whole: bool = False
+    start: float | None = None
+    slider: bool = False
+
+    @property
+    def hint(self) -> str:
+        """The range, and what there is to say."""
+        return "; ".join(part for part in (self.allowed, super().hint) if part)
+
+    @property
+    def default(self) -> Any:
+        return self.start
+
+    def value(self, texts: Texts) -> Any:
+        text = texts.get(self.name, "").strip()
+        if not text:
+            # What is ticked must be filled in; what has a default falls back to it.
+            return None if self.nullable and not self.toggled else NO_VALUE
+        found = number(text, self.unit)
+        return int(found) if self.whole and isinstance(found, float) and found.is_integer() else found
+
+    def put(self, into: dict[str, Any], texts: Texts) -> None:
+        super().put(into, texts)
+        if self.toggled and self.present(texts) and applies(self.when, texts) and not texts.get(self.name, "").strip():
+            into[self.key] = ""
+
+    def show(self, value: Any, texts: dict[str, str]) -> None:
+        texts[self.name] = shown(value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Text(Node):
+    sort: ClassVar[str] = "text"
+    most: int = 200
+
+    def value(self, texts: Texts) -> Any:
+        return texts.get(self.name, "")
+
+    def show(self, value: Any, texts: dict[str, str]) -> None:
+        texts[self.name] = value or ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flag(Node):
+    sort: ClassVar[str] = "flag"
+    start: bool = False
+
+    @property
+    def default(self) -> Any:
+        return self.start
+
+    def value(self, texts: Texts) -> Any:
+        return texts.get(self.name) == "on"
+
+    def show(self, value: Any, texts: dict[str, str]) -> None:
+        if value:
+            texts[self.name] = "on"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choice(Node):
+    """One of a list; ``values`` are what the request has for them. With ``runs`` the list is one of stored runs."""
+
+    sort: ClassVar[str] = "choice"
+    options: Mapping[str, str]
+    values: Mapping[str, Any]
+    start: Any = None
+    runs: bool = False
+
+    @property
+    def few(self) -> bool:
+        """Whether all options are shown at once."""
+        return not self.runs and len(self.options) <= _FEW
+
+    @property
+    def default(self) -> Any:
+        return self.start
+
+    def value(self, texts: Texts) -> Any:
+        text = texts.get(self.name, "")
+        return self.values.get(text, text or None)
+
+    def show(self, value: Any, texts: dict[str, str]) -> None:
+        known = next((text for text, meant in self.values.items() if meant == value), None)
+        texts[self.name] = shown(value) if known is None else known
+
+
+@dataclass(frozen=True, kw_only=True)
+class Switched(Choice):
+    """A choice that the request does not name; others depend on it."""
+
+    sort: ClassVar[str] = "union"
+    of: Callable[[Mapping[str, Any]], str]
+
+    @property
+    def members(self) -> tuple[()]:
+        return ()
+
+    def put(self, into: dict[str, Any], texts: Texts) -> None:
+        pass
+
+    def take(self, source: Mapping[str, Any], texts: dict[str, str]) -> None:
+        texts[self.name] = self.of(source)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Several(Node):
+    """Any of a list, each with its box."""
+
+    sort: ClassVar[str] = "several"
+    options: Mapping[str, str]
+    start: tuple[str, ...] = ()
+
+    @property
+    def default(self) -> Any:
+        return self.start
+
+    def value(self, texts: Texts) -> Any:
+        return [option for option in self.options if texts.get(f"{self.name}.{option}") == "on"]
+
+    def show(self, value: Any, texts: dict[str, str]) -> None:
+        for option in value or ():
+            texts[f"{self.name}.{option}"] = "on"
+
+    def names(self) -> Iterator[str]:
+        for option in self.options:
+            yield f"{self.name}.{option}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effects(Node):
+    """Which effects run: a rule for all, or for each one whether it must, must not, or follows its bound."""
+
+    sort: ClassVar[str] = "effects"
+    options: Mapping[str, str]
+    known: Mapping[str, str]
+
+    @property
+    def default(self) -> Any:
+        return "auto"
+
+    def value(self, texts: Texts) -> Any:
+        rule = texts.get(self.name, "auto")
+        if rule != "choice":
+            return rule
+        chosen = {name: texts.get(f"{self.name}.{name}", "") for name in self.known}
+        return {will: [name for name, said in chosen.items() if said == will] for will in ("include", "exclude")}
+
+    def show(self, value: Any, texts: dict[str, str]) -> None:
+        texts[self.name] = "choice" if isinstance(value, dict) else value
+        if isinstance(value, dict):
+            for will in ("include", "exclude"):
+                texts.update({f"{self.name}.{name}": will for name in value.get(will, ())})
+
+    def names(self) -> Iterator[str]:
+        yield self.name
+        for name in self.known:
+            yield f"{self.name}.{name}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Constant(Node):
+    """What a member of a union says of itself."""
+
+    sort: ClassVar[str] = "constant"
+    constant: Any
+
+    def value(self, texts: Texts) -> Any:
+        return self.constant
+
+    def take(self, source: Mapping[str, Any], texts: dict[str, str]) -> None:
+        pass
+
+    def names(self) -> Iterator[str]:
+        return iter(())

@@ -1,0 +1,61 @@
+"""Numbers as people type them: a comma or a point, and a unit behind if it is not the field's own."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+_PER = {
+    "mm": {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "µm": 1e-3, "in": 25.4, '"': 25.4, "ft": 304.8},
+    "µm": {"um": 1.0, "µm": 1.0, "mm": 1e3, "in": 25400.0, "mil": 25.4},
+    "MPa": {"mpa": 1.0, "n/mm2": 1.0, "n/mm²": 1.0, "gpa": 1e3, "kpa": 1e-3, "pa": 1e-6, "bar": 0.1,
+            "psi": 6.894757293168361e-3, "ksi": 6.894757293168361},
+    "GPa": {"gpa": 1.0, "mpa": 1e-3, "n/mm2": 1e-3, "n/mm²": 1e-3, "psi": 6.894757293168361e-6,
+            "ksi": 6.894757293168361e-3, "msi": 6.894757293168361},
+    "N": {"n": 1.0, "kn": 1e3, "lbf": 4.4482216152605, "kgf": 9.80665},
+    "N·m": {"nm": 1.0, "n·m": 1.0, "n*m": 1.0, "lbf·ft": 1.3558179483314004, "lbf*ft": 1.3558179483314004},
+    "kg": {"kg": 1.0, "g": 1e-3, "lb": 0.45359237, "oz": 0.028349523125},
+    "kg/m³": {"kg/m3": 1.0, "kg/m³": 1.0, "g/cm3": 1e3, "g/cm³": 1e3},
+    "Hz": {"hz": 1.0, "1/s": 1.0, "rpm": 1.0 / 60.0, "1/min": 1.0 / 60.0, "/min": 1.0 / 60.0},
+    "rad": {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0},
+    "°": {"deg": 1.0, "°": 1.0, "rad": 180.0 / math.pi},
+    "m/s": {"m/s": 1.0, "mm/s": 1e-3, "ft/s": 0.3048, "km/h": 1.0 / 3.6},
+    "cm³": {"cm3": 1.0, "cm³": 1.0, "l": 1e3, "ml": 1.0, "cc": 1.0, "in3": 16.387064, "in³": 16.387064},
+    "s": {"s": 1.0, "ms": 1e-3, "min": 60.0},
+    "J": {"j": 1.0, "kj": 1e3},
+    "W": {"w": 1.0, "kw": 1e3},
+}  # fmt: skip
+
+_NUMBER = re.compile(r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*(\S.*)?")
+
+
+def others(unit: str) -> str:
+    """The units that a field takes beside its own, for people."""
+    return ", ".join(
+        name for name, size in _PER.get(unit, {}).items() if size != 1.0 and name not in ("um", '"', "msi")
+    )
+
+
+def number(text: str, unit: str = "") -> float | str:
+    """What the text means in the unit; the text itself where it is no finite number."""
+    matched = _NUMBER.fullmatch(text.strip().replace("\u2212", "-"))
+    if matched is None:
+        return text
+    digits, behind = matched.groups()
+    size = 1.0 if behind is None or behind == unit else _PER.get(unit, {}).get(behind.strip().lower())
+    if size is None:
+        return text
+    value = float(digits.replace(",", "."))
+    # A unit of its own is multiplied in; the field's own number stays as it was typed.
+    value = value if size == 1.0 else value * size
+    return value if math.isfinite(value) else text
+
+
+def shown(value: Any) -> str:
+    """A value of a request as text of its field, without loss."""
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
+    return str(value)

@@ -1,0 +1,334 @@
+"""From a request model's JSON schema to the parts of its form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+from app.designs.form import COMMON, looked_up
+from app.designs.kind import Kind, Mode
+from app.web.fields import split_unit
+from app.web.forms.groups import Group, Member, Range, Union
+from app.web.forms.nodes import Choice, Constant, Effects, Flag, Node, Number, Several, Switched, Text
+from app.web.forms.tables import Column, Numbers, Table
+
+Schema = Mapping[str, Any]
+_WIDE = (1e-6, 1e6)
+"""Limits as wide as these only keep the arithmetic in range; nobody is told of them."""
+_TAGS = ("kind", "method")
+
+
+@cache
+def form_of(kind: Kind, mode: Mode) -> Group:
+    """The form of a kind and mode, as one group of sections."""
+    return _Builder(kind, mode).form()
+
+
+class _Builder:
+    def __init__(self, kind: Kind, mode: Mode) -> None:
+        self._kind, self._mode, self._words = kind, mode, kind.form
+        self._root: Schema = kind.jobs[mode].request.model_json_schema()
+
+    def form(self) -> Group:
+        root = self._root
+        if "oneOf" in root:
+            return self._of_union(root)
+        return Group(key="", name="", pointer="", path="", children=self._sections(self._children(root, "", "", "")))
+
+    def _of_union(self, root: Schema) -> Group:
+        """The form of a request that is one of several: what they share, the choice, and the fields of each."""
+        models = [self._resolved(s) for s in root["oneOf"]]
+        shared = set.intersection(*(set(m["properties"]) for m in models))
+        shared = {n for n in shared if all(m["properties"][n] == models[0]["properties"][n] for m in models)}
+        common = self._children({"properties": {n: models[0]["properties"][n] for n in shared}}, "", "", "")
+        key = next(tag for tag in _TAGS if tag in models[0]["properties"])
+        members = []
+        for model in models:
+            tag = model["properties"][key]["const"]
+            own = {**model, "properties": {n: s for n, s in model["properties"].items() if n not in shared}}
+            children = self._children(own, f"{tag}.", "", "")
+            part = Group(
+                key="", name=tag, pointer="", path="", help=_sentence(model), when=f"{key}={tag}", children=children
+            )
+            start = self._words.starts.get(key, {}).get(tag, {})
+            members.append(Member(tag, lambda v, t=tag: isinstance(v, Mapping) and v.get(key) == t, start, part))
+        union = Union(
+            key="",
+            name=key,
+            pointer=f"/{key}",
+            path=key,
+            label=self._label(key, key),
+            members=tuple(members),
+            options=self._options(key, [m.tag for m in members]),
+        )
+        return Group(key="", name="", pointer="", path="", children=self._sections((union, *common)))
+
+    def _sections(self, children: tuple[Node, ...]) -> tuple[Node, ...]:
+        """The parts under their headings; what no section names comes before the common ones."""
+        switches = {name: s for name, s in self._words.switches.items() if s.mode in ("", self._mode)}
+        left: dict[str, list[Node]] = {}
+        for child in children:
+            if self._only(child.path):
+                left.setdefault(child.path, []).append(child)
+        left_over = "More"
+        sections = {**self._words.sections, left_over: (), **COMMON.sections}
+        named = {path for paths in sections.values() for path in paths}
+        out = []
+        for title, paths in sections.items():
+            found: list[Node] = [self._switch(n, s) for n, s in switches.items() if s.section == title]
+            wanted = paths or tuple(path for path in left if path not in named and path != "name")
+            found += [child for path in wanted for child in left.get(path, ())]
+            if found:
+                heading = title.removeprefix("+")
+                out.append(
+                    Group(
+                        key="",
+                        name="section-" + heading.lower().replace(" ", "-").replace(",", ""),
+                        pointer="",
+                        path="",
+                        label=heading,
+                        children=tuple(found),
+                        closed=title.startswith("+"),
+                    )
+                )
+        return (*left.get("name", ()), *out)
+
+    @staticmethod
+    def _switch(name: str, switch: Any) -> Node:
+        return Switched(
+            key="",
+            name=name,
+            pointer="",
+            path="",
+            label=switch.label,
+            options=switch.options,
+            values={value: value for value in switch.options},
+            of=switch.of,
+        )
+
+    def _only(self, path: str) -> bool:
+        return self._words.only.get(path, self._mode) == self._mode and path not in self._words.hidden
+
+    def _resolved(self, schema: Schema) -> Schema:
+        if "$ref" in schema:
+            found = self._root["$defs"][schema["$ref"].rpartition("/")[2]]
+            return {**found, **{k: v for k, v in schema.items() if k != "$ref"}}
+        return schema
+
+    def _children(self, model: Schema, prefix: str, path: str, unit: str) -> tuple[Node, ...]:
+        """The parts of an object; ``prefix`` stands before the names of its inputs, ``path`` before its paths."""
+        required, out = set(model.get("required", ())), []
+        properties = {n: self._resolved(s) for n, s in model["properties"].items()}
+        lists = [n for n, s in properties.items() if n in required and _is_numbers(s)]
+        for key, schema in properties.items():
+            here = f"{path}.{key}" if path else key
+            if schema.get("description", "").startswith("filled in") or not self._only(here):
+                continue
+            if len(lists) > 1 and key in lists:
+                if key == lists[0]:
+                    out.append(self._table(prefix + key, path, here, self._columns(properties, lists), "columns", ""))
+                continue
+            out += self._nodes(key, schema, key in required, prefix, here, unit)
+        return tuple(out)
+
+    def _nodes(self, key: str, schema: Schema, required: bool, prefix: str, path: str, unit: str) -> list[Node]:
+        nullable, default = False, schema.get("default")
+        if "anyOf" in schema:
+            members = [s for s in schema["anyOf"] if s.get("type") != "null"]
+            nullable = len(members) < len(schema["anyOf"])
+            schema = {**self._resolved(members[0]), **{k: v for k, v in schema.items() if k != "anyOf"}}
+        unit = split_unit(key)[1] or unit
+        told = _help(schema, nullable)
+        said = looked_up(self._words.helps, COMMON.helps, path)
+        shared: dict[str, Any] = {
+            "key": key,
+            "name": prefix + key,
+            "pointer": "/" + path.replace(".", "/"),
+            "path": path,
+            "label": self._label(path, key),
+            "help": told if said is None else said,
+            "when": self._words.when.get(path, ""),
+        }
+        adds = nullable and default is None and not {path, key} & (self._words.always | COMMON.always)
+        adds = adds and "null:" not in schema.get("description", "") and not self._words.when.get(path)
+        if key == "effects":
+            known = {e.name: e.summary for e in self._kind.known_effects}
+            return (
+                [Effects(**shared, options=self._options(path, ["auto", "all", "choice"]), known=known)]
+                if known
+                else []
+            )
+        if "oneOf" in schema:
+            return [self._union(schema, shared, prefix, path, unit)]
+        if "const" in schema:
+            return [Constant(**shared, constant=schema["const"])]
+        if key == "run_id":
+            return [Choice(**shared, options={}, values={}, runs=True)]
+        if "enum" in schema:
+            values = {str(v): v for v in schema["enum"]}
+            values = {"": None, **values} if nullable else values
+            return [Choice(**shared, options=self._options(path, list(values)), values=values, start=default)]
+        return self._plain(schema, shared, nullable, adds, unit, default)
+
+    def _plain(
+        self, schema: Schema, shared: dict[str, Any], nullable: bool, adds: bool, unit: str, default: Any
+    ) -> list[Node]:
+        path, name = shared["path"], shared["name"]
+        match schema["type"]:
+            case "object":
+                children = self._children(schema, f"{name}.", path, unit)
+                # Headings within headings only where someone wrote one.
+                shared["help"] = shared["help"] if path in self._words.helps else ""
+                shared["label"] = self._words.labels.get(path, shared["label"] if adds else "")
+                return [Group(**shared, children=children, toggled=adds)]
+            case "boolean":
+                return [Flag(**shared, start=bool(default))]
+            case "string":
+                return [Text(**shared, most=schema.get("maxLength", 200))]
+            case "array" if schema.get("maxItems") == 2 and schema.get("minItems") == 2:
+                return [self._range(schema["items"], shared, unit, default, nullable)]
+            case "array" if "enum" in self._resolved(schema["items"]):
+                options = self._options(path, list(schema["items"]["enum"]))
+                return [Several(**shared, options=options, start=tuple(default or ()))]
+            case "array" if schema["items"].get("type") == "number":
+                return [Numbers(**shared, unit=unit, nullable=nullable, toggled=adds)]
+            case "array":
+                return self._tables(self._resolved(schema["items"]), shared)
+        whole = schema["type"] == "integer" or schema.get("multipleOf") == 1
+        return [
+            Number(
+                **shared,
+                unit=unit,
+                allowed=_allowed(schema),
+                nullable=nullable,
+                whole=whole,
+                start=default,
+                slider=path in self._words.sliders,
+                toggled=adds,
+            )
+        ]
+
+    def _range(self, item: Schema, shared: dict[str, Any], unit: str, default: Any, nullable: bool) -> Node:
+        ends = [
+            Number(
+                key=str(i),
+                name=f"{shared['name']}.{i}",
+                pointer=f"{shared['pointer']}/{i}",
+                path=shared["path"],
+                label=f"{shared['label']}, {end}",
+                unit=unit,
+                allowed=_allowed(item),
+            )
+            for i, end in enumerate(("least", "greatest"))
+        ]
+        return Range(**shared, low=ends[0], high=ends[1], start=default and tuple(default), toggled=nullable)
+
+    def _union(self, schema: Schema, shared: dict[str, Any], prefix: str, path: str, unit: str) -> Node:
+        members, key = [], shared["key"]
+        tagged = [(model, *_tag(model, item)) for item in schema["oneOf"] for model in [self._resolved(item)]]
+        options = self._options(path, [tag for _, tag, _ in tagged])
+        for model, tag, meant in tagged:
+            only = {**shared, "name": f"{prefix}{key}.{tag}", "label": "", "help": "", "when": f"{prefix}{key}={tag}"}
+            if model.get("type") == "object":
+                children = self._children(model, f"{prefix}{key}.{tag}.", path, unit)
+                part: Node = Group(**{**only, "help": _sentence(model)}, children=children)
+            else:
+                named = {**only, "label": options[tag][:1].upper() + options[tag][1:]}
+                part = self._plain(model, named, False, False, unit, None)[0]
+            start = self._words.starts.get(path, {}).get(tag) or next(iter(model.get("examples", [])), None)
+            members.append(Member(tag, meant, start, part))
+        return Union(**shared, members=tuple(members), options=options)
+
+    def _columns(self, properties: Mapping[str, Schema], keys: list[str]) -> tuple[Column, ...]:
+        return tuple(Column(k, self._label(k, k), split_unit(k)[1]) for k in keys)
+
+    def _tables(self, item: Schema, shared: dict[str, Any]) -> list[Node]:
+        properties = {n: self._resolved(s) for n, s in item["properties"].items()}
+        if all(_is_numbers(s) for s in properties.values()):
+            columns = self._columns(properties, list(properties))
+            return [Table(**shared, columns=columns, shape="groups", first=shared["key"].removesuffix("s"))]
+        kinds = self._words.columns.get(shared["path"])
+        if not kinds:
+            return [Table(**shared, columns=self._columns(properties, list(properties)), shape="rows")]
+        return [
+            Table(
+                **{**shared, "name": f"{shared['name']}.{variant}", "when": when},
+                columns=self._columns(properties, list(keys)),
+                shape="rows",
+            )
+            for variant, (keys, when) in kinds.items()
+        ]
+
+    def _table(self, name: str, parent: str, path: str, columns: tuple[Column, ...], shape: str, first: str) -> Node:
+        pointer = "/" + parent.replace(".", "/") if parent else ""
+        label = self._label(f"{parent}.points", "points")
+        return Table(
+            key="",
+            name=name.rpartition(".")[0] + ".points",
+            pointer=pointer,
+            path=path,
+            label=label,
+            help=f"{' and '.join(c.label for c in columns)}, a line for each point; paste from a spreadsheet",
+            columns=columns,
+            shape=shape,
+            first=first,
+        )
+
+    def _label(self, path: str, key: str) -> str:
+        label = looked_up(self._words.labels, COMMON.labels, path)
+        if label is None:
+            words = split_unit(key)[0]
+            for short, long in (("min ", "least "), ("max ", "greatest ")):
+                words = long + words.removeprefix(short) if words.startswith(short) else words
+            label = words[:1].upper() + words[1:]
+        return label
+
+    def _options(self, path: str, values: list[str]) -> dict[str, str]:
+        words = looked_up(self._words.options, COMMON.options, path) or {}
+        return {v: words.get(v, v.replace("_", " ") if v else "none") for v in values}
+
+
+def _is_numbers(schema: Schema) -> bool:
+    return schema.get("type") == "array" and schema["items"].get("type") == "number" and schema.get("maxItems") != 2
+
+
+def _tag(model: Schema, item: Schema) -> tuple[str, Any]:
+    """A name for a member of a union, and how to tell it from a value."""
+    for name in _TAGS:
+        constant = model.get("properties", {}).get(name, {}).get("const")
+        if constant is not None:
+            return constant, lambda v, n=name, c=constant: isinstance(v, Mapping) and v.get(n) == c
+    if model["type"] == "object":
+        own = set(model["properties"])
+        title = item.get("$ref", "").rpartition("/")[2]
+        return title.lower(), lambda v: isinstance(v, Mapping) and bool(v) and set(v) <= own
+    if model["type"] == "array":
+        return "list", lambda v: isinstance(v, list)
+    return "number", lambda v: isinstance(v, (int, float))
+
+
+def _sentence(model: Schema) -> str:
+    return model.get("description", "").partition("\n")[0]
+
+
+def _help(schema: Schema, nullable: bool) -> str:
+    """The field's own description; what null means becomes what an empty field means."""
+    text = schema.get("description", "")
+    return text.replace("null:", "empty:") if nullable else text
+
+
+def _allowed(schema: Schema) -> str:
+    """The range in words; nothing where it is as wide as the arithmetic."""
+    low, above = schema.get("minimum"), schema.get("exclusiveMinimum")
+    high, below = schema.get("maximum"), schema.get("exclusiveMaximum")
+    high = None if high is not None and high >= _WIDE[1] else high
+    if low is not None and low <= -_WIDE[1]:
+        low = None
+    if low == _WIDE[0]:
+        low, above = None, 0
+    least = "" if low is None and above is None else f"at least {low:g}" if low is not None else f"more than {above:g}"
+    most = "" if high is None and below is None else f"at most {high:g}" if high is not None else f"less than {below:g}"
+    if low is not None and high is not None:
+        return f"{low:g} … {high:g}"
+    return ", ".join(part for part in (least, most) if part)

@@ -1,0 +1,23 @@
+"""The part that a run is about, drawn to scale."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from markupsafe import Markup
+
+from app.designs.kind import Kind
+from app.designs.pictures.drawing_svg import drawing_svg
+
+_FOUND = ("dimensions", "profile", "type", "lengths_mm")
+"""Results of a design that a check of the same part is asked with."""
+
+
+def part_of(kind: Kind, run: dict[str, Any]) -> tuple[Markup, str]:
+    """The drawing as SVG and its caption; both empty where there is nothing to draw."""
+    result = run["result"] or {}
+    found = {name: result[name] for name in _FOUND if result.get(name) is not None}
+    if "profile" in found and not all("x_mm" in point for point in found["profile"]):
+        return Markup(), ""
+    drawing = kind.drawing({**run["spec"], **found})
+    return (Markup(), "") if drawing is None else (Markup(drawing_svg(drawing)), drawing.caption)

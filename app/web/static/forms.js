@@ -1,0 +1,247 @@
+// Forms: what applies is shown, tables are edited by cells, and the part is drawn and judged while one types.
+// Without this file the same forms are filled in and sent all the same.
+"use strict";
+(() => {
+  const form = document.getElementById("the-form");
+  const drawing = document.getElementById("the-drawing");
+  const caption = document.getElementById("the-caption");
+  const live = document.getElementById("the-answer");
+  const json = document.getElementById("the-json");
+
+  // -- what applies ----------------------------------------------------------------------------------------------
+  const applies = (when, sent) =>
+    when.split("|").some((way) => way.split("&").every((condition) => {
+      const [name, values] = condition.split("=");
+      return values.split(",").includes(sent.get(name) ?? "");
+    }));
+
+  function showWhatApplies() {
+    const sent = new FormData(form);
+    for (const part of form.querySelectorAll("[data-when]")) part.toggleAttribute("data-off", !applies(part.dataset.when, sent));
+  }
+
+  // -- tables: cells over a text of lines, which is what is sent ---------------------------------------------------
+  const MOST_ROWS = 400;
+  const cellsOf = (line) => line.trim().split(/[\t;]|\s+/).filter((cell) => cell !== "");
+  const tables = [];
+
+  function make(tag, attributes = {}, text = "") {
+    const made = document.createElement(tag);
+    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+    made.textContent = text;
+    return made;
+  }
+
+  function table(area) {
+    const headings = area.dataset.headings.split("|");
+    const label = form.querySelector(`label[for="${CSS.escape(area.id)}"]`);
+    const cells = make("div", { class: "cells", role: "group", "aria-label": label.textContent });
+    const body = make("tbody");
+    const grid = make("table");
+    const head = make("tr");
+    head.append(make("td", { class: "row" }), ...headings.map((words) => make("th", { scope: "col" }, words)), make("td"));
+    const top = make("thead");
+    top.append(head);
+    grid.append(top, body);
+    cells.append(grid);
+    const add = make("button", { type: "button" }, "add a row");
+    const text = make("button", { type: "button", "aria-pressed": "false" }, "as text");
+    const buttons = make("div", { class: "rows" });
+    buttons.append(add, text);
+    area.after(cells, buttons);
+
+    const inputs = (row) => [...row.querySelectorAll("input")];
+    function write() {
+      area.value = [...body.rows].map((row) => inputs(row).map((input) => input.value.trim().replace(/\s+/g, "") || (0, "")).join("\t"))
+        .filter((line) => line.trim() !== "").join("\n");
+    }
+    function number() {
+      [...body.rows].forEach((row, i) => {
+        row.cells[0].textContent = i + 1;
+        inputs(row).forEach((input, j) => input.setAttribute("aria-label", `${headings[j]}, row ${i + 1}`));
+      });
+    }
+    function newRow(values = [], after = null) {
+      const row = make("tr");
+      row.append(make("td", { class: "row" }));
+      headings.forEach((_, i) => {
+        const cell = make("td");
+        const input = make("input", { inputmode: "decimal", "data-path": area.dataset.path });
+        input.value = values[i] ?? "";
+        cell.append(input);
+        row.append(cell);
+      });
+      const gone = make("td", { class: "gone" });
+      gone.append(make("button", { type: "button", "aria-label": "remove this row" }, "×"));
+      row.append(gone);
+      if (after) after.after(row); else body.append(row);
+      return row;
+    }
+    function read() {
+      const lines = area.value.split("\n").filter((line) => line.trim() !== "");
+      const large = lines.length > MOST_ROWS;
+      body.replaceChildren();
+      if (!large) lines.forEach((line) => newRow(cellsOf(line)));
+      number();
+      const plain = large || text.getAttribute("aria-pressed") === "true";
+      area.hidden = !plain;
+      cells.hidden = add.hidden = plain;
+    }
+    body.addEventListener("input", write);
+    body.addEventListener("click", (event) => {
+      if (event.target.tagName !== "BUTTON") return;
+      const row = event.target.closest("tr");
+      const next = row.nextElementSibling ?? row.previousElementSibling;
+      row.remove();
+      number();
+      write();
+      (next?.querySelector("input") ?? add).focus();
+      changed();
+    });
+    body.addEventListener("keydown", (event) => {
+      const row = event.target.closest("tr");
+      const column = row ? inputs(row).indexOf(event.target) : -1;
+      if (column < 0) return;
+      if (event.key === "Enter") {
+        event.preventDefault();
+        const below = row.nextElementSibling ?? newRow([], row);
+        number();
+        inputs(below)[column].focus();
+      } else if (event.key === "ArrowDown" || event.key === "ArrowUp") {
+        const next = event.key === "ArrowDown" ? row.nextElementSibling : row.previousElementSibling;
+        if (next) { event.preventDefault(); inputs(next)[column].focus(); }
+      }
+    });
+    // What a spreadsheet puts on the clipboard fills the cells from here on, to the right and down.
+    body.addEventListener("paste", (event) => {
+      const pasted = event.clipboardData.getData("text");
+      const lines = pasted.replace(/\r/g, "").split("\n").filter((line) => line.trim() !== "");
+      if (lines.length < 2 && !/[\t;]/.test(pasted)) return;
+      event.preventDefault();
+      let row = event.target.closest("tr");
+      const first = inputs(row).indexOf(event.target);
+      // Headings on top of the figures are not figures.
+      const figures = lines.map((line) => line.split(/[\t;]/).length > 1 ? line.split(/[\t;]/) : cellsOf(line)).filter((cells) => /\d/.test(cells[0]));
+      figures.forEach((values, i) => {
+        if (i) row = row.nextElementSibling ?? newRow([], row);
+        values.slice(0, headings.length - first).forEach((value, j) => { inputs(row)[first + j].value = value.trim(); });
+      });
+      number();
+      write();
+      read();
+      changed();
+    });
+    add.addEventListener("click", () => { const row = newRow(); number(); row.querySelector("input").focus(); });
+    text.addEventListener("click", () => {
+      text.setAttribute("aria-pressed", String(text.getAttribute("aria-pressed") !== "true"));
+      text.textContent = text.getAttribute("aria-pressed") === "true" ? "as cells" : "as text";
+      read();
+    });
+    // A file of points dropped on the table, or on its text, takes the place of what is there.
+    for (const target of [cells, area]) {
+      target.addEventListener("dragover", (event) => event.preventDefault());
+      target.addEventListener("drop", async (event) => {
+        const [file] = event.dataTransfer.files;
+        if (!file) return;
+        event.preventDefault();
+        const lines = (await file.text()).replace(/\r/g, "").split("\n").filter((line) => /\d/.test(line.trim()[0] === "-" ? line.trim().slice(1, 2) : line.trim()[0] ?? ""));
+        const commas = lines.every((line) => !/[\t;]/.test(line)) && lines.every((line) => line.split(",").length === headings.length);
+        area.value = lines.map((line) => commas ? line.split(",").join("\t") : line).join("\n");
+        read();
+        changed();
+      });
+    }
+    tables.push({ area, read });
+    read();
+  }
+
+  // -- sliders -----------------------------------------------------------------------------------------------------
+  const value = (text) => Number(text.trim().replace(",", "."));
+  function slider(input) {
+    const range = make("input", { type: "range", "aria-label": `${form.querySelector(`label[for="${CSS.escape(input.id)}"]`)?.textContent ?? ""}, slider`, "data-path": input.dataset.path });
+    const settle = () => {
+      const now = value(input.value);
+      range.hidden = !(now > 0);
+      if (now > 0) Object.assign(range, { min: now / 2, max: now * 2, step: now / 200, value: now });
+    };
+    range.addEventListener("input", () => { input.value = String(Number(Number(range.value).toPrecision(4))); });
+    range.addEventListener("change", settle);
+    input.addEventListener("change", settle);
+    input.closest(".entry").after(range);
+    settle();
+    return settle;
+  }
+
+  // -- the drawing lights up what one is at ------------------------------------------------------------------------
+  let path = "";
+  function light() {
+    for (const mark of drawing.querySelectorAll("[data-for]")) mark.classList.toggle("lit", mark.dataset.for === path);
+  }
+  form.addEventListener("focusin", (event) => { path = event.target.dataset.path ?? ""; light(); });
+  drawing.addEventListener("click", (event) => {
+    const wanted = event.target.closest("[data-for]")?.dataset.for;
+    const field = wanted && [...form.querySelectorAll(`[data-path="${CSS.escape(wanted)}"]:not([type=range])`)].find((one) => one.offsetParent);
+    if (field) field.focus();
+  });
+
+  // -- drawn and judged while one types: one request at a time, the last state wins --------------------------------
+  const WAIT = 200;
+  let timer = 0, busy = false, again = false;
+
+  function changed() {
+    showWhatApplies();
+    clearTimeout(timer);
+    timer = setTimeout(ask, WAIT);
+  }
+
+  const send = (address) => fetch(address, { method: "POST", body: new URLSearchParams(new FormData(form)) });
+
+  function showFaults(faults, others) {
+    for (const place of form.querySelectorAll(".error")) {
+      const name = place.id.replace(/-error$/, "");
+      const words = faults[name] ?? "";
+      if (place.textContent !== words) place.textContent = words;
+      const field = document.getElementById(name);
+      if (field) { if (words) field.setAttribute("aria-invalid", "true"); else field.removeAttribute("aria-invalid"); }
+    }
+    const count = Object.keys(faults).length + others.length;
+    if (count) live.innerHTML = "";
+    if (count) live.append(make("p", { class: "summary fails" }, `${count === 1 ? "One entry" : `${count} entries`} cannot be accepted yet. ${others.join("; ")}`));
+    else if (!form.dataset.answer) live.replaceChildren();
+    return count;
+  }
+
+  async function ask() {
+    if (busy) { again = true; return; }
+    busy = true;
+    try {
+      const drawn = await (await send(form.dataset.drawing)).json();
+      if (drawn.svg) { drawing.innerHTML = drawn.svg; light(); }
+      caption.textContent = drawn.svg ? drawn.caption : drawing.firstChild ? "The last drawing that was possible: something is missing or wrong." : "Nothing can be drawn yet.";
+      json.textContent = drawn.json;
+      if (!showFaults(drawn.faults, drawn.others) && form.dataset.answer && !again) {
+        live.setAttribute("aria-busy", "true");
+        const answer = await send(form.dataset.answer);
+        if (answer.ok) live.innerHTML = await answer.text();
+        else if (answer.status === 422) { const told = await answer.json(); showFaults(told.faults, told.others); }
+        else live.replaceChildren(make("p", { class: "summary" }, answer.status === 503 ? `Not now: ${(await answer.json()).busy}` : "No answer just now."));
+      }
+    } catch { live.replaceChildren(make("p", { class: "summary" }, "The service does not answer.")); }
+    finally { busy = false; live.removeAttribute("aria-busy"); }
+    if (again) { again = false; ask(); }
+  }
+
+  const settles = [...form.querySelectorAll("input[data-slider]")].map(slider);
+  form.querySelectorAll("textarea[data-headings]").forEach(table);
+  form.addEventListener("input", changed);
+  form.addEventListener("change", changed);
+  // A part that is wrong must not stay folded away.
+  for (const place of form.querySelectorAll("details .error:not(:empty)")) place.closest("details").open = true;
+  // After Back the browser puts in what was typed, after this script has run.
+  addEventListener("pageshow", () => setTimeout(() => {
+    tables.forEach(({ read }) => read());
+    settles.forEach((settle) => settle());
+    showWhatApplies();
+    if (!document.getElementById("the-faults")) ask();
+  }));
+})();

@@ -1,0 +1,66 @@
+"""Drawings are to scale, say what the request says, and bear any request however wrong."""
+
+from __future__ import annotations
+
+import copy
+import math
+from xml.etree import ElementTree
+
+import pytest
+
+from app.designs.drawing import Circle, Layer
+from app.designs.kind import Mode
+from app.designs.pictures.drawing_svg import drawing_svg
+from app.designs.registry import KINDS
+
+JOBS = [(kind.slug, mode) for kind in KINDS.values() for mode in kind.jobs]
+
+
+def leaves(value, path=()):
+    if isinstance(value, (dict, list)):
+        for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from leaves(inner, (*path, key))
+    else:
+        yield path
+
+
+@pytest.mark.parametrize(("slug", "mode"), JOBS)
+def test_a_drawing_bears_any_value_in_any_place(slug, mode):
+    kind = KINDS[slug]
+    example = kind.example(mode)
+    paths = [path for path in leaves(example) if path[0] not in ("pressure", "name")]
+    for path in paths:
+        for wrong in (None, "", "text", -1.0, 0, 1e300, math.nan, True, [], {}):
+            request = copy.deepcopy(example)
+            holder = request
+            for step in path[:-1]:
+                holder = holder[step]
+            holder[path[-1]] = wrong
+            drawing = kind.drawing(request)
+            if drawing is not None:
+                assert "nan" not in drawing_svg(drawing)
+    assert kind.drawing({}) is None
+
+
+@pytest.mark.parametrize(("slug", "mode"), JOBS)
+def test_every_dimension_is_as_long_as_it_says_and_the_picture_is_well_formed(slug, mode):
+    drawing = KINDS[slug].drawing(KINDS[slug].example(mode))
+    ElementTree.fromstring(drawing_svg(drawing))
+    assert drawing.dimensions
+    for dimension in drawing.dimensions:
+        (x1, y1), (x2, y2) = dimension.start, dimension.end
+        long = {"x": abs(x2 - x1), "y": abs(y2 - y1), "free": math.hypot(x2 - x1, y2 - y1)}[dimension.axis]
+        if dimension.words.startswith("cg") or dimension.path == "pivot_distance_mm":
+            continue
+        assert long == pytest.approx(float(dimension.words.rpartition(" ")[2]), rel=2e-3)
+
+
+def test_the_linkage_closes_as_drawn():
+    request = KINDS["impact-linkage"].example(Mode.CHECK)
+    request["lengths_mm"] = {"base": 60.0, "crank": 20.0, "coupler": 50.0, "rocker": 30.0}
+    drawing = KINDS["impact-linkage"].drawing(request)
+    ends = {d.words.partition(" ")[0]: d for d in drawing.dimensions}
+    assert ends["crank"].end == ends["coupler"].start
+    assert ends["rocker"].end == ends["coupler"].end
+    assert ends["base"].path == "lengths_mm.base"
+    assert any(isinstance(shape, Circle) and shape.layer is Layer.CENTER for shape in drawing.shapes)

@@ -1,0 +1,158 @@
+"""Forms say of a request what it says, take what people type, and put faults where they are."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+from app.errors import Problem
+from app.web.forms.faults import placed
+from app.web.forms.nodes import applies
+from app.web.forms.numbers import number
+from app.web.forms.tables import cells_of
+from app.web.forms.tree import form_of
+
+JOBS = [(kind.slug, mode) for kind in KINDS.values() for mode in kind.jobs]
+
+
+def texts_of(slug: str, mode: Mode, request: dict | None = None) -> dict[str, str]:
+    texts: dict[str, str] = {}
+    form_of(KINDS[slug], mode).take(KINDS[slug].example(mode) if request is None else request, texts)
+    return texts
+
+
+def asked(slug: str, mode: Mode, texts: dict[str, str]):
+    spec = form_of(KINDS[slug], mode).value(texts)
+    return KINDS[slug].jobs[mode].request.model_validate_json(json.dumps(spec))
+
+
+def without_nothing(value):
+    """A request without what is null: a group of nulls is the same as none."""
+    if isinstance(value, dict):
+        found = {name: without_nothing(inner) for name, inner in value.items()}
+        return {name: inner for name, inner in found.items() if inner not in (None, {})}
+    return value
+
+
+@pytest.mark.parametrize(("slug", "mode"), JOBS)
+def test_a_form_filled_with_the_example_means_the_example(slug, mode):
+    example = KINDS[slug].jobs[mode].request.model_validate_json(json.dumps(KINDS[slug].example(mode)))
+    back = asked(slug, mode, texts_of(slug, mode))
+    assert without_nothing(back.model_dump()) == without_nothing(example.model_dump())
+
+
+@pytest.mark.parametrize(("slug", "mode"), JOBS)
+def test_every_field_of_the_contract_has_a_place(slug, mode):
+    """Fields by their pointers, without those that the service fills in and those that a rule leaves out."""
+    kind = KINDS[slug]
+    schema = kind.jobs[mode].request.model_json_schema()
+    placed_at = set()
+
+    def walk(part):
+        placed_at.add(part.pointer)
+        for column in getattr(part, "columns", ()):
+            placed_at.add(f"{part.pointer}/{column.key}")
+        for child in (*getattr(part, "children", ()), *(m.part for m in getattr(part, "members", ()))):
+            walk(child)
+
+    def pointers(model, path=""):
+        model = schema["$defs"][model["$ref"].rpartition("/")[2]] if "$ref" in model else model
+        for member in (*model.get("oneOf", ()), *model.get("anyOf", ())):
+            yield from pointers(member, path)
+        for name, inner in model.get("properties", {}).items():
+            here = f"{path}/{name}"
+            if inner.get("description", "").startswith("filled in") or not kept(here):
+                continue
+            yield here
+            if name != "effects":
+                yield from pointers(inner, here)
+
+    def kept(pointer):
+        path = pointer[1:].replace("/", ".")
+        return path not in kind.form.hidden and kind.form.only.get(path, mode) == mode
+
+    walk(form_of(kind, mode))
+    assert not set(pointers(schema)) - placed_at
+
+
+def test_both_a_comma_and_a_point_are_decimal():
+    assert number("1,5") == number("1.5") == 1.5
+    assert number("\u22122,5e-3") == -2.5e-3
+
+
+@pytest.mark.parametrize(
+    ("typed", "unit", "meant"),
+    [("1 in", "mm", 25.4), ("145,04 psi", "MPa", 1.0000156), ("3000 rpm", "Hz", 50.0), ("30 mm", "mm", 30.0)],
+)
+def test_another_unit_behind_the_number_is_converted(typed, unit, meant):
+    assert number(typed, unit) == pytest.approx(meant, rel=1e-6)
+
+
+@pytest.mark.parametrize("typed", ["fast", "1.2.3", "1 furlong", "nan", "1e999", "1 000", ""])
+def test_what_is_no_number_stays_as_it_was_typed(typed):
+    assert number(typed, "mm") == typed
+
+
+def test_rows_come_from_spreadsheets_of_any_country():
+    assert cells_of("10\t1,5") == cells_of("10;1,5") == cells_of("10 1,5") == ["10", "1,5"]
+    assert cells_of("10,1.5", 2) == cells_of("10, 1.5") == ["10", "1.5"]
+
+
+def test_conditions_know_and_and_or():
+    assert applies("a=1,2&b=3|c=4", {"a": "2", "b": "3"})
+    assert applies("a=1,2&b=3|c=4", {"c": "4"})
+    assert not applies("a=1,2&b=3|c=4", {"a": "2"})
+
+
+def test_the_chosen_member_alone_counts():
+    texts = texts_of("flexible-rod", Mode.CHECK) | {"load": "table", "load.schmidt.delta": "nonsense"}
+    load = asked("flexible-rod", Mode.CHECK, texts).load
+    assert (load.kind, len(load.angle_deg)) == ("table", 6)
+
+
+def test_what_is_added_and_not_filled_in_is_a_fault_not_nothing():
+    texts = texts_of("pin-profile", Mode.DESIGN) | {"limits.max_deflection_um.on": "on"}
+    assert form_of(KINDS["pin-profile"], Mode.DESIGN).value(texts)["limits"]["max_deflection_um"] == ""
+
+
+def test_a_pin_checked_by_points_and_a_bushing():
+    texts = texts_of("pin-profile", Mode.CHECK) | {"given": "points", "profile.bore": "0 14\n20 12,5"}
+    request = asked("pin-profile", Mode.CHECK, texts)
+    assert [(p.x_mm, p.bore_mm) for p in request.profile] == [(0, 14), (20, 12.5)]
+    assert request.bore_mm is None
+    assert not request.contradictions()
+    texts |= {"variable": "outer", "given": "one", "bore_mm": "10"}
+    bushing = asked("pin-profile", Mode.CHECK, texts)
+    assert (bushing.variable, bushing.bore_mm, bushing.profile) == ("outer", 10, None)
+
+
+def test_effects_of_ones_own_choice():
+    texts = texts_of("flexible-rod", Mode.CHECK) | {"effects": "choice", "effects.shear": "include"}
+    texts["effects.friction"] = "exclude"
+    effects = asked("flexible-rod", Mode.CHECK, texts).effects
+    assert (effects.include, effects.exclude) == (["shear"], ["friction"])
+
+
+def test_a_fault_is_told_at_the_field_that_is_to_be_seen():
+    form = form_of(KINDS["flexible-rod"], Mode.CHECK)
+    entry = {"detail": "Field required", "allowed": "this field"}
+    errors = [
+        {"pointer": "/load/angle_deg/3", "detail": "is out of range", "allowed": "at most 360"},
+        {"pointer": "/load/back_pressure_mpa", **entry},
+        {"pointer": "/nowhere", **entry},
+    ]
+    texts = texts_of("flexible-rod", Mode.CHECK) | {"load": "table"}
+    faults = placed(form, texts, Problem(422, "no", "no", errors))
+    assert faults.at["load.table.points"] == "row 4, crank angle: is out of range: at most 360"
+    assert faults.at["load.table.back_pressure_mpa"] == "is missing"
+    assert faults.elsewhere == ("nowhere is missing",)
+
+
+def test_a_fault_names_other_fields_by_their_labels():
+    form, texts = form_of(KINDS["flexible-rod"], Mode.CHECK), texts_of("flexible-rod", Mode.CHECK)
+    entry = {"pointer": "/dimensions/l_mm", "detail": "is too long", "allowed": "at most mechanism.rod_length_mm"}
+    faults = placed(form, texts, Problem(422, "no", "no", [entry]))
+    assert faults.at["dimensions.l_mm"] == "is too long (allowed: at most “Rod length L”)"

@@ -1,0 +1,131 @@
+"""The forms as a person without JavaScript meets them, and what answers while one types."""
+
+from __future__ import annotations
+
+import html
+import re
+
+import pytest
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+from app.web.forms.tree import form_of
+
+JOBS = [(kind.slug, str(mode)) for kind in KINDS.values() for mode in kind.jobs]
+HOSTILE = '"><script>alert(1)</script>\u202e\U0001f4a3'
+
+
+def texts_of(slug: str, mode: str) -> dict[str, str]:
+    kind, texts = KINDS[slug], {}
+    form_of(kind, Mode(mode)).take(kind.example(Mode(mode)), texts)
+    return texts
+
+
+def inputs(page: str) -> dict[str, str]:
+    """What a browser would send of text inputs."""
+    found = re.findall(r'<input id="([^"]+)" name="[^"]+" value="([^"]*)"', page)
+    return {html.unescape(name): html.unescape(value) for name, value in found}
+
+
+@pytest.mark.parametrize(("slug", "mode"), JOBS)
+def test_each_form_starts_with_its_example_and_a_drawing(client, slug, mode):
+    page = client.get(f"/designs/{slug}?mode={mode}")
+    shown, texts = inputs(page.text), texts_of(slug, mode)
+    assert shown
+    assert {name: texts.get(name, "") for name in shown} == shown
+    assert "<svg" in page.text
+    assert len(page.content) < 100_000
+    assert "style=" not in page.text
+
+
+def test_a_submitted_form_is_a_run_under_its_name(client):
+    fields = texts_of("pin-profile", "check") | {"name": HOSTILE}
+    answer = client.post("/designs/pin-profile?mode=check", data=fields, follow_redirects=False)
+    assert answer.status_code == 303
+    page = client.get(answer.headers["location"])
+    assert html.escape(HOSTILE, quote=False)[:20] in page.text.replace("&#34;", '"')
+    assert "<script>alert" not in page.text
+
+
+@pytest.mark.parametrize(
+    ("field", "text"),
+    [
+        ("load.schmidt.delta", "1.5"),
+        ("dimensions.l_mm", "50"),
+        ("mechanism.speed_hz", "fast"),
+        ("piston.diameter_mm", ""),
+    ],
+)
+def test_a_fault_is_shown_at_its_field_and_nothing_typed_is_lost(client, field, text):
+    fields = {**texts_of("flexible-rod", "check"), field: text, "name": HOSTILE, "load.constant.back_pressure_mpa": "7"}
+    answer = client.post("/designs/flexible-rod?mode=check", data=fields)
+    assert answer.status_code == 422
+    words = re.search(rf'id="{re.escape(field)}-error">([^<]+)<', answer.text)
+    assert words
+    assert f'<a href="#{field}">' in answer.text
+    shown = inputs(answer.text)
+    assert shown == {name: fields.get(name, "") for name in shown}
+    assert HOSTILE not in answer.text
+
+
+def test_the_other_mode_keeps_what_both_have(client):
+    fields = texts_of("flexible-rod", "check") | {"mechanism.speed_hz": "33", "load": "constant"}
+    del fields["load.constant.constant_pressure_mpa"]
+    page = client.post("/designs/flexible-rod?mode=design&was=check", data=fields).text
+    assert inputs(page)["mechanism.speed_hz"] == "33"
+    assert inputs(page)["bounds.b_mm.1"] == "9"
+    assert re.search(r'name="load" value="constant"[^>]* checked', page)
+
+
+def test_a_run_is_the_start_of_another(client):
+    fields = texts_of("flexible-rod", "check") | {"dimensions.h_mm": "0.5", "name": "first"}
+    run = client.post("/designs/flexible-rod?mode=check", data=fields, follow_redirects=False).headers["location"][6:]
+    assert inputs(client.get(f"/designs/flexible-rod?mode=check&from={run}").text)["dimensions.h_mm"] == "0.5"
+    assert inputs(client.get(f"/designs/flexible-rod?mode=design&from={run}").text)["name"] == "first"
+    assert client.get(f"/designs/pin-profile?mode=check&from={run}").status_code == 409
+    assert client.get("/designs/pin-profile?mode=check&from=none").status_code == 404
+
+
+def test_a_load_from_a_run_is_chosen_in_the_form(client):
+    posted = client.post("/designs/crank-dynamics?mode=analysis", data=texts_of("crank-dynamics", "analysis"))
+    run = str(posted.url).rpartition("/")[2]
+    page = client.get(f"/designs/pin-profile?mode=design&load_run={run}&instant=gas_force_max").text
+    assert re.search(rf'<option value="{run}" selected>', page)
+    assert '<option value="gas_force_max" selected>' in page
+    fields = texts_of("pin-profile", "design") | {"load": "run", "load.run.run_id": run}
+    fields["load.run.instant"] = "gas_force_max"
+    assert client.post("/designs/pin-profile?mode=design", data=fields, follow_redirects=False).status_code == 303
+
+
+def test_the_drawing_follows_the_form_and_tells_faults(client):
+    fields = texts_of("flexible-rod", "check") | {"dimensions.l_mm": "31,5"}
+    told = client.post("/designs/flexible-rod/drawing?mode=check", data=fields).json()
+    assert "l 31.5" in told["svg"]
+    assert 'data-for="dimensions.l_mm"' in told["svg"]
+    assert told["faults"] == {}
+    told = client.post("/designs/flexible-rod/drawing?mode=check", data=fields | {"piston.diameter_mm": "wide"}).json()
+    assert told["svg"] == ""
+    assert list(told["faults"]) == ["piston.diameter_mm"]
+
+
+def test_the_answer_while_one_types_is_not_stored(client):
+    before = len(client.get("/api/v1/runs").json()["items"])
+    fields = texts_of("pin-profile", "check")
+    answer = client.post("/designs/pin-profile/answer?mode=check", data=fields)
+    assert "It holds" in answer.text
+    answer = client.post("/designs/pin-profile/answer?mode=check", data=fields | {"load.load.force_n": "30000"})
+    assert "It does not hold" in answer.text
+    assert client.post("/designs/pin-profile/answer?mode=check", data=fields | {"bore_mm": "99"}).status_code == 422
+    assert client.post("/designs/pin-profile/answer?mode=design", data=fields).status_code == 409
+    assert len(client.get("/api/v1/runs").json()["items"]) == before
+
+
+def test_an_infeasible_design_explains_itself(client):
+    fields = texts_of("flexible-rod", "design") | {"requirements.min_fatigue_safety": "5"}
+    page = client.post("/designs/flexible-rod?mode=design", data=fields)
+    assert "Why there is no answer" in page.text
+
+
+def test_a_form_larger_than_a_body_may_be_is_refused(client):
+    fields = texts_of("flexible-rod", "check") | {"load.table.points": "1 1\n" * 400_000}
+    assert client.post("/designs/flexible-rod?mode=check", data=fields).status_code == 413

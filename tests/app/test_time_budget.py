@@ -6,6 +6,7 @@ import asyncio
 import json
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 
 import pytest
 
@@ -21,6 +22,14 @@ from solvers.outcome import Accuracy, Outcome, Status
 DESIGNS = [kind for kind in KINDS.values() if Mode.DESIGN in kind.jobs]
 
 
+@cache
+def example_result() -> dict:
+    """The result of the rod's example."""
+    rod = KINDS["flexible-rod"]
+    job = rod.jobs[Mode.DESIGN]
+    return job.run(job.request.model_validate(rod.example(Mode.DESIGN))).result
+
+
 class Recording:
     """An executor that notes what it is given; its answers are as accurate as ``estimated`` says."""
 
@@ -33,7 +42,7 @@ class Recording:
 
     async def run(self, _kind: str, _mode: str, payload: bytes, budget_s: float, _report: object) -> Answer:
         self.calls.append((json.loads(payload)["time_budget_s"], budget_s))
-        return Answer("succeeded", {}, [], self._accuracy, {}, None, self._verdict)
+        return Answer("succeeded", example_result(), [], self._accuracy, {}, None, self._verdict)
 
     def close(self) -> None: ...
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 FLAGS = [
     "--no-sandbox",
@@ -21,6 +21,10 @@ FLAGS = [
     "--disable-component-update",
     "--no-first-run",
 ]
+
+
+# A service that has just started loads its kernels while the first answers wait.
+expect.set_options(timeout=30_000)
 
 
 @pytest.fixture(scope="session")

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import copy
-import html
 import json
 import math
-import re
 from xml.etree import ElementTree
 
 import pytest
@@ -15,9 +13,9 @@ from typer.testing import CliRunner
 from app.cli import app
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from tests.app.web.test_forms import texts_of
 
 CHECKS, DESIGNS = "/api/v1/checks/impact-linkage", "/api/v1/designs/impact-linkage"
-INPUT = re.compile(r'<input id="([^"]+)" name="[^"]+" value="([^"]*)"')
 
 
 @pytest.fixture
@@ -191,10 +189,7 @@ def test_designs_that_make_no_sense_are_refused(client, design, change, pointer)
 
 @pytest.mark.parametrize("mode", ["check", "design"])
 def test_the_forms_example_has_a_page_with_the_moving_mechanism(client, mode):
-    page = client.get(f"/designs/impact-linkage?mode={mode}").text
-    fields = {html.unescape(name): html.unescape(value) for name, value in INPUT.findall(page)}
-    if mode == "design":
-        fields["types.1"] = ""
+    fields = texts_of("impact-linkage", mode)
     answer = client.post(f"/designs/impact-linkage?mode={mode}", data=fields, follow_redirects=False)
     assert answer.status_code == 303, answer.text
     shown = client.get(answer.headers["location"]).text

@@ -78,9 +78,3 @@ def test_what_no_run_can_give_is_refused_with_its_place(client, source):
     for load, pointer in (({}, "/load/force_n"), ({"force_n": -1}, "/load/force_n"), ({"kind": "run"}, "/load/run_id")):
         refused = client.post(PATHS[Mode.CHECK], json={**PIN.example(Mode.CHECK), "load": load})
         assert [e["pointer"] for e in refused.json()["errors"]] == [pointer]
-
-
-def test_the_form_asks_for_a_plain_force(client):
-    page = client.get("/designs/pin-profile").text
-    assert 'name="load.force_n"' in page
-    assert "load.run_id" not in page

@@ -11,7 +11,7 @@ import pytest
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
-from tests.app.web.test_pages import filled
+from tests.app.web.test_forms import texts_of
 
 PIN = KINDS["pin-profile"]
 DESIGNS, CHECKS = "/api/v1/designs/pin-profile", "/api/v1/checks/pin-profile"
@@ -260,7 +260,7 @@ def test_every_picture_is_svg(client, design, check, variable, mode):
 
 def test_the_form_starts_with_the_example_and_leads_to_a_run(client):
     for mode in ("design", "check"):
-        fields = filled(client.get(f"/designs/pin-profile?mode={mode}").text)
+        fields = texts_of("pin-profile", mode)
         assert fields["geometry.outer_diameter_mm"] == "21.99"
         answer = client.post(f"/designs/pin-profile?mode={mode}", data=fields, follow_redirects=False)
         assert answer.status_code == 303, answer.text

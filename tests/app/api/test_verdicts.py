@@ -62,7 +62,9 @@ def test_links_lead_somewhere(client, check_request):
         for url in (links["self"], links["page"], *links["plots"].values()):
             assert client.get(url).status_code == 200, url
     assert [sorted(run["links"]["plots"]) for run in cases] == [
-        ["effects", "stability-map"], ["effects", "loads", "mechanism", "transfer"], [],
+        ["effects", "forces-over-angle", "stability-map", "stress-along-strip", "stresses-over-angle"],
+        ["effects", "loads", "mechanism", "transfer"],
+        [],
     ]  # fmt: skip
     assert cases[2]["verdict"] is None and cases[2]["holds"] is None
 
@@ -95,7 +97,7 @@ def test_the_verdict_is_the_first_thing_on_a_page(client, check_request):
     assert GOOD in page
     assert page.index(run["verdict"]["summary"]) < min(page.index(x) for x in ("succeeded", "<h2>", "<figure"))
     for item in run["verdict"]["criteria"]:
-        assert f'aria-label="{item["label"]}: share used"' in page
+        assert f'aria-label="{item["label"]}: ' in page
 
 
 @pytest.mark.parametrize("case", ["buckled", "three_steps"])
@@ -126,7 +128,7 @@ def test_an_infeasible_design_says_so_first(client, three_steps):
     assert (run["status"], run["verdict"], run["holds"]) == ("infeasible", None, None)
     page = page_of(client, run)
     assert page.index("There is no such design") < page.index("infeasible")
-    assert "<td>force</td>" in page
+    assert '<th scope="row">force</th>' in page
 
 
 @pytest.mark.parametrize(("thickness", "code", "first"), [(0.46, 0, "It holds."), (0.1, 4, "It does not hold:")])

@@ -12,7 +12,7 @@ from app import printing
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.designs.schema import envelope
-from app.web.pages import templates
+from app.web.rendering import templates
 from solvers.outcome import Accuracy, Outcome, Status
 
 MISSED = "the accuracy of 1e-06 is not met: the estimated error is 4e-05"
@@ -56,13 +56,16 @@ def run(estimated: float) -> dict:
         "id": "r", "kind": "flexible-rod", "mode": "check", "status": "succeeded", "name": "", "cached": False,
         "created_at": "2026-01-31T12:00:00Z", "result": found.result, "problem": None, "effects": [],
         "accuracy": found.accuracy, "timing": {"total_s": 0.1}, "progress": None, "verdict": None,
+        "spec": {}, "solver": {"name": "crankwright", "version": "1"}, "links": {"plots": {}, "exports": {}},
     }  # fmt: skip
 
 
 @pytest.mark.parametrize(("estimated", "warned"), [(4e-5, True), (1e-7, False)])
 def test_page_and_terminal_say_so(estimated, warned, monkeypatch):
     shown = run(estimated)
-    page = templates.get_template("run.html").render(run=shown, result=shown["result"], numbers={}, plots=[])
+    page = templates.get_template("run.html").render(
+        run=shown, kind=KINDS["flexible-rod"], result=shown["result"], numbers={}, plots=[]
+    )
     assert (MISSED in page) is warned
     assert ("not met" in page) is warned
     out = io.StringIO()

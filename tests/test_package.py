@@ -19,8 +19,12 @@ ROOT = Path(__file__).parents[1]
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The distribution, without its dependencies, in a folder of its own."""
     folder = tmp_path_factory.mktemp("installed")
-    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation"]
-    subprocess.run([*pip, "--target", str(folder), str(ROOT)], check=True, timeout=120)
+    # As scripts/install: by uv where that could be had, which leaves the environment without pip.
+    uv = Path(sys.executable).with_name("uv")
+    pip = [str(uv), "pip"] if uv.exists() else [sys.executable, "-m", "pip"]
+    whose = ["--python", sys.executable] if uv.exists() else []
+    command = [*pip, "install", *whose, "--quiet", "--no-deps", "--target", str(folder), str(ROOT)]
+    subprocess.run(command, check=True, timeout=120)
     return folder
 
 

@@ -11,6 +11,8 @@ from app.designs.pictures.drawing_svg import drawing_svg
 
 _FOUND = ("dimensions", "profile", "type", "lengths_mm")
 """Results of a design that a check of the same part is asked with."""
+_SOUGHT = ("bounds", "stock_h_mm", "step_mm")
+"""What a design asks of dimensions that it has found."""
 
 
 def part_of(kind: Kind, run: dict[str, Any]) -> tuple[Markup, str]:
@@ -19,5 +21,7 @@ def part_of(kind: Kind, run: dict[str, Any]) -> tuple[Markup, str]:
     found = {name: result[name] for name in _FOUND if result.get(name) is not None}
     if "profile" in found and not all("x_mm" in point for point in found["profile"]):
         return Markup(), ""
-    drawing = kind.drawing({**run["spec"], **found})
+    # What was to be found is known now.
+    given = {name: value for name, value in run["spec"].items() if not found or name not in _SOUGHT}
+    drawing = kind.drawing({**given, **found})
     return (Markup(), "") if drawing is None else (Markup(drawing_svg(drawing)), drawing.caption)

@@ -216,3 +216,11 @@ def test_a_moving_picture_stands_still_where_that_is_asked(client):
     assert "<animate" in client.get(at).text
     assert "<animate" not in client.get(f"{at}?still=true").text
     assert f'srcset="{at}?still=true"' in client.get(f"/runs/{run['id']}").text
+
+
+def test_a_design_is_drawn_as_it_was_found(client, design_request):
+    run = client.post("/api/v1/designs/flexible-rod", json=design_request).json()
+    page = client.get(f"/runs/{run['id']}").text
+    drawing = page[page.index('<figure class="drawing"') : page.index("</figure>")]
+    assert f"l {run['result']['dimensions']['l_mm']:.4g}" in drawing
+    assert "≤" not in drawing

@@ -65,6 +65,10 @@ def _no_drawing(_request: dict[str, Any]) -> None:
     return None
 
 
+def _no_part(_run: Mapping[str, Any]) -> bool:
+    return False
+
+
 @dataclass(frozen=True)
 class Job:
     """One thing that can be asked of a kind: a request model, a result model, and the pure call between them.
@@ -122,6 +126,7 @@ class Kind:
     figure: Callable[[Mode, Mapping[str, Any]], tuple[str, float | None]] = _no_figure
     form: FormWords = field(default_factory=FormWords)
     drawing: Callable[[dict[str, Any]], Drawing | None] = _no_drawing
+    has_part: Callable[[Mapping[str, Any]], bool] = _no_part
 
     def judged(self, mode: Mode) -> tuple[str, ...]:
         """The names of the results by which an answer in that mode is judged."""

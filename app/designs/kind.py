@@ -16,6 +16,7 @@ from pydantic import BaseModel
 
 from app.designs.drawing import Drawing
 from app.designs.form import FormWords
+from app.designs.part import Part
 from app.designs.progress import Report, to_nobody
 from solvers.accuracy import Reference
 from solvers.effects import Effect
@@ -111,7 +112,8 @@ class Kind:
     ``figure`` is the number of a result that matters most, with its name and unit as a field would be named.
     ``drawn_if`` names the plots that only some runs have, and how to tell from the run.
     ``form`` words the kind's forms; ``drawing`` is the part with its dimensions, from a request as JSON tells it, which
-    may still lack much: None where nothing can be drawn yet.
+    may still lack much: None where nothing can be drawn yet. ``part`` is what can be made, from a run with a result
+    that ``has_part``, at an angle of its crank in degrees where it has one.
     """
 
     slug: str
@@ -126,6 +128,7 @@ class Kind:
     figure: Callable[[Mode, Mapping[str, Any]], tuple[str, float | None]] = _no_figure
     form: FormWords = field(default_factory=FormWords)
     drawing: Callable[[dict[str, Any]], Drawing | None] = _no_drawing
+    part: Callable[[Mapping[str, Any], float | None], Part] | None = None
     has_part: Callable[[Mapping[str, Any]], bool] = _no_part
 
     def judged(self, mode: Mode) -> tuple[str, ...]:

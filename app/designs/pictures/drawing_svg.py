@@ -3,9 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from html import escape
 
-from app.designs.drawing import Circle, Dimension, Drawing, Layer, Line, Note, Place
+from app.designs.drawing import (
+    Arc,
+    Bezier,
+    Circle,
+    Dimension,
+    Drawing,
+    Layer,
+    Line,
+    Note,
+    Outline,
+    Place,
+    Shape,
+    extent,
+)
 
 WIDTH, HEIGHT = 430.0, 360.0
 _STEP, _GAP, _ARROW, _LETTER = 25.0, 4.0, 7.0, 7.6
@@ -27,7 +41,7 @@ class _Sheet:
     """From millimetres to the picture, and how much of the picture is used."""
 
     def __init__(self, drawing: Drawing) -> None:
-        xs, ys = zip(*(place for shape in drawing.shapes for place in _extent(shape)), strict=True)
+        xs, ys = zip(*(place for shape in drawing.shapes for place in extent(shape)), strict=True)
         wide, high = max(max(xs) - min(xs), 1e-9), max(max(ys) - min(ys), 1e-9)
         self.scale = min(WIDTH / wide, HEIGHT / high)
         self._left, self._top = min(xs), max(ys)
@@ -63,22 +77,37 @@ def drawing_svg(drawing: Drawing) -> str:
     )
 
 
-def _extent(shape: Line | Circle) -> tuple[Place, ...]:
-    if isinstance(shape, Circle):
-        (x, y), r = shape.center, shape.radius
-        return ((x - r, y - r), (x + r, y + r))
-    return shape.points
-
-
-def _shape(sheet: _Sheet, shape: Line | Circle) -> str:
+def _shape(sheet: _Sheet, shape: Shape) -> str:
     style = _STYLES[shape.layer]
     if isinstance(shape, Circle):
         x, y = sheet(shape.center)
         return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{shape.radius * sheet.scale:.1f}" {style}/>'
     if not shape.closed and shape.layer is Layer.CONTEXT:
         style = style.replace('fill="currentColor"', 'fill="none"')
-    told = "L".join(f"{x:.1f},{y:.1f}" for x, y in map(sheet, shape.points))
-    return f'<path d="M{told}{"Z" if shape.closed else ""}" {style}/>'
+    return f'<path d="{path_of(shape, sheet, sheet.scale, ".1f")}" {style}/>'
+
+
+def path_of(shape: Line | Outline, to: Callable[[Place], Place], scale: float, digits: str) -> str:
+    """A shape's outline as SVG's path data, its places taken ``to`` the picture, y down."""
+
+    def at(*places: Place) -> str:
+        return " ".join(f"{x:{digits}},{y:{digits}}" for x, y in map(to, places))
+
+    end = "Z" if shape.closed else ""
+    if isinstance(shape, Line):
+        return f"M{'L'.join(at(place) for place in shape.points)}{end}"
+    told, here = [f"M{at(shape.start)}"], shape.start
+    for piece in shape.pieces:
+        if isinstance(piece, Arc):
+            chord = math.dist(here, piece.end)
+            radius = f"{0.25 * chord * (piece.bulge + 1.0 / piece.bulge) * scale:{digits}}".lstrip("-")
+            told.append(f"A{radius} {radius} 0 {int(abs(piece.bulge) > 1.0)} {int(piece.bulge < 0.0)} {at(piece.end)}")
+        elif isinstance(piece, Bezier):
+            told.append(f"C{at(piece.first, piece.second, piece.end)}")
+        else:
+            told.append(f"L{at(piece.end)}")
+        here = piece.end
+    return "".join(told) + end
 
 
 def _note(sheet: _Sheet, note: Note) -> str:

@@ -9,6 +9,7 @@ from app.designs.claims import Claim, of_pin
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.pin_profile.drawing import drawing
 from app.designs.pin_profile.form import FORM
+from app.designs.pin_profile.part import has_part, part
 from app.designs.pin_profile.pictures import (
     bore_picture,
     forces_picture,
@@ -138,4 +139,6 @@ PIN_PROFILE = Kind(
     figure=figure,
     form=FORM,
     drawing=drawing,
+    part=part,
+    has_part=has_part,
 )

@@ -10,8 +10,9 @@ from collections import OrderedDict
 from collections.abc import Callable
 
 from app.designs.registry import KINDS
-from app.errors import Problem
-from app.exports.export import Export, File, Run, Where, Wishes
+from app.designs.schema import entry
+from app.errors import INVALID, Problem
+from app.exports.export import Export, File, Refusal, Run, Where, Wishes
 from app.exports.registry import EXPORTS, exports_for
 from app.jobs import calls
 from app.jobs.errors import BudgetExceeded, MemoryExceeded, SolveFailed, WorkerCrashed
@@ -58,7 +59,7 @@ class Solids:
     def running(self) -> bool:
         return self._pool is not None
 
-    async def run(self, kind_slug: str, mode: str, payload: bytes) -> File:
+    async def run(self, kind_slug: str, mode: str, payload: bytes) -> File | Refusal:
         """Like an executor's; the first call waits until the modeller is imported."""
         if self._pool is None:
             self._pool = self._start()
@@ -91,13 +92,20 @@ class Solids:
             self._pool = None
 
 
+def _settled(made: File | Refusal) -> File:
+    """The file; raises Problem where it could not be made as wished."""
+    if isinstance(made, Refusal):
+        raise Problem(422, INVALID, made.detail, [entry(made.pointer, made.detail, made.allowed)])
+    return made
+
+
 class Downloads:
     """Files of runs. A run with a result never changes, so neither does its file."""
 
     def __init__(self, executor: Executor, budget_s: float, solids: Solids | None = None) -> None:
         self._executor, self._budget_s = executor, budget_s
         self._solids = solids or Solids()
-        self._tasks: dict[Key, asyncio.Task[File]] = {}
+        self._tasks: dict[Key, asyncio.Task[File | Refusal]] = {}
         self._kept: OrderedDict[Key, File] = OrderedDict()
 
     async def file(self, run: Run, name: str, wishes: Wishes, patience_s: float | None = None) -> File | None:
@@ -108,7 +116,7 @@ class Downloads:
             self._kept.move_to_end(key)
             return kept
         if export.where is Where.HERE:
-            return export.file(KINDS[run["kind"]], run, wishes)
+            return _settled(export.file(KINDS[run["kind"]], run, wishes))
         task = self._tasks.get(key)
         if task is None:
             task = self._tasks[key] = asyncio.create_task(self._make(export, run, wishes))
@@ -116,7 +124,7 @@ class Downloads:
         if not done:
             return None
         self._tasks.pop(key, None)
-        made = task.result()
+        made = _settled(task.result())
         self._keep(key, made)
         return made
 
@@ -136,7 +144,7 @@ class Downloads:
             )
         return export
 
-    async def _make(self, export: Export, run: Run, wishes: Wishes) -> File:
+    async def _make(self, export: Export, run: Run, wishes: Wishes) -> File | Refusal:
         payload = json.dumps({"run": run, "tool": wishes.tool, "angle_deg": wishes.angle_deg}).encode()
         mode = f"{calls.EXPORT}{export.name}"
         try:

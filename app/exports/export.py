@@ -56,7 +56,16 @@ class File:
     extension: str
 
 
-Make = Callable[[Kind, Run, Wishes], bytes | File]
+@dataclass(frozen=True)
+class Refusal:
+    """Why there is no file as wished: the parameter at fault, what is wrong with it, and what is allowed."""
+
+    pointer: str
+    detail: str
+    allowed: str
+
+
+Make = Callable[[Kind, Run, Wishes], bytes | File | Refusal]
 """From a run with a result to its file. It may import what it needs: it is called where that does no harm."""
 
 
@@ -91,7 +100,7 @@ class Export:
         """Whether this installation cannot make it."""
         return bool(self.module) and importlib.util.find_spec(self.module) is None
 
-    def file(self, kind: Kind, run: Run, wishes: Wishes) -> File:
-        """The run's file in this format."""
+    def file(self, kind: Kind, run: Run, wishes: Wishes) -> File | Refusal:
+        """The run's file in this format, or why there is none as wished."""
         made = self.make(kind, run, wishes)
-        return made if isinstance(made, File) else File(made, self.media_type, self.extension)
+        return File(made, self.media_type, self.extension) if isinstance(made, bytes) else made

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from app.designs.registry import KINDS
+from app.exports.csv_file import CSV
+from app.exports.dxf import DXF
 from app.exports.export import Export, Run
+from app.exports.parameters import PARAMETERS
 from app.exports.run_json import JSON
+from app.exports.step import STEP
+from app.exports.svg import SVG
 
-EXPORTS: dict[str, Export] = {export.name: export for export in (JSON,)}
+EXPORTS: dict[str, Export] = {export.name: export for export in (JSON, CSV, SVG, DXF, STEP, PARAMETERS)}
 
 
 def exports_for(run: Run) -> dict[str, Export]:

@@ -11,7 +11,7 @@ from app.designs.progress import Report
 from app.jobs import marks
 
 if TYPE_CHECKING:
-    from app.exports.export import File
+    from app.exports.export import File, Refusal
 
 _loaded: set[tuple[str, str]] = set()
 """What this process, or the one it was forked from, has the kernels of in memory."""
@@ -24,7 +24,7 @@ EXPORT = "export:"
 """Before the name of an export: make its file from a run and the wishes beside it, given as JSON."""
 
 
-def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer | str | File:
+def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer | str | File | Refusal:
     """Run one job of the registry on a request given as JSON; a long one reports how far it is. Or draw a plot, or make
     a file."""
     from app.designs.registry import KINDS, job_of, plots_of
@@ -38,7 +38,7 @@ def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer 
     return job.solve(job.request.model_validate_json(payload), report)
 
 
-def _file(kind_slug: str, name: str, payload: bytes) -> File:
+def _file(kind_slug: str, name: str, payload: bytes) -> File | Refusal:
     from app.designs.registry import KINDS
     from app.exports.export import Tool, Wishes
     from app.exports.registry import EXPORTS

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from app.web.fields import split_unit
+from app.designs.units import split_unit
 from app.web.inputs import Input, differing
 
 _SAME = 1e-12

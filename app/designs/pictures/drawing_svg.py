@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from html import escape
 
@@ -31,6 +32,7 @@ _STYLES = {
     Layer.CENTER: 'fill="none" stroke="currentColor" stroke-opacity="0.5" stroke-dasharray="14 3 3 3"',
     Layer.CONTEXT: 'fill="currentColor" fill-opacity="0.06" stroke="currentColor" stroke-opacity="0.45"',
 }
+_STROKES = re.compile(r'(stroke-(?:width|dasharray)=")([^"]*)"')
 _HATCH = (
     '<defs><pattern id="hatch" width="7" height="7" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
     '<line x1="0" y1="0" x2="0" y2="7" stroke="currentColor" stroke-opacity="0.45"/></pattern></defs>'
@@ -75,6 +77,58 @@ def drawing_svg(drawing: Drawing) -> str:
         + "".join(body)
         + "</svg>"
     )
+
+
+def drawing_to_scale(drawing: Drawing) -> str:
+    """The drawing as SVG in its true size: a unit is a millimetre, and its shapes are exact to nine digits.
+
+    Words and dimensions are as large against it as on a page.
+    """
+    sheet = _Sheet(drawing)
+    marks = [_note(sheet, note) for note in drawing.notes]
+    marks += [_dimension(sheet, dimension) for dimension in drawing.dimensions]
+    scale = sheet.scale
+    left, top, right, bottom = (value / scale for value in sheet.box)
+    room = _ROOM / scale
+    wide, high = right - left + 2.0 * room, bottom - top + 2.0 * room
+
+    def place(point: Place) -> Place:
+        x, y = sheet(point)
+        return x / scale, y / scale
+
+    shapes = []
+    for shape in drawing.shapes:
+        style = _STYLES[shape.layer]
+        if shape.layer is Layer.CONTEXT:
+            style = style.replace('fill="currentColor"', 'fill="none"')
+        data = path_of(_as_path(shape), place, 1.0, ".9g")
+        shapes.append(f'<path d="{data}" {_in_millimetres(style, scale)}/>')
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide:.9g}mm" height="{high:.9g}mm" '
+        f'viewBox="{left - room:.9g} {top - room:.9g} {wide:.9g} {high:.9g}" color="black">'
+        f"<title>{escape(drawing.title)}</title>"
+        + _HATCH.replace("rotate(45)", f"scale({1.0 / scale:.9g}) rotate(45)")
+        + f'<g id="part">{"".join(shapes)}</g>'
+        + f'<g id="marks" transform="scale({1.0 / scale:.9g})" font-family="sans-serif" font-size="14">'
+        + "".join(marks)
+        + "</g></svg>\n"
+    )
+
+
+def _in_millimetres(style: str, scale: float) -> str:
+    """Widths of strokes and lengths of dashes, told for a page, in the drawing's own unit."""
+    style = style if "stroke-width" in style else f'{style} stroke-width="1"'
+    return _STROKES.sub(
+        lambda found: found[1] + " ".join(f"{float(n) / scale:.6g}" for n in found[2].split()) + '"', style
+    )
+
+
+def _as_path(shape: Shape) -> Line | Outline:
+    """A circle as two arcs, so that all shapes are paths."""
+    if not isinstance(shape, Circle):
+        return shape
+    (x, y), r = shape.center, shape.radius
+    return Outline((x - r, y), (Arc((x + r, y), 1.0), Arc((x - r, y), 1.0)), shape.layer)
 
 
 def _shape(sheet: _Sheet, shape: Shape) -> str:

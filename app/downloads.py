@@ -17,6 +17,7 @@ from app.exports.registry import EXPORTS, exports_for
 from app.jobs import calls
 from app.jobs.errors import BudgetExceeded, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.jobs.executor import Executor, PoolSettings, ProcessPool
+from app.jobs.worker import Entry
 from app.logging import get_logger
 
 logger = get_logger(__name__)
@@ -32,11 +33,12 @@ _SOLIDS_BUDGET_S = 60.0
 Key = tuple[str, str, Wishes]
 
 
-def solid_pool() -> ProcessPool:
+def solid_pool(entry: Entry = calls.answer) -> ProcessPool:
     """One worker with the solid modeller in memory."""
     return ProcessPool(
         PoolSettings(
             workers=1,
+            entry=entry,
             memory_bytes=_SOLIDS_MEMORY_BYTES,
             load=calls.load_nothing,
             preload="app.exports.solids_preload",

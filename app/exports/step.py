@@ -14,7 +14,7 @@ from app.exports.parts import part_of
 if TYPE_CHECKING:
     import build123d
 
-_LEAST_MM, _GREATEST_MM = 1e-3, 1e6
+_LEAST_MM, _GREATEST_MM = 1e-5, 1e6
 """The modeller takes places closer than 1e-7 mm for one."""
 
 

@@ -1,8 +1,8 @@
-"""The part that a run is about, drawn to scale."""
+"""The part that a run is about, drawn to scale: in its machine, and by itself as the files to take away show it."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
@@ -25,3 +25,18 @@ def part_of(kind: Kind, run: dict[str, Any]) -> tuple[Markup, str]:
     given = {name: value for name, value in run["spec"].items() if not found or name not in _SOUGHT}
     drawing = kind.drawing({**given, **found})
     return (Markup(), "") if drawing is None else (Markup(drawing_svg(drawing)), drawing.caption)
+
+
+class MadePart(NamedTuple):
+    """A part by itself as SVG, and its caption."""
+
+    svg: Markup
+    caption: str
+
+
+def made_part(kind: Kind, run: dict[str, Any]) -> MadePart | None:
+    """The part as drawings, solids and parameters have it; None where the run tells of none."""
+    if kind.part is None or run["result"] is None or not kind.has_part(run):
+        return None
+    drawing = kind.part(run, None).drawing
+    return MadePart(Markup(drawing_svg(drawing)), drawing.caption)

@@ -8,7 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from app.designs.drawing import Arc, Circle, Dimension, Drawing, Layer, Line, Outline, Piece, Place, Straight, words_of
+from app.designs.drawing import (
+    Arc,
+    Circle,
+    Dimension,
+    Drawing,
+    Layer,
+    Line,
+    Outline,
+    Piece,
+    Place,
+    Straight,
+    extent,
+    words_of,
+)
 from app.designs.impact_linkage.mechanism_picture import standing
 from app.designs.impact_linkage.pictures import bar_of
 from app.designs.part import Extrusion, Parameter, Part, UnfitAngle
@@ -57,7 +70,7 @@ def part(run: Mapping[str, Any], angle_deg: float | None = None) -> Part:
         title="Impact linkage",
         solids=tuple(solids),
         parameters=tuple(parameters),
-        drawing=_drawing(bars, joints, way, lengths, ends, eye, hole, told),
+        drawing=_drawing(bars, joints, way, lengths, eye, hole, told),
         remarks=(told, "holes and thickness are assumed" + (", the eyes too" if assumed else "")),
     )
 
@@ -172,7 +185,6 @@ def _drawing(
     joints: Sequence[Place],
     way: Sequence[Place],
     lengths: Mapping[str, float],
-    ends: Mapping[str, tuple[int, int]],
     eye: float,
     hole: float,
     told: str,
@@ -187,13 +199,16 @@ def _drawing(
         around = np.linspace(0.0, 2.0 * math.pi, _AROUND, endpoint=False)
         circle = [(crank * math.cos(a), crank * math.sin(a)) for a in around]
         shapes.append(swept([(place, eye) for place in (*circle, *way, (0.0, 0.0), (base, 0.0))]))
-    dimensions = tuple(
-        Dimension(
-            joints[ends[name][0]], joints[ends[name][1]], words_of(name, lengths[name]), "free", path=f"{name}_mm"
-        )
-        for name in LINKS
-    )
+    below = min(y for shape in shapes for _, y in extent(shape))
+    dimensions = []
+    for number, name in enumerate(LINKS):
+        y = below - (1.0 + number) * (3.2 * eye + 0.06 * max(lengths.values()))
+        flat, holes = _bar(lengths[name], eye, hole)
+        shapes += [_placed(flat, (0.0, y), 0.0), *(Circle((c.center[0], y), c.radius) for c in holes)]
+        shapes.append(Line(((-1.3 * eye, y), (lengths[name] + 1.3 * eye, y)), Layer.CENTER))
+        words = words_of(name, lengths[name])
+        dimensions.append(Dimension((0.0, y), (lengths[name], y), words, "x", y + 1.4 * eye, 0, f"{name}_mm"))
     return Drawing(
-        "The four links, to scale", tuple(shapes), dimensions, (),
-        f"The four links {told}; dashed, the convex outline of what they sweep. mm, to scale.",
+        "The four links, to scale", tuple(shapes), tuple(dimensions), (),
+        f"The four links {told}; dashed, the convex outline of what they sweep. Below, each by itself. mm, to scale.",
     )  # fmt: skip

@@ -45,7 +45,9 @@ def bushing(**more: Any) -> dict[str, Any]:
 
 def parts() -> dict[str, dict[str, Any]]:
     """One run for every shape that a part can have."""
-    pins = {form: solved("pin-profile", Mode.DESIGN, form={"kind": form}) for form in ("free", "constant", "double_cone")}
+    pins = {
+        form: solved("pin-profile", Mode.DESIGN, form={"kind": form}) for form in ("free", "constant", "double_cone")
+    }
     return {
         "strip": solved("flexible-rod", Mode.CHECK),
         **pins,

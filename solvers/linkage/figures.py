@@ -38,6 +38,10 @@ AREA_TOLERANCE, FIT_TOLERANCE = 1e-3, 1e-9
 """Relative tolerances of the orientation's search in bounds; members themselves are found to ``tolerance``. An area is
 asked only whether it is below what is enough, and then need not be sharp; a fit decides what is allowed."""
 
+PEAK_TOLERANCE, ANGLE_TOLERANCE = 1e-14, 1e-9
+"""Relative tolerances of a member's peak loads, and of the peaks at whose angles the loads of a range are bounded: any
+angle gives a bound, and one next to the peak a good one."""
+
 
 def allowed_scales(figures: Figures) -> tuple[Array, Array]:
     """Least and greatest V [m] of members whose lower and upper figures these are; least > greatest: none."""
@@ -94,7 +98,7 @@ class MemberFigures:
 
     @cached_property
     def _peaks(self) -> Array:
-        return unit_peaks(self.members.coefficients, self.members.end)
+        return unit_peaks(self.members.coefficients, self.members.end, PEAK_TOLERANCE)
 
     @cached_property
     def crank(self) -> Array:
@@ -201,7 +205,7 @@ class RangeFigures:
     @cached_property
     def _loads(self) -> tuple[Array, Array]:
         rows = slice(2 * self.low.size, None)
-        peaks = unit_peaks(self._all.coefficients[rows], self._middle.end)
+        peaks = unit_peaks(self._all.coefficients[rows], self._middle.end, ANGLE_TOLERANCE)
         low, high = self.family.parameter(self.low), self.family.parameter(self.high)
         kind, gain, place = self.family.kind, self.family.gain, self.family.parameter(0.5 * (self.low + self.high))
         half = np.maximum(high - place, place - low)

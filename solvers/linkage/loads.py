@@ -14,6 +14,7 @@ Torque in N m and force in N for E in J and lengths in m; both go with E, the fo
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -154,11 +155,38 @@ def _highest(
     return best, at
 
 
-def loads_over(kind: ChangePoint, gain: Gain, parameter: Sloped, phi: Array) -> tuple[Sloped, Sloped]:
-    """|torque|/E and force l1/E over ranges of the free ratio, at one crank angle for each range.
+@dataclass(frozen=True)
+class Motion:
+    """What the loads are formed from, over ranges of the free ratio, at one crank angle for each range."""
 
-    A peak over the cycle is nowhere below its value at any one angle, so what bounds these from below bounds the peaks.
-    """
+    swing: Sloped
+    """u31"""
+    rate: Sloped
+    """|X|"""
+    root: Sloped
+    """T"""
+    end: Sloped
+    """|u31(2 pi)|"""
+    coupler: Sloped
+    s: Array
+
+
+Load = Callable[[Motion], Sloped]
+
+
+def torque_over(motion: Motion) -> Sloped:
+    """|torque|/E. A peak over the cycle is nowhere below its value at any one angle, so what bounds this from below
+    bounds the peak."""
+    return 2.0 * (motion.swing.magnitude() * motion.s) * motion.rate / motion.end.square()
+
+
+def force_over(motion: Motion) -> Sloped:
+    """Force l1/E, which bounds its peak likewise."""
+    return motion.coupler * motion.rate / (motion.end.square() * motion.root)
+
+
+def over(kind: ChangePoint, gain: Gain, parameter: Sloped, phi: Array) -> Motion:
+    """The motion over ranges of the free ratio (see ``four_bar``), at one crank angle for each range."""
     r = kind.family(gain, parameter)
     s, c = np.sin(0.5 * phi), np.cos(0.5 * phi)
     turn, play = kind.turn(r), kind.play(r)
@@ -175,9 +203,7 @@ def loads_over(kind: ChangePoint, gain: Gain, parameter: Sloped, phi: Array) -> 
     b = (d.square() + turn.square() * (s * s)) / r.rocker
     factor = turn / (root * b)
     rate = (factor * (a / b * gap.square() / root - (0.5 * lever) * play / root.square())).magnitude()
-    end = (gain.value + 1.0) / kind.reach(r)
-    torque = 2.0 * ((factor * a).magnitude() * s) * rate / end.square()
-    return torque, r.coupler * rate / (end.square() * root)
+    return Motion(factor * a, rate, root, (gain.value + 1.0) / kind.reach(r), r.coupler, s)
 
 
 def _choose(condition: Array, yes: Sloped, no: Sloped) -> Sloped:

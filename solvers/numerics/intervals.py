@@ -42,9 +42,7 @@ class Interval:
             return Interval(np.minimum(*ends), np.maximum(*ends))
         a, b = self.low * other.low, self.low * other.high
         c, d = self.high * other.low, self.high * other.high
-        return Interval(
-            np.minimum(np.minimum(a, b), np.minimum(c, d)), np.maximum(np.maximum(a, b), np.maximum(c, d))
-        )
+        return Interval(np.minimum(np.minimum(a, b), np.minimum(c, d)), np.maximum(np.maximum(a, b), np.maximum(c, d)))
 
     def __truediv__(self, other: Interval | Array | float) -> Interval:
         right = as_interval(other)

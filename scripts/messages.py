@@ -10,6 +10,7 @@ from what the forms, drawings and pages take from the registry: labels, helps, n
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Iterator
 from gettext import NullTranslations
@@ -47,6 +48,8 @@ KEYWORDS: dict[str, Any] = {"_": None, "gettext": None, "ngettext": (1, 2), "Pro
 _ELSEWHERE = ("Not Found", "no run has this id", "there is no such kind or mode", "Internal Server Error")
 """What frameworks and other parts of the service say on pages."""
 _FIELDS_DEEP = 5
+_WORD = re.compile(r"[^\W\d_]{3}")
+"""What has no three letters in a row is a symbol, the same in every language."""
 
 
 class Hearing(NullTranslations):
@@ -65,13 +68,22 @@ def written() -> set[str | tuple[str, str]]:
     """The texts of templates and sources; a pair for what goes with a number."""
     found: set[str | tuple[str, str]] = set()
     for path in TEMPLATES.rglob("*.html"):
-        for _line, _function, message in templates.env.extract_translations(path.read_text("utf-8")):
-            found.add(message if isinstance(message, str) else (message[0], message[1]))
+        for _line, function, message in templates.env.extract_translations(path.read_text("utf-8")):
+            found.add(_text(function, message))
     for path in SOURCES:
         for _line, message, _comments, _context in extract_from_file("python", path, KEYWORDS):
-            found.add(message if isinstance(message, str) else (message[0], message[1]))
-    # What is not written out where it is asked for is no text.
-    return {each for each in found if (each if isinstance(each, str) else all(each) and each[0] != "")}
+            found.add(_text("" if isinstance(message, str) or not all(message) else "ngettext", message))
+    return found - {""}
+
+
+def _text(function: str, message: Any) -> str | tuple[str, str]:
+    """What was found at a call: its first argument, both forms of what goes with a number; nothing where no text is
+    written out there."""
+    if isinstance(message, str):
+        return message
+    if function == "ngettext":
+        return message[0], message[1]
+    return message[0] or ""
 
 
 def registered() -> set[str]:
@@ -92,7 +104,7 @@ def registered() -> set[str]:
     found |= {*SAYS.values(), *ALLOWED_BY_TYPE.values(), *(text for text in LIMITS.values() if text != "{}")}
     found |= {words for choices in listing.CHOICES.values() for words in choices.values()}
     found |= {_plain(each) for values in (RunStatus, EffectState, Mode) for each in values}
-    return {text for text in found if any(letter.isalpha() for letter in text)}
+    return {text for text in found if _WORD.search(text)}
 
 
 def _requests(kind: Kind, mode: Mode) -> Iterator[dict[str, Any]]:

@@ -12,6 +12,7 @@ from app.web.forms.nodes import Node, Texts
 from app.web.languages import gettext as _
 
 SAYS = {
+    "is out of range": "is out of range",
     "Field required": "is missing",
     "Input should be a valid number": "is not a number; 1.5 and 1,5 are",
     "Input should be a valid integer": "is not a whole number",

@@ -36,7 +36,7 @@ from app.designs.schema import (
     repairs_json,
     scaled,
 )
-from app.designs.verdict import verdict_json
+from app.designs.verdict import denials, verdict_json
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
@@ -241,4 +241,5 @@ FLEXIBLE_ROD = Kind(
     drawing=drawing,
     part=part,
     has_part=has_part,
+    denials=denials(WORDS),
 )

@@ -1,6 +1,6 @@
-"""Crankwright in FreeCAD: ask the service, put its answer into a spreadsheet, and build the part that the sheet drives.
+"""Crankwright in FreeCAD: ask the service, put its answer into a sheet, and build the part that the sheet drives.
 
-Standard library and FreeCAD only. `Service` is the way to the service; `build` makes the objects of a run in a document.
+Standard library and FreeCAD only. `Service` is the way to the service; `build` makes a run's objects in a document.
 """
 
 from __future__ import annotations
@@ -149,12 +149,13 @@ def _strip(document, _run, _names):
 
 
 def _turned(document, run, names):
-    """Outside less bore: cylinders and cones where the shape is straight, else the found curve turned about the axis."""
-    if run["result"].get("contour") and not {"bore_1_from_mm", "outer_1_from_mm"} & names:
-        if not ("bore_mm" in names and "outer_diameter_mm" in names):
-            return [_curved(document, run)]
-    outside = _stack(document, "Outside", "outer", "outer_diameter_mm", names, document_sizes(document))
-    bore = _stack(document, "Bore", "bore", "bore_mm", names, document_sizes(document))
+    """Outside less bore: cylinders and cones where the shape is straight, else the curve found, turned about the axis."""
+    straight = {"bore_1_from_mm", "outer_1_from_mm"} & names or {"bore_mm", "outer_diameter_mm"} <= names
+    if run["result"].get("contour") and not straight:
+        return [_curved(document, run)]
+    size = _sizes(document)
+    outside = _stack(document, "Outside", "outer", "outer_diameter_mm", names, size)
+    bore = _stack(document, "Bore", "bore", "bore_mm", names, size)
     if bore is None:
         return [outside]
     pin = _driven(document, "Part::Cut", "Pin")
@@ -162,7 +163,7 @@ def _turned(document, run, names):
     return [pin]
 
 
-def document_sizes(document):
+def _sizes(document):
     """The numbers of the sheet by their aliases."""
     sheet = document.getObject(SHEET)
 

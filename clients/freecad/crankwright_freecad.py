@@ -149,7 +149,7 @@ def _strip(document, _run, _names):
 
 
 def _turned(document, run, names):
-    """Outside less bore: cylinders and cones where the shape is straight, else the curve found, turned about the axis."""
+    """Outside less bore: cylinders and cones where the shape is straight, else the found curve turned."""
     straight = {"bore_1_from_mm", "outer_1_from_mm"} & names or {"bore_mm", "outer_diameter_mm"} <= names
     if run["result"].get("contour") and not straight:
         return [_curved(document, run)]
@@ -245,7 +245,7 @@ def _curved(document, run):
     straight(at(end, even))
     straight(at(0.0, even))
     straight(at(0.0, pieces[0]["diameter_from_mm"] / 2.0))
-    face = Part.Face(Part.Wire(Part.__sortEdges__(edges)))
+    face = Part.Face(Part.Wire(edges))
     made = document.addObject("Part::Feature", "CrankwrightPin")
     made.Label = "Bushing" if bushing else "Pin"
     made.Shape = face.revolve(FreeCAD.Vector(0, 0, 0), FreeCAD.Vector(0, 0, 1), 360.0)

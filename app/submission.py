@@ -12,12 +12,13 @@ from functools import partial
 from pydantic import BaseModel
 
 from app import runs
-from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.kind import REFUSED, Answer, Job, Kind, Mode
 from app.designs.progress import Progress
 from app.designs.references import UnfitRun, references, replaced
+from app.designs.refusals import INVALID, json_pointer
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import OUT_OF_TIME, DesignSettings, entry
-from app.errors import INVALID, Problem, json_pointer
+from app.errors import Problem
 from app.jobs.budget import budget
 from app.jobs.calls import PICTURE
 from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, MemoryExceeded, SolveFailed, WorkerCrashed
@@ -28,9 +29,6 @@ from app.store.record import Finish, RunRecord, RunStatus, StoredResponse
 from app.store.repository import RunStore
 
 logger = get_logger(__name__)
-
-REFUSED = "refused"
-"""The status of an answer whose request the solver could not accept: nothing is stored."""
 
 MOST_IN_BACKGROUND = 1000
 """Runs that may be queued or solved after their 202; one more is refused, not promised."""

@@ -87,7 +87,8 @@ def verify(database_url: DatabaseUrl = _DATABASE) -> None:
     for damage in report.damages:
         typer.echo(f"{damage.table} {damage.key}: {damage.what}", err=True)
     damaged = {(damage.table, damage.key) for damage in report.damages}
-    typer.echo(f"{report.runs} runs, {len(damaged)} damaged")
+    items = f"{report.batch_items} items of batches, " if report.batch_items else ""
+    typer.echo(f"{report.runs} runs, {items}{len(damaged)} damaged")
     raise typer.Exit(0 if report.sound else 1)
 
 

@@ -11,7 +11,9 @@ from fastapi.staticfiles import StaticFiles
 from prometheus_fastapi_instrumentator import Instrumentator
 
 from app import errors
-from app.api import contract, operation, runs, submissions
+from app.api import batches, contract, operation, runs, submissions
+from app.batches import chunk
+from app.batches.service import BatchService
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.jobs.template import Template
 from app.jobs.warming import Told, tell_nobody
@@ -36,16 +38,27 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        pool = ProcessPool(PoolSettings(workers=settings.workers, told=told), template)
+        lanes = PoolSettings(
+            workers=settings.workers,
+            told=told,
+            background_workers=settings.batch_workers,
+            background_entry=chunk.answer,
+        )
+        pool = ProcessPool(lanes, template)
         pool.start()
         upgrade(settings.database_url)
         store = RunStore(settings.database_url)
         service = Service(store, pool, settings.solve_budget_s)
         app.state.service = service
+        app.state.batches = many = BatchService(
+            store, pool, settings.solve_budget_s, settings.batch_lease_s, settings.max_batch_items
+        )
         await service.resume()
+        many.start()
         try:
             yield
         finally:
+            await many.close()
             await service.close()
             pool.close()
             store.close()
@@ -68,6 +81,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
     for router in (
         operation.router,
         runs.router,
+        batches.router,
         submissions.router,
         pages.router,
         form_pages.router,

@@ -267,7 +267,7 @@ def _open_page(
         .limit(page)
     )
     runs: list[RunRecord] = []
-    for start, length in connection.execute(query).tuples().all():
+    for start, length in connection.execute(query).all():
         low, high = max(start, 0 if down else at + 1), min(start + length - 1, at - 1 if down else batch.total - 1)
         wanted = page - len(runs)
         low, high = (max(low, high - wanted + 1), high) if down else (low, min(high, low + wanted - 1))

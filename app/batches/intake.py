@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import csv
 from collections.abc import AsyncIterator, Iterator, Sequence
+from itertools import islice
 
 from app.store.batch_inputs import Row, packed_rows
 from app.store.batch_operations import Receive
@@ -119,7 +120,7 @@ async def in_slices(rows: Iterator[Row], count: int = 1000) -> AsyncIterator[lis
     """Rows that are computed, a slice at a time, on a thread beside the event loop."""
 
     def some() -> list[Row]:
-        return [row for row, _ in zip(rows, range(count), strict=False)]
+        return list(islice(rows, count))
 
     while found := await asyncio.to_thread(some):
         yield found

@@ -66,12 +66,14 @@ def row_of(batch: BatchRecord, varied: Sequence[str], item: Item) -> dict[str, A
     }
     spec = parts.get("spec")
     for name in varied:
-        row.setdefault(name, _at(spec, name))
+        if name not in row and (value := _at(spec, name)) is not None:
+            row[name] = value
     verdict = parts.get("verdict") or {}
     row["governed_by"] = verdict.get("governed_by")
     result = parts.get("result")
     if isinstance(result, dict):
         row |= {name: value for name, value in flat(result) if name not in row}
+    row |= {name: None for name in varied if name not in row}
     row["problem"] = _problem(parts.get("problem"))
     return row
 

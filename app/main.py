@@ -23,7 +23,7 @@ from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import Service
 from app.version import VERSION
-from app.web import actions, form_pages, pages, reference, run_pages
+from app.web import actions, batch_pages, form_pages, pages, reference, run_pages
 from app.web.problems import problem_page
 from app.web.rendering import STATIC
 
@@ -86,6 +86,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         pages.router,
         form_pages.router,
         run_pages.router,
+        batch_pages.router,
         actions.router,
         reference.router,
     ):

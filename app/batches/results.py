@@ -13,7 +13,7 @@ from typing import Any
 
 from app.store.batch_inputs import Source
 from app.store.batch_items import unpacked
-from app.store.batch_reads import items_after
+from app.store.batch_reads import items_after, items_spread
 from app.store.batch_records import BatchRecord, Item, ItemStatus, item_id
 from app.store.repository import RunStore
 
@@ -21,6 +21,8 @@ _PAGE = 500
 _LOOKED_AT = 2000
 _PARQUET_ROWS = 20_000
 HEAD = ("index", "line", "run_id", "status", "holds")
+MOST_POINTS = 4000
+_OF_A_POINT = ("index", "run_id", "status", "holds", "governed_by")
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
@@ -135,6 +137,31 @@ async def varied_of(store: RunStore, batch: BatchRecord) -> tuple[str, ...]:
         return tuple(found)
 
     return await store.query(look)
+
+
+async def points(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dict[str, Any]:
+    """At most a few thousand ended items, spread evenly, each with its index, run, status, what governs it and the
+    fields wanted; and the names of everything that is a number in the first of them, the varied fields before."""
+    step = max(1, -(-batch.total // MOST_POINTS))
+    varied = await varied_of(store, batch)
+
+    def look(connection: Any) -> dict[str, Any]:
+        found: list[list[Any]] = []
+        names: dict[str, None] = {}
+        for item in items_spread(connection, batch.number, step, MOST_POINTS):
+            row = row_of(batch, (*varied, *wanted.fields), item)
+            if item.status == ItemStatus.SUCCEEDED and not names:
+                names = {name: None for name, value in row.items() if _is_number(value) and name not in HEAD}
+            found.append([*(row[name] for name in _OF_A_POINT), *(row.get(name) for name in wanted.fields)])
+        first = [name for name in varied if name in names]
+        rest = [name for name in names if name not in first]
+        return {"fields": [*_OF_A_POINT, *wanted.fields], "points": found, "varied": first, "results": rest}
+
+    return await store.query(look)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 async def streamed(store: RunStore, batch: BatchRecord, wanted: Wanted, form: Format) -> AsyncIterator[bytes]:

@@ -8,9 +8,11 @@ from collections.abc import Iterator
 from enum import StrEnum
 from typing import Any, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, ValidationError
 
+from app.designs.refusals import INVALID
 from app.designs.schema import Entry, Strict, entry
+from app.errors import Problem, invalid
 from app.store.batch_inputs import Row
 from app.store.hashing import canonical_json
 
@@ -93,6 +95,17 @@ class Sweep(Strict):
     combine: Literal["grid", "zip", "latin_hypercube", "sobol"] = "grid"
     samples: int | None = Field(default=None, ge=1, description="of latin_hypercube and sobol")
     seed: int = Field(default=0, ge=0, le=2**32 - 1)
+
+    @classmethod
+    def read(cls, body: bytes) -> Sweep:
+        """The sweep in a JSON body. Raises Problem."""
+        try:
+            sweep = cls.model_validate_json(body)
+        except ValidationError as error:
+            raise invalid(error) from None
+        if wrong := sweep.contradictions():
+            raise Problem(422, INVALID, "values contradict each other", wrong)
+        return sweep
 
     @property
     def way(self) -> Combine:

@@ -99,6 +99,13 @@ def items_after(
     return [_item(row) for row in connection.execute(query.order_by(batch_items.c.index).limit(limit))]
 
 
+def items_spread(connection: Connection, number: int, step: int, limit: int) -> list[Item]:
+    """Every ``step``-th item, where it has ended."""
+    index = batch_items.c.index
+    query = select(*_ITEM).where(batch_items.c.batch == number, index % step == 0).order_by(index).limit(limit)
+    return [_item(row) for row in connection.execute(query)]
+
+
 def _item(row: Row[Any]) -> Item:
     return Item(row.index, row.line, row.status, row.holds, row.figure, bytes(row.content))
 

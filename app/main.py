@@ -43,6 +43,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
             told=told,
             background_workers=settings.batch_workers,
             background_entry=chunk.answer,
+            background_niceness=settings.batch_niceness,
         )
         pool = ProcessPool(lanes, template)
         pool.start()

@@ -32,6 +32,7 @@ class Settings(BaseSettings):
         le=256,
         description="processes that solve batches, behind all others; 0: this process solves none",
     )
+    batch_niceness: int = Field(default=19, ge=0, le=19, description="how far they stand back for all others")
     batch_lease_s: float = Field(
         default=15.0, ge=0.2, le=600.0, description="after what silence another process takes over a piece of a batch"
     )

@@ -49,7 +49,7 @@ def _answer(shown: bytes) -> Response:
 
 
 @router.post("", status_code=202, summary="Submit a batch", responses=_REFUSALS)
-async def submit(
+async def submit_batch(
     request: Request,
     kind: Annotated[str, Query(max_length=64, description="of every row; a sweep tells its own")] = "",
     mode: Annotated[str, Query(max_length=16, description="of every row; a sweep tells its own")] = "",
@@ -127,7 +127,7 @@ async def one_batch(request: Request, batch_id: str) -> dict[str, Any]:
 @router.delete(
     "/{batch_id}", summary="Cancel a batch", responses={**_MISSING, 409: {"description": "the batch has ended"}}
 )
-async def cancel(request: Request, batch_id: str) -> dict[str, Any]:
+async def cancel_batch(request: Request, batch_id: str) -> dict[str, Any]:
     """What is done stays; nothing more is solved."""
     return batch_json(await _service(request).cancel(batch_id))
 
@@ -142,7 +142,7 @@ def _wanted(status: str | None, fields: str | None) -> Wanted:
 
 
 @router.get("/{batch_id}/results", summary="The results as a table", responses=_MISSING, response_class=Response)
-async def results(
+async def batch_results(
     request: Request,
     batch_id: str,
     format: Format = Format.NDJSON,
@@ -170,7 +170,7 @@ def _needs_parquet() -> None:
 
 
 @router.get("/{batch_id}/events", summary="Progress as server-sent events", responses=_MISSING, response_class=Response)
-async def events(request: Request, batch_id: str) -> Response:
+async def batch_events(request: Request, batch_id: str) -> Response:
     """``progress`` with the batch whenever it has changed, at most twice a second; the last one is ``ended``."""
     service = _service(request)
     await service.get(batch_id)

@@ -11,7 +11,7 @@ from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.store.record import RunFilter, RunOrder, RunStatus
 
-FIELDS = ("kind", "mode", "status", "holds", "text", "since", "until", "order")
+FIELDS = ("kind", "mode", "status", "holds", "text", "since", "until", "order", "batch_id")
 ORDERS = {
     RunOrder.NEWEST: "newest first",
     RunOrder.OLDEST: "oldest first",
@@ -81,6 +81,7 @@ def asked_of(query: Mapping[str, str]) -> Listing:
         created_before=_next_day(days.get("until")),
         holds={"true": True, "false": False}.get(sound.get("holds", "")),
         text=sound.get("text"),
+        batch_id=sound.get("batch_id"),
     )
     order = RunOrder(sound.get("order", RunOrder.NEWEST))
     return Listing(wanted, order, query.get("cursor") or None, given, errors)

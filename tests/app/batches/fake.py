@@ -66,6 +66,8 @@ def pool(workers: int = 2) -> ProcessPool:
             kernels=False,
             background_workers=workers,
             background_entry=answer,
+            niceness=0,
+            background_niceness=0,
         )
     )
 

@@ -11,11 +11,11 @@ import pickle
 import time
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 from pydantic import BaseModel
 
+from app.batches.task import Needs, Solved, Task
 from app.designs.kind import REFUSED, Answer, Detail, Job, Mode
 from app.designs.many import accepted, answer_many
 from app.designs.progress import Report
@@ -32,37 +32,6 @@ from app.store.hashing import canonical_json
 _REMEMBERED = 4000
 _SECONDS = 7
 """Digits of a second that a stored time keeps."""
-
-
-@dataclass(frozen=True)
-class Task:
-    """Items ``start`` to ``end`` of a block; ``first`` is the index of the item at ``start``. ``runs`` are stored runs
-    that the items name, as JSON; None stands for one that does not exist."""
-
-    source: bytes
-    block: bytes
-    start: int
-    end: int
-    first: int
-    detail: str
-    dictionary: bytes
-    solve_budget_s: float
-    runs: Mapping[str, bytes | None] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Needs:
-    """The chunk names stored runs that the worker was not given."""
-
-    run_ids: frozenset[str]
-
-
-@dataclass(frozen=True)
-class Solved:
-    """The items of a chunk, and what they took."""
-
-    items: list[Item]
-    seconds: float
 
 
 _remembered: OrderedDict[bytes, Answer] = OrderedDict()

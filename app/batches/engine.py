@@ -16,7 +16,8 @@ from dataclasses import replace
 from typing import Any
 
 from app import runs
-from app.batches.chunk import Needs, Task, failed_item, parts_of
+from app.batches.chunk import failed_item, parts_of
+from app.batches.task import Needs, Task
 from app.designs.accuracy import GREATEST_BUDGET_S
 from app.designs.kind import Detail, Mode
 from app.designs.many import shortened

@@ -1912,15 +1912,16 @@ class Unbalance(TypedDict):
     force_n: float
     couple_nm: float | None
 
-
-class Vary(TypedDict):
-    """The values of one field: told one by one, in steps from one end to the other, or between two ends."""
-
-    values: NotRequired[list[Any] | None]
-    from: NotRequired[float | None]
-    to: NotRequired[float | None]
-    steps: NotRequired[int | None]
-    scale: NotRequired[Literal["linear", "log"]]
+Vary = TypedDict(
+    "Vary",
+    {
+        "values": NotRequired[Union[list[Any], None]],
+        "from": NotRequired[Union[float, None]],
+        "to": NotRequired[Union[float, None]],
+        "steps": NotRequired[Union[int, None]],
+        "scale": NotRequired[Literal["linear", "log"]],
+    },
+)
 
 
 class VerdictResult(TypedDict):

@@ -27,7 +27,7 @@ from app.store.verify import verify
 from tests.app.batches import fake
 from tests.app.running import descendants, parents, wait_until
 
-KILLS = 1000 if os.environ.get("CRANKWRIGHT_CAMPAIGN") else 5
+KILLS = 1000 if os.environ.get("CRANKWRIGHT_CAMPAIGN") else 3
 ITEMS = 10_000
 
 

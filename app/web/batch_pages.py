@@ -25,6 +25,7 @@ from app.errors import Problem
 from app.store.batch_reads import BatchFilter
 from app.store.batch_records import ACTIVE
 from app.store.errors import UnknownBatch
+from app.web.languages import gettext
 from app.web.rendering import page
 
 router = APIRouter(include_in_schema=False)
@@ -73,10 +74,31 @@ async def _list(
         mode=mode,
         fields=numbers(kind, mode),
         varied=range(_VARIED),
-        ways=list(Combine),
+        ways=_ways(),
         problem=problem,
         given=given or {},
     )
+
+
+def _ways() -> dict[str, str]:
+    """How fields are combined, in words."""
+    return {
+        Combine.GRID: gettext("every value with every other"),
+        Combine.ZIP: gettext("side by side"),
+        Combine.LATIN_HYPERCUBE: gettext("samples: Latin hypercube"),
+        Combine.SOBOL: gettext("samples: Sobol"),
+    }
+
+
+def _words() -> dict[str, str]:
+    """How items end, in words."""
+    return {
+        "succeeded": gettext("succeeded"),
+        "infeasible": gettext("infeasible"),
+        "failed": gettext("failed"),
+        "refused": gettext("refused"),
+        "cancelled": gettext("cancelled"),
+    }
 
 
 @router.get("/batches/table")
@@ -179,7 +201,7 @@ async def batch_page(request: Request, batch_id: str) -> HTMLResponse:
         batch = await _service(request).get(batch_id)
     except UnknownBatch:
         return page(request, "missing.html", 404)
-    return page(request, "batch.html", batch=batch_json(batch), going=batch.status in ACTIVE, record=batch)
+    return page(request, "batch.html", batch=batch_json(batch), going=batch.status in ACTIVE, words=_words())
 
 
 @router.get("/batches/{batch_id}/map")

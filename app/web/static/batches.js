@@ -19,11 +19,11 @@ function lasting(seconds) {
 function show(batch) {
   for (const place of progress.querySelectorAll("[data-count]")) {
     const name = place.dataset.count;
-    place.textContent = name === "status" ? batch.status : batch.items[name];
+    if (name !== "status") place.textContent = batch.items[name];
   }
   progress.querySelector("progress").value = batch.items.done;
-  const pace = batch.rate_per_s ? `, ${batch.rate_per_s.toPrecision(3)} a second` : "";
-  const rest = batch.remaining_s ? `, about ${lasting(batch.remaining_s)} left` : "";
+  const pace = batch.rate_per_s ? `, ${batch.rate_per_s.toPrecision(3)} / s` : "";
+  const rest = batch.remaining_s ? `, ≈ ${lasting(batch.remaining_s)} ${progress.dataset.left}` : "";
   progress.querySelector(".pace").textContent = pace + rest;
 }
 
@@ -71,7 +71,7 @@ function draw(told, names) {
     class: "frame", x: BOX.left, y: BOX.top, width: BOX.right - BOX.left, height: BOX.bottom - BOX.top,
   }));
   if (!there.length) {
-    picture.append(made("text", { x: 300, y: 220 }, "No item has both values yet."));
+    picture.append(made("text", { x: 300, y: 220 }, map.dataset.none));
     return;
   }
   const across = scale(there.map((p) => p[x]), BOX.left + 8, BOX.right - 8);
@@ -135,5 +135,5 @@ if (progress.dataset.events) {
     if (event.type === "ended" || Date.now() > due) { due = Date.now() + 2000; refresh(); }
   };
   events.addEventListener("progress", told);
-  events.addEventListener("ended", (event) => { events.close(); told(event); progress.querySelector("form")?.remove(); });
+  events.addEventListener("ended", (event) => { events.close(); told(event); location.reload(); });
 }

@@ -70,6 +70,12 @@ def test_lines_of_json_become_items_and_items_are_runs(client: TestClient) -> No
         assert run["result"]["mass_g"] == row["mass_g"] == pytest.approx(single["result"]["mass_g"], rel=1e-12)
     # An equal one was solved once.
     assert [client.get(f"/api/v1/runs/{row['run_id']}").json()["cached"] for row in rows] == [False, False, True]
+    # Its curves were not stored, and are made again for its pictures and its page.
+    first = client.get(f"/api/v1/runs/{rows[0]['run_id']}").json()
+    assert "profile" not in first["result"]
+    assert first["links"]["plots"]
+    for place in (first["links"]["page"], *first["links"]["plots"].values()):
+        assert client.get(place).status_code == 200, place
     listed = client.get("/api/v1/runs", params={"batch_id": batch["id"], "order": "oldest"}).json()["items"]
     assert [run["id"] for run in listed] == [row["run_id"] for row in rows]
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import threading
 import time
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 from pydantic import BaseModel
 
@@ -36,6 +38,7 @@ MOST_IN_BACKGROUND = 1000
 
 _RETRY_S = 0.2
 _MOST_COMPLETED = 64
+_LAST_DIGITS = 1e-9
 
 
 async def resolved(store: RunStore, request: BaseModel) -> BaseModel:
@@ -58,6 +61,18 @@ async def resolved(store: RunStore, request: BaseModel) -> BaseModel:
 def time_asked(request: BaseModel) -> float | None:
     """What the request says that it may take [s], where it is one that can."""
     return request.time_budget_s if isinstance(request, DesignSettings) else None
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether two JSON values are the same but for the last digits of their numbers: many checks in one loop may round
+    otherwise than one."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(same(one[name], other[name]) for name in one)
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, float) and isinstance(other, (int, float)):
+        return math.isclose(one, other, rel_tol=_LAST_DIGITS, abs_tol=_LAST_DIGITS)
+    return one == other
 
 
 def _named(run: RunRecord) -> dict[str, str]:
@@ -143,8 +158,8 @@ class Service:
         return runs.run_json(run, self.progress.get(run_id))
 
     async def whole(self, run_id: str) -> RunRecord:
-        """A run with the curves and tables that an item of a batch is stored without: solved once more, if that comes to
-        the same numbers. Raises UnknownRun."""
+        """A run with the curves and tables that an item of a batch is stored without: solved once more, if that comes
+        to the same numbers. Raises UnknownRun."""
         run = await self.store.get(run_id)
         if run.batch_id is None or run.status != RunStatus.SUCCEEDED or run.result is None:
             return run
@@ -157,10 +172,10 @@ class Service:
                 answer = await self.executor.run(run.kind, run.mode, run.spec, budget_s)
             except JobError:
                 return run
-            if answer.result is None or any(answer.result.get(name) != value for name, value in kept.items()):
+            if answer.result is None or not same(kept, {name: answer.result.get(name) for name in kept}):
                 logger.warning("item_solved_differently", **_named(run))
                 return run
-            self.completed[run_id] = canonical_json(answer.result)
+            self.completed[run_id] = canonical_json({**answer.result, **kept})
             while len(self.completed) > _MOST_COMPLETED:
                 self.completed.pop(next(iter(self.completed)))
         return replace(run, result=self.completed[run_id])

@@ -538,7 +538,7 @@ class FieldInfo(TypedDict):
     least_items: int | None
     most: int | None
     """characters of a string, items of a list"""
-    choices: list[str] | None
+    choices: list[str | float] | None
     when: str
     """the forms in which the field exists, such as load.kind=schmidt, or material=custommaterial where a form is
     told by its fields alone; empty: always there"""

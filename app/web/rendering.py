@@ -10,8 +10,8 @@ from fastapi.responses import HTMLResponse
 from fastapi.templating import Jinja2Templates
 
 from app.designs.registry import KINDS
-from app.web import verdicts
-from app.web.fields import split_unit
+from app.designs.telling import verdicts
+from app.designs.telling.fields import split_unit
 
 STATIC = Path(__file__).parent / "static"
 POLICY = (

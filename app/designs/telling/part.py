@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from markupsafe import Markup
-
 from app.designs.kind import Kind
 from app.designs.pictures.drawing_svg import drawing_svg
 
@@ -15,13 +13,13 @@ _SOUGHT = ("bounds", "stock_h_mm", "step_mm")
 """What a design asks of dimensions that it has found."""
 
 
-def part_of(kind: Kind, run: dict[str, Any]) -> tuple[Markup, str]:
+def part_of(kind: Kind, run: dict[str, Any]) -> tuple[str, str]:
     """The drawing as SVG and its caption; both empty where there is nothing to draw."""
     result = run["result"] or {}
     found = {name: result[name] for name in _FOUND if result.get(name) is not None}
     if "profile" in found and not all("x_mm" in point for point in found["profile"]):
-        return Markup(), ""
+        return "", ""
     # What was to be found is known now.
     given = {name: value for name, value in run["spec"].items() if not found or name not in _SOUGHT}
     drawing = kind.drawing({**given, **found})
-    return (Markup(), "") if drawing is None else (Markup(drawing_svg(drawing)), drawing.caption)
+    return ("", "") if drawing is None else (drawing_svg(drawing), drawing.caption)

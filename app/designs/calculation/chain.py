@@ -6,13 +6,15 @@ finds the same digits. Where the run tells the same quantity, its figure stands 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from app.designs.calculation.expression import calculated, names_in
 from app.designs.calculation.printed import FOUND, GIVEN, NotANumber, Printed, printed
 
 DEGREE = "°"
+_BELOW = re.compile(r"(?<=[A-Za-z])_\w+")
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class Remark:
 
 @dataclass(frozen=True)
 class Given:
-    """A number that the calculation begins with; ``source`` says where it comes from if not from the request."""
+    """A number that the calculation begins with; ``source`` says in words where it comes from if not from the request."""
 
     symbol: str
     words: str
@@ -40,7 +42,8 @@ class Given:
 
 @dataclass(frozen=True)
 class Step:
-    """One formula. ``told`` is what the run itself says of the quantity, in the step's unit."""
+    """One formula. ``told`` is what the run itself says of the quantity, in the step's unit; ``again`` is true where
+    the same formula was shown before, with other things below its symbols."""
 
     symbol: str
     formula: str
@@ -50,6 +53,7 @@ class Step:
     unit: str
     source: str
     told: float | None = None
+    again: bool = False
 
     @property
     def ratio(self) -> float | None:
@@ -57,7 +61,35 @@ class Step:
         return None if self.told is None or self.result.shown == 0.0 else self.told / self.result.shown
 
 
-Item = Title | Remark | Given | Step
+@dataclass(frozen=True)
+class Column:
+    """One quantity of a table; one without a formula is given."""
+
+    symbol: str
+    words: str
+    unit: str = ""
+    formula: str = ""
+
+
+@dataclass(frozen=True)
+class Tabulated:
+    """The same formulas at several places, a row for each; ``first`` is the number of the first row, which stands below
+    the symbols wherever a later step takes one from the table. ``fixed`` are the numbers that all rows share."""
+
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Printed, ...], ...]
+    first: int
+    fixed: Mapping[str, Printed]
+
+
+Item = Title | Remark | Given | Step | Tabulated
+
+
+class _Values(dict[str, float]):
+    """The values of printed numbers."""
+
+    def __init__(self, known: Mapping[str, Printed]) -> None:
+        super().__init__({name: number.value for name, number in known.items()})
 
 
 @dataclass
@@ -66,6 +98,7 @@ class Chain:
 
     items: list[Item] = field(default_factory=list)
     known: dict[str, Printed] = field(default_factory=dict)
+    _shown: set[str] = field(default_factory=set)
 
     def __getitem__(self, symbol: str) -> float:
         return self.known[symbol].value
@@ -82,8 +115,14 @@ class Chain:
         """A number to begin with, an angle (unit °) in radians; the value as it is printed."""
         number = printed(value, digits, unit == DEGREE)
         self.items.append(Given(symbol, words, number, unit, source))
-        self.known[symbol] = number
+        self._know(symbol, number)
         return number.value
+
+    def _know(self, symbol: str, number: Printed) -> None:
+        """A symbol has one meaning in a chain."""
+        if symbol in self.known:
+            raise ValueError(f"{symbol} is known already")
+        self.known[symbol] = number
 
     def step(
         self,
@@ -97,11 +136,33 @@ class Chain:
     ) -> float:
         """A formula over symbols known so far; the value as it is printed. Raises NotANumber where there is none."""
         numbers = {name: self.known[name] for name in names_in(formula)}
-        value = calculated(formula, {name: number.value for name, number in numbers.items()})
+        value = calculated(formula, _Values(numbers))
         number = printed(value, digits, unit == DEGREE)
-        self.items.append(Step(symbol, formula, words, numbers, number, unit, source, told))
-        self.known[symbol] = number
+        shape = _BELOW.sub("", f"{symbol} = {formula}")
+        self.items.append(Step(symbol, formula, words, numbers, number, unit, source, told, shape in self._shown))
+        self._shown.add(shape)
+        self._know(symbol, number)
         return number.value
+
+    def table(self, columns: Sequence[Column], given: Sequence[Sequence[float]], first: int = 0) -> None:
+        """A row for each of the ``given``, whose values are those of the columns without a formula, in their order.
+
+        Symbols with a row's number below, such as f_3, are known from then on. Raises NotANumber.
+        """
+        rows = []
+        for number, values in enumerate(given, first):
+            left, row = list(values), dict[str, Printed]()
+            for column in columns:
+                known = {**self.known, **row}
+                value = calculated(column.formula, _Values(known)) if column.formula else left.pop(0)
+                row[column.symbol] = printed(value, FOUND, column.unit == DEGREE)
+            for symbol, value in row.items():
+                self._know(f"{symbol}_{number}", value)
+            rows.append(tuple(row.values()))
+        own = {column.symbol for column in columns}
+        names = [name for column in columns if column.formula for name in names_in(column.formula)]
+        fixed = {name: self.known[name] for name in names if name not in own}
+        self.items.append(Tabulated(tuple(columns), tuple(rows), first, fixed))
 
     @property
     def steps(self) -> list[Step]:
@@ -110,8 +171,8 @@ class Chain:
     @property
     def sources(self) -> list[str]:
         """Every source once, in the order in which they are called upon."""
-        found = [item.source for item in self.items if isinstance(item, Step | Given) and item.source]
+        found = [item.source for item in self.items if isinstance(item, Step) and item.source]
         return list(dict.fromkeys(found))
 
 
-__all__ = ["DEGREE", "Chain", "Given", "Item", "NotANumber", "Remark", "Step", "Title"]
+__all__ = ["DEGREE", "Chain", "Column", "Given", "Item", "NotANumber", "Remark", "Step", "Tabulated", "Title"]

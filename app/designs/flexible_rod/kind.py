@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import Field
 
 from app.designs.claims import of_rod
+from app.designs.flexible_rod.chain import FOLLOWED, calculation
 from app.designs.flexible_rod.cycle_pictures import (
     forces_over_angle,
     has_stresses,
@@ -238,4 +239,6 @@ FLEXIBLE_ROD = Kind(
     figure=figure,
     form=FORM,
     drawing=drawing,
+    calculation=calculation,
+    followed=frozenset(FOLLOWED),
 )

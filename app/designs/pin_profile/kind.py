@@ -7,6 +7,7 @@ from typing import Any
 
 from app.designs.claims import Claim, of_pin
 from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.pin_profile.chain import FOLLOWED, calculation
 from app.designs.pin_profile.drawing import drawing
 from app.designs.pin_profile.form import FORM
 from app.designs.pin_profile.pictures import (
@@ -138,4 +139,6 @@ PIN_PROFILE = Kind(
     figure=figure,
     form=FORM,
     drawing=drawing,
+    calculation=calculation,
+    followed=frozenset(FOLLOWED),
 )

@@ -62,7 +62,7 @@ def _no_reference(_request: Any, _answer: Answer) -> None:
     return None
 
 
-def _no_calculation(_run: Mapping[str, Any]) -> None:
+def _no_calculation(_run: Mapping[str, Any], _chain: Chain) -> None:
     return None
 
 
@@ -112,8 +112,8 @@ class Kind:
     ``figure`` is the number of a result that matters most, with its name and unit as a field would be named.
     ``drawn_if`` names the plots that only some runs have, and how to tell from the run.
     ``form`` words the kind's forms; ``drawing`` is the part with its dimensions, from a request as JSON tells it, which
-    may still lack much: None where nothing can be drawn yet. ``calculation`` is how a person checks a succeeded run by
-    hand, and ``followed`` names the effects that it has in it.
+    may still lack much: None where nothing can be drawn yet. ``calculation`` fills a chain with how a person checks a succeeded
+    run by hand, NotANumber raised where it cannot go on, and ``followed`` names the effects that it has in it.
     """
 
     slug: str
@@ -128,7 +128,7 @@ class Kind:
     figure: Callable[[Mode, Mapping[str, Any]], tuple[str, float | None]] = _no_figure
     form: FormWords = field(default_factory=FormWords)
     drawing: Callable[[dict[str, Any]], Drawing | None] = _no_drawing
-    calculation: Callable[[Mapping[str, Any]], Chain | None] = _no_calculation
+    calculation: Callable[[Mapping[str, Any], Chain], None] = _no_calculation
     followed: frozenset[str] = frozenset()
 
     def judged(self, mode: Mode) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""From a run to its report: verdict, drawing, inputs, calculation, effects, accuracy, proof, plots, how to repeat it."""
+"""From a run to its report: verdict, drawing, inputs, calculation, effects, accuracy, proof, plots, repetition."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from app.designs.calculation.chain import Chain, NotANumber
+from pydantic import ValidationError
+
+from app.designs.calculation.chain import DEGREE, Chain, NotANumber
 from app.designs.kind import Kind, Mode
 from app.designs.pictures.chart import STYLE
 from app.designs.registry import KINDS, plots_for
@@ -38,7 +40,7 @@ _WORDS = {Standing.HOLDS: "Holds", Standing.DOUBTFUL: "Holds, in doubt", Standin
 _MOTION = re.compile(r"<animate [^>]*/>")
 _LIGHT = "<style>svg{color:#1d2430}</style>"
 _MOST_PLOTS = 4
-_CLOSE = 2e-5
+_CLOSE = 1e-4
 """Up to this a figure by hand and the run's are the same: six digits were carried."""
 
 
@@ -110,7 +112,7 @@ def _diagnosis(result: Mapping[str, Any]) -> Table:
 def _sections(kind: Kind, run: Mapping[str, Any]) -> Iterator[Section]:
     yield Section("What was asked", tuple(_inputs(run)))
     chain = chain_of(kind, run)
-    if chain is not None and chain.steps:
+    if chain is not None and chain.items:
         yield Section("The calculation, step by step", tuple(_calculation(kind, run, chain)))
     yield Section("Results", tuple(_results(run)))
     shaped = sentences(run["result"])
@@ -129,7 +131,14 @@ def chain_of(kind: Kind, run: Mapping[str, Any]) -> Chain | None:
     """The calculation by hand of a run that found or was given something; it ends where a step has no value."""
     if run["status"] != "succeeded" or run["mode"] == Mode.ACCURACY:
         return None
-    return kind.calculation(run)
+    chain = Chain()
+    try:
+        kind.calculation(run, chain)
+    except NotANumber:
+        chain.remark("The next step has no value that the digits carried could tell: the rest is left to the run.")
+    except ValidationError:
+        chain.remark("The request is of an earlier version and cannot be read any more.")
+    return chain
 
 
 def _calculation(kind: Kind, run: Mapping[str, Any], chain: Chain) -> Iterator[Block]:
@@ -148,9 +157,10 @@ def _calculation(kind: Kind, run: Mapping[str, Any], chain: Chain) -> Iterator[B
         off = None if ratio is None else ratio - 1.0
         same = off is not None and abs(off) < _CLOSE
         apart = apart or not same
-        told = f"{_number(step.told)} {step.unit}".rstrip()
+        unit = "" if step.unit == DEGREE else f" {step.unit}"
+        told = f"{_number(step.told)}{step.unit if step.unit == DEGREE else unit}".rstrip()
         shown = "—" if off is None else "the same" if same else f"{ratio:.5g}"
-        rows.append((step.words, f"{step.result} {step.unit}".rstrip(), told, shown))
+        rows.append((step.words, f"{step.result}{unit}".rstrip(), told, shown))
     yield Table(
         ("quantity", "by hand", "the run", "run over hand"), tuple(rows), frozenset({1, 2, 3}), (40, 22, 22, 16)
     )
@@ -160,11 +170,11 @@ def _calculation(kind: Kind, run: Mapping[str, Any], chain: Chain) -> Iterator[B
 def _why_apart(kind: Kind, run: Mapping[str, Any], apart: bool) -> str:
     active = [e for e in effect_rows(kind, run) if e["state"] == "active" and e["name"] not in kind.followed]
     if not apart:
-        return "The run agrees with the calculation by hand to the digits carried (2 parts in 100 000)."
+        return "The run agrees with the calculation by hand to the digits carried (one part in 10 000)."
     if not active:
         return (
-            "What is apart comes from carrying six digits, from integrals that a person takes by a coarser rule, or from "
-            "instants that were searched for more closely by the run."
+            "What is apart comes from carrying six digits, from integrals that a person takes by a coarser rule, or "
+            "from instants that were searched for more closely by the run."
         )
     told = "; ".join(f"{_plain(e['name'])} ({e['adds']}): {e['may_change']}" for e in active)
     return (
@@ -190,9 +200,11 @@ def _results(run: Mapping[str, Any]) -> Iterator[Block]:
         if isinstance(value, (int, float)):
             words, unit = split_unit(name)
             rows.append((words, f"{_number(value)} {unit}".rstrip()))
-        elif isinstance(value, dict) and value and all(isinstance(v, (int, float)) for v in value.values()):
+        elif isinstance(value, dict):
             words, unit = split_unit(name)
             for inner, v in value.items():
+                if isinstance(v, bool) or not isinstance(v, (int, float)):
+                    continue
                 own, its = split_unit(inner)
                 rows.append((f"{words}: {own}", f"{_number(v)} {its or unit}".rstrip()))
     if rows:
@@ -226,7 +238,9 @@ def _effects(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
     )
     if rows:
         tolerance = run["spec"].get("effect_tolerance")
-        told = "" if tolerance is None else f", as long as all of them together may change less than {100 * tolerance:g} %"
+        told = (
+            "" if tolerance is None else f", as long as all of them together may change less than {100 * tolerance:g} %"
+        )
         yield Paragraph(
             f"What was computed beside the core of the physics, and what was left out{told}. The bounds are relative "
             "to the main results."

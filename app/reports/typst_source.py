@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from functools import singledispatch
 from importlib.resources import files
 
-from app.designs.calculation.chain import Chain, Given, Remark, Step, Title
+from app.designs.calculation.chain import Chain, Given, Remark, Step, Tabulated, Title
 from app.designs.calculation.expression import written
 from app.designs.calculation.notations import Typst
 from app.reports.content import Banner, Block, Bullets, Calculation, Facts, Figure, Figures, Paragraph, Report, Table
@@ -117,6 +117,8 @@ def _items(chain: Chain) -> Iterator[str]:
             yield f"#part({for_typst(item.text)})"
         elif isinstance(item, Remark):
             yield f"#par({for_typst(item.text)})"
+        elif isinstance(item, Tabulated):
+            yield from _tabulated(item)
         else:
             yield _step(item, number)
     if given:
@@ -137,6 +139,24 @@ def _step(step: Step, number: Mapping[str, int]) -> str:
     formula = f"$display({symbol} = {written(step.formula, _MATH)})$"
     source = _source(step.source, number)
     return f"#step({formula}, $display(= {numbers})$, {for_typst(step.words)}, {source}, {told})"
+
+
+def _tabulated(item: Tabulated) -> Iterator[str]:
+    """Each new formula with the numbers of the first row, then all rows."""
+    numbers = item.numbers(0)
+    for column in item.columns:
+        if column.symbol not in item.fresh:
+            continue
+        symbol, result = _MATH.symbol(column.symbol), _MATH.number(numbers[column.symbol])
+        formula = f"$display({symbol} = {written(column.formula, _MATH)})$"
+        put_in = f"$display(= {written(column.formula, _MATH, numbers)} = bold({result}){_unit(column.unit)})$"
+        yield f"#step({formula}, {put_in}, {for_typst(f'{column.words}; in row {item.first}')}, none, none)"
+    head = "".join(f"(${_MATH.symbol(c.symbol)}$, {for_typst(c.unit)})," for c in item.columns)
+    rows = "".join(
+        f"({for_typst(str(k))}, {''.join(f'${_MATH.number(value)}$,' for value in row)}),"
+        for k, row in enumerate(item.rows, item.first)
+    )
+    yield f"#tabulated(({head}), ({rows}))"
 
 
 def _unit(unit: str) -> str:

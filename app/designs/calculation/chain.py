@@ -31,7 +31,7 @@ class Remark:
 
 @dataclass(frozen=True)
 class Given:
-    """A number that the calculation begins with; ``source`` says in words where it comes from if not from the request."""
+    """A number that the calculation begins with; ``source`` says where it comes from if not from the request."""
 
     symbol: str
     words: str
@@ -74,12 +74,24 @@ class Column:
 @dataclass(frozen=True)
 class Tabulated:
     """The same formulas at several places, a row for each; ``first`` is the number of the first row, which stands below
-    the symbols wherever a later step takes one from the table. ``fixed`` are the numbers that all rows share."""
+    the symbols wherever a later step takes one from the table. ``fixed`` are the numbers that all rows share, ``fresh``
+    the symbols whose formulas were not shown before."""
 
     columns: tuple[Column, ...]
     rows: tuple[tuple[Printed, ...], ...]
     first: int
     fixed: Mapping[str, Printed]
+    fresh: frozenset[str]
+
+    def numbers(self, row: int) -> dict[str, Printed]:
+        """All that the formulas of a row are calculated with."""
+        own = zip((column.symbol for column in self.columns), self.rows[row], strict=True)
+        return {**self.fixed, **dict(own)}
+
+
+def _shape(symbol: str, formula: str) -> str:
+    """The formula without what stands below its symbols."""
+    return _BELOW.sub("", f"{symbol} = {formula}")
 
 
 Item = Title | Remark | Given | Step | Tabulated
@@ -138,7 +150,7 @@ class Chain:
         numbers = {name: self.known[name] for name in names_in(formula)}
         value = calculated(formula, _Values(numbers))
         number = printed(value, digits, unit == DEGREE)
-        shape = _BELOW.sub("", f"{symbol} = {formula}")
+        shape = _shape(symbol, formula)
         self.items.append(Step(symbol, formula, words, numbers, number, unit, source, told, shape in self._shown))
         self._shown.add(shape)
         self._know(symbol, number)
@@ -162,7 +174,10 @@ class Chain:
         own = {column.symbol for column in columns}
         names = [name for column in columns if column.formula for name in names_in(column.formula)]
         fixed = {name: self.known[name] for name in names if name not in own}
-        self.items.append(Tabulated(tuple(columns), tuple(rows), first, fixed))
+        shapes = {column.symbol: _shape(column.symbol, column.formula) for column in columns if column.formula}
+        fresh = frozenset(symbol for symbol, shape in shapes.items() if shape not in self._shown)
+        self._shown.update(shapes.values())
+        self.items.append(Tabulated(tuple(columns), tuple(rows), first, fixed, fresh))
 
     @property
     def steps(self) -> list[Step]:

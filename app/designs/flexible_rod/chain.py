@@ -38,9 +38,9 @@ _STRAIGHT = 1e-3
 """Below this K l the axial force bends nothing that six digits could show."""
 
 
-def calculation(run: Mapping[str, Any]) -> Chain:
-    """The chain of a run with a result."""
-    return _Rod(run).chain
+def calculation(run: Mapping[str, Any], chain: Chain) -> None:
+    """Fill the chain of a run with a result. Raises NotANumber."""
+    _Rod(run, chain)
 
 
 @dataclass(frozen=True)
@@ -53,13 +53,13 @@ class _Instant:
 
 
 class _Rod:
-    def __init__(self, run: Mapping[str, Any]) -> None:
+    def __init__(self, run: Mapping[str, Any], chain: Chain) -> None:
         self.request: CheckRequest = request_of(dict(run))
         self.result: Mapping[str, Any] = run["result"]
         self.active = {e["name"] for e in run["effects"] if e["state"] == "active"}
         self.inertia = "reciprocating_inertia" in self.active and self.request.piston.reciprocating_mass_kg > 0.0
         self.coupled = "beam_column" in self.active
-        self.chain = Chain()
+        self.chain = chain
         self.bent: dict[str, float] = {}
         self._begin()
         self._axial()
@@ -136,8 +136,8 @@ class _Rod:
             return
         c.step(f"beta_{n}", f"asin(lam * sin(phi_{n}))", "angle of the rod", DEGREE, MOTION)
         formula = (
-            f"r * omega**2 * (cos(phi_{n}) + lam * (cos(2 * phi_{n}) + lam**2 * sin(phi_{n})**4)"
-            f" / cos(beta_{n})**3) / 1000"
+            f"r * omega**2 / 1000 * (cos(phi_{n}) + lam * (cos(2 * phi_{n}) + lam**2 * sin(phi_{n})**4)"
+            f" / cos(beta_{n})**3)"
         )
         c.step(f"a_{n}", formula, "acceleration of the piston", "m/s²", MOTION)
         c.step(f"P_{n}", f"{gas} + m_j * a_{n}", "axial force", "N", PAPER, told)
@@ -148,8 +148,8 @@ class _Rod:
         ratio = min(size["l_mm"] / self.request.mechanism.rod_length_mm, 1.0)
         words = "first root of tan x = x / (1 + L (L − l) x² / l²); both sides follow"
         c.given("x", words, float(critical_phase(ratio)), source=BEAM, digits=9)
-        c.step("x_left", "tan(x)", "left side", digits=4)
-        c.step("x_right", "x / (1 + L * (L - l) * x**2 / l**2)", "right side", digits=4)
+        c.step("x_left", "tan(x)", "left side")
+        c.step("x_right", "x / (1 + L * (L - l) * x**2 / l**2)", "right side")
         inertia = "h * b**3" if self.result["buckles_sideways"] else "b * h**3"
         formula = f"E * {inertia} / 12 * (x / l)**2"
         c.step("P_cr", formula, "critical force", "N", BEAM, self.result["critical_force_n"])

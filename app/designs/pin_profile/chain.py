@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,9 @@ _MOST_PARTS = 8
 _RINGS = ("thin ring with load factor",)
 
 
-def calculation(run: Mapping[str, Any]) -> Chain:
-    """The chain of a run with a result."""
-    return _Pin(run).chain
+def calculation(run: Mapping[str, Any], chain: Chain) -> None:
+    """Fill the chain of a run with a result. Raises NotANumber."""
+    _Pin(run, chain)
 
 
 class _Shape:
@@ -55,12 +56,14 @@ class _Shape:
 
     def steps(self, end: float) -> list[float]:
         """Where it jumps, before the end."""
-        jumps = (np.diff(self.x) <= 1e-9 * self.length) & (np.abs(np.diff(self.bore)) + np.abs(np.diff(self.outer)) > 1e-9)
+        jumps = (np.diff(self.x) <= 1e-9 * self.length) & (
+            np.abs(np.diff(self.bore)) + np.abs(np.diff(self.outer)) > 1e-9
+        )
         return [float(x) for x in self.x[:-1][jumps] if 0.0 < x < end]
 
 
 class _Pin:
-    def __init__(self, run: Mapping[str, Any]) -> None:
+    def __init__(self, run: Mapping[str, Any], chain: Chain) -> None:
         model = DesignRequest if run["mode"] == "design" else CheckRequest
         self.request = model.model_validate(run["spec"])
         self.result: Mapping[str, Any] = run["result"]
@@ -75,7 +78,7 @@ class _Pin:
             self.corners = [0.0]
         elif run["mode"] == "check":
             self.corners = [p.x_mm for p in self.request.profile or ()]
-        self.chain = Chain()
+        self.chain = chain
         self._begin()
         self._forces()
         self._sections()
@@ -187,8 +190,8 @@ class _Pin:
         """Parts between which diameters and loads have no corner, as far as they are known."""
         at = {begin, end, *(x for x in (*self.ends, *self.corners, *self.shape.steps(end)) if begin < x < end)}
         places = sorted(at)
-        merged = [places[0]] + [b for a, b in zip(places, places[1:], strict=False) if b - a > 1e-9 * self.length]
-        return list(zip(merged, merged[1:], strict=False))
+        merged = [places[0]] + [b for a, b in pairwise(places) if b - a > 1e-9 * self.length]
+        return list(pairwise(merged))
 
     def _rows(self, parts: list[tuple[float, float]], count: int) -> list[tuple[float, float]]:
         """Place and varying diameter at so many points of each part."""

@@ -11,7 +11,8 @@ from fastapi.staticfiles import StaticFiles
 from prometheus_fastapi_instrumentator import Instrumentator
 
 from app import errors
-from app.api import contract, operation, runs, submissions
+from app.api import contract, exports, operation, runs, submissions
+from app.downloads import Downloads
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.jobs.template import Template
 from app.jobs.warming import Told, tell_nobody
@@ -42,10 +43,12 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         store = RunStore(settings.database_url)
         service = Service(store, pool, settings.solve_budget_s)
         app.state.service = service
+        downloads = app.state.downloads = Downloads(pool, settings.solve_budget_s)
         await service.resume()
         try:
             yield
         finally:
+            await downloads.close()
             await service.close()
             pool.close()
             store.close()
@@ -68,6 +71,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
     for router in (
         operation.router,
         runs.router,
+        exports.router,
         submissions.router,
         pages.router,
         form_pages.router,

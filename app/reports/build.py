@@ -15,11 +15,11 @@ from app.designs.pictures.chart import STYLE
 from app.designs.registry import KINDS, plots_for
 from app.designs.telling.captions import captioned
 from app.designs.telling.effects import effect_rows
-from app.designs.telling.fields import split_unit
 from app.designs.telling.inputs import groups
-from app.designs.telling.part import part_of
+from app.designs.telling.part import made_part, part_of
 from app.designs.telling.shaping import sentences
 from app.designs.telling.verdicts import margin, reached, required, standing
+from app.designs.units import split_unit
 from app.reports.content import (
     Banner,
     Block,
@@ -76,9 +76,10 @@ def _opening(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
         yield Banner(Standing.PLAIN, kind.title, _headline(run))
         if run["result"].get("warnings"):
             yield Bullets(tuple(_sentence(text) for text in run["result"]["warnings"]))
-    if run["mode"] != Mode.ACCURACY:
-        drawing, caption = part_of(kind, dict(run))
-        if drawing and run["status"] == "succeeded":
+    if run["mode"] != Mode.ACCURACY and run["status"] == "succeeded":
+        made = made_part(kind, dict(run))
+        drawing, caption = made or part_of(kind, dict(run))
+        if drawing:
             yield Figure(_light(drawing), caption)
 
 

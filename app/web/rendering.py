@@ -11,7 +11,7 @@ from fastapi.templating import Jinja2Templates
 
 from app.designs.registry import KINDS
 from app.designs.telling import verdicts
-from app.designs.telling.fields import split_unit
+from app.designs.units import split_unit
 
 STATIC = Path(__file__).parent / "static"
 POLICY = (

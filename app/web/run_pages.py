@@ -14,12 +14,13 @@ from app.designs.registry import KINDS, modes_of, plots_for
 from app.designs.telling.captions import captioned
 from app.designs.telling.effects import effect_rows
 from app.designs.telling.inputs import groups
-from app.designs.telling.part import part_of
+from app.designs.telling.part import made_part, part_of
 from app.designs.telling.shaping import sentences
 from app.store.errors import UnknownRun
 from app.store.record import OPEN_STATUSES, RunFilter, RunStatus
 from app.submission import Service
 from app.web.comparison import compare
+from app.web.downloads import downloads_of
 from app.web.listing import Listing, asked_of
 from app.web.rendering import page
 from app.web.stock import stock_offer
@@ -121,4 +122,6 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
         stock=stock_offer(run),
         drawing=Markup(drawing),
         caption=caption,
+        downloads=downloads_of(run),
+        part=made_part(kind, run),
     )

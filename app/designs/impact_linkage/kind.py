@@ -14,6 +14,7 @@ from app.designs.impact_linkage.chain import FOLLOWED, calculation
 from app.designs.impact_linkage.drawing import drawing
 from app.designs.impact_linkage.form import FORM
 from app.designs.impact_linkage.mechanism_picture import has_size, mechanism_picture
+from app.designs.impact_linkage.part import has_part, part
 from app.designs.impact_linkage.pictures import (
     front_picture,
     has_front,
@@ -438,4 +439,6 @@ IMPACT_LINKAGE = Kind(
     drawing=drawing,
     calculation=calculation,
     followed=frozenset(FOLLOWED),
+    part=part,
+    has_part=has_part,
 )

@@ -10,6 +10,7 @@ from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.pin_profile.chain import FOLLOWED, calculation
 from app.designs.pin_profile.drawing import drawing
 from app.designs.pin_profile.form import FORM
+from app.designs.pin_profile.part import has_part, part
 from app.designs.pin_profile.pictures import (
     bore_picture,
     forces_picture,
@@ -141,4 +142,6 @@ PIN_PROFILE = Kind(
     drawing=drawing,
     calculation=calculation,
     followed=frozenset(FOLLOWED),
+    part=part,
+    has_part=has_part,
 )

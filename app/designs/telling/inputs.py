@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, job_of
-from app.designs.telling.fields import split_unit
+from app.designs.units import split_unit
 
 _MOST_SHOWN = 6
 """Numbers of a list that are shown one by one; of a longer one the ends."""

@@ -1,8 +1,8 @@
-"""The part that a run is about, drawn to scale."""
+"""The part that a run is about, drawn to scale: in its machine, and by itself as the files to take away show it."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from app.designs.kind import Kind
 from app.designs.pictures.drawing_svg import drawing_svg
@@ -23,3 +23,18 @@ def part_of(kind: Kind, run: dict[str, Any]) -> tuple[str, str]:
     given = {name: value for name, value in run["spec"].items() if not found or name not in _SOUGHT}
     drawing = kind.drawing({**given, **found})
     return ("", "") if drawing is None else (drawing_svg(drawing), drawing.caption)
+
+
+class MadePart(NamedTuple):
+    """A part by itself as SVG, and its caption."""
+
+    svg: str
+    caption: str
+
+
+def made_part(kind: Kind, run: dict[str, Any]) -> MadePart | None:
+    """The part as drawings, solids and parameters have it; None where the run tells of none."""
+    if kind.part is None or run["result"] is None or not kind.has_part(run):
+        return None
+    drawing = kind.part(run, None).drawing
+    return MadePart(drawing_svg(drawing), drawing.caption)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from app.designs.telling.fields import split_unit
+from app.designs.units import split_unit
 
 _MAXIMISED = ("fatigue_safety", "stability_safety", "impact_speed", "blow_frequency")
 _SIZES = {"b": "width", "h": "thickness", "l": "free length"}

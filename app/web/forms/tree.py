@@ -8,7 +8,7 @@ from typing import Any
 
 from app.designs.form import COMMON, looked_up
 from app.designs.kind import Kind, Mode
-from app.designs.telling.fields import split_unit
+from app.designs.units import split_unit
 from app.web.forms.groups import Group, Member, Range, Union
 from app.web.forms.nodes import Choice, Constant, Effects, Flag, Node, Number, Several, Switched, Text
 from app.web.forms.tables import Column, Numbers, Table

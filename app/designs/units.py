@@ -1,4 +1,4 @@
-"""Names of fields as people read them."""
+"""Names of fields as people read them: words and a unit."""
 
 from __future__ import annotations
 

@@ -146,7 +146,7 @@ def _calculation(kind: Kind, run: Mapping[str, Any], chain: Chain) -> Iterator[B
     yield Paragraph(
         "In the order in which one would check it by hand. Every step shows its formula, then the numbers put in, then "
         "the result; it is calculated from the numbers as they are printed, so a pocket calculator finds the same "
-        "digits. Where the same formula comes again, only its numbers are shown. Sources in brackets are listed below."
+        "digits. Where the same formula comes again, only its numbers are shown. Brackets name sources, which are listed below."
     )
     yield Calculation(chain)
     compared = [step for step in chain.steps if step.told is not None]
@@ -190,7 +190,7 @@ def _inputs(run: Mapping[str, Any]) -> Iterator[Block]:
         yield Facts(tuple((_sentence(g.title).rstrip("."), tuple((i.words, i.text) for i in g.inputs)) for g in found))
 
 
-_ELSEWHERE = {"fatigue_criterion", "objective", "value", "value_unit"}
+_ELSEWHERE = {"fatigue_criterion", "objective", "value", "value_unit", "certificate", "transfer"}
 
 
 def _results(run: Mapping[str, Any]) -> Iterator[Block]:
@@ -292,10 +292,11 @@ def _repeating(run: Mapping[str, Any]) -> Iterator[Block]:
         ("", ""),
         (
             ("request", f"POST /api/v1/{_path(run)}"),
-            ("hash of the request", run["spec_hash"]),
-            ("solver", f"{run['solver']['name']} {run['solver']['version']}"),
-            ("run", run["id"]),
-            ("made", run["created_at"]),
+            ("its hash", run["spec_hash"]),
+            (
+                "answered by",
+                f"{run['solver']['name']} {run['solver']['version']}, run {run['id']}, {run['created_at']}",
+            ),
         ),
         frozenset(),
         (20, 80),

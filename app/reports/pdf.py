@@ -29,4 +29,4 @@ def pdf(report: Report, made: datetime) -> bytes:
     # A folder without files as the root: the source cannot read anything, whatever it says.
     with tempfile.TemporaryDirectory() as empty:
         compiler = typst.Compiler(typst_source(report).encode(), root=Path(empty), font_paths=_fonts())
-        return compiler.compile(format="pdf", timestamp=made)
+        return compiler.compile(format="pdf", timestamp=made.replace(microsecond=0))

@@ -85,7 +85,7 @@ class _Rod:
         c.given("L", "rod length, clamp to crank pin", q.mechanism.rod_length_mm, "mm")
         c.given("D", "piston diameter", q.piston.diameter_mm, "mm")
         for name, words in (("b", "width"), ("h", "thickness"), ("l", "free length")):
-            c.given(name, words, size[f"{name}_mm"], "mm")
+            c.given(name, words, size[f"{name}_mm"], "mm", digits=8)
         c.given("E", "elastic modulus", material.elastic_modulus / MEGA, "MPa")
         c.given("rho", "density", material.density, "kg/m³")
         c.title("Machine and strip")
@@ -146,8 +146,8 @@ class _Rod:
         c, size = self.chain, self.result["dimensions"]
         c.title("Stability")
         ratio = min(size["l_mm"] / self.request.mechanism.rod_length_mm, 1.0)
-        words = "first root of tan x = x / (1 + L (L − l) x² / l²); both sides follow"
-        c.given("x", words, float(critical_phase(ratio)), source=BEAM, digits=9)
+        words = "first root of tan x = x / (1 + L (L − l) x² / l²)"
+        c.given("x", words, float(critical_phase(ratio)), digits=9)
         c.step("x_left", "tan(x)", "left side")
         c.step("x_right", "x / (1 + L * (L - l) * x**2 / l**2)", "right side")
         inertia = "h * b**3" if self.result["buckles_sideways"] else "b * h**3"
@@ -307,7 +307,8 @@ class _Rod:
         self._moment("M_y", at, "z_y")
         sign = "+" if fibre > 0 else "-"
         c.step("sigma_max", f"P_{at} / (b * h) {sign} 6 * M_y / (b * h**2)", "stress", "MPa", SECTION)
-        c.given("sigma_y", "yield strength", self.request.material.to_solver().yield_strength / MEGA, "MPa")
+        if "sigma_y" not in c.known:
+            c.given("sigma_y", "yield strength", self.request.material.to_solver().yield_strength / MEGA, "MPa")
         told = self.result["yield_safety"]
         c.step("n_y", "sigma_y / abs(sigma_max)", "yield safety", told=told)
 

@@ -13,12 +13,6 @@ from app.designs.calculation.chain import DEGREE, Chain, NotANumber
 from app.designs.kind import Kind, Mode
 from app.designs.pictures.chart import STYLE
 from app.designs.registry import KINDS, plots_for
-from app.designs.telling.captions import captioned
-from app.designs.telling.effects import effect_rows
-from app.designs.telling.inputs import groups
-from app.designs.telling.part import made_part, part_of
-from app.designs.telling.shaping import sentences
-from app.designs.telling.verdicts import margin, reached, required, standing
 from app.designs.units import split_unit
 from app.reports.content import (
     Banner,
@@ -34,6 +28,12 @@ from app.reports.content import (
     Standing,
     Table,
 )
+from app.web.captions import captioned
+from app.web.effects import effect_rows
+from app.web.inputs import groups
+from app.web.part import made_part, part_of
+from app.web.shaping import sentences
+from app.web.verdicts import margin, reached, required, standing
 
 _MODES = {"design": "Design", "check": "Check", "analysis": "Analysis", "accuracy": "Study of accuracy"}
 _WORDS = {Standing.HOLDS: "Holds", Standing.DOUBTFUL: "Holds, in doubt", Standing.FAILS: "Does not hold"}

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from app.designs.telling.inputs import Input, differing
 from app.designs.units import split_unit
+from app.web.inputs import Input, differing
 
 _SAME = 1e-12
 """Numbers that differ by less, relative to the greater one, are the same."""

@@ -10,8 +10,8 @@ from fastapi.responses import HTMLResponse
 from fastapi.templating import Jinja2Templates
 
 from app.designs.registry import KINDS
-from app.designs.telling import verdicts
 from app.designs.units import split_unit
+from app.web import verdicts
 
 STATIC = Path(__file__).parent / "static"
 POLICY = (

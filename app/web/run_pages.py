@@ -7,22 +7,21 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
-from markupsafe import Markup
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, modes_of, plots_for
-from app.designs.telling.captions import captioned
-from app.designs.telling.effects import effect_rows
-from app.designs.telling.inputs import groups
-from app.designs.telling.part import made_part, part_of
-from app.designs.telling.shaping import sentences
 from app.store.errors import UnknownRun
 from app.store.record import OPEN_STATUSES, RunFilter, RunStatus
 from app.submission import Service
+from app.web.captions import captioned
 from app.web.comparison import compare
 from app.web.downloads import downloads_of
+from app.web.effects import effect_rows
+from app.web.inputs import groups
 from app.web.listing import Listing, asked_of
+from app.web.part import made_part, part_of
 from app.web.rendering import page
+from app.web.shaping import sentences
 from app.web.stock import stock_offer
 
 router = APIRouter(include_in_schema=False)
@@ -120,7 +119,7 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
         effects=effect_rows(kind, run),
         switchable=own and run["status"] not in OPEN_STATUSES,
         stock=stock_offer(run),
-        drawing=Markup(drawing),
+        drawing=drawing,
         caption=caption,
         downloads=downloads_of(run),
         part=made_part(kind, run),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from markupsafe import Markup
+
 from app.designs.kind import Kind
 from app.designs.pictures.drawing_svg import drawing_svg
 
@@ -13,22 +15,22 @@ _SOUGHT = ("bounds", "stock_h_mm", "step_mm")
 """What a design asks of dimensions that it has found."""
 
 
-def part_of(kind: Kind, run: dict[str, Any]) -> tuple[str, str]:
+def part_of(kind: Kind, run: dict[str, Any]) -> tuple[Markup, str]:
     """The drawing as SVG and its caption; both empty where there is nothing to draw."""
     result = run["result"] or {}
     found = {name: result[name] for name in _FOUND if result.get(name) is not None}
     if "profile" in found and not all("x_mm" in point for point in found["profile"]):
-        return "", ""
+        return Markup(), ""
     # What was to be found is known now.
     given = {name: value for name, value in run["spec"].items() if not found or name not in _SOUGHT}
     drawing = kind.drawing({**given, **found})
-    return ("", "") if drawing is None else (drawing_svg(drawing), drawing.caption)
+    return (Markup(), "") if drawing is None else (Markup(drawing_svg(drawing)), drawing.caption)
 
 
 class MadePart(NamedTuple):
     """A part by itself as SVG, and its caption."""
 
-    svg: str
+    svg: Markup
     caption: str
 
 
@@ -37,4 +39,4 @@ def made_part(kind: Kind, run: dict[str, Any]) -> MadePart | None:
     if kind.part is None or run["result"] is None or not kind.has_part(run):
         return None
     drawing = kind.part(run, None).drawing
-    return MadePart(drawing_svg(drawing), drawing.caption)
+    return MadePart(Markup(drawing_svg(drawing)), drawing.caption)

@@ -146,7 +146,7 @@ def _calculation(kind: Kind, run: Mapping[str, Any], chain: Chain) -> Iterator[B
     yield Paragraph(
         "In the order in which one would check it by hand. Every step shows its formula, then the numbers put in, then "
         "the result; it is calculated from the numbers as they are printed, so a pocket calculator finds the same "
-        "digits. Where the same formula comes again, only its numbers are shown. Brackets name sources, which are listed below."
+        "digits. Where the same formula comes again, only its numbers are shown. Brackets name sources, listed below."
     )
     yield Calculation(chain)
     compared = [step for step in chain.steps if step.told is not None]

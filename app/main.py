@@ -11,7 +11,7 @@ from fastapi.staticfiles import StaticFiles
 from prometheus_fastapi_instrumentator import Instrumentator
 
 from app import errors
-from app.api import contract, exports, operation, runs, submissions
+from app.api import catalogue, contract, exports, operation, runs, submissions
 from app.downloads import Downloads
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.jobs.template import Template
@@ -72,6 +72,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         operation.router,
         runs.router,
         exports.router,
+        catalogue.router,
         submissions.router,
         pages.router,
         form_pages.router,

@@ -26,6 +26,9 @@ PATHS = {Mode.DESIGN: "designs", Mode.CHECK: "checks", Mode.ANALYSIS: "analyses"
 """The part of the path that stands for a mode."""
 
 
+_NOT_OURS = ("HTTPValidationError", "ValidationError")
+"""The framework's own refusals, which the service does not send."""
+
 _REFERENCE = "#/components/schemas/{model}"
 
 
@@ -177,9 +180,9 @@ def document(app: FastAPI) -> dict[str, Any]:
     for long, short in _named(definitions["$defs"]).items():
         references, definitions = _renamed((references, definitions), long, short)
     found = get_openapi(title=app.title, version=app.version, summary=app.summary, routes=app.routes)
-    # The framework knows the words that parameters can be.
-    words = {name: schema for name, schema in found["components"]["schemas"].items() if "enum" in schema}
-    found["components"] = {"schemas": words | definitions["$defs"]}
+    # The framework knows the words that parameters can be, and what routes with a model of their own answer.
+    known = {name: schema for name, schema in found["components"]["schemas"].items() if name not in _NOT_OURS}
+    found["components"] = {"schemas": known | definitions["$defs"]}
 
     def content(model: type[BaseModel], way: str = "serialization") -> dict[str, Any]:
         return {"application/json": {"schema": references[(model, way)]}}

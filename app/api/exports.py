@@ -36,7 +36,7 @@ class FileResponse(Response):
 @router.get(
     "/{run_id}/exports/{export}", summary="A file made from a run", response_class=FileResponse, responses=_RESPONSES
 )
-async def export(
+async def run_export(
     request: Request,
     run_id: str,
     export: str,

@@ -373,6 +373,14 @@ class EffectCostResult(TypedDict):
     runs: int
 
 
+class EffectInfo(TypedDict):
+    """An effect that a scene of the kind can call for."""
+
+    name: str
+    summary: str
+    measure: str
+
+
 class EffectResult(TypedDict):
     """One line of the effects manifest."""
 
@@ -438,6 +446,49 @@ class EstimateUncertainty(TypedDict):
     bore_mm: NotRequired[float]
     piston_kg_m2: NotRequired[float]
     rod_kg_m2: NotRequired[float]
+
+
+class ExportInfo(TypedDict):
+    """A file that runs of the kind can be taken away as."""
+
+    name: str
+    title: str
+    media_type: str
+    extension: str
+    tools: list[str]
+    """of parameters: what ?for= can be; empty for all others"""
+    available: bool
+    """false: this installation lacks what it needs"""
+
+
+class FieldInfo(TypedDict):
+    """One value of a request. Limits are null where there are none."""
+
+    path: str
+    """dotted names; [] for the items of a list"""
+    label: str
+    unit: str
+    type: str
+    """number, integer, string, boolean, choice, list, or form: a choice that is no field of its own"""
+    required: bool
+    """of the object it is in; a form that is chosen needs its own only"""
+    nullable: bool
+    default: Any
+    """null where there is none"""
+    minimum: float | None
+    maximum: float | None
+    exclusive_minimum: bool
+    exclusive_maximum: bool
+    items: str | None
+    """of a list: the type of its items, whose limits are told here"""
+    least_items: int | None
+    most: int | None
+    """characters of a string, items of a list"""
+    choices: list[str] | None
+    when: str
+    """the forms in which the field exists, such as load.kind=schmidt, or material=custommaterial where a form is
+    told by its fields alone; empty: always there"""
+    help: str
 
 
 class Figure(TypedDict):
@@ -973,6 +1024,37 @@ class Jump(TypedDict):
     """pressure just behind the dead centre less that just before it"""
 
 
+class KindInfo(TypedDict):
+    """All that can be asked of a kind."""
+
+    kind: str
+    title: str
+    summary: str
+    modes: list[Mode]
+    links: dict[str, str]
+    objectives: list[str]
+    """what a design can be after; empty where there is but one thing"""
+    effects: list[EffectInfo]
+    exports: list[ExportInfo]
+    requests: list[ModeInfo]
+
+
+class KindLine(TypedDict):
+    """A kind in the list."""
+
+    kind: str
+    title: str
+    summary: str
+    modes: list[Mode]
+    links: dict[str, str]
+
+
+class KindList(TypedDict):
+    """All kinds."""
+
+    items: list[KindLine]
+
+
 class Lengths(TypedDict):
     base: float
     crank: float
@@ -1144,7 +1226,50 @@ class Material(TypedDict):
     poisson: NotRequired[float]
     density_kg_m3: float
 
+
+class MaterialInfo(TypedDict):
+    """A material of the catalogue, and where its numbers are from."""
+
+    name: str
+    title: str
+    elastic_modulus_gpa: float
+    shear_modulus_gpa: float
+    poisson: float
+    density_kg_m3: float
+    fatigue_limit_mpa: float
+    """smooth, in alternating bending"""
+    fatigue_reduction: float
+    """K: notch, size and surface together"""
+    mean_stress_sensitivity: float
+    """ψ of Serensen"""
+    yield_strength_mpa: float
+    ultimate_strength_mpa: float | None
+    sources: dict[str, str]
+    """of every number, by its name"""
+    kinds: list[str]
+    """whose requests take the name"""
+
+
+class MaterialList(TypedDict):
+    """All materials of the catalogue."""
+
+    items: list[MaterialInfo]
+
 Mode = Literal["design", "check", "analysis", "accuracy"]
+
+
+class ModeInfo(TypedDict):
+    """One thing that can be asked of a kind: where, in which words, and an example."""
+
+    mode: Mode
+    path: str
+    """where a request is posted to"""
+    fields: list[FieldInfo]
+    example: dict[str, Any]
+    examples: dict[str, Any]
+    """more of them by their titles"""
+    plots: list[str]
+    """pictures that its runs can have; each run lists its own"""
 
 
 class PendulumRequest(TypedDict):
@@ -1186,6 +1311,18 @@ class PendulumUncertainty(TypedDict):
     gravity_m_s2: NotRequired[float]
     small_end_bore_radius_mm: NotRequired[float]
     big_end_bore_radius_mm: NotRequired[float]
+
+
+class Piece(TypedDict):
+    """A diameter along a part of the pin: the cubic polynomial with these values and slopes at its ends."""
+
+    x_from_mm: float
+    x_to_mm: float
+    diameter_from_mm: float
+    diameter_to_mm: float
+    slope_from: float
+    """change of the diameter per length"""
+    slope_to: float
 
 
 class PinCertificate(TypedDict):
@@ -1386,6 +1523,8 @@ class PinProfileDesignResult(TypedDict):
     """the lightest of any form under the same limits, but for the slope"""
     corners: list[Corner] | None
     """where the shape is made of straight lines: its points"""
+    contour: list[Piece] | None
+    """where it is not: the bore's diameter, of a bushing the outer one, piece by piece"""
     certificate: PinCertificate | None
 
 
@@ -1832,6 +1971,8 @@ class TablePressure(TypedDict):
     """one for each angle"""
     repair: NotRequired[bool]
     """mend what is wrong with the points, and record it"""
+
+Tool = Literal["freecad", "fusion", "onshape", "solidworks", "inventor"]
 
 
 class Unbalance(TypedDict):

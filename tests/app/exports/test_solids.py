@@ -83,8 +83,6 @@ def test_its_process_starts_when_asked_for_and_ends_when_long_unused():
             idle_work=calls.nothing,
             kernels=False,
         )
-            workers=1, load=calls.load_nothing, preload=solid_checks.__name__, idle_work=calls.nothing, kernels=False
-        )
         pools.append(ProcessPool(settings))
         return pools[-1]
 

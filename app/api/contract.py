@@ -15,6 +15,7 @@ from fastapi.openapi.utils import get_openapi
 from pydantic import BaseModel, ConfigDict, Field, create_model
 from pydantic.json_schema import models_json_schema
 
+from app.api.descriptions import describe
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, example_of, job_of, modes_of
 from app.designs.schema import AccuracyResult, EffectResult, Infeasible
@@ -183,6 +184,7 @@ def document(app: FastAPI) -> dict[str, Any]:
     # The framework knows the words that parameters can be, and what routes with a model of their own answer.
     known = {name: schema for name, schema in found["components"]["schemas"].items() if name not in _NOT_OURS}
     found["components"] = {"schemas": known | definitions["$defs"]}
+    describe(found["components"]["schemas"])
 
     def content(model: type[BaseModel], way: str = "serialization") -> dict[str, Any]:
         return {"application/json": {"schema": references[(model, way)]}}

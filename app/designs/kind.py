@@ -118,9 +118,9 @@ class Kind:
     ``drawn_if`` names the plots that only some runs have, and how to tell from the run.
     ``form`` words the kind's forms; ``drawing`` is the part with its dimensions, from a request as JSON tells it, which
     may still lack much: None where nothing can be drawn yet. ``part`` is what can be made, from a run with a result
-    that ``has_part``, at an angle of its crank in degrees where it has one. ``calculation`` fills a chain with how a
-    person checks a succeeded run by hand; it raises NotANumber where that cannot go on. ``followed`` names the effects
-    that it has in it.
+    that ``has_part``, at an angle of its crank in degrees where it has one. ``denials`` has what a verdict says of a
+    criterion, by its name, where a yes is a no. ``calculation`` fills a chain with how a person checks a succeeded run by
+    hand; it raises NotANumber where that cannot go on. ``followed`` names the effects that it has in it.
     """
 
     slug: str
@@ -139,6 +139,7 @@ class Kind:
     followed: frozenset[str] = frozenset()
     part: Callable[[Mapping[str, Any], float | None], Part] | None = None
     has_part: Callable[[Mapping[str, Any]], bool] = _no_part
+    denials: Mapping[str, str] = field(default_factory=dict)
 
     def judged(self, mode: Mode) -> tuple[str, ...]:
         """The names of the results by which an answer in that mode is judged."""

@@ -117,7 +117,7 @@ def _line_of(dimension: Dimension, letter: float) -> Place:
 
 def _measure(space: Modelspace, dimension: Dimension, letter: float, style: str) -> None:
     symbol = dimension.words.rpartition(" ")[0]
-    text = f"{symbol} <>" if symbol and " to " not in symbol else "<>"
+    text = f"{symbol} <>" if symbol else "<>"
     look = {"layer": "DIMENSIONS"}
     if dimension.axis == "free":
         made = space.add_aligned_dim(dimension.start, dimension.end, 0.0, text, style, dxfattribs=look)

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from app.exports.export import Tool
 from app.exports.registry import EXPORTS
+from app.web.languages import gettext as _
 
 _TOOLS = {
     Tool.FREECAD: "FreeCAD",
@@ -28,9 +29,9 @@ def downloads_of(run: dict[str, Any]) -> list[Download]:
     """The run's exports in the order of their list; parameters once for every program."""
     found = []
     for name, href in run["links"]["exports"].items():
-        head, _, words = EXPORTS[name].title.partition(": ")
+        head, words = (_(part) for part in EXPORTS[name].title.split(": ", 1))
         if name == "parameters":
-            found += [Download(f"{href}?for={tool}", f"{head} for {shown}", words) for tool, shown in _TOOLS.items()]
+            found += [Download(f"{href}?for={tool}", f"{head}: {shown}", words) for tool, shown in _TOOLS.items()]
         else:
             found.append(Download(href, head, words))
     return found

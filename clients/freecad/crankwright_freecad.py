@@ -1,6 +1,6 @@
-"""Crankwright in FreeCAD: ask the service, put its answer into a spreadsheet, and build the part that the sheet drives.
+"""Crankwright in FreeCAD: ask the service, put its answer into a sheet, and build the part that the sheet drives.
 
-Standard library and FreeCAD only. `Service` is the way to the service; `build` makes the objects of a run in a document.
+Standard library and FreeCAD only. `Service` is the way to the service; `build` makes a run's objects in a document.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Service:
                 if wait is None:
                     raise Refused(_problem(error)) from error
             except (urllib.error.URLError, OSError) as error:
-                raise Refused({"detail": "no service answers at {}: {}".format(self.url, error)}) from error
+                raise Refused({"detail": f"no service answers at {self.url}: {error}"}) from error
             time.sleep(min(float(wait or 1), 10.0))
         raise Refused({"detail": "the service did not answer in time"})
 
@@ -69,7 +69,7 @@ class Service:
 
     def solve(self, kind, mode, request):
         """The run of a design or a check."""
-        return json.loads(self._ask("/api/v1/{}/{}".format(PATHS[mode], kind), request))
+        return json.loads(self._ask(f"/api/v1/{PATHS[mode]}/{kind}", request))
 
     def parameters(self, run):
         """(name, quantity, comment) of the part, as the service writes them for FreeCAD."""
@@ -85,7 +85,7 @@ def _problem(error):
     try:
         return json.loads(error.read())
     except ValueError:
-        return {"detail": "{} {}".format(error.code, error.reason)}
+        return {"detail": f"{error.code} {error.reason}"}
 
 
 def verdict(run):
@@ -105,10 +105,10 @@ def fill_sheet(document, parameters):
     sheet = document.getObject(SHEET) or document.addObject("Spreadsheet::Sheet", SHEET)
     sheet.clearAll()
     for row, (name, quantity, comment) in enumerate(parameters, start=1):
-        sheet.set("A{}".format(row), "'" + name)
-        sheet.set("B{}".format(row), quantity)
-        sheet.setAlias("B{}".format(row), name)
-        sheet.set("C{}".format(row), "'" + comment)
+        sheet.set(f"A{row}", "'" + name)
+        sheet.set(f"B{row}", quantity)
+        sheet.setAlias(f"B{row}", name)
+        sheet.set(f"C{row}", "'" + comment)
     document.recompute()
     return sheet
 
@@ -123,7 +123,7 @@ def build(document, run, parameters):
     document.recompute()
     for solid in made:
         if not solid.Shape.isValid() or solid.Shape.Volume <= 0.0:
-            raise RuntimeError("{} could not be built".format(solid.Label))
+            raise RuntimeError(f"{solid.Label} could not be built")
     return made
 
 
@@ -137,7 +137,7 @@ def _driven(document, kind, name, **expressions):
 
 
 def _of(name):
-    return "{}.{}".format(SHEET, name)
+    return f"{SHEET}.{name}"
 
 
 def _strip(document, _run, _names):
@@ -149,12 +149,13 @@ def _strip(document, _run, _names):
 
 
 def _turned(document, run, names):
-    """Outside less bore: cylinders and cones where the shape is straight, else the found curve turned about the axis."""
-    if run["result"].get("contour") and not {"bore_1_from_mm", "outer_1_from_mm"} & names:
-        if not ("bore_mm" in names and "outer_diameter_mm" in names):
-            return [_curved(document, run)]
-    outside = _stack(document, "Outside", "outer", "outer_diameter_mm", names, document_sizes(document))
-    bore = _stack(document, "Bore", "bore", "bore_mm", names, document_sizes(document))
+    """Outside less bore: cylinders and cones where the shape is straight, else the found curve turned."""
+    straight = {"bore_1_from_mm", "outer_1_from_mm"} & names or {"bore_mm", "outer_diameter_mm"} <= names
+    if run["result"].get("contour") and not straight:
+        return [_curved(document, run)]
+    size = _sizes(document)
+    outside = _stack(document, "Outside", "outer", "outer_diameter_mm", names, size)
+    bore = _stack(document, "Bore", "bore", "bore_mm", names, size)
     if bore is None:
         return [outside]
     pin = _driven(document, "Part::Cut", "Pin")
@@ -162,7 +163,7 @@ def _turned(document, run, names):
     return [pin]
 
 
-def document_sizes(document):
+def _sizes(document):
     """The numbers of the sheet by their aliases."""
     sheet = document.getObject(SHEET)
 
@@ -176,22 +177,20 @@ def document_sizes(document):
 def _stack(document, label, word, even, names, size):
     """Cylinders and cones in a row along z, as one solid; None where there is nothing."""
     count = 0
-    while "{}_{}_from_mm".format(word, count + 1) in names:
+    while f"{word}_{count + 1}_from_mm" in names:
         count += 1
     parts = []
     if not count:
         if size(even) <= 0.0:
             return None
-        return _driven(
-            document, "Part::Cylinder", label, Radius=_of(even) + " / 2", Height=_of("length_mm")
-        )
+        return _driven(document, "Part::Cylinder", label, Radius=_of(even) + " / 2", Height=_of("length_mm"))
     for number in range(1, count + 1):
-        at = [_of("{}_{}_{}_mm".format(word, number, end)) for end in ("from", "to", "first", "last")]
-        first, last = (size("{}_{}_{}_mm".format(word, number, end)) for end in ("first", "last"))
+        at = [_of(f"{word}_{number}_{end}_mm") for end in ("from", "to", "first", "last")]
+        first, last = (size(f"{word}_{number}_{end}_mm") for end in ("first", "last"))
         if first <= 0.0 and last <= 0.0:
             continue
-        height, base = "{} - {}".format(at[1], at[0]), at[0]
-        name = "{}{}".format(label, number)
+        height, base = f"{at[1]} - {at[0]}", at[0]
+        name = f"{label}{number}"
         if first == last:
             part = _driven(
                 document, "Part::Cylinder", name, Radius=at[2] + " / 2", Height=height, Placement_Base_z=base
@@ -246,7 +245,7 @@ def _curved(document, run):
     straight(at(end, even))
     straight(at(0.0, even))
     straight(at(0.0, pieces[0]["diameter_from_mm"] / 2.0))
-    face = Part.Face(Part.Wire(Part.__sortEdges__(edges)))
+    face = Part.Face(Part.Wire(edges))
     made = document.addObject("Part::Feature", "CrankwrightPin")
     made.Label = "Bushing" if bushing else "Pin"
     made.Shape = face.revolve(FreeCAD.Vector(0, 0, 0), FreeCAD.Vector(0, 0, 1), 360.0)
@@ -258,11 +257,11 @@ def _links(document, _run, _names):
     made = []
     radius, hole, thick = (_of(name) for name in ("joint_radius_mm", "joint_hole_radius_mm", "link_thickness_mm"))
     for number, name in enumerate(("base", "crank", "coupler", "rocker")):
-        length, aside = _of(name + "_mm"), "{} * 3 * {}".format(number, radius)
+        length, aside = _of(name + "_mm"), f"{number} * 3 * {radius}"
         title = name.capitalize()
         bar = _driven(
             document, "Part::Box", title + "Bar", Length=length, Width="2 * " + radius, Height=thick,
-            Placement_Base_y="{} - {}".format(aside, radius),
+            Placement_Base_y=f"{aside} - {radius}",
         )  # fmt: skip
         ends, holes = [], []
         for end, x in (("A", "0 mm"), ("B", length)):

@@ -67,5 +67,5 @@ try:
 except BaseException as error:
     traceback.print_exc()
     SAID = "CRANKWRIGHT-FAILED " + " ".join(str(error).split())
-print(SAID)
+print("\n" + SAID)
 sys.stdout.flush()

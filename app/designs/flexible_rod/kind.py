@@ -37,7 +37,7 @@ from app.designs.schema import (
     repairs_json,
     scaled,
 )
-from app.designs.verdict import verdict_json
+from app.designs.verdict import denials, verdict_json
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
@@ -244,4 +244,5 @@ FLEXIBLE_ROD = Kind(
     followed=frozenset(FOLLOWED),
     part=part,
     has_part=has_part,
+    denials=denials(WORDS),
 )

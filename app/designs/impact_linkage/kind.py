@@ -38,7 +38,7 @@ from app.designs.schema import (
     refusal_problem,
     scaled,
 )
-from app.designs.verdict import verdict_json
+from app.designs.verdict import denials, verdict_json
 from solvers import linkage
 from solvers.errors import InvalidInput
 from solvers.linkage.result import Mechanism, Strike
@@ -441,4 +441,5 @@ IMPACT_LINKAGE = Kind(
     followed=frozenset(FOLLOWED),
     part=part,
     has_part=has_part,
+    denials=denials(WORDS),
 )

@@ -260,7 +260,7 @@ def _drawing(
             dimensions.append(Dimension(*edges, words_of("ø", middle), "y", at, level, "mid"))
     for level, drill in enumerate([drill for drill in drills if not drill.through], start=1):
         edges = (0.0, -0.5 * D), (drill.depth, -0.5 * D)
-        words = f"{words_of('ø', drill.diameter)} to {drill.depth:.5g}"
+        words = f"{words_of('ø', drill.diameter)} × {drill.depth:.5g}"
         dimensions.append(Dimension(*edges, words, "x", -0.5 * D, -level, f"drill_{level}"))
     kind = "bushing" if bushing else "pin"
     return Drawing(

@@ -5,7 +5,9 @@ from __future__ import annotations
 import asyncio
 import json
 import math
+import re
 import time
+from pathlib import Path
 
 import pytest
 
@@ -18,14 +20,34 @@ from app.jobs import calls
 from app.jobs.executor import PoolSettings, ProcessPool
 from tests.app.exports import solid_checks
 from tests.app.exports.cases import parts, scaled, solved
+from tests.clients.bridge import on_a_port
 
 
 def payload_of(run):
     return json.dumps({"run": run, "tool": "freecad", "angle_deg": None}).encode()
 
 
-@pytest.mark.skipif(EXPORTS["step"].missing, reason="the extra [cad] is not installed")
-def test_solids_are_closed_valid_and_as_heavy_as_the_result():
+@pytest.fixture(scope="module")
+def modeller():
+    if EXPORTS["step"].missing:
+        pytest.skip("the extra [cad] is not installed")
+    pool = solid_pool(solid_checks.answer)
+    yield pool
+    pool.close()
+
+
+def test_the_recipe_of_the_guide_works(modeller, client):
+    text = (Path(__file__).parents[3] / "docs" / "exports.md").read_text("utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.S)
+    with on_a_port(client) as address:
+        (made,) = asyncio.run(modeller.run(address, solid_checks.RECIPE, code.encode(), 60.0))
+    run = client.get(f"/api/v1/runs/{made['run']}").json()
+    assert made["valid"]
+    assert made["volume"] == pytest.approx(math.prod(run["result"]["dimensions"].values()), rel=1e-9)
+    assert made["size"] > 1000
+
+
+def test_solids_are_closed_valid_and_as_heavy_as_the_result(modeller):
     cases = {}
     for shape, run in parts().items():
         longest = max(p.value for p in KINDS[run["kind"]].part(run, None).parameters if p.unit == "mm")
@@ -35,14 +57,10 @@ def test_solids_are_closed_valid_and_as_heavy_as_the_result():
             cases[shape, size] = {**scaled(run, factor), "id": shape, "name": "=1+1\u202e</x>'"}
 
     async def all_of_them():
-        pool = solid_pool(solid_checks.answer)
-        try:
-            return {
-                case: await pool.run(run["kind"], f"{calls.EXPORT}step", payload_of(run), 60.0)
-                for case, run in cases.items()
-            }
-        finally:
-            pool.close()
+        return {
+            case: await modeller.run(run["kind"], f"{calls.EXPORT}step", payload_of(run), 60.0)
+            for case, run in cases.items()
+        }
 
     for case, found in asyncio.run(all_of_them()).items():
         run = cases[case]

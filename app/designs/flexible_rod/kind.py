@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import Field
 
 from app.designs.claims import of_rod
+from app.designs.flexible_rod.chain import FOLLOWED, calculation
 from app.designs.flexible_rod.cycle_pictures import (
     forces_over_angle,
     has_stresses,
@@ -239,6 +240,8 @@ FLEXIBLE_ROD = Kind(
     figure=figure,
     form=FORM,
     drawing=drawing,
+    calculation=calculation,
+    followed=frozenset(FOLLOWED),
     part=part,
     has_part=has_part,
     denials=denials(WORDS),

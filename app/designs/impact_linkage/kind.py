@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from app.designs.claims import of_linkage, with_claim
+from app.designs.impact_linkage.chain import FOLLOWED, calculation
 from app.designs.impact_linkage.drawing import drawing
 from app.designs.impact_linkage.form import FORM
 from app.designs.impact_linkage.mechanism_picture import has_size, mechanism_picture
@@ -443,6 +444,8 @@ IMPACT_LINKAGE = Kind(
     figure=figure,
     form=FORM,
     drawing=drawing,
+    calculation=calculation,
+    followed=frozenset(FOLLOWED),
     part=part,
     has_part=has_part,
     denials=denials(WORDS),

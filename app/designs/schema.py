@@ -7,12 +7,12 @@ turns the path of a refused quantity into the JSON pointer of the field that the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
-from typing import Annotated, Any, Literal, Protocol, Union
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Annotated, Any, Literal, Protocol, TypeVar, Union
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
-from app.designs.kind import Answer
+from app.designs.kind import REFUSED, Answer
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.errors import EffectConflict, InvalidInput
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
@@ -334,6 +334,39 @@ def refusal_problem(request: BaseModel, refusal: InvalidInput) -> dict[str, Any]
         "detail": refusal.reason,
         "errors": errors,
     }
+
+
+def refused(request: BaseModel, refusal: InvalidInput) -> Answer:
+    """The answer to an input that only the solver could see through."""
+    return Answer(REFUSED, None, [], None, {}, refusal_problem(request, refusal))
+
+
+R = TypeVar("R", bound=BaseModel)
+C = TypeVar("C")
+T = TypeVar("T")
+
+
+def bulk_answers(
+    requests: Sequence[R],
+    case_of: Callable[[R], C],
+    solve: Callable[[Sequence[C]], Sequence[Outcome[T] | InvalidInput]],
+    answer: Callable[[R, Outcome[T]], Answer],
+) -> list[Answer]:
+    """One answer for every request, solved all at once; ``case_of`` may refuse a request, ``solve`` a case."""
+    cases, found = [], []
+    for request in requests:
+        try:
+            cases.append(case_of(request))
+            found.append(None)
+        except InvalidInput as refusal:
+            found.append(refusal)
+    outcomes = iter(solve(cases))
+    answers = []
+    for request, refusal in zip(requests, found, strict=True):
+        outcome = next(outcomes) if refusal is None else refusal
+        told = refused(request, outcome) if isinstance(outcome, InvalidInput) else answer(request, outcome)
+        answers.append(told)
+    return answers
 
 
 def finite(value: Any) -> bool:

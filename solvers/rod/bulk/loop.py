@@ -20,7 +20,7 @@ from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule
-from solvers.rod.bulk.turn import friction_power, greater, magnitude_of, panel_edges, sample, top_of
+from solvers.rod.bulk.turn import couples_of, friction_power, greater, magnitude_of, sample, top_of
 from solvers.rod.cycle.section import NEARLY, STATIONS
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, MOMENT, SHEAR, SIDE, STROKE, Strip, bend_state
 from solvers.rod.load.axial_force import Drive
@@ -62,13 +62,14 @@ _SLOW = 0.95
 
 @kernel
 def check_rows(
-    rows: Array, lines: Array, parabolas: Array, breaks: Array, pieces: Array, sharp: Array, rule: Rule,
-    energies: Energies, fine: Array, coarse: Array, first: int, last: int, out: Array, edges: Array, states: Array,
+    rows: Array, lines: Array, parabolas: Array, breaks: Array, pieces: Array, rule: Rule, energies: Energies,
+    fine: Array, coarse: Array, out: Array, counts: NDArray[np.intp], edges: Array, states: Array,
 ) -> None:  # fmt: skip
-    """Check the rows ``first`` … ``last`` - 1 of inputs (items, COLUMNS) with one load's pieces; into ``out`` (items,
-    RESULTS). ``lines`` and ``parabolas`` hold each row's fatigue diagram. Turns that are to be read along the strip are
-    left in ``edges`` and ``states``, (items, most edges) and (items, state.ROWS, most points)."""
-    for i in range(first, last):
+    """Check rows of inputs (items, COLUMNS) with one load's pieces; into ``out`` (items, RESULTS). ``lines`` and
+    ``parabolas`` hold each row's fatigue diagram; ``counts`` of the first ``edges`` (items, most edges) are where its
+    panels begin. Turns that are to be read along the strip are left in ``edges`` and in ``states`` (items, state.ROWS,
+    most points), which may have no room at all: then they are left to the single check."""
+    for i in range(rows.shape[0]):
         for k in range(out.shape[1]):
             out[i, k] = np.nan
         drive = Drive(
@@ -76,8 +77,10 @@ def check_rows(
             rows[i, 7], rows[i, 8],
         )  # fmt: skip
         out[i, 0], where, table = _check_row(
-            drive, rows[i], lines[i], parabolas[i], sharp, rule, energies, fine, coarse, out[i]
+            drive, rows[i], lines[i], parabolas[i], edges[i, : counts[i]], rule, energies, fine, coarse, out[i]
         )
+        if out[i, 0] == TURN_ALONE and i >= states.shape[0]:
+            out[i, 0] = LEFT
         if out[i, 0] == TURN_ALONE:
             for k in range(where.size):
                 edges[i, k] = where[k]
@@ -88,7 +91,7 @@ def check_rows(
 
 @kernel
 def _check_row(
-    drive: Drive, row: Array, lines: Array, parabola: Array, sharp: Array, rule: Rule, energies: Energies, fine: Array,
+    drive: Drive, row: Array, lines: Array, parabola: Array, begin: Array, rule: Rule, energies: Energies, fine: Array,
     coarse: Array, out: Array,
 ) -> tuple[float, Array, Array]:  # fmt: skip
     """One row: what is done of it, and its turn."""
@@ -102,7 +105,7 @@ def _check_row(
     friction = 4.0 / math.pi * coefficient if row[20] != 0.0 else 0.0
     strip = Strip(stiffness, l, length, row[18], compliance, friction, 6.0 / row[15], row[16], -2.0 * plain)
     tolerance = _SHARE * accuracy
-    edges, states = sample(drive, strip, panel_edges(drive, strip, sharp), rule, tolerance)
+    edges, states = sample(drive, strip, begin, rule, tolerance)
     if edges.size == 0:
         return LEFT, edges, states
     force = states[FORCE]
@@ -110,7 +113,7 @@ def _check_row(
     pulled, of_pulled = top_of(edges, rule, force, 1.0, tolerance)
     ratio = drive.crank_radius / length
     steep = row[21] != 0.0 and math.sqrt((1.0 - ratio) * (1.0 + ratio)) <= _SLOW
-    if pushed >= _CLEAR * critical or force.max() == force.min() or steep:
+    if pushed >= _CLEAR * critical or _is_level(force) or steep:
         return LEFT, edges, states
     error, straight = max(_relative(of_pushed, pushed), _relative(of_pulled, pulled)), False
     if row[18] == 0.0 and compliance == 0.0 and _is_convex(lines, parabola):
@@ -120,9 +123,11 @@ def _check_row(
     moment, of_moment = magnitude_of(edges, rule, states[MOMENT], tolerance)
     error = max(error, _relative(of_side, side), _relative(of_moment, moment))
     if row[21] != 0.0:
-        couple = strip.lever * (states[MOMENT] + states[SIDE] * strip.offset)
-        one, of_one = magnitude_of(edges, rule, states[SIDE] + couple, tolerance)
-        other, of_other = magnitude_of(edges, rule, states[SIDE] - couple, tolerance)
+        less, more = couples_of(strip, states), couples_of(strip, states)
+        for i in range(less.size):
+            less[i], more[i] = states[SIDE, i] - less[i], states[SIDE, i] + more[i]
+        one, of_one = magnitude_of(edges, rule, more, tolerance)
+        other, of_other = magnitude_of(edges, rule, less, tolerance)
         most, of_most = greater(one, of_one, other, of_other)
         power, of_power = friction_power(drive, strip, edges, rule, states, coefficient, fine, coarse)
         error = max(error, _relative(of_most, most), of_power)
@@ -142,6 +147,14 @@ def _check_row(
 
 
 @kernel
+def _is_level(force: Array) -> bool:
+    same = True
+    for i in range(force.size):
+        same = same and force[i] == force[0]
+    return same
+
+
+@kernel
 def _relative(error: float, value: float) -> float:
     return error / abs(value) if value != 0.0 else 0.0
 
@@ -149,12 +162,10 @@ def _relative(error: float, value: float) -> float:
 @kernel
 def _is_convex(lines: Array, parabola: Array) -> bool:
     """Whether the utilisation is convex in the greatest and falls, convex, with the least stress."""
-    if parabola[0] > 0.0 or lines.shape[1] != 1:
-        return False
+    convex = parabola[0] == 0.0 and lines.shape[1] == 1
     for c in range(lines.shape[0]):
-        if abs(lines[c, 0, 1]) > lines[c, 0, 0] * (1.0 + _CONVEX):
-            return False
-    return True
+        convex = convex and abs(lines[c, 0, 1]) <= lines[c, 0, 0] * (1.0 + _CONVEX)
+    return convex
 
 
 @kernel

@@ -30,19 +30,22 @@ from solvers.rod.bulk.loop import COLUMNS, LEFT, RESULTS, TURN_ALONE, WHOLE, che
 from solvers.rod.bulk.turn import MOST_PANELS
 from solvers.rod.check import RodCheck, Stresses, check, require_within_rod, warnings_of
 from solvers.rod.cycle.composition import Composition
-from solvers.rod.cycle.sampled import NO_RINGING
+from solvers.rod.cycle.sampled import NO_RINGING, panel_edges
 from solvers.rod.cycle.section import DEFLECTION, FIBRES, STATIONS, Field, station_table, worst
-from solvers.rod.cycle.state import ROWS, SIDE
+from solvers.rod.cycle.state import ROWS, SIDE, Strip
 from solvers.rod.effects import RodEffect, choose_for, compose
+from solvers.rod.load.axial_force import Drive
 from solvers.rod.piston.skirt import pressure_per_load
-from solvers.rod.scene import Dimensions, Load, Scene
+from solvers.rod.scene import Dimensions, Load, PressureCurve, Scene
+from solvers.rod.strip.buckling import critical_force
 from solvers.rod.strip.stiffness import SHEAR_FACTOR
 from solvers.rod.vibration.natural_frequencies import energies
 
 Array = NDArray[np.float64]
 
 _AT = {name: column for column, name in enumerate(RESULTS)}
-_COUPLES = COLUMNS.index("couples")
+_BENDING = [COLUMNS.index(name) for name in ("couples", "shears")]
+_FEEDBACK, _RUBS = (COLUMNS.index(name) for name in ("feedback", "friction_coefficient"))
 _SHARE = 0.1
 _POINTS, _CHUNK = 16, 256
 """Of a panel, and strips whose turns are kept at a time."""
@@ -168,9 +171,7 @@ def _shared(load: Load) -> object:
     return None if not load.curve().breaks.size and not load.sharp_angles().size else id(load)
 
 
-def _row(
-    scene: Scene, d: Dimensions, composition: Composition, contact: bool, accuracy: float
-) -> tuple[float, ...]:
+def _row(scene: Scene, d: Dimensions, composition: Composition, contact: bool, accuracy: float) -> tuple[float, ...]:
     m, p, material, load = scene.mechanism, scene.piston, scene.material, scene.load
     curve, beam = load.curve(), composition.beam
     shear = SHEAR_FACTOR * material.shear_modulus
@@ -197,8 +198,10 @@ def _check_rows(load: Load, inputs: Array, diagrams: Sequence[Diagram], results:
         return
     with ThreadPoolExecutor(threads) as pool:
         list(
-            pool.map(lambda at: _check_chunk(load, inputs[slice(*at)], diagrams[slice(*at)], results[slice(*at)]),
-            pairwise(ends))
+            pool.map(
+                lambda at: _check_chunk(load, inputs[slice(*at)], diagrams[slice(*at)], results[slice(*at)]),
+                pairwise(ends),
+            )
         )
 
 
@@ -206,17 +209,61 @@ def _check_chunk(load: Load, inputs: Array, diagrams: Sequence[Diagram], results
     curve, count, rule = load.curve(), len(inputs), rule_of(_POINTS)
     lines = np.stack([diagram.lines for diagram in diagrams])
     parabolas = np.stack([diagram.parabola for diagram in diagrams])
-    sharp = np.ascontiguousarray(load.sharp_angles(), dtype=float)
-    room = count if inputs[:, _COUPLES].any() or lines.shape[2] > 1 or parabolas.any() else 0
-    edges, states = np.empty((room, MOST_PANELS + 1)), np.empty((room, ROWS, MOST_PANELS * _POINTS))
+    # A plain turn is read at once, but for diagrams that are not convex.
+    plain = not inputs[:, _BENDING].any() and lines.shape[2] == 1 and not parabolas.any()
+    room = 0 if plain else count
+    counts, edges = _first_edges(load, inputs)
+    states = np.empty((room, ROWS, MOST_PANELS * _POINTS))
     check_rows(
-        inputs, lines, parabolas, curve.breaks, curve.pieces, sharp, rule, energies(), _gauss(22), _gauss(16), 0, count,
-        results, edges, states,
+        inputs, lines, parabolas, curve.breaks, curve.pieces, rule, energies(), _gauss(22), _gauss(16), results, counts,
+        edges, states,
     )  # fmt: skip
     for i in np.flatnonzero(results[:, 0] == TURN_ALONE).tolist():
         size = int(results[i, _AT["angles"]])
         table = np.ascontiguousarray(states[i, :, :size])
         _read_along(edges[i, : size // _POINTS + 1].copy(), rule, table, inputs[i], diagrams[i], results[i])
+
+
+def _first_edges(load: Load, inputs: Array) -> tuple[NDArray[np.intp], Array]:
+    """How many edges each row's panels begin with, and these; more than there is room for are not told."""
+    curve, sharp = load.curve(), np.ascontiguousarray(load.sharp_angles(), dtype=float)
+    counts, edges = np.empty(len(inputs), dtype=np.intp), np.empty((len(inputs), MOST_PANELS + 1))
+    shared = None
+    for i, row in enumerate(inputs):
+        rubs = bool(row[_FEEDBACK]) and bool(row[_RUBS])
+        if rubs or shared is None:
+            found = panel_edges(*_machine_of(curve, row), sharp)
+            shared = shared if rubs else found
+        else:
+            found = shared
+        # One more than there is room for says that there are too many.
+        counts[i] = min(found.size, MOST_PANELS + 1)
+        edges[i, : counts[i]] = found[: counts[i]]
+        counts[i] = counts[i] if found.size <= MOST_PANELS + 1 else 0
+    return counts, edges
+
+
+def _machine_of(curve: PressureCurve, row: Array) -> tuple[Drive, Strip]:
+    """A row of inputs as kernels of the single check take it."""
+    v = dict(zip(COLUMNS, row.tolist(), strict=True))
+    drive = Drive(
+        v["level"], v["sharpness"], v["phase"], curve.breaks, curve.pieces, v["back_pressure"], v["area"], v["mass"],
+        v["crank_radius"], v["rod_length"], v["angular_speed"],
+    )  # fmt: skip
+    stiffness = v["elastic_modulus"] * v["b"] * v["h"] ** 3 / 12.0
+    buckled = critical_force(v["elastic_modulus"], v["b"], v["h"], v["l"], v["rod_length"])
+    strip = Strip(
+        stiffness=stiffness,
+        length=v["l"],
+        rod_length=v["rod_length"],
+        couples=v["couples"],
+        compliance=stiffness / (v["shear_modulus"] * v["b"] * v["h"]) if v["shears"] else 0.0,
+        friction=4.0 / math.pi * v["friction_coefficient"] if v["feedback"] else 0.0,
+        lever=6.0 / v["skirt_length"],
+        offset=v["clamp_offset"],
+        buckled=-2.0 * float(buckled),
+    )
+    return drive, strip
 
 
 def _read_along(edges: Array, rule: Rule, states: Array, row: Array, diagram: Diagram, result: Array) -> None:

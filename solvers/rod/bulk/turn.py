@@ -13,53 +13,17 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, panel_error, tail_errors, zeros
-from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
+from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, fill_states
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.piston.skirt import both_walls
 
 Array = NDArray[np.float64]
 
 TURN = 2.0 * math.pi
-_GRID = TURN / 128 * np.arange(129)
-_WIDEST = TURN / 4
-_APART, _NARROWEST = 1e-9, 1e-9
+_NARROWEST = 1e-9
 MOST_PANELS = 24
 """As many as have sixteen points each in a single check."""
 _CHECKED = 5
-_EIGHTHS = 0.125 * TURN * np.arange(8)
-
-
-@kernel
-def _in_turn(angle: Array) -> Array:
-    """Different angles in [0, 2 pi), rising."""
-    out = np.empty(angle.size)
-    for i in range(angle.size):
-        out[i] = angle[i] % TURN
-    return np.unique(out)
-
-
-@kernel
-def panel_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:
-    """See ``cycle.sampled.panel_edges``."""
-    breaks = _in_turn(drive.breaks if drive.breaks.size > 0 else sharp)
-    if strip.friction != 0.0:
-        corners = friction_corners(drive, strip, np.unique(np.concatenate((_GRID, breaks))))
-        breaks = np.unique(np.concatenate((breaks, _in_turn(corners))))
-    if breaks.size == 0:
-        return _WIDEST * np.arange(5)
-    edges = [0.0 for _ in range(0)]
-    for i in range(breaks.size):
-        if breaks[i] - (breaks[i - 1] if i > 0 else breaks[breaks.size - 1] - TURN) > _APART:
-            edges.append(breaks[i])
-    edges.append(edges[0] + TURN)
-    out = [0.0 for _ in range(0)]
-    for i in range(len(edges) - 1):
-        width = edges[i + 1] - edges[i]
-        parts = max(math.ceil(width / _WIDEST * (1.0 - 1e-9)), 1)
-        for k in range(parts):
-            out.append(k * (width / parts) + edges[i])
-    out.append(edges[len(edges) - 1])
-    return np.array(out)
 
 
 @kernel
@@ -77,14 +41,16 @@ def sample(drive: Drive, strip: Strip, first: Array, rule: Rule, tolerance: floa
     """The edges of panels that resolve the turn (``numerics.panels.resolve``), and the states at their points; no edges
     where it takes more panels than a plain turn has."""
     n = rule.points.size
+    if first.size == 0:
+        return np.empty(0), np.empty((ROWS, 0))
     edges, scale = first.copy(), np.zeros(_CHECKED)
     states = np.empty((ROWS, (edges.size - 1) * n))
-    if edges.size - 1 > MOST_PANELS:
-        return np.empty(0), states
     fresh = np.ones(edges.size - 1, dtype=np.bool_)
     while True:
         count = edges.size - 1
-        level = int(fresh.sum())
+        level = 0
+        for p in range(count):
+            level += 1 if fresh[p] else 0
         angle, at = np.empty(level * n), 0
         for p in range(count):
             if fresh[p]:
@@ -139,9 +105,17 @@ def sample(drive: Drive, strip: Strip, first: Array, rule: Rule, tolerance: floa
 
 
 @kernel
+def _largest(quantity: Array) -> float:
+    most = 0.0
+    for i in range(quantity.size):
+        most = max(most, abs(quantity[i]))
+    return most
+
+
+@kernel
 def top_of(edges: Array, rule: Rule, quantity: Array, sign: float, tolerance: float) -> tuple[float, float]:
     """The greatest value over the turn of a quantity with this sign, and an estimate of its absolute error."""
-    value, error, _ = greatest(edges, rule, quantity, sign, tolerance * np.abs(quantity).max())
+    value, error, _ = greatest(edges, rule, quantity, sign, tolerance * _largest(quantity))
     return value, error
 
 
@@ -159,6 +133,15 @@ def greater(one: float, of_one: float, other: float, of_other: float) -> tuple[f
     if one >= other:
         return one, max(of_one, other + of_other - one)
     return other, max(of_other, one + of_one - other)
+
+
+@kernel
+def couples_of(strip: Strip, states: Array) -> Array:
+    """6 (M0 + T e)/Lp [N] at all angles."""
+    out = np.empty(states.shape[1])
+    for i in range(out.size):
+        out[i] = strip.lever * (states[MOMENT, i] + states[SIDE, i] * strip.offset)
+    return out
 
 
 @kernel
@@ -199,18 +182,42 @@ def _mean_power(
 
 
 @kernel
+def _enter(ends: Array, count: int, angle: float) -> int:
+    """Put an angle of the turn that begins with the first into its place among rising ones; how many there are."""
+    angle = ends[0] + (angle - ends[0]) % TURN
+    at = count
+    while ends[at - 1] > angle:
+        at -= 1
+    if ends[at - 1] == angle:
+        return count
+    for k in range(count, at, -1):
+        ends[k] = ends[k - 1]
+    ends[at] = angle
+    return count + 1
+
+
+@kernel
 def friction_power(
     drive: Drive, strip: Strip, edges: Array, rule: Rule, states: Array, coefficient: float, fine: Array, coarse: Array
 ) -> tuple[float, float]:
     """Mean friction power [W] and its relative error: see ``cycle.guide_loads.friction_power``."""
     side, moment = states[SIDE], states[MOMENT]
-    couple = strip.lever * (moment + side * strip.offset)
-    most = np.abs(side).max() + np.abs(couple).max()
-    crossed, other = zeros(edges, rule, couple - side), zeros(edges, rule, couple + side)
-    corners = np.concatenate((_EIGHTHS, crossed, other))
-    for i in range(corners.size):
-        corners[i] = edges[0] + (corners[i] - edges[0]) % TURN
-    ends = np.unique(np.concatenate((edges, corners)))
+    couple = couples_of(strip, states)
+    most = _largest(side) + _largest(couple)
+    less, more = np.empty(side.size), np.empty(side.size)
+    for i in range(side.size):
+        less[i], more[i] = couple[i] - side[i], couple[i] + side[i]
+    crossed, other = zeros(edges, rule, less), zeros(edges, rule, more)
+    ends, count = np.empty(edges.size + crossed.size + other.size + 8), edges.size
+    for p in range(edges.size):
+        ends[p] = edges[p]
+    for k in range(8):
+        count = _enter(ends, count, 0.125 * TURN * k)
+    for angle in crossed:
+        count = _enter(ends, count, angle)
+    for angle in other:
+        count = _enter(ends, count, angle)
+    ends = ends[:count]
     speed = drive.crank_radius * drive.angular_speed
     per_wall = coefficient * (4.0 / math.pi) * speed
     power = per_wall * _mean_power(drive, strip, edges, rule, side, moment, ends, fine)

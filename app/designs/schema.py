@@ -7,7 +7,8 @@ turns the path of a refused quantity into the JSON pointer of the field that the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Annotated, Any, Literal, Protocol, TypeVar, Union
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
@@ -350,22 +351,33 @@ def bulk_answers(
     requests: Sequence[R],
     case_of: Callable[[R], C],
     solve: Callable[[Sequence[C]], Sequence[Outcome[T] | InvalidInput]],
-    answer: Callable[[R, Outcome[T]], Answer],
+    answer: Callable[[R, C, Outcome[T]], Answer],
+    without: Container[str] = (),
 ) -> list[Answer]:
-    """One answer for every request, solved all at once; ``case_of`` may refuse a request, ``solve`` a case."""
-    cases, found = [], []
+    """One answer for every request, solved all at once, ``without`` these results; ``case_of`` may refuse a request,
+    ``solve`` a case."""
+    cases: list[C] = []
+    told: list[Answer | C] = []
     for request in requests:
         try:
             cases.append(case_of(request))
-            found.append(None)
+            told.append(cases[-1])
         except InvalidInput as refusal:
-            found.append(refusal)
+            told.append(refused(request, refusal))
     outcomes = iter(solve(cases))
     answers = []
-    for request, refusal in zip(requests, found, strict=True):
-        outcome = next(outcomes) if refusal is None else refusal
-        told = refused(request, outcome) if isinstance(outcome, InvalidInput) else answer(request, outcome)
-        answers.append(told)
+    for request, case in zip(requests, told, strict=True):
+        if isinstance(case, Answer):
+            answers.append(case)
+            continue
+        outcome = next(outcomes)
+        if isinstance(outcome, InvalidInput):
+            answers.append(refused(request, outcome))
+            continue
+        found = answer(request, case, outcome)
+        if found.result is not None and without:
+            found = replace(found, result={name: v for name, v in found.result.items() if name not in without})
+        answers.append(found)
     return answers
 
 

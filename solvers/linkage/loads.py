@@ -44,7 +44,12 @@ class Peaks:
 
 def peaks(bar: FourBar, crank: float, energy: float) -> Peaks:
     """Peak crank torque [N m] and pin force [N] of a mechanism with its crank's length [m] and impact energy [J]."""
-    torque, at_torque, force, at_force = unit_peaks(bar.coefficients[None], np.array([bar.end]))[0].tolist()
+    return peaks_of(tuple(unit_peaks(bar.coefficients[None], np.array([bar.end]))[0].tolist()), crank, energy)
+
+
+def peaks_of(row: tuple[float, ...], crank: float, energy: float) -> Peaks:
+    """The same from a row of ``unit_peaks``."""
+    torque, at_torque, force, at_force = row
     return Peaks(energy * torque, at_torque, energy / crank * force, at_force)
 
 

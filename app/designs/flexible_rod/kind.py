@@ -109,7 +109,8 @@ def case_of(request: CheckRequest) -> rod.Case:
 def run_check(request: CheckRequest) -> Answer:
     """Evaluate the strip."""
     try:
-        return _answer(request, case_of(request).alone())
+        case = case_of(request)
+        return _answer(request, case, case.alone())
     except InvalidInput as refusal:
         return refused(request, refusal)
 
@@ -119,7 +120,7 @@ def run_checks(requests: Sequence[CheckRequest], _detail: Detail) -> list[Answer
     return bulk_answers(requests, case_of, rod.check_many, _answer)
 
 
-def _answer(request: CheckRequest, outcome: Outcome[rod.RodCheck]) -> Answer:
+def _answer(request: CheckRequest, _case: rod.Case, outcome: Outcome[rod.RodCheck]) -> Answer:
     verdict = verdict_json(rod.judge(outcome.value, outcome.accuracy, effects=outcome.effects), WORDS, outcome.accuracy)
     return envelope(outcome, result_of(outcome.value, repairs_json(request, request.repairs())), verdict)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,16 +24,17 @@ from app.designs.impact_linkage.pictures import (
 from app.designs.impact_linkage.reference import check_reference, design_reference
 from app.designs.impact_linkage.request import CheckRequest, DesignRequest, LinkageRequest
 from app.designs.impact_linkage.verdict import WORDS
-from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.kind import Answer, Detail, Job, Kind, Mode
 from app.designs.progress import Count, Report, to_nobody
 from app.designs.schema import (
     MILLI,
     CertificateResult,
     Strict,
+    bulk_answers,
     certificate_json,
     diagnosis_json,
     envelope,
-    refusal_problem,
+    refused,
     scaled,
 )
 from app.designs.verdict import verdict_json
@@ -41,6 +42,7 @@ from solvers import linkage
 from solvers.errors import InvalidInput
 from solvers.linkage.result import Mechanism, Strike
 from solvers.linkage.tolerances import Window
+from solvers.outcome import Outcome
 
 SQUARE_MILLI = MILLI**2
 
@@ -209,24 +211,33 @@ def result_of(
     }
 
 
+def case_of(request: CheckRequest) -> linkage.Case:
+    """The check that a request asks for. Raises InvalidInput for what only the solver can see."""
+    scene, mechanism = request.mechanism()
+    limits = request.limits.to_solver()
+    demands = linkage.demands_of(limits)
+    return linkage.Case(
+        scene, mechanism, limits, request.selection(), request.effect_tolerance, request.accuracy, demands
+    )
+
+
 def run_check(request: CheckRequest) -> Answer:
     """Evaluate the linkage."""
     try:
-        scene, mechanism = request.mechanism()
-        limits = request.limits.to_solver()
-        outcome = linkage.check(
-            scene,
-            mechanism,
-            limits,
-            request.selection(),
-            request.effect_tolerance,
-            request.accuracy,
-            linkage.demands_of(limits),
-        )
+        case = case_of(request)
+        return _answer(request, case, case.alone())
     except InvalidInput as refusal:
-        return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
-    verdict = linkage.judge(outcome.value, scene, outcome.accuracy, limits, request.given())
-    result = result_of(outcome.value, scene, request, request.sized)
+        return refused(request, refusal)
+
+
+def run_checks(requests: Sequence[CheckRequest], detail: Detail) -> list[Answer]:
+    """Evaluate many linkages."""
+    return bulk_answers(requests, case_of, linkage.check_many, _answer, () if detail is Detail.FULL else CHECK_TABLES)
+
+
+def _answer(request: CheckRequest, case: linkage.Case, outcome: Outcome[linkage.LinkageCheck]) -> Answer:
+    verdict = linkage.judge(outcome.value, case.scene, outcome.accuracy, case.limits, request.given())
+    result = result_of(outcome.value, case.scene, request, request.sized)
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
@@ -312,7 +323,7 @@ def design_in_steps(request: DesignRequest, report: Report) -> Answer:
         outcome = linkage.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
         traded = _traded(request, problem, report) if outcome.value is not None else ()
     except InvalidInput as refusal:
-        return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
+        return refused(request, refusal)
     words, unit = _UNITS[request.objective]
     claim = of_linkage(outcome, request.objective, problem.objective.sign, request.types)
     certificate = with_claim(certificate_json(outcome.certificate, unit), claim)
@@ -377,6 +388,9 @@ def _front(request: DesignRequest, points: tuple[linkage.FrontPoint, ...]) -> di
     }
 
 
+CHECK_TABLES = ("transfer",)
+"""What a batch leaves out of the results of checks."""
+
 MAIN_RESULTS = (
     "u31_start",
     "u31_end",
@@ -428,7 +442,14 @@ IMPACT_LINKAGE = Kind(
             in_steps=design_in_steps,
             tables=("transfer", "front"),
         ),
-        Mode.CHECK: Job(CheckRequest, LinkageResult, run_check, reference=check_reference, tables=("transfer",)),
+        Mode.CHECK: Job(
+            CheckRequest,
+            LinkageResult,
+            run_check,
+            reference=check_reference,
+            run_many=run_checks,
+            tables=CHECK_TABLES,
+        ),
     },
     known_effects=linkage.EFFECTS,
     plots={

@@ -11,7 +11,7 @@ from solvers.materials import CATALOGUE, Material
 from solvers.rod.bulk.many import Case, RodTable, check_many, check_strips
 from solvers.rod.check import RodCheck, check
 from solvers.rod.design import RodDesign, design
-from solvers.rod.effects import EFFECTS
+from solvers.rod.effects import EFFECTS, choose_for, compose
 from solvers.rod.load.gas import ConstantLoad, SchmidtLoad, TableLoad
 from solvers.rod.load.indicator import IndicatorLoad, mended
 from solvers.rod.problem import OBJECTIVES, Bounds, Requirements, RodProblem
@@ -44,6 +44,8 @@ __all__ = [
     "check",
     "check_many",
     "check_strips",
+    "choose_for",
+    "compose",
     "design",
     "judge",
     "mended",

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
 
 from app.designs import many
 from app.designs.kind import Detail, Mode
 from app.designs.registry import KINDS
 from bench.campaign.scenes import scene_of
+from tests.app.designs.alike import differences
 
 BULK = [(kind.slug, mode) for kind in KINDS.values() for mode, job in kind.jobs.items() if job.run_many is not None]
-SAME = 1e-12
 COUNT = 8
 
 
@@ -23,19 +21,6 @@ def selections(kind):
     yield {"exclude": names}
     for name in names:
         yield {"include": [name], "exclude": [other for other in names if other != name]}
-
-
-def differences(found, exact, place=""):
-    """Where two JSON values differ by more than rounding."""
-    if isinstance(exact, dict) and isinstance(found, dict):
-        names = exact.keys() | found.keys()
-        return [d for n in names for d in differences(found.get(n, "none"), exact.get(n, "none"), f"{place}/{n}")]
-    if isinstance(exact, list) and isinstance(found, list) and len(exact) == len(found):
-        return [d for i, (f, e) in enumerate(zip(found, exact, strict=True)) for d in differences(f, e, f"{place}/{i}")]
-    numbers = all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in (found, exact))
-    if numbers and math.isclose(found, exact, rel_tol=SAME, abs_tol=1e-300):
-        return []
-    return [] if found == exact else [(place, found, exact)]
 
 
 def cases(slug, mode, count=COUNT):

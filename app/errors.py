@@ -16,7 +16,7 @@ from starlette.exceptions import HTTPException
 from app.designs.refusals import INVALID, summed_up
 from app.designs.schema import Entry
 from app.jobs.errors import Busy, ExecutorClosed, Warming
-from app.store.errors import IdempotencyConflict, InvalidCursor, UnknownRun
+from app.store.errors import IdempotencyConflict, InvalidCursor, UnknownBatch, UnknownRun
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -84,6 +84,10 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
     @app.exception_handler(UnknownRun)
     async def _unknown(request: Request, error: UnknownRun) -> Response:
         return answer(request, Problem(404, "No such run", "no run has this id"))
+
+    @app.exception_handler(UnknownBatch)
+    async def _unknown_batch(request: Request, error: UnknownBatch) -> Response:
+        return answer(request, Problem(404, "No such batch", "no batch has this id"))
 
     @app.exception_handler(InvalidCursor)
     async def _cursor(request: Request, error: InvalidCursor) -> Response:

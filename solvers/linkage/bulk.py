@@ -16,7 +16,7 @@ from solvers.linkage.envelope import outlines
 from solvers.linkage.figures import enclosing_radii, least_areas
 from solvers.linkage.four_bar import coefficients, greatest_transfers, swing
 from solvers.linkage.kinds import ChangePoint, Gain, Ratios
-from solvers.linkage.loads import unit_peaks
+from solvers.linkage.loads import SHARP, unit_peaks
 from solvers.linkage.result import LinkageCheck, Mechanism
 from solvers.linkage.scene import Limits, Scene
 from solvers.outcome import Outcome
@@ -119,7 +119,7 @@ def check_family(
     rotatable, none = rows[:, 4] >= 0.0, np.full(parameter.size, np.nan)
     full = np.flatnonzero(rotatable)
     own, own_end = np.ascontiguousarray(rows[full]), np.ascontiguousarray(end[full])
-    loads = _shared(lambda a, b: unit_peaks(own[a:b], own_end[a:b]), full.size, threads)
+    loads = _shared(lambda a, b: unit_peaks(own[a:b], own_end[a:b], SHARP), full.size, threads)
     tops = _shared(lambda a, b: greatest_transfers(own[a:b]), full.size, threads)
     most, torque, force, area, radius = (none.copy() for _ in range(5))
     most[full] = np.maximum(tops, np.maximum(start, end)[full])

@@ -20,7 +20,7 @@ from solvers.linkage.envelope import Box, enclosing_radius, least_box, sweep
 from solvers.linkage.four_bar import FourBar, greatest_transfers, of_family
 from solvers.linkage.impact import steady_running
 from solvers.linkage.kinds import ChangePoint, Ratios
-from solvers.linkage.loads import Peaks, peaks_of, unit_peaks
+from solvers.linkage.loads import SHARP, Peaks, peaks_of, unit_peaks
 from solvers.linkage.result import Lengths, LinkageCheck, Mechanism, Strike
 from solvers.linkage.scene import STRENGTH_SPEED, Limits, Scene
 from solvers.linkage.tolerances import Closure
@@ -124,7 +124,7 @@ def unit_figures(mechanisms: Sequence[Mechanism]) -> list[UnitFigures]:
     if full:
         bars = [mechanisms[i].bar for i in full]
         rows, ends = np.stack([bar.coefficients for bar in bars]), np.array([bar.end for bar in bars])
-        loads, tops = unit_peaks(rows, ends).tolist(), greatest_transfers(rows).tolist()
+        loads, tops = unit_peaks(rows, ends, SHARP).tolist(), greatest_transfers(rows).tolist()
         for i, row, top in zip(full, loads, tops, strict=True):
             bar = mechanisms[i].bar
             found[i] = UnitFigures(True, True, tuple(row), max(top, bar.start, bar.end))

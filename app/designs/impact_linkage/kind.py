@@ -44,7 +44,7 @@ from app.designs.schema import (
     refused,
     scaled,
 )
-from app.designs.verdict import verdict_json
+from app.designs.verdict import denials, verdict_json
 from solvers import linkage
 from solvers.errors import InvalidInput
 from solvers.outcome import Outcome
@@ -302,4 +302,5 @@ IMPACT_LINKAGE = Kind(
     figure=figure,
     form=FORM,
     drawing=drawing,
+    denials=denials(WORDS),
 )

@@ -18,6 +18,8 @@ from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from solvers.numerics import linking
+
 F = TypeVar("F", bound=Callable[..., object])
 
 _ROOT = Path(__file__).parents[2]
@@ -39,7 +41,9 @@ class Kernel:
     @cached_property
     def compiled(self) -> Any:
         """As Python calls it: compiled for the types it is called with, or loaded from the disk."""
-        return _kept(self._dispatcher(cache=True))
+        dispatcher = _kept(self._dispatcher(cache=True))
+        dispatcher.compile = linking.once(dispatcher.compile)
+        return dispatcher
 
     @cached_property
     def inner(self) -> Any:

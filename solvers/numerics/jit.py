@@ -18,7 +18,7 @@ from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from solvers.numerics import linking
+from solvers.numerics import linking, loading
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -103,7 +103,9 @@ def fusing_kernel(function: F) -> F:
 def _kept(compiled: Any) -> Any:
     """The same kernel, its cache good for as long as no source it may hold code of has changed."""
     # There is no public way to name what a cache depends on; without this attribute numba's own rule holds.
-    file = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
+    cache = getattr(compiled, "_cache", None)
+    loading.load_alone(cache)
+    file = getattr(cache, "_cache_file", None)
     if file is not None and _file(compiled.py_func.__module__) is not None:
         file._source_stamp = stamp(compiled.py_func.__module__)
     return compiled

@@ -1,8 +1,8 @@
 """Machine code is made once: in the kernels that Python calls, which hold the code of all those that they call.
 
 numba optimizes every kernel and makes machine code of it, links its optimized code into each of its callers, and there
-optimizes it again: in a chain of six, the last one six times. Nothing but its callers ever calls an inner kernel, though.
-Here it stays as it was lowered until a kernel with an entry from Python takes it in, and is optimized with that one.
+optimizes it again: in a chain of six, the last one six times. Nothing but its callers ever calls an inner kernel,
+though. Here it stays as it was lowered until a kernel with an entry from Python takes it in, and is optimized with it.
 
 This reaches into numba's ``JITCodeLibrary``; where that one looks otherwise than expected, numba goes its own way.
 """
@@ -18,8 +18,8 @@ R = TypeVar("R")
 
 _NEEDED = ("finalize", "_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals",
            "_verify_declare_only_symbols", "codegen")  # fmt: skip
-_ENTRIES = ("_ZN7cpython", "cfunc.")
-"""What the names of functions that are not called by compiled code alone begin with."""
+_ENTRY = "_ZN7cpython"
+"""What the names of the functions that Python calls begin with."""
 
 
 def once(compile_: Callable[..., R]) -> Callable[..., R]:
@@ -65,7 +65,7 @@ def _library() -> type | None:
 
         def finalize(self) -> None:
             self._inner = not any(
-                function.name.startswith(_ENTRIES) and not function.is_declaration
+                function.name.startswith(_ENTRY) and not function.is_declaration
                 for function in self._final_module.functions
             )
             super().finalize()

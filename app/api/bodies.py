@@ -5,13 +5,15 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import AsyncIterator
-from typing import Any, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
-from fastapi import Request
 from pydantic import ValidationError
 
 from app.designs.schema import Entry, entry
 from app.errors import INVALID, Problem, invalid, json_pointer
+
+if TYPE_CHECKING:
+    from fastapi import Request
 
 _LOOK_S = 0.5
 

@@ -1,9 +1,9 @@
 """The kernels that Python calls, with their types: what can be compiled side by side before anything is asked for.
 
-`signatures.py` lists them by the part whose rehearsals are the first to call for them. Types are written in short:
-``f``, ``i``, ``b``, ``c`` for a number (float, int, bool, complex), with the number of dimensions behind it for an array
-(``f2``), and ``F`` or ``r`` behind that for one that lies in Fortran's order or may not be written to; a name is a named
-tuple.
+`signatures.py` lists them by the part whose rehearsals are the first to call for them. In short, types are: ``f``,
+``i``, ``b``, ``c`` for a number (float, int, bool, complex), with the number of dimensions behind it for an array
+(``f2``), and ``F`` or ``r`` behind that for one that lies in Fortran's order or may not be written to; a name is a
+named tuple.
 
 The list saves time and nothing else: a kernel that it does not know or no longer fits is compiled when it is called.
 """

@@ -16,6 +16,7 @@ FILE = Path(__file__).parents[1] / "app/designs/signatures.py"
 _HEAD = '''"""The kernels that Python calls, and their types. Made by scripts/kernel_signatures.py: not to be edited."""
 
 # ruff: noqa: E501
+# fmt: off
 '''
 
 

@@ -17,9 +17,9 @@ from typing import Any, TypeVar
 R = TypeVar("R")
 
 _NEEDED = ("finalize", "_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals",
-           "_verify_declare_only_symbols", "codegen")  # fmt: skip
-_ENTRY = "_ZN7cpython"
-"""What the names of the functions that Python calls begin with."""
+           "_verify_declare_only_symbols", "_get_module_for_linking", "codegen")  # fmt: skip
+_ENTRY, _ENVIRONMENT = "_ZN7cpython", "_ZN08NumbaEnv"
+"""What the names of the functions that Python calls, and of every function's environment, begin with."""
 
 
 def once(compile_: Callable[..., R]) -> Callable[..., R]:
@@ -81,6 +81,15 @@ def _library() -> type | None:
             self._finalize_dynamic_globals()
             self._verify_declare_only_symbols()
             self._finalized = True
+
+        def _get_module_for_linking(self) -> Any:
+            module = super()._get_module_for_linking()
+            if self._inner:
+                # What numba keeps for a function's use of Python, and would look up again wherever it is loaded.
+                for variable in module.global_variables:
+                    if variable.name.startswith(_ENVIRONMENT) and not variable.is_declaration:
+                        variable.linkage = "internal"
+            return module
 
         @property
         def codegen(self) -> Any:

@@ -1,4 +1,4 @@
-"""Machine code is made of what Python calls, with all that this calls in it; from the disk it comes without compiler."""
+"""Machine code is made of what Python calls, with all that this calls in it; the disk's needs no compiler."""
 
 from __future__ import annotations
 
@@ -42,6 +42,8 @@ def test_an_inner_kernel_is_part_of_its_caller_and_nothing_by_itself(tmp_path: P
         assert module.outer(np.array([1.0, 4.0, 0.25])) == 5.25
         assert _library() is not None, "numba looks otherwise than linking.py expects"
         assert [result.library._inner for result in module.inner.inner.overloads.values()] == [True]
+        (compiled,) = module.outer.compiled.overloads.values()
+        assert len(compiled._find_referenced_environments()) <= 1, "each is looked up again wherever it is loaded"
         # Called from Python after all, it is compiled for that.
         assert module.inner(np.array([4.0]), 1.0) == 6.0
     finally:
@@ -49,9 +51,9 @@ def test_an_inner_kernel_is_part_of_its_caller_and_nothing_by_itself(tmp_path: P
 
 
 def test_a_kernel_on_disk_needs_no_compiler() -> None:
-    code = "from solvers.pin.ring import _bending; _bending(1.5); import sys; print('numba.typed.dictimpl' in sys.modules)"
-    told = [
-        subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
-        for _ in range(2)
-    ]
-    assert told[1] == "False"
+    code = (
+        "import sys; from solvers.pin.ring import _bending; _bending(1.5); print('numba.typed.dictimpl' in sys.modules)"
+    )
+    run = [sys.executable, "-c", code]
+    told = [subprocess.run(run, cwd=ROOT, capture_output=True, text=True, check=True).stdout for _ in range(2)]
+    assert told[1].strip() == "False"

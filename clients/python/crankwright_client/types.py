@@ -35,6 +35,58 @@ class AlternativeResult(TypedDict):
     reason: str
 
 
+class Batch(TypedDict):
+    """Many requests of one kind and mode as one job; each of its items is a run."""
+
+    id: str
+    kind: str
+    mode: Mode
+    name: str
+    detail: Detail
+    status: Literal["queued", "running", "ended", "cancelled"]
+    created_at: str
+    ended_at: str | None
+    items: BatchItems
+    rate_per_s: float | None
+    """items a second since the first was begun"""
+    remaining_s: float | None
+    """null: nothing is known yet"""
+    solver: Solver
+    links: BatchLinks
+
+
+class BatchItems(TypedDict):
+    """How many items there are, and how those that are done ended."""
+
+    total: int
+    done: int
+    succeeded: int
+    infeasible: int
+    failed: int
+    refused: int
+    """rows that are no valid request"""
+    cancelled: int
+
+
+class BatchLinks(TypedDict):
+    """Where a batch and what belongs to it are found."""
+
+    self: str
+    page: str
+    results: str
+    events: str
+    runs: str
+
+
+class BatchPage(TypedDict):
+    """A page of the list of batches; ``next_cursor`` asks for the next one."""
+
+    items: list[Batch]
+    next_cursor: str | None
+
+BatchStatus = Literal["receiving", "queued", "running", "ended", "cancelled"]
+
+
 class BoreForm(TypedDict):
     """The shapes that the bore may have."""
 
@@ -267,6 +319,8 @@ class Cylinder(TypedDict):
     strokes: Literal[2, 4]
     """strokes of a cycle"""
 
+Detail = Literal["scalars", "full"]
+
 
 class Dimensions(TypedDict):
     b_mm: float
@@ -373,6 +427,14 @@ class EffectCostResult(TypedDict):
     runs: int
 
 
+class EffectInfo(TypedDict):
+    """An effect that a scene of the kind can call for."""
+
+    name: str
+    summary: str
+    measure: str
+
+
 class EffectResult(TypedDict):
     """One line of the effects manifest."""
 
@@ -438,6 +500,49 @@ class EstimateUncertainty(TypedDict):
     bore_mm: NotRequired[float]
     piston_kg_m2: NotRequired[float]
     rod_kg_m2: NotRequired[float]
+
+
+class ExportInfo(TypedDict):
+    """A file that runs of the kind can be taken away as."""
+
+    name: str
+    title: str
+    media_type: str
+    extension: str
+    tools: list[str]
+    """of parameters: what ?for= can be; empty for all others"""
+    available: bool
+    """false: this installation lacks what it needs"""
+
+
+class FieldInfo(TypedDict):
+    """One value of a request. Limits are null where there are none."""
+
+    path: str
+    """dotted names; [] for the items of a list"""
+    label: str
+    unit: str
+    type: str
+    """number, integer, string, boolean, choice, list, or form: a choice that is no field of its own"""
+    required: bool
+    """of the object it is in; a form that is chosen needs its own only"""
+    nullable: bool
+    default: Any
+    """null where there is none"""
+    minimum: float | None
+    maximum: float | None
+    exclusive_minimum: bool
+    exclusive_maximum: bool
+    items: str | None
+    """of a list: the type of its items, whose limits are told here"""
+    least_items: int | None
+    most: int | None
+    """characters of a string, items of a list"""
+    choices: list[str | float] | None
+    when: str
+    """the forms in which the field exists, such as load.kind=schmidt, or material=custommaterial where a form is
+    told by its fields alone; empty: always there"""
+    help: str
 
 
 class Figure(TypedDict):
@@ -639,6 +744,8 @@ class FlexibleRodStudyRequest(TypedDict):
     that takes too long is given up, rungs that the time does not reach are left out"""
     spec: FlexibleRodDesignRequest | FlexibleRodCheckRequest
     """a design request or a check request of this kind"""
+
+Format = Literal["ndjson", "csv", "parquet"]
 
 
 class FrontPointResult(TypedDict):
@@ -973,6 +1080,37 @@ class Jump(TypedDict):
     """pressure just behind the dead centre less that just before it"""
 
 
+class KindInfo(TypedDict):
+    """All that can be asked of a kind."""
+
+    kind: str
+    title: str
+    summary: str
+    modes: list[Mode]
+    links: dict[str, str]
+    objectives: list[str]
+    """what a design can be after; empty where there is but one thing"""
+    effects: list[EffectInfo]
+    exports: list[ExportInfo]
+    requests: list[ModeInfo]
+
+
+class KindLine(TypedDict):
+    """A kind in the list."""
+
+    kind: str
+    title: str
+    summary: str
+    modes: list[Mode]
+    links: dict[str, str]
+
+
+class KindList(TypedDict):
+    """All kinds."""
+
+    items: list[KindLine]
+
+
 class Lengths(TypedDict):
     base: float
     crank: float
@@ -1144,7 +1282,50 @@ class Material(TypedDict):
     poisson: NotRequired[float]
     density_kg_m3: float
 
+
+class MaterialInfo(TypedDict):
+    """A material of the catalogue, and where its numbers are from."""
+
+    name: str
+    title: str
+    elastic_modulus_gpa: float
+    shear_modulus_gpa: float
+    poisson: float
+    density_kg_m3: float
+    fatigue_limit_mpa: float
+    """smooth, in alternating bending"""
+    fatigue_reduction: float
+    """K: notch, size and surface together"""
+    mean_stress_sensitivity: float
+    """ψ of Serensen"""
+    yield_strength_mpa: float
+    ultimate_strength_mpa: float | None
+    sources: dict[str, str]
+    """of every number, by its name"""
+    kinds: list[str]
+    """whose requests take the name"""
+
+
+class MaterialList(TypedDict):
+    """All materials of the catalogue."""
+
+    items: list[MaterialInfo]
+
 Mode = Literal["design", "check", "analysis", "accuracy"]
+
+
+class ModeInfo(TypedDict):
+    """One thing that can be asked of a kind: where, in which words, and an example."""
+
+    mode: Mode
+    path: str
+    """where a request is posted to"""
+    fields: list[FieldInfo]
+    example: dict[str, Any]
+    examples: dict[str, Any]
+    """more of them by their titles"""
+    plots: list[str]
+    """pictures that its runs can have; each run lists its own"""
 
 
 class PendulumRequest(TypedDict):
@@ -1186,6 +1367,18 @@ class PendulumUncertainty(TypedDict):
     gravity_m_s2: NotRequired[float]
     small_end_bore_radius_mm: NotRequired[float]
     big_end_bore_radius_mm: NotRequired[float]
+
+
+class Piece(TypedDict):
+    """A diameter along a part of the pin: the cubic polynomial with these values and slopes at its ends."""
+
+    x_from_mm: float
+    x_to_mm: float
+    diameter_from_mm: float
+    diameter_to_mm: float
+    slope_from: float
+    """change of the diameter per length"""
+    slope_to: float
 
 
 class PinCertificate(TypedDict):
@@ -1386,6 +1579,8 @@ class PinProfileDesignResult(TypedDict):
     """the lightest of any form under the same limits, but for the slope"""
     corners: list[Corner] | None
     """where the shape is made of straight lines: its points"""
+    contour: list[Piece] | None
+    """where it is not: the bore's diameter, of a bushing the outer one, piece by piece"""
     certificate: PinCertificate | None
 
 
@@ -1802,6 +1997,23 @@ class StudyResult(TypedDict):
     effect_costs: list[EffectCostResult]
 
 
+class Sweep(TypedDict):
+    """A request of which some fields are varied."""
+
+    kind: str
+    mode: Literal["design", "check", "analysis", "accuracy"]
+    name: NotRequired[str]
+    detail: NotRequired[Literal["scalars", "full"]]
+    base: dict[str, Any]
+    """what every request has"""
+    vary: dict[str, Vary]
+    """dotted field: its values"""
+    combine: NotRequired[Literal["grid", "zip", "latin_hypercube", "sobol"]]
+    samples: NotRequired[int | None]
+    """of latin_hypercube and sobol"""
+    seed: NotRequired[int]
+
+
 class SweptBox(TypedDict):
     """The least box around all that links and joints sweep; ``angle_deg`` from the base line to its width."""
 
@@ -1833,11 +2045,24 @@ class TablePressure(TypedDict):
     repair: NotRequired[bool]
     """mend what is wrong with the points, and record it"""
 
+Tool = Literal["freecad", "fusion", "onshape", "solidworks", "inventor"]
+
 
 class Unbalance(TypedDict):
     order: int
     force_n: float
     couple_nm: float | None
+
+Vary = TypedDict(
+    "Vary",
+    {
+        "values": NotRequired[Union[list[Any], None]],
+        "from": NotRequired[Union[float, None]],
+        "to": NotRequired[Union[float, None]],
+        "steps": NotRequired[Union[int, None]],
+        "scale": NotRequired[Literal["linear", "log"]],
+    },
+)
 
 
 class VerdictResult(TypedDict):

@@ -27,7 +27,7 @@ def listed() -> tuple[dict[tuple[str, str], list[tuple[str, str]]], dict[str, st
     known: set[tuple[str, str]] = set()
     for part in PARTS:
         for job, request in rehearsals_of(*part):
-            job.run(request)
+            job.rehearse(request)
         now = {(name, " ".join(word_of(each, tuples) for each in types)) for name, types in called()}
         entries[part] = sorted(now - known)
         known |= now

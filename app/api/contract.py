@@ -15,6 +15,7 @@ from fastapi.openapi.utils import get_openapi
 from pydantic import BaseModel, ConfigDict, Field, create_model
 from pydantic.json_schema import models_json_schema
 
+from app.api.descriptions import describe
 from app.batches.results import MEDIA_TYPES, Format
 from app.batches.sweep import Sweep
 from app.designs.kind import Detail, Kind, Mode
@@ -236,6 +237,7 @@ def document(app: FastAPI) -> dict[str, Any]:
     # The framework knows the words that parameters can be, and what routes with a model of their own answer.
     known = {name: schema for name, schema in found["components"]["schemas"].items() if name not in _NOT_OURS}
     found["components"] = {"schemas": known | definitions["$defs"]}
+    describe(found["components"]["schemas"])
 
     def content(model: type[BaseModel], way: str = "serialization") -> dict[str, Any]:
         return {"application/json": {"schema": references[(model, way)]}}

@@ -14,6 +14,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from app.designs.calculation.chain import Chain
 from app.designs.drawing import Drawing
 from app.designs.form import FormWords
 from app.designs.part import Part
@@ -74,6 +75,10 @@ def _no_reference(_request: Any, _answer: Answer) -> None:
     return None
 
 
+def _no_calculation(_run: Mapping[str, Any], _chain: Chain) -> None:
+    return None
+
+
 def _no_drawing(_request: dict[str, Any]) -> None:
     return None
 
@@ -116,6 +121,12 @@ class Job:
         """The answer, told of on the way where the job is a long one."""
         return self.run(request) if self.in_steps is None else self.in_steps(request, report)
 
+    def rehearse(self, request: Any) -> None:
+        """Have in memory what its calls need, for one request and for many."""
+        self.run(request)
+        if self.run_many is not None:
+            self.run_many([request], Detail.SCALARS)
+
 
 @dataclass(frozen=True, eq=False)
 class Kind:
@@ -130,7 +141,9 @@ class Kind:
     ``form`` words the kind's forms; ``drawing`` is the part with its dimensions, from a request as JSON tells it, which
     may still lack much: None where nothing can be drawn yet. ``part`` is what can be made, from a run with a result
     that ``has_part``, at an angle of its crank in degrees where it has one. ``denials`` has what a verdict says of a
-    criterion, by its name, where a yes is a no.
+    criterion, by its name, where a yes is a no. ``calculation`` fills a chain with how a person checks a succeeded
+    run by
+    hand; it raises NotANumber where that cannot go on. ``followed`` names the effects that it has in it.
     """
 
     slug: str
@@ -145,6 +158,8 @@ class Kind:
     figure: Callable[[Mode, Mapping[str, Any]], tuple[str, float | None]] = _no_figure
     form: FormWords = field(default_factory=FormWords)
     drawing: Callable[[dict[str, Any]], Drawing | None] = _no_drawing
+    calculation: Callable[[Mapping[str, Any], Chain], None] = _no_calculation
+    followed: frozenset[str] = frozenset()
     part: Callable[[Mapping[str, Any], float | None], Part] | None = None
     has_part: Callable[[Mapping[str, Any]], bool] = _no_part
     denials: Mapping[str, str] = field(default_factory=dict)

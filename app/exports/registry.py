@@ -7,11 +7,12 @@ from app.exports.csv_file import CSV
 from app.exports.dxf import DXF
 from app.exports.export import Export, Run
 from app.exports.parameters import PARAMETERS
+from app.exports.report import HTML, PDF
 from app.exports.run_json import JSON
 from app.exports.step import STEP
 from app.exports.svg import SVG
 
-EXPORTS: dict[str, Export] = {export.name: export for export in (JSON, CSV, SVG, DXF, STEP, PARAMETERS)}
+EXPORTS: dict[str, Export] = {export.name: export for export in (HTML, PDF, JSON, CSV, SVG, DXF, STEP, PARAMETERS)}
 
 
 def exports_for(run: Run) -> dict[str, Export]:

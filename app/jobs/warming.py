@@ -358,7 +358,7 @@ def solve_rehearsals(connection: Connection, part: Part) -> None:
     _prepare()
     with _reporting(connection):
         for job, request in rehearsals_of(*part):
-            job.run(request)
+            job.rehearse(request)
         marks.leave(part)
     connection.send(None)
     _wait_for_the_end(connection)

@@ -18,6 +18,7 @@ TUPLES: dict[str, str] = {
     "solvers.rod.optimum.proof.box_bounds.Relaxation": "f1 f1 f1 f1 f1 f1 f3 f1 f1 f f1 f1 f f",
     "solvers.rod.optimum.proof.box_bounds.Work": "solvers.rod.optimum.proof.box_bounds.Ranges solvers.rod.optimum.proof.box_bounds.Ranges f2",
     "solvers.rod.strip.elastica_kernels.Collocation": "f1 f2 f2 f1 f1 f1 f1 f1",
+    "solvers.rod.vibration.natural_frequencies.Energies": "f2 f2 f1 f1",
     "solvers.rod.vibration.slow_modes.Parts": "f1 f2 f2 f1 f2 f2",
 }
 
@@ -50,12 +51,13 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.strip.shape.bend", "f1 f1 f1 f1 f f f1 f1 f1"),
         ("solvers.rod.strip.shear.critical_coupling", "f f f"),
         ("solvers.rod.vibration.natural_frequencies._legendre", "f1 i"),
-        ("solvers.rod.vibration.natural_frequencies.greatest_ratio", "f2 f2"),
+        ("solvers.rod.vibration.natural_frequencies.frequency_under", "solvers.rod.vibration.natural_frequencies.Energies f f f f f"),
     ),
     ("flexible-rod", "check"): (
         ("solvers.numerics.ripple.parts_at", "solvers.numerics.ripple.Ripple f1"),
         ("solvers.numerics.ripple.reaches", "solvers.numerics.ripple.Ripple f1"),
         ("solvers.numerics.ripple_peaks.greatest_with_ripple", "f1 solvers.numerics.panels.Rule f1 f f solvers.numerics.ripple.Ripple f1 f2"),
+        ("solvers.rod.bulk.loop.check_rows", "f2 f4 f2 f1 f2 solvers.numerics.panels.Rule solvers.rod.vibration.natural_frequencies.Energies f2 f2 f2 i1 f2 f3"),
         ("solvers.rod.cycle.large_displacement.add_third_order", "f2 f f f f f solvers.rod.strip.elastica_kernels.Collocation f2 f2 f1 f1"),
         ("solvers.rod.piston.skirt.contact_load", "f f"),
         ("solvers.rod.vibration.equation._static_shape", "f f f f1"),
@@ -85,6 +87,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.linkage.figures.enclosing_radii", "f2"),
         ("solvers.linkage.figures.least_areas", "f2 f1 f1 f1 f f f f f"),
         ("solvers.linkage.figures.least_fits", "f2 f1 f1 f f f"),
+        ("solvers.linkage.four_bar.greatest_transfers", "f2"),
         ("solvers.linkage.four_bar.transfer_and_rate", "f2 f1 f1 f2 f2"),
         ("solvers.linkage.loads.unit_peaks", "f2 f1 f"),
     ),

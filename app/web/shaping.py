@@ -24,12 +24,14 @@ def sentences(run: Mapping[str, Any]) -> list[dict[str, str]]:
         for item in result.get("active_constraints") or ()
     ]
     limits = result.get("active_limits") or ()
-    used_up = _("used up: more of it gives a better one")
-    told += [{"name": _allowed(name), "worth": used_up} for name in limits]
+    used_up = _("just met; a looser one would give a better design")
+    criteria = run["verdict"]["criteria"] if run["verdict"] else ()
+    labels = {item["name"]: _(item["label"]) for item in criteria}
+    told += [{"name": labels.get(name) or _allowed(name), "worth": used_up} for name in limits]
     if told or run["mode"] != "design" or not run["verdict"] or "active_limits" in result:
         return told
     # Where the solver names none, those that leave nothing to spare.
-    spent = (item for item in run["verdict"]["criteria"] if item["margin"] is not None and item["margin"] < _LITTLE)
+    spent = (item for item in criteria if item["margin"] is not None and item["margin"] < _LITTLE)
     return [{"name": _(item["label"]), "worth": used_up} for item in spent]
 
 

@@ -46,50 +46,74 @@ class Batch(TypedDict):
     """Many requests of one kind and mode as one job; each of its items is a run."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     name: str
+    """its name"""
     detail: Detail
+    """what is wrong"""
     status: Literal["queued", "running", "ended", "cancelled"]
+    """how the solve stands or ended"""
     created_at: str
+    """when the run was asked for, UTC"""
     ended_at: str | None
+    """when the last item ended; null: not yet"""
     items: BatchItems
+    """the entries"""
     rate_per_s: float | None
     """items a second since the first was begun"""
     remaining_s: float | None
     """null: nothing is known yet"""
     solver: Solver
+    """who solved"""
     links: BatchLinks
+    """where the run and what belongs to it are found"""
 
 
 class BatchItems(TypedDict):
     """How many items there are, and how those that are done ended."""
 
     total: int
+    """all items"""
     done: int
+    """items that have ended"""
     succeeded: int
+    """items that were answered"""
     infeasible: int
+    """items that have no answer, with a diagnosis"""
     failed: int
+    """items that ended without an answer"""
     refused: int
     """rows that are no valid request"""
     cancelled: int
+    """items that were cancelled"""
 
 
 class BatchLinks(TypedDict):
     """Where a batch and what belongs to it are found."""
 
     self: str
+    """the run as JSON"""
     page: str
+    """the run for people"""
     results: str
+    """the answers row by row"""
     events: str
+    """progress as server-sent events"""
     runs: str
+    """how often it was timed"""
 
 
 class BatchPage(TypedDict):
     """A page of the list of batches; ``next_cursor`` asks for the next one."""
 
     items: list[Batch]
+    """the entries"""
     next_cursor: str | None
+    """asks for the next page; null: this is the last"""
 
 BatchStatus = Literal["receiving", "queued", "running", "ended", "cancelled"]
 
@@ -2669,17 +2693,23 @@ class Sweep(TypedDict):
     """A request of which some fields are varied."""
 
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Literal["design", "check", "analysis", "accuracy"]
+    """what is asked: design, check, analysis or accuracy"""
     name: NotRequired[str]
+    """its name"""
     detail: NotRequired[Literal["scalars", "full"]]
+    """what is wrong"""
     base: dict[str, Any]
     """what every request has"""
     vary: dict[str, Vary]
     """dotted field: its values"""
     combine: NotRequired[Literal["grid", "zip", "latin_hypercube", "sobol"]]
+    """how the values come together: grid, zip, latin_hypercube or sobol"""
     samples: NotRequired[int | None]
     """of latin_hypercube and sobol"""
     seed: NotRequired[int]
+    """of the samples: the same seed gives the same ones"""
 
 
 class SweptBox(TypedDict):

@@ -39,7 +39,7 @@ class FieldInfo(BaseModel):
     items: str | None = Field(description="of a list: the type of its items, whose limits are told here")
     least_items: int | None
     most: int | None = Field(description="characters of a string, items of a list")
-    choices: list[str] | None
+    choices: list[str | float] | None
     when: str = Field(
         description="the forms in which the field exists, such as load.kind=schmidt, or material=custommaterial where "
         "a form is told by its fields alone; empty: always there"
@@ -58,7 +58,9 @@ def objectives_of(kind: Kind) -> list[str]:
     """What a design of the kind can be after; empty where there is but one thing."""
     if Mode.DESIGN not in kind.jobs:
         return []
-    return next((f.choices or [] for f in fields_of(kind, Mode.DESIGN) if f.path == "objective"), [])
+    return next(
+        ([str(choice) for choice in f.choices or ()] for f in fields_of(kind, Mode.DESIGN) if f.path == "objective"), []
+    )
 
 
 class _Reader:
@@ -142,7 +144,7 @@ class _Reader:
             items=items.get("type", "object") if kind == "list" else None,
             least_items=schema.get("minItems"),
             most=schema.get("maxLength", schema.get("maxItems")),
-            choices=choices and [str(choice) for choice in choices],
+            choices=choices,
             when=when,
             help=looked_up(self._words.helps, COMMON.helps, place) or schema.get("description", ""),
         )

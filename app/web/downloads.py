@@ -29,7 +29,7 @@ def downloads_of(run: dict[str, Any]) -> list[Download]:
     """The run's exports in the order of their list; parameters once for every program."""
     found = []
     for name, href in run["links"]["exports"].items():
-        head, words = (_(part) for part in EXPORTS[name].title.split(": ", 1))
+        head, words = (_(part) for part in EXPORTS[name].title.partition(": ")[::2])
         if name == "parameters":
             found += [Download(f"{href}?for={tool}", f"{head}: {shown}", words) for tool, shown in _TOOLS.items()]
         else:

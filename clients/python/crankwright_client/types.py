@@ -712,7 +712,7 @@ class FieldInfo(TypedDict):
     """least number of entries; null: no such bound"""
     most: int | None
     """characters of a string, items of a list"""
-    choices: list[str] | None
+    choices: list[str | float] | None
     """the words that the field takes; null: any"""
     when: str
     """the forms in which the field exists, such as load.kind=schmidt, or material=custommaterial where a form is

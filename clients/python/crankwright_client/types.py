@@ -46,23 +46,23 @@ class Batch(TypedDict):
     """Many requests of one kind and mode as one job; each of its items is a run."""
 
     id: str
-    """the run's own name, for its address"""
+    """the batch's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     name: str
     """its name"""
     detail: Detail
-    """what is wrong"""
+    """whether curves and tables are stored too"""
     status: Literal["queued", "running", "ended", "cancelled"]
-    """how the solve stands or ended"""
+    """how the batch stands"""
     created_at: str
     """when the run was asked for, UTC"""
     ended_at: str | None
     """when the last item ended; null: not yet"""
     items: BatchItems
-    """the entries"""
+    """how many items there are, and how they stand"""
     rate_per_s: float | None
     """items a second since the first was begun"""
     remaining_s: float | None
@@ -70,7 +70,7 @@ class Batch(TypedDict):
     solver: Solver
     """who solved"""
     links: BatchLinks
-    """where the run and what belongs to it are found"""
+    """where the batch and what belongs to it are found"""
 
 
 class BatchItems(TypedDict):
@@ -96,9 +96,9 @@ class BatchLinks(TypedDict):
     """Where a batch and what belongs to it are found."""
 
     self: str
-    """the run as JSON"""
+    """the batch as JSON"""
     page: str
-    """the run for people"""
+    """the batch for people"""
     results: str
     """the answers row by row"""
     events: str
@@ -114,8 +114,6 @@ class BatchPage(TypedDict):
     """the entries"""
     next_cursor: str | None
     """asks for the next page; null: this is the last"""
-
-BatchStatus = Literal["receiving", "queued", "running", "ended", "cancelled"]
 
 
 class BoreForm(TypedDict):
@@ -2693,7 +2691,7 @@ class Sweep(TypedDict):
     """A request of which some fields are varied."""
 
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """kind of design"""
     mode: Literal["design", "check", "analysis", "accuracy"]
     """what is asked: design, check, analysis or accuracy"""
     name: NotRequired[str]

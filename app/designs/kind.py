@@ -121,6 +121,12 @@ class Job:
         """The answer, told of on the way where the job is a long one."""
         return self.run(request) if self.in_steps is None else self.in_steps(request, report)
 
+    def rehearse(self, request: Any) -> None:
+        """Have in memory what its calls need, for one request and for many."""
+        self.run(request)
+        if self.run_many is not None:
+            self.run_many([request], Detail.SCALARS)
+
 
 @dataclass(frozen=True, eq=False)
 class Kind:

@@ -19,7 +19,8 @@ AXE = (Path(axe_core_python.__file__).parent / "axe.min.js").read_text("utf-8")
 _DESK, _PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
 _FOUND = """async () => {
     const {violations} = await axe.run(document, {resultTypes: ["violations"]});
-    return violations.map(v => `${v.id}: ${v.nodes.map(n => n.target.join(" ") + " " + n.any.map(a => a.message)).join(" | ")}`);
+    const told = node => node.target.join(" ") + " " + node.any.map(a => a.message);
+    return violations.map(v => `${v.id}: ${v.nodes.map(told).join(" | ")}`);
 }"""
 # Of the reference, whose many folded tables are all made alike, the first few.
 _OPEN = "[...document.querySelectorAll('details')].slice(0, 4).forEach(details => { details.open = true; })"

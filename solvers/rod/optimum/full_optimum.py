@@ -149,7 +149,7 @@ def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
         if other is None:
             break
         end = context.search_from(other, context.bounds)
-        if end is None or _near(end.best.x, context.ends[:known], _SAME):
+        if end is None or near(end.best.x, context.ends[:known], _SAME):
             break
     local = context.best()
     if local is None or local.found is None:
@@ -208,7 +208,8 @@ def _other_start(context: Context) -> Dimensions | None:
     return None if any(np.max(np.abs(x - other)) < _ELSEWHERE for other in known) else best.dimensions
 
 
-def _near(x: Array, ends: list[Local], within: float) -> bool:
+def near(x: Array, ends: list[Local], within: float) -> bool:
+    """Whether one of the ends lies so close to x."""
     return any(np.max(np.abs(x - end.best.x)) < within for end in ends)
 
 

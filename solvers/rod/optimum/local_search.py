@@ -31,8 +31,10 @@ _PENALTY = 10.0
 """Of a violation against the cost: more than the multipliers of rods are."""
 _FAR, _ROUGH = 1e-2, 1e-3
 """Beyond this excess a strip is first made admissible; to this share of the excess."""
+_STRAY = 1e-3
+"""Beyond this excess a search that no longer lessens it is over."""
 _LEAST_EXCESS = 1e-16
-_STUCK = 0.02
+_STUCK = 0.05
 """A promise to lessen the excess by a smaller share is none."""
 _ITERATIONS = 12
 """Of the optimizer in one round."""
@@ -99,7 +101,7 @@ def local_search(
             gain = max(promised, 0.0) if at.admissible else math.inf
             if gain <= task.enough:
                 return Local(best, gain, turn)
-        if at.excess > _FAR and promised < _STUCK * _PENALTY * at.excess:
+        if at.excess > _STRAY and promised < _STUCK * _PENALTY * at.excess:
             break
         moved = float(np.max(np.abs(step - at.x)))
         if moved == 0.0 or radius < least:

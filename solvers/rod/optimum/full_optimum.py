@@ -23,7 +23,7 @@ from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of, logarithms
 from solvers.rod.optimum.local_search import Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
-from solvers.rod.optimum.ripples import RIPPLE_RADIUS, Ripple, look_around
+from solvers.rod.optimum.ripples import FINE_RADIUS, RIPPLE_RADIUS, Ripple, look_around, rises_all_around
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 
@@ -93,6 +93,13 @@ class Context:
         if local is not None:
             self.ends.append(local)
         return local
+
+    def search_closer(self) -> None:
+        """From the best end on among ripples, with rows as good as checks."""
+        best = self.best()
+        local = local_search(self.model.finer(), self.task, self.bounds, best.best.x, FINE_RADIUS)
+        if local is not None and local.found is not None and local.best.log_cost <= best.best.log_cost:
+            self.ends = [*(end for end in self.ends if end is not best), local]
 
     def best(self) -> Local | None:
         """The best end: admissible before not, cheaper before dearer."""
@@ -178,8 +185,11 @@ def _rippled(context: Context, ripple: Ripple) -> Optimum:
     """The best of several optima close to each other: curvatures mean nothing there."""
     for strip in ripple.promising:
         context.search_from(strip, context.bounds, RIPPLE_RADIUS)
+    context.search_closer()
     best = context.best()
     conditions = conditions_at(context, best.best, context.bounds, context.bounds)
+    if best.gain <= context.task.enough and rises_all_around(context.task, context.bounds, best.best, conditions):
+        return Optimum(best, conditions, None, context.starts, _different(context.ends))
     height = max(ripple.height, _next_best(best, context.ends))
     # What the rows still promise there has been tried over steps as small as can be made.
     return Optimum(replace(best, gain=0.0), conditions, None, context.starts, _different(context.ends), height)

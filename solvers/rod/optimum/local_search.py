@@ -23,9 +23,7 @@ from solvers.rod.problem import Bounds, Objective, Requirements
 from solvers.rod.scene import Dimensions, Scene
 
 ROUNDS = 10
-_FIRST_RADIUS, _LEAST_RADIUS, _GREATEST_RADIUS = 0.15, 1e-7, 0.3
-_RIPPLE = 2e-3
-"""A radius that no trust is left in where results ripple: a strip that needs closer sizes cannot be made."""
+_FIRST_RADIUS, _GREATEST_RADIUS = 0.15, 0.3
 _POOR, _GOOD = 0.1, 0.75
 _PENALTY = 10.0
 """Of a violation against the cost: more than the multipliers of rods are."""
@@ -94,7 +92,7 @@ def local_search(
     at = _standing(model, task, bounds, np.clip(start, box[:, 0], box[:, 1]))
     if at is None:
         return None
-    best, gain, least = at, math.inf, _RIPPLE if model.ripples else _LEAST_RADIUS
+    best, gain = at, math.inf
     for turn in range(1, ROUNDS + 1):
         step, promised = _promised(model, task, box, at, radius)
         if at is best:
@@ -104,7 +102,7 @@ def local_search(
         if at.excess > _STRAY and promised < _STUCK * _PENALTY * at.excess:
             break
         moved = float(np.max(np.abs(step - at.x)))
-        if moved == 0.0 or radius < least:
+        if moved == 0.0 or radius < model.closest:
             break
         trial = iterate(model, task, within(bounds, step), at.memory.active, at.excess > _FAR)
         actual = -math.inf if trial is None else _merit(at) - _merit(trial)

@@ -85,7 +85,7 @@ class Local:
 
 
 def local_search(
-    model: FullModel, task: Task, bounds: Bounds, start: Array, radius: float = _FIRST_RADIUS
+    model: FullModel, task: Task, bounds: Bounds, start: Array, radius: float = _FIRST_RADIUS, rounds: int = ROUNDS
 ) -> Local | None:
     """The best strip near ``start`` = ln(b, h, l) within the bounds; None where no strip near it stands up."""
     box = np.log([bounds.b, bounds.h, bounds.l])
@@ -93,7 +93,7 @@ def local_search(
     if at is None:
         return None
     best, gain = at, math.inf
-    for turn in range(1, ROUNDS + 1):
+    for turn in range(1, rounds + 1):
         step, promised = _promised(model, task, box, at, radius)
         if at is best:
             gain = max(promised, 0.0) if at.admissible else math.inf
@@ -116,7 +116,7 @@ def local_search(
             at = trial
         if _better(trial, best):
             best = trial
-    return Local(best, gain, ROUNDS)
+    return Local(best, gain, rounds)
 
 
 def iterate(

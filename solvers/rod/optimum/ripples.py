@@ -26,6 +26,8 @@ from solvers.rod.scene import Dimensions
 
 RIPPLE_RADIUS, FINE_RADIUS = 0.01, 2e-3
 """First radii of searches among ripples, and of the closer one at their end, in ln b, ln h, ln l."""
+RIPPLE_ROUNDS = 6
+"""Of either: what they would gain after that is less than what ripples leave unknown."""
 _SCANNED = 0.03
 """How far to each side strips are spread, in ln b, ln h, ln l."""
 _FEW, _MORE, _PROMISING = (8, 12, 20), 16, 1

@@ -11,7 +11,10 @@ from fastapi.staticfiles import StaticFiles
 from prometheus_fastapi_instrumentator import Instrumentator
 
 from app import errors
-from app.api import contract, operation, runs, submissions
+from app.api import batches, catalogue, contract, exports, operation, runs, submissions
+from app.batches import chunk
+from app.batches.service import BatchService
+from app.downloads import Downloads
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.jobs.template import Template
 from app.jobs.warming import Told, tell_nobody
@@ -21,7 +24,8 @@ from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import Service
 from app.version import VERSION
-from app.web import actions, form_pages, pages, reference, run_pages
+from app.web import actions, batch_pages, form_pages, pages, reference, run_pages
+from app.web.languages import Speaking
 from app.web.problems import problem_page
 from app.web.rendering import STATIC
 
@@ -36,16 +40,30 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        pool = ProcessPool(PoolSettings(workers=settings.workers, told=told), template)
+        lanes = PoolSettings(
+            workers=settings.workers,
+            told=told,
+            background_workers=settings.batch_workers,
+            background_entry=chunk.answer,
+            background_niceness=settings.batch_niceness,
+        )
+        pool = ProcessPool(lanes, template)
         pool.start()
         upgrade(settings.database_url)
         store = RunStore(settings.database_url)
         service = Service(store, pool, settings.solve_budget_s)
         app.state.service = service
+        downloads = app.state.downloads = Downloads(pool, settings.solve_budget_s)
+        app.state.batches = many = BatchService(
+            store, pool, settings.solve_budget_s, settings.batch_lease_s, settings.max_batch_items
+        )
         await service.resume()
+        many.start()
         try:
             yield
         finally:
+            await downloads.close()
+            await many.close()
             await service.close()
             pool.close()
             store.close()
@@ -64,14 +82,19 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
     errors.install(app, problem_page)
     # What is small is not worth it; a level beyond costs more time than it saves bytes.
     app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)
+    app.add_middleware(Speaking)
     contract.install(app)
     for router in (
         operation.router,
         runs.router,
+        exports.router,
+        catalogue.router,
+        batches.router,
         submissions.router,
         pages.router,
         form_pages.router,
         run_pages.router,
+        batch_pages.router,
         actions.router,
         reference.router,
     ):

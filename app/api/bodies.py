@@ -10,8 +10,9 @@ from typing import Any, Protocol, Self, TypeVar
 from fastapi import Request
 from pydantic import ValidationError
 
+from app.designs.refusals import INVALID, json_pointer
 from app.designs.schema import Entry, entry
-from app.errors import INVALID, Problem, invalid, json_pointer
+from app.errors import Problem, invalid
 
 _LOOK_S = 0.5
 
@@ -35,7 +36,7 @@ async def read_body(request: Request) -> bytes:
     if kind != "application/json":
         raise Problem(415, "Not JSON", "send application/json")
     chunks, size = [], 0
-    async for chunk in _while_serving(request):
+    async for chunk in while_serving(request):
         size += len(chunk)
         if size > limit:
             raise Problem(413, "The request is too large", f"at most {limit} bytes are accepted")
@@ -43,7 +44,7 @@ async def read_body(request: Request) -> bytes:
     return b"".join(chunks)
 
 
-async def _while_serving(request: Request) -> AsyncIterator[bytes]:
+async def while_serving(request: Request) -> AsyncIterator[bytes]:
     """The parts of a body as they come; 503 where the rest does not come before the service stops."""
     stopping = request.app.state.service.stopping
     stream = aiter(request.stream())

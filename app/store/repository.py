@@ -9,12 +9,14 @@ import json
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Any, Self, TypeVar
 
 from sqlalchemy import ColumnElement, Connection, Select, select, tuple_
 
+from app.store.batch_reads import find_batch, get_item_run, list_item_runs
+from app.store.batch_records import BatchRecord
 from app.store.engine import make_engine
-from app.store.errors import InvalidCursor, UnknownRun
+from app.store.errors import InvalidCursor
 from app.store.models import runs
 from app.store.operations import Advance, Put, PutOnce, find_response
 from app.store.recent import RecentSpecs
@@ -26,10 +28,11 @@ from app.store.record import (
     RunOrder,
     RunPage,
     RunRecord,
+    RunSummary,
     StoredResponse,
 )
 from app.store.rows import SUMMARY_FIELDS, is_intact, row_to_run, row_to_summary
-from app.store.writer import GroupWriter
+from app.store.writer import GroupWriter, Operation
 
 T = TypeVar("T")
 
@@ -84,6 +87,10 @@ class RunStore:
         """Queued or running → its end, in one transaction. False, and no change, if the run had ended already."""
         return await self._writer.submit(Advance(run_id, end))
 
+    async def write(self, operation: Operation) -> Any:
+        """Run an operation of this package and wait for its commit."""
+        return await self._writer.submit(operation)
+
     # -- reads ----------------------------------------------------------------------------------------------
 
     async def get(self, run_id: str) -> RunRecord:
@@ -119,6 +126,7 @@ class RunStore:
     ) -> RunPage:
         """A page of runs in that order. Runs that arrive between two pages shift nothing; limit is 1…200.
 
+        The items of a batch are listed where the filter names it, else only what was asked for by itself.
         Raises InvalidCursor for a cursor that no page of this store carried.
         """
         after = _decode_cursor(cursor, order) if cursor is not None else None
@@ -145,6 +153,10 @@ class RunStore:
     ) -> None:
         self.close()
 
+    async def query(self, query: Callable[[Connection], T]) -> T:
+        """``read`` on one of the threads for reads."""
+        return await self._read(query)
+
     async def _read(self, query: Callable[[Connection], T]) -> T:
         return await asyncio.get_running_loop().run_in_executor(self._readers, self.read, query)
 
@@ -160,9 +172,7 @@ def _insertion(record: RunRecord, response: StoredResponse | None) -> Put | PutO
 
 def _get(connection: Connection, run_id: str) -> RunRecord:
     row = connection.execute(select(runs).where(runs.c.id == run_id)).mappings().first()
-    if row is None:
-        raise UnknownRun(run_id)
-    return row_to_run(row)
+    return get_item_run(connection, run_id) if row is None else row_to_run(row)
 
 
 def _newest_specs(connection: Connection) -> list[str]:
@@ -204,6 +214,9 @@ _KEYS = {
 def _list(
     connection: Connection, wanted: RunFilter, after: tuple[str | float, str] | None, size: int, order: RunOrder
 ) -> RunPage:
+    batch = None if wanted.batch_id is None else find_batch(connection, wanted.batch_id)
+    if batch is not None:
+        return _list_batch(connection, batch, wanted, after, size, order)
     column, downward = _KEYS[order]
     query = _filtered(select(*(runs.c[name] for name in SUMMARY_FIELDS)), wanted)
     if column is not runs.c.id:
@@ -215,6 +228,23 @@ def _list(
     rows = connection.execute(query.limit(size + 1)).mappings().all()
     items = tuple(row_to_summary(row) for row in rows[:size])
     return RunPage(items, _encode_cursor(rows[size - 1][column.name], items[-1].id) if len(rows) > size else None)
+
+
+def _list_batch(
+    connection: Connection,
+    batch: BatchRecord,
+    wanted: RunFilter,
+    after: tuple[str | float, str] | None,
+    size: int,
+    order: RunOrder,
+) -> RunPage:
+    found, more = list_item_runs(connection, batch, wanted, after, size, order)
+    items = tuple(RunSummary(**{name: getattr(run, name) for name in SUMMARY_FIELDS}) for run in found)
+    if not more:
+        return RunPage(items, None)
+    last = items[-1]
+    keys = {RunOrder.NAME: last.name or "", RunOrder.LEAST: last.figure, RunOrder.GREATEST: last.figure}
+    return RunPage(items, _encode_cursor(keys.get(order, last.id), last.id))
 
 
 def _beyond(column: ColumnElement, downward: bool, after: tuple[str | float, str]) -> ColumnElement[bool]:

@@ -14,21 +14,23 @@ from typing import Any
 from sqlalchemy import Connection, Engine, RowMapping, Table, inspect, select, text
 from sqlalchemy.exc import DBAPIError
 
+from app.store.batch_verify import batch_damages
+from app.store.damage import Damage
 from app.store.engine import make_engine
 from app.store.hashing import spec_hash
-from app.store.models import JSON_COLUMNS, idempotency_keys, runs
+from app.store.models import (
+    JSON_COLUMNS,
+    batch_blocks,
+    batch_chunks,
+    batch_items,
+    batches,
+    idempotency_keys,
+    runs,
+)
 from app.store.rows import is_intact
 
 PAGE = 500
-
-
-@dataclass(frozen=True)
-class Damage:
-    """One thing that is wrong: in which table, at which key (None: the table or the file itself), and what."""
-
-    table: str
-    key: str | None
-    what: str
+_BATCHES = (batches, batch_blocks, batch_chunks, batch_items)
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,7 @@ class Report:
 
     runs: int = 0
     idempotency_keys: int = 0
+    batch_items: int = 0
     damages: tuple[Damage, ...] = field(default=())
 
     @property
@@ -49,6 +52,7 @@ def verify(url: str) -> Report:
     engine = make_engine(url)
     counts = {runs.name: 0, idempotency_keys.name: 0}
     damages: list[Damage] = []
+    items = 0
     try:
         with engine.connect() as connection:
             _tolerate_broken_text(connection)
@@ -63,12 +67,18 @@ def verify(url: str) -> Report:
                     else:
                         counts[table.name] += 1
                         damages += _row_damages(table, row_or_damage)
+            if not broken & {table.name for table in _BATCHES}:
+                for damage_or_count in batch_damages(connection):
+                    if isinstance(damage_or_count, Damage):
+                        damages.append(damage_or_count)
+                    else:
+                        items += damage_or_count
             damages += _file_damages(engine, connection)
     except DBAPIError as error:
         damages.append(Damage("", None, f"the database cannot be read: {error.orig}"))
     finally:
         engine.dispose()
-    return Report(counts[runs.name], counts[idempotency_keys.name], tuple(damages))
+    return Report(counts[runs.name], counts[idempotency_keys.name], items, tuple(damages))
 
 
 def _tolerate_broken_text(connection: Connection) -> None:
@@ -82,7 +92,7 @@ def _tolerate_broken_text(connection: Connection) -> None:
 def _schema_damages(connection: Connection) -> Iterator[Damage]:
     inspector = inspect(connection)
     present = set(inspector.get_table_names())
-    for table in (runs, idempotency_keys):
+    for table in (runs, idempotency_keys, *_BATCHES):
         if table.name not in present:
             yield Damage(table.name, None, "the table is missing")
             continue

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
+from app.designs.crank_dynamics.chain import FOLLOWED, calculation
 from app.designs.crank_dynamics.drawing import drawing
 from app.designs.crank_dynamics.form import FORM
 from app.designs.crank_dynamics.pictures import PLOTS
@@ -244,7 +245,11 @@ CRANK_DYNAMICS = Kind(
     slug="crank-dynamics",
     title="Crank dynamics",
     summary="forces, torque and power of a crank mechanism over its cycle, and the instants that load its parts",
-    jobs={Mode.ANALYSIS: Job(DynamicsRequest, DynamicsResult, run_dynamics, reference=dynamics_reference)},
+    jobs={
+        Mode.ANALYSIS: Job(
+            DynamicsRequest, DynamicsResult, run_dynamics, reference=dynamics_reference, tables=("cycle", "series")
+        )
+    },
     known_effects=crank.EFFECTS,
     plots=PLOTS,
     figure=figure,
@@ -260,4 +265,6 @@ CRANK_DYNAMICS = Kind(
     ),
     form=FORM,
     drawing=drawing,
+    calculation=calculation,
+    followed=frozenset(FOLLOWED),
 )

@@ -7,8 +7,10 @@ from typing import Any
 
 from app.designs.claims import Claim, of_pin
 from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.pin_profile.chain import FOLLOWED, calculation
 from app.designs.pin_profile.drawing import drawing
 from app.designs.pin_profile.form import FORM
+from app.designs.pin_profile.part import has_part, part
 from app.designs.pin_profile.pictures import (
     bore_picture,
     forces_picture,
@@ -30,7 +32,7 @@ from app.designs.pin_profile.result import (
 )
 from app.designs.pin_profile.verdict import WORDS
 from app.designs.schema import MILLI, envelope, refusal_problem
-from app.designs.verdict import verdict_json
+from app.designs.verdict import denials, verdict_json
 from solvers import pin
 from solvers.errors import InvalidInput
 from solvers.outcome import Outcome
@@ -105,6 +107,9 @@ MAIN_RESULTS = (
 """What an accuracy study judges. Not the bore itself: where the mass is flat in it, it is uncertain by the square root
 of the mass's own error."""
 
+TABLES = ("profile",)
+"""What a batch leaves out of its results."""
+
 GIVEN_RESULTS = ("ovalization_um", "ring_stresses_mpa.inner_side", "ring_stresses_mpa.outer_top")
 """They follow the bore in the middle."""
 
@@ -120,9 +125,14 @@ PIN_PROFILE = Kind(
     summary="the lightest bore of a piston pin: free, drillable, stepped, conical",
     jobs={
         Mode.DESIGN: Job(
-            DesignRequest, DesignResult, run_design, reference=design_reference, infeasible=InfeasibleResult
+            DesignRequest,
+            DesignResult,
+            run_design,
+            reference=design_reference,
+            infeasible=InfeasibleResult,
+            tables=TABLES,
         ),
-        Mode.CHECK: Job(CheckRequest, PinResult, run_check, reference=check_reference),
+        Mode.CHECK: Job(CheckRequest, PinResult, run_check, reference=check_reference, tables=TABLES),
     },
     known_effects=pin.EFFECTS,
     plots={
@@ -138,4 +148,9 @@ PIN_PROFILE = Kind(
     figure=figure,
     form=FORM,
     drawing=drawing,
+    calculation=calculation,
+    followed=frozenset(FOLLOWED),
+    part=part,
+    has_part=has_part,
+    denials=denials(WORDS),
 )

@@ -29,7 +29,7 @@ def test_an_answer_that_limits_hold_is_exact_among_ripples(seed):
 
 
 def test_a_search_leads_on_among_ripples():
-    """The strip at which searches with rows of a lesser accuracy used to end, 0.5 % less safe."""
+    """The strip at which searches with rows of a lesser accuracy used to end, 0.4 % less safe."""
     asked = problem(28)
     found = rod.design(asked)
     before = rod.Dimensions(0.009209687417434321, 0.0008176437207060533, 0.03640648379427977)

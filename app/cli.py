@@ -265,8 +265,8 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
     from app import runs
     from app.api.bodies import parse
     from app.designs.kind import Mode
+    from app.designs.problems import OUT_OF_TIME
     from app.designs.registry import KINDS, job_of, modes_of
-    from app.designs.schema import OUT_OF_TIME
     from app.errors import Problem
     from app.jobs.errors import BudgetExceeded
     from app.printing import print_run, shown_progress

@@ -10,9 +10,10 @@ from collections import OrderedDict
 from collections.abc import Callable
 from functools import partial
 
+from app.designs.problems import INVALID
 from app.designs.registry import KINDS
 from app.designs.schema import entry
-from app.errors import INVALID, Problem
+from app.errors import Problem
 from app.exports.export import Export, File, Refusal, Run, Where, Wishes
 from app.exports.registry import EXPORTS, exports_for
 from app.jobs import calls

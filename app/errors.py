@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from app.designs.refusals import INVALID, summed_up
+from app.designs.problems import INVALID, problem_details
+from app.designs.refusals import summed_up
 from app.designs.schema import Entry
 from app.jobs.errors import Busy, ExecutorClosed, Warming
 from app.store.errors import IdempotencyConflict, InvalidCursor, UnknownBatch, UnknownRun
@@ -34,9 +35,7 @@ class Problem(Exception):
         super().__init__(detail)
         self.status = status
         self.headers = dict(headers or {})
-        self.body: dict[str, Any] = {"type": "about:blank", "title": title, "status": status, "detail": detail}
-        if errors is not None:
-            self.body["errors"] = errors
+        self.body: dict[str, Any] = problem_details(title, status, detail, errors)
 
 
 def problem_response(problem: Problem) -> Response:
@@ -50,7 +49,7 @@ def problem_response(problem: Problem) -> Response:
 
 def invalid(error: ValidationError) -> Problem:
     """The refusal of a body. Values are never echoed, for JSON cannot carry them all."""
-    return refusal(error.errors(include_url=False, include_input=False))
+    return refusal(error.errors(include_url=False))
 
 
 def refusal(errors: Iterable[Mapping[str, Any]], depth: int = 0) -> Problem:

@@ -12,6 +12,7 @@ from prometheus_fastapi_instrumentator import Instrumentator
 
 from app import errors
 from app.api import batches, catalogue, contract, exports, operation, runs, submissions
+from app.api.heads import Heads
 from app.batches import chunk
 from app.batches.service import BatchService
 from app.downloads import Downloads
@@ -83,6 +84,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
     # What is small is not worth it; a level beyond costs more time than it saves bytes.
     app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)
     app.add_middleware(Speaking)
+    app.add_middleware(Heads)
     contract.install(app)
     for router in (
         operation.router,

@@ -11,6 +11,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from app.designs.kind import Answer, Mode
+from app.designs.problems import problem_details
 from app.designs.progress import Progress
 from app.designs.registry import KINDS, plots_for
 from app.designs.schema import finite
@@ -71,7 +72,7 @@ def _figure(run: RunRecord, answer: Answer) -> dict[str, Any]:
 
 def failed(run: RunRecord, status: int, title: str, detail: str, started: float) -> RunRecord:
     """The run as ended without an answer; ``status`` is the HTTP status that says why."""
-    return refused(run, {"type": "about:blank", "title": title, "status": status, "detail": detail}, started)
+    return refused(run, problem_details(title, status, detail), started)
 
 
 def refused(run: RunRecord, problem: dict[str, Any], started: float) -> RunRecord:

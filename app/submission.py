@@ -16,11 +16,12 @@ from pydantic import BaseModel
 
 from app import runs
 from app.designs.kind import REFUSED, Answer, Job, Kind, Mode
+from app.designs.problems import INVALID, OUT_OF_TIME
 from app.designs.progress import Progress
 from app.designs.references import UnfitRun, references, replaced
-from app.designs.refusals import INVALID, json_pointer
+from app.designs.refusals import json_pointer
 from app.designs.registry import KINDS, job_of
-from app.designs.schema import OUT_OF_TIME, DesignSettings, entry
+from app.designs.schema import DesignSettings, entry
 from app.errors import Problem
 from app.jobs.budget import budget
 from app.jobs.calls import PICTURE

@@ -155,7 +155,7 @@ def _names() -> Iterator[str]:
         for job in kind.jobs.values():
             for root in (job.request, job.result):
                 for name, annotation in _fields(root, 0):
-                    words = split_unit(name)[0]
+                    words = split_unit(name)[0].removeprefix("± ")
                     yield from (words, words.removeprefix("min ").removeprefix("max "), words.removesuffix(" max"))
                     yield from (_plain(value) for value in _values(annotation))
 

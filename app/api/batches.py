@@ -18,7 +18,8 @@ from app.batches.service import Asked, BatchService
 from app.batches.sweep import Sweep
 from app.batches.view import batch_json
 from app.designs.kind import Detail, Mode
-from app.errors import INVALID, Problem
+from app.designs.problems import INVALID
+from app.errors import Problem
 from app.store.batch_reads import BatchFilter
 from app.store.batch_records import BatchRecord, BatchStatus, ItemStatus
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 from pydantic import ValidationError
 
-from app.designs.refusals import INVALID, json_pointer
+from app.designs.problems import INVALID
+from app.designs.refusals import json_pointer
 from app.designs.schema import Entry, entry
 from app.errors import Problem, invalid
 

@@ -19,6 +19,7 @@ from app.api.descriptions import describe
 from app.batches.results import MEDIA_TYPES, Format
 from app.batches.sweep import Sweep
 from app.designs.kind import Detail, Kind, Mode
+from app.designs.problems import INVALID, problem_details
 from app.designs.registry import KINDS, example_of, job_of, modes_of
 from app.designs.schema import AccuracyResult, EffectResult, Infeasible
 from app.designs.verdict import VerdictResult
@@ -34,6 +35,19 @@ _NOT_OURS = ("HTTPValidationError", "ValidationError")
 
 _ROWS = ("application/x-ndjson", "text/csv", MEDIA_TYPES[Format.PARQUET])
 """Forms in which the rows of a batch are sent."""
+
+EXAMPLES = {
+    "409": problem_details("The idempotency key is taken", 409, "the key was used before with another request"),
+    "413": problem_details("The request is too large", 413, "at most 1048576 bytes are accepted"),
+    "415": problem_details("Not JSON", 415, "send application/json"),
+    "422": problem_details(
+        INVALID,
+        422,
+        "1 field cannot be accepted",
+        [{"pointer": "/accuracy", "detail": "is out of range", "allowed": "at most 0.1"}],
+    ),
+}
+"""Refusals of what was posted, as they look, by their status."""
 
 _REFERENCE = "#/components/schemas/{model}"
 
@@ -263,12 +277,13 @@ def document(app: FastAPI) -> dict[str, Any]:
     for part, forms in (("results", MEDIA_TYPES.values()), ("events", ("text/event-stream",))):
         answers = found["paths"][f"/api/v1/batches/{{batch_id}}/{part}"]["get"]["responses"]
         answers["200"]["content"] = {form.partition(";")[0]: {"schema": {"type": "string"}} for form in forms}
-    refusal = {MEDIA_TYPE: {"schema": references[(ProblemDetails, "serialization")]}}
+    refusal = {"schema": references[(ProblemDetails, "serialization")]}
     for operations in found["paths"].values():
-        for operation in operations.values():
+        for method, operation in operations.items():
             for status, response in operation["responses"].items():
                 if int(status) >= 400:
-                    response["content"] = refusal
+                    example = {"example": EXAMPLES[status]} if method == "post" and status in EXAMPLES else {}
+                    response["content"] = {MEDIA_TYPE: {**refusal, **example}}
     return found
 
 

@@ -190,7 +190,7 @@ _SAID = {
     "Sweep.kind": "kind of design",
     "MaterialInfo.name": "its name in the catalogue",
     "ProblemDetails.status": "HTTP status",
-    "ProblemDetails.type": "URI of the kind of problem; about:blank: the status says it",
+    "ProblemDetails.type": "URI of the kind of problem, its place in /docs; about:blank: the status says it",
     "ProblemDetails.title": "the kind of problem in words",
     "EffectResult.name": "name of the effect",
     "Solver.name": "name of the program",

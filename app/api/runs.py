@@ -30,18 +30,18 @@ class SvgResponse(Response):
 @router.get("", summary="List runs")
 async def list_runs(
     request: Request,
-    kind: str | None = None,
-    mode: Mode | None = None,
-    status: RunStatus | None = None,
-    name: Annotated[str | None, Query(max_length=200, description="the whole name")] = None,
-    batch_id: str | None = None,
-    created_after: datetime | None = None,
+    kind: Annotated[str | None, Query(description="one of GET /api/v1/kinds")] = None,
+    mode: Annotated[Mode | None, Query(description="what was asked for")] = None,
+    status: Annotated[RunStatus | None, Query(description="how the solve ended; see holds, too")] = None,
+    name: Annotated[str | None, Query(max_length=200, description="the whole name; text finds parts of it")] = None,
+    batch_id: Annotated[str | None, Query(description="the items of this batch")] = None,
+    created_after: Annotated[datetime | None, Query(description="exclusive, with its zone")] = None,
     holds: Annotated[bool | None, Query(description="runs whose verdict holds, or does not")] = None,
     text: Annotated[str | None, Query(max_length=200, description="anywhere in the name, of any case")] = None,
-    created_before: datetime | None = None,
-    order: RunOrder = RunOrder.NEWEST,
-    cursor: Annotated[str | None, Query(max_length=2000)] = None,
-    limit: Annotated[int, Query(ge=1, le=200)] = 50,
+    created_before: Annotated[datetime | None, Query(description="exclusive, with its zone")] = None,
+    order: Annotated[RunOrder, Query(description="least and greatest: by each run's figure")] = RunOrder.NEWEST,
+    cursor: Annotated[str | None, Query(max_length=2000, description="the next_cursor of the page before")] = None,
+    limit: Annotated[int, Query(ge=1, le=200, description="runs a page")] = 50,
 ) -> dict[str, object]:
     """Runs that satisfy all filters; ``next_cursor`` asks for the next page."""
     for field, value in (("created_after", created_after), ("created_before", created_before)):

@@ -36,6 +36,8 @@ _LATER: dict[int | str, dict[str, str]] = {202: {"description": "the run, queued
 def answer(response: StoredResponse) -> Response:
     """A stored answer as an HTTP response."""
     headers = {"Location": response.location} if response.location else {}
+    if response.status_code == 202:
+        headers["Retry-After"] = "1"
     return Response(response.body, response.status_code, headers, response.content_type)
 
 

@@ -18,9 +18,10 @@ from pydantic import BaseModel
 from app.batches.task import Needs, Solved, Task
 from app.designs.kind import REFUSED, Answer, Detail, Job, Mode
 from app.designs.many import accepted, answer_many
+from app.designs.problems import INVALID, problem_details
 from app.designs.progress import Report
 from app.designs.references import UnfitRun, references, replaced
-from app.designs.refusals import INVALID, json_pointer
+from app.designs.refusals import json_pointer
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import DesignSettings, Entry, entry, finite
 from app.jobs.budget import budget
@@ -172,14 +173,11 @@ def _sendable(body: Any) -> Any:
 
 
 def _refusal(detail: str, errors: list[Entry]) -> Answer:
-    problem = {"type": "about:blank", "title": INVALID, "status": 422, "detail": detail, "errors": errors}
-    return Answer(REFUSED, None, [], None, {}, problem)
+    return Answer(REFUSED, None, [], None, {}, problem_details(INVALID, 422, detail, errors))
 
 
 def _failure(title: str, detail: str, status: int = 500) -> Answer:
-    return Answer(
-        "failed", None, [], None, {}, {"type": "about:blank", "title": title, "status": status, "detail": detail}
-    )
+    return Answer("failed", None, [], None, {}, problem_details(title, status, detail))
 
 
 def failed_item(index: int, row: Row, source: Source, dictionary: bytes, status: int, title: str, detail: str) -> Item:

@@ -21,8 +21,8 @@ from app.batches.task import Needs, Task
 from app.designs.accuracy import GREATEST_BUDGET_S
 from app.designs.kind import Detail, Mode
 from app.designs.many import shortened
+from app.designs.problems import OUT_OF_TIME
 from app.designs.registry import KINDS, example_of, job_of
-from app.designs.schema import OUT_OF_TIME
 from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, JobError, MemoryExceeded, WorkerCrashed
 from app.jobs.executor import Executor
 from app.logging import get_logger

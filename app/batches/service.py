@@ -19,7 +19,7 @@ from app.batches.results import Format, Wanted, streamed
 from app.batches.sweep import Sweep
 from app.batches.view import batch_json
 from app.designs.kind import Mode
-from app.designs.refusals import INVALID
+from app.designs.problems import INVALID
 from app.designs.registry import KINDS, modes_of
 from app.designs.schema import entry
 from app.errors import Problem

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from pydantic import ConfigDict, Field, ValidationError
 
-from app.designs.refusals import INVALID
+from app.designs.problems import INVALID
 from app.designs.schema import Entry, Strict, entry
 from app.errors import Problem, invalid
 from app.store.batch_inputs import Row

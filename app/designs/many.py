@@ -10,7 +10,8 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from app.designs.kind import REFUSED, Answer, Detail, Job, Mode
-from app.designs.refusals import INVALID, summed_up
+from app.designs.problems import INVALID, SOLVER_FAILED, problem_details
+from app.designs.refusals import summed_up
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import Entry
 from app.logging import get_logger
@@ -42,15 +43,14 @@ def accepted(job: Job, body: Mapping[str, Any]) -> tuple[BaseModel, None] | tupl
     try:
         request = job.request.model_validate(body)
     except ValidationError as error:
-        return None, _refusal(*summed_up(error.errors(include_url=False, include_input=False)))
+        return None, _refusal(*summed_up(error.errors(include_url=False)))
     if contradictions := request.contradictions():  # type: ignore[attr-defined]
         return None, _refusal("values contradict each other", contradictions)
     return request, None
 
 
 def _refusal(detail: str, errors: list[Entry]) -> Answer:
-    problem = {"type": "about:blank", "title": INVALID, "status": 422, "detail": detail, "errors": errors}
-    return Answer(REFUSED, None, [], None, {}, problem)
+    return Answer(REFUSED, None, [], None, {}, problem_details(INVALID, 422, detail, errors))
 
 
 def _solved(slug: str, mode: Mode, job: Job, requests: Sequence[BaseModel], detail: Detail) -> Iterable[Answer]:
@@ -73,12 +73,7 @@ def _one(slug: str, mode: Mode, job: Job, request: BaseModel, detail: Detail) ->
         raise
     except Exception as error:
         logger.error("solve_failed", kind=slug, mode=str(mode), reason=repr(error), exception=traceback.format_exc())
-        problem = {
-            "type": "about:blank",
-            "title": "The solver failed",
-            "status": 500,
-            "detail": "the solve ended without an answer",
-        }
+        problem = problem_details(SOLVER_FAILED, 500, "the solve ended without an answer")
         return Answer("failed", None, [], None, {}, problem)
 
 

@@ -5,14 +5,17 @@ Values are never echoed, for JSON cannot carry them all.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from app.designs.schema import Entry, is_tag
 
-INVALID = "The request is not valid"
 MOST_ENTRIES = 100
 LONGEST_POINTER = 500
+_LONGEST_NUMBER = 100
+
+REQUIRED = "a value: the field is required"
 
 LIMITS = {
     "allowed": "{}",
@@ -34,7 +37,7 @@ ALLOWED_BY_TYPE = {
     "string_type": "a string",
     "string_pattern_mismatch": "no NUL character",
     "list_type": "an array",
-    "missing": "this field",
+    "missing": REQUIRED,
     "extra_forbidden": "only the fields of the contract",
     "model_type": "an object",
     "model_attributes_type": "an object",
@@ -43,6 +46,16 @@ ALLOWED_BY_TYPE = {
     "datetime_from_date_parsing": "a time such as 2026-01-31T12:00:00Z",
     "timezone_aware": "a time with its zone, such as 2026-01-31T12:00:00Z",
 }
+
+SAID_BY_TYPE = {
+    "missing": "is missing",
+    "finite_number": "is not a finite number",
+    "float_type": "is not a number",
+    "float_parsing": "is not a number",
+    "int_type": "is not a whole number",
+    "int_parsing": "is not a whole number",
+}
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*")
 
 
 def summed_up(errors: Iterable[Mapping[str, Any]], depth: int = 0) -> tuple[str, list[Entry]]:
@@ -62,8 +75,15 @@ def _entry(item: Mapping[str, Any], depth: int) -> Entry:
     limits = [text.format(context[key]) for key, text in LIMITS.items() if key in context]
     allowed = ", ".join(limits) or ALLOWED_BY_TYPE.get(item["type"], "see the contract")
     parts = [part for part in item["loc"][depth:] if not is_tag(part)]
-    ranged = item["type"].startswith(("greater_than", "less_than"))
-    return {"pointer": json_pointer(parts), "detail": "is out of range" if ranged else item["msg"], "allowed": allowed}
+    detail = SAID_BY_TYPE.get(item["type"], item["msg"])
+    if item["type"].startswith(("greater_than", "less_than")):
+        detail = "is out of range"
+    elif detail == "is not a number" and isinstance(given := item.get("input"), str):
+        if _DECIMAL_COMMA.fullmatch(given[:_LONGEST_NUMBER]):
+            detail, allowed = "is text with a decimal comma", "a number with a decimal point and without quotes"
+        else:
+            detail, allowed = "is text", "a number, without quotes"
+    return {"pointer": json_pointer(parts), "detail": detail, "allowed": allowed}
 
 
 def json_pointer(parts: Iterable[int | str]) -> str:

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, Protocol, TypeVar, Union
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
 from app.designs.kind import REFUSED, Answer
+from app.designs.problems import INVALID, OUT_OF_TIME, problem_details
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.errors import EffectConflict, InvalidInput
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
@@ -121,10 +122,6 @@ class SolverRequest(Strict):
 
 GREATEST_TIME_S = 3600.0
 """What a service can be set to give one solve."""
-
-
-OUT_OF_TIME = "The time budget ran out"
-"""The title of the problem of a run that did not end in time."""
 
 
 class DesignSettings(Strict):
@@ -250,12 +247,9 @@ def _cautioned(result: dict[str, Any] | None, accuracy: Accuracy) -> dict[str, A
     return {**result, "warnings": [missed, *result["warnings"]]}
 
 
-_NOTHING_IN_TIME = {
-    "type": "about:blank",
-    "title": OUT_OF_TIME,
-    "status": 504,
-    "detail": "nothing that meets every requirement was found within the time budget",
-}
+_NOTHING_IN_TIME = problem_details(
+    OUT_OF_TIME, 504, "nothing that meets every requirement was found within the time budget"
+)
 
 
 def envelope(outcome: Outcome, result: dict[str, Any] | None, verdict: dict[str, Any] | None = None) -> Answer:
@@ -328,13 +322,7 @@ def refusal_problem(request: BaseModel, refusal: InvalidInput) -> dict[str, Any]
         # "requirements.max_friction_power", or "objective friction_power"
         needing = pointer(request, refusal.needed_by.partition(" ")[0])
         errors = [entry(at, refusal.reason, refusal.allowed) for at in (errors[0]["pointer"], needing)]
-    return {
-        "type": "about:blank",
-        "title": "The request is not valid",
-        "status": 422,
-        "detail": refusal.reason,
-        "errors": errors,
-    }
+    return problem_details(INVALID, 422, refusal.reason, errors)
 
 
 def refused(request: BaseModel, refusal: InvalidInput) -> Answer:

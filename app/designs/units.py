@@ -11,7 +11,13 @@ UNITS = {
 
 
 def split_unit(name: str) -> tuple[str, str]:
-    """A field's name as words and its unit: ``crank_radius_mm`` → (crank radius, mm)."""
+    """A field's name as words and its unit: ``crank_radius_mm`` → (crank radius, mm).
+
+    A result's standard uncertainty, ``rod_mass_kg_u``, has the words and the unit of its result: (± rod mass, kg).
+    """
+    if name.endswith("_u"):
+        words, unit = split_unit(name.removesuffix("_u"))
+        return f"± {words}", unit
     for ending, unit in UNITS.items():
         if name.endswith(ending) and len(name) > len(ending):
             return name.removesuffix(ending).replace("_", " "), unit

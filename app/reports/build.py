@@ -120,7 +120,10 @@ def _sections(kind: Kind, run: Mapping[str, Any]) -> Iterator[Section]:
     yield Section("What shaped it", (_shaped(shaped),) if shaped else ())
     yield Section("Effects", tuple(_effects(kind, run)))
     yield Section("Accuracy", tuple(_accuracy(run)))
-    yield Section("How it is known to be the best", tuple(_proof(run)))
+    none = run["status"] == "infeasible"
+    yield Section(
+        "How it is known that there is none" if none else "How it is known to be the best", tuple(_proof(run))
+    )
     if run["status"] == "succeeded":
         yield Section("Pictures", tuple(_pictures(kind, run)))
     if chain is not None and chain.sources:

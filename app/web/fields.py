@@ -11,4 +11,5 @@ __all__ = ["UNITS", "named", "split_unit"]
 def named(name: str) -> tuple[str, str]:
     """A field's name as words and its unit: ``crank_radius_mm`` → (crank radius, mm)."""
     words, unit = split_unit(name)
-    return gettext(words), unit
+    sign = "± " if words.startswith("± ") else ""
+    return sign + gettext(words.removeprefix("± ")), unit

@@ -30,6 +30,12 @@ async def start(request: Request) -> HTMLResponse:
     return page(request, "start.html", runs=latest.items, warming=warming, drawings=drawings)
 
 
+@router.get("/favicon.ico")
+async def icon() -> Response:
+    """Where programs look for the icon that do not read pages."""
+    return RedirectResponse("/static/favicon.svg", status_code=308)
+
+
 @router.get("/language/{code}")
 async def choose_language(code: str, back: Annotated[str, Query(max_length=2000)] = "/") -> Response:
     """Speak a language from now on, and go back to the page that it was chosen on."""

@@ -9,17 +9,21 @@ from typing import Any
 from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse
 
+from app.designs.problems import MEANINGS, anchor
 from app.web.rendering import page
 
 router = APIRouter(include_in_schema=False)
 _DEEPEST = 6
+_PROBLEMS = [{"id": anchor(title), "title": title, "meaning": meaning} for title, meaning in MEANINGS.items()]
 
 
 @router.get("/docs")
 async def reference(request: Request) -> HTMLResponse:
     """Every path with its parameters, fields, example and answers."""
     document = request.app.openapi()
-    return page(request, "reference.html", document=document, operations=list(_operations(document)))
+    return page(
+        request, "reference.html", document=document, operations=list(_operations(document)), problems=_PROBLEMS
+    )
 
 
 def _operations(document: Mapping[str, Any]) -> Iterator[dict[str, Any]]:

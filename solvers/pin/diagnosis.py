@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,6 +50,18 @@ def _least_diameter(scene: Scene, value: object, limit: float) -> float:
     return high
 
 
+def _at_least(diameter: float) -> str:
+    """A diameter in millimetres to six digits, rounded up: the one that is read does what it promises."""
+    millimetres = 1e3 * diameter
+    digit = 10.0 ** (math.floor(math.log10(millimetres)) - 5)
+    return f"{math.ceil(millimetres / digit) * digit:.6g}"
+
+
+def _where(weak: WeakSpan) -> str:
+    begin, end = (f"{1e3 * x:.4g}" for x in (weak.begin, weak.end))
+    return f"at x = {begin} mm" if begin == end else f"for {begin} < x < {end} mm"
+
+
 def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physics) -> Diagnosis:
     """Every requirement that even the solid pin misses."""
     found: list[Shortfall] = []
@@ -61,8 +74,8 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
                 "force",
                 scene.force,
                 greatest,
-                f"the solid section is too weak for {weak.begin * 1e3:.4g} < x < {weak.end * 1e3:.4g} mm, by a factor "
-                f"of {weak.utilisation:.6g}; an outer diameter of at least {diameters[-1] * 1e3:.6g} mm would do",
+                f"the solid section is too weak {_where(weak)}, by {100.0 * (weak.utilisation - 1.0):.3g} %; an outer "
+                f"diameter of at least {_at_least(diameters[-1])} mm would do",
             )
         )
     if limits.max_deflection is not None:
@@ -77,7 +90,7 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
                     limits.max_deflection,
                     solid,
                     "the solid pin deflects more; an outer diameter of at least "
-                    f"{diameters[-1] * 1e3:.6g} mm would do, or shorter bosses and gaps",
+                    f"{_at_least(diameters[-1])} mm would do, or shorter bosses and gaps",
                 )
             )
     if limits.max_ovalization is not None:
@@ -99,7 +112,7 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
                     "max_ring_stress",
                     limits.max_ring_stress,
                     stress,
-                    f"an outer diameter of at least {diameters[-1] * 1e3:.6g} mm would do, or a longer pin",
+                    f"an outer diameter of at least {_at_least(diameters[-1])} mm would do, or a longer pin",
                 )
             )
     return Diagnosis(tuple(found), weak, greatest, max(diameters))

@@ -12,8 +12,9 @@ import pytest
 
 from app import submission
 from app.designs.kind import Answer, Mode
+from app.designs.problems import OUT_OF_TIME
 from app.designs.registry import KINDS
-from app.designs.schema import OUT_OF_TIME, envelope
+from app.designs.schema import envelope
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import Service

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from app.designs.refusals import LIMITS
+from app.designs.refusals import LIMITS, REQUIRED
 from app.errors import Problem
 from app.web.forms.groups import Group
 from app.web.forms.nodes import Node, Texts
@@ -14,12 +14,13 @@ from app.web.languages import gettext as _
 
 SAYS = {
     "is out of range": "is out of range",
-    "Field required": "is missing",
-    "Input should be a valid number": "is not a number; 1.5 and 1,5 are",
-    "Input should be a valid integer": "is not a whole number",
-    "Input should be a finite number": "is no finite number",
+    "is missing": "is missing",
+    "is text": "is not a number; 1.5 and 1,5 are",
+    "is not a number": "is not a number; 1.5 and 1,5 are",
+    "is not a whole number": "is not a whole number",
+    "is not a finite number": "is no finite number",
 }
-_SAID_ALREADY = {"a number", "this field", "a whole number", "a finite number"}
+_SAID_ALREADY = {"a number", "a number, without quotes", REQUIRED, "a whole number", "a finite number"}
 
 
 @dataclass(frozen=True)

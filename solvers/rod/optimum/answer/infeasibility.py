@@ -67,6 +67,8 @@ class _Diagnosis:
         ]
         if not pairs:
             why = "can be met beside any other one, but not beside all of them"
+            if len(wanted) == 2:
+                why = "can be met beside the other one only to within the search's own accuracy: a little less would do"
             return tuple(self.entry(r, self.best(r, self.without(r)), why) for r in wanted)
         found = []
         for r in wanted:

@@ -7,6 +7,7 @@ import json
 import pytest
 
 from app.designs.kind import Mode
+from app.designs.refusals import REQUIRED
 from app.designs.registry import KINDS
 from app.errors import Problem
 from app.web.forms.faults import placed
@@ -138,7 +139,7 @@ def test_effects_of_ones_own_choice():
 
 def test_a_fault_is_told_at_the_field_that_is_to_be_seen():
     form = form_of(KINDS["flexible-rod"], Mode.CHECK)
-    entry = {"detail": "Field required", "allowed": "this field"}
+    entry = {"detail": "is missing", "allowed": REQUIRED}
     errors = [
         {"pointer": "/load/angle_deg/3", "detail": "is out of range", "allowed": "at most 360"},
         {"pointer": "/load/back_pressure_mpa", **entry},

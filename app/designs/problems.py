@@ -1,0 +1,66 @@
+"""The kinds of problem that the service tells (RFC 9457), each with a type of its own that leads to what it means."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+UNTYPED = "about:blank"
+"""The type of what the HTTP status says alone."""
+
+INVALID = "The request is not valid"
+OUT_OF_TIME = "The time budget ran out"
+SOLVER_FAILED = "The solver failed"
+
+MEANINGS: Mapping[str, str] = MappingProxyType(
+    {
+        INVALID: "Some fields cannot be accepted; errors names each by its pointer and says what is allowed.",
+        "Not JSON": "The body is not sent as application/json.",
+        "The request is too large": "The body has more bytes than the service takes.",
+        "The idempotency key is taken": "The same key came with another request before: take a new one.",
+        "No such kind": "There is no such kind of design, or it has no such mode; detail lists those there are.",
+        "No such run": "No run has this id.",
+        "No such batch": "No batch has this id.",
+        "No such plot": "The kind has no plot of this name; every run lists its own under links.",
+        "Nothing to draw": "The run has no result, or nothing in it for this plot.",
+        "No such export": "The kind has no export of this name; every run lists its own under links.",
+        "Nothing to export": "The run has no result, or nothing in it for this export.",
+        "The file took too long to make": "An export reached the time that the service gives it.",
+        "The file could not be made": "An export failed; the fault is the service's.",
+        "The run has ended": "What has ended cannot be cancelled; nothing is ever deleted.",
+        "The batch has ended": "What has ended cannot be cancelled; what is done stays.",
+        "No batch": "The body is in none of the forms of a batch.",
+        "The batch is too large": "More items or bytes than the service takes in one batch.",
+        "No Parquet": "The body cannot be read as Parquet.",
+        "No Parquet here": "The service was installed without Parquet.",
+        OUT_OF_TIME: "Nothing was found, or nothing that is admissible, before the time was over; more time or less "
+        "accuracy may help.",
+        "The memory bound was reached": "The solve needed more memory than the service gives it.",
+        SOLVER_FAILED: "The solve ended without an answer; the fault is the service's.",
+        "The result is not finite": "The solver gave a number that JSON cannot carry; the fault is the service's.",
+        "The service stopped": "It ended before the run did.",
+        "The service stops": "It is being stopped: send the request again later.",
+        "The kernels are being compiled": "The service has just been started; Retry-After says how long it takes.",
+        "Too much work waits": "Send the request again after Retry-After.",
+        "Something went wrong": "The request was understood; the fault is the service's.",
+    }
+)
+"""What each kind of problem means, by its title."""
+
+
+def anchor(title: str) -> str:
+    """Where the reference explains the kind of problem."""
+    return "problem-" + re.sub(r"[^a-z]+", "-", title.lower()).strip("-")
+
+
+def problem_type(title: str) -> str:
+    """The URI of a kind of problem: its place in the service's own reference."""
+    return f"/docs#{anchor(title)}" if title in MEANINGS else UNTYPED
+
+
+def problem_details(title: str, status: int, detail: str, errors: list[Any] | None = None) -> dict[str, Any]:
+    """One problem as it is sent and stored."""
+    found: dict[str, Any] = {"type": problem_type(title), "title": title, "status": status, "detail": detail}
+    return found if errors is None else {**found, "errors": errors}

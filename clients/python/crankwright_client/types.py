@@ -2277,7 +2277,7 @@ class ProblemDetails(TypedDict):
     """A refusal (RFC 9457)."""
 
     type: str
-    """URI of the kind of problem; about:blank: the status says it"""
+    """URI of the kind of problem, its place in /docs; about:blank: the status says it"""
     title: str
     """the kind of problem in words"""
     status: int

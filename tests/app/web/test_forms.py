@@ -90,7 +90,7 @@ def test_a_load_from_a_run_is_chosen_in_the_form(client):
     posted = client.post("/designs/crank-dynamics?mode=analysis", data=texts_of("crank-dynamics", "analysis"))
     run = str(posted.url).rpartition("/")[2]
     page = client.get(f"/designs/pin-profile?mode=design&load_run={run}&instant=gas_force_max").text
-    assert re.search(rf'<option value="{run}" selected>', page)
+    assert re.search(rf'<option translate="no" value="{run}" selected>', page)
     assert '<option value="gas_force_max" selected>' in page
     fields = texts_of("pin-profile", "design") | {"load": "run", "load.run.run_id": run}
     fields["load.run.instant"] = "gas_force_max"

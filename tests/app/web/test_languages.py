@@ -74,7 +74,9 @@ class _Words(HTMLParser):
 
     def handle_starttag(self, tag, attrs):
         known = dict(attrs)
-        if tag in ("script", "style", "code", "pre") or known.get("lang") == "en" or self._silent:
+        # Names of people's making stay as they are.
+        unspoken = known.get("lang") == "en" or known.get("translate") == "no"
+        if tag in ("script", "style", "code", "pre") or unspoken or self._silent:
             self._silent += tag not in ("input", "link", "meta", "br", "img", "source")
         elif known.get("lang") not in ("en", "ru", "uk") or tag == "html":
             self.found += [known[name] for name in ("aria-label", "title", "placeholder", "alt") if known.get(name)]

@@ -11,9 +11,10 @@ from fastapi.staticfiles import StaticFiles
 from prometheus_fastapi_instrumentator import Instrumentator
 
 from app import errors
-from app.api import batches, contract, operation, runs, submissions
+from app.api import batches, catalogue, contract, exports, operation, runs, submissions
 from app.batches import chunk
 from app.batches.service import BatchService
+from app.downloads import Downloads
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.jobs.template import Template
 from app.jobs.warming import Told, tell_nobody
@@ -62,6 +63,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         store = RunStore(settings.database_url)
         service = Service(store, pool, settings.solve_budget_s)
         app.state.service = service
+        downloads = app.state.downloads = Downloads(pool, settings.solve_budget_s)
         app.state.batches = many = BatchService(
             store, pool, settings.solve_budget_s, settings.batch_lease_s, settings.max_batch_items
         )
@@ -70,6 +72,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         try:
             yield
         finally:
+            await downloads.close()
             await many.close()
             await service.close()
             pool.close()
@@ -94,6 +97,8 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
     for router in (
         operation.router,
         runs.router,
+        exports.router,
+        catalogue.router,
         batches.router,
         submissions.router,
         pages.router,

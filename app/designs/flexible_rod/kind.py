@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import Field
 
 from app.designs.claims import of_rod
+from app.designs.flexible_rod.chain import FOLLOWED, calculation
 from app.designs.flexible_rod.cycle_pictures import (
     forces_over_angle,
     has_stresses,
@@ -17,6 +18,7 @@ from app.designs.flexible_rod.cycle_pictures import (
 from app.designs.flexible_rod.drawing import drawing
 from app.designs.flexible_rod.feasible_region import feasible_region, is_design
 from app.designs.flexible_rod.form import FORM
+from app.designs.flexible_rod.part import has_part, part
 from app.designs.flexible_rod.pictures import stability_map
 from app.designs.flexible_rod.reference import check_reference, design_reference
 from app.designs.flexible_rod.request import CheckRequest, DesignRequest, Dimensions
@@ -238,5 +240,9 @@ FLEXIBLE_ROD = Kind(
     figure=figure,
     form=FORM,
     drawing=drawing,
+    calculation=calculation,
+    followed=frozenset(FOLLOWED),
+    part=part,
+    has_part=has_part,
     denials=denials(WORDS),
 )

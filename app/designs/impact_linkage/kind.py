@@ -10,9 +10,11 @@ import numpy as np
 from pydantic import Field
 
 from app.designs.claims import of_linkage, with_claim
+from app.designs.impact_linkage.chain import FOLLOWED, calculation
 from app.designs.impact_linkage.drawing import drawing
 from app.designs.impact_linkage.form import FORM
 from app.designs.impact_linkage.mechanism_picture import has_size, mechanism_picture
+from app.designs.impact_linkage.part import has_part, part
 from app.designs.impact_linkage.pictures import (
     front_picture,
     has_front,
@@ -442,5 +444,9 @@ IMPACT_LINKAGE = Kind(
     figure=figure,
     form=FORM,
     drawing=drawing,
+    calculation=calculation,
+    followed=frozenset(FOLLOWED),
+    part=part,
+    has_part=has_part,
     denials=denials(WORDS),
 )

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -162,3 +163,27 @@ def test_two_processes_share_a_batch(database_url: str) -> None:
     batch, items = asyncio.run(story())
     assert (batch.succeeded, [item.index for item in items]) == (5000, list(range(5000)))
     assert verify(database_url).sound
+
+
+def test_a_batch_is_never_in_memory_whole(tmp_path: Path) -> None:
+    """40 MB of rows go in and come out through a few."""
+    rows, url = 100_000, f"sqlite:///{tmp_path}/runs.sqlite3"
+    upgrade(url)
+
+    async def stream() -> AsyncIterator[bytes]:
+        for first in range(0, rows, 100):
+            yield b"".join(b'{"x": %d, "filling": "%s"}\n' % (first + k, b"y" * 370) for k in range(100))
+
+    async def story() -> int:
+        executor = fake.pool(0)
+        with RunStore(url) as store:
+            service = BatchService(store, executor, 2.0)
+            tracemalloc.start()
+            answer = await service.take_lines(Asked("crank-masses", "analysis"), False, stream(), "key")
+            peak = tracemalloc.get_traced_memory()[1]
+            tracemalloc.stop()
+        executor.close()
+        assert json.loads(answer)["items"]["total"] == rows
+        return peak
+
+    assert asyncio.run(story()) < 10e6

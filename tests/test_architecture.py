@@ -102,7 +102,7 @@ def test_nothing_points_back_up(lower, above):
 
 
 ROD = (
-    "scene", "load", "strip", "piston", "cycle", "vibration", "effect_bounds", "effects", "check", "rows",
+    "scene", "load", "strip", "piston", "cycle", "vibration", "effect_bounds", "effects", "check", "bulk", "rows",
     "constraints", "problem", "verdict", "optimum", "design",
 )  # fmt: skip
 """The rooms of the rod in the order in which the data flows: each may import those before it."""

@@ -121,6 +121,12 @@ class Job:
         """The answer, told of on the way where the job is a long one."""
         return self.run(request) if self.in_steps is None else self.in_steps(request, report)
 
+    def rehearse(self, request: Any) -> None:
+        """Have in memory what its calls need, for one request and for many."""
+        self.run(request)
+        if self.run_many is not None:
+            self.run_many([request], Detail.SCALARS)
+
 
 @dataclass(frozen=True, eq=False)
 class Kind:
@@ -135,7 +141,8 @@ class Kind:
     ``form`` words the kind's forms; ``drawing`` is the part with its dimensions, from a request as JSON tells it, which
     may still lack much: None where nothing can be drawn yet. ``part`` is what can be made, from a run with a result
     that ``has_part``, at an angle of its crank in degrees where it has one. ``denials`` has what a verdict says of a
-    criterion, by its name, where a yes is a no. ``calculation`` fills a chain with how a person checks a succeeded run by
+    criterion, by its name, where a yes is a no. ``calculation`` fills a chain with how a person checks a succeeded
+    run by
     hand; it raises NotANumber where that cannot go on. ``followed`` names the effects that it has in it.
     """
 

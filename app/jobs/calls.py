@@ -58,7 +58,7 @@ def load(kind_slug: str, mode: str) -> None:
     found = example(kind_slug, mode)
     if found is not None:
         job, request = found
-        job.run(request)
+        job.rehearse(request)
 
 
 def load_nothing(_kind_slug: str, _mode: str) -> None:

@@ -5,18 +5,17 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from fastapi import FastAPI, Request
-from fastapi.exceptions import RequestValidationError
-from fastapi.responses import Response
 from pydantic import ValidationError
-from starlette.exceptions import HTTPException
 
 from app.designs.refusals import INVALID, summed_up
 from app.designs.schema import Entry
 from app.jobs.errors import Busy, ExecutorClosed, Warming
 from app.store.errors import IdempotencyConflict, InvalidCursor, StoreBusy, StoreFull, UnknownBatch, UnknownRun
+
+if TYPE_CHECKING:  # the command line refuses without a web framework
+    from fastapi import FastAPI, Request, Response
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -42,6 +41,8 @@ class Problem(Exception):
 
 def problem_response(problem: Problem) -> Response:
     """The problem as a response."""
+    from fastapi import Response
+
     # ASCII only: a lone surrogate in a field's name cannot be encoded as UTF-8, but can be escaped.
     body = json.dumps(problem.body, allow_nan=False)
     return Response(body, status_code=problem.status, headers=problem.headers, media_type=MEDIA_TYPE)
@@ -60,6 +61,8 @@ def refusal(errors: Iterable[Mapping[str, Any]], depth: int = 0) -> Problem:
 
 def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -> None:
     """Answer every refusal of the service with problem details, or with ``page`` where that makes one."""
+    from fastapi.exceptions import RequestValidationError
+    from starlette.exceptions import HTTPException
 
     def answer(request: Request, problem: Problem) -> Response:
         return page(request, problem) or problem_response(problem)

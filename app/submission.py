@@ -7,6 +7,7 @@ import json
 import math
 import threading
 import time
+from collections.abc import Awaitable, Coroutine
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -102,11 +103,16 @@ class Service:
         request = await self._acceptable(request)
         job = job_of(kind, mode)
         run = runs.queued(kind.slug, mode, request)
-        if job.repeatable:
-            earlier = await self.store.find_answer(run.spec_hash, run.solver_name, run.solver_version)
-            if earlier is not None and runs.complete(earlier) and (runs.met(earlier) or not job.best_in_time):
-                return runs.repeated(run, earlier, started)
-        return await self._solve(run, job, request, started)
+        return await self._repeated(run, job, started) or await self._solve(run, job, request, started)
+
+    async def _repeated(self, run: RunRecord, job: Job, started: float) -> RunRecord | None:
+        """The run with the answer of an earlier one that was asked the same, if there is one that will do."""
+        if not job.repeatable:
+            return None
+        earlier = await self.store.find_answer(run.spec_hash, run.solver_name, run.solver_version)
+        if earlier is None or not runs.complete(earlier) or (job.best_in_time and not runs.met(earlier)):
+            return None
+        return runs.repeated(run, earlier, started)
 
     async def _acceptable(self, request: BaseModel) -> BaseModel:
         """The request with the runs that it names filled in. Raises Problem for what this service cannot do."""
@@ -204,6 +210,24 @@ class Service:
             self._begin(run, job_of(kind, mode), request)
         return response
 
+    async def submit_within(self, kind: Kind, mode: Mode, request: BaseModel, patience_s: float) -> str:
+        """Answer a request and store the run; where that takes longer than one waits, store it as queued, and go on
+        with the same solve in the background. The run's id."""
+        started = time.perf_counter()
+        request = await self._acceptable(request)
+        job = job_of(kind, mode)
+        run = runs.queued(kind.slug, mode, request)
+        answered = await self._repeated(run, job, started)
+        if answered is None:
+            solve = asyncio.create_task(self._solve(run, job, request, started))
+            done, _ = await asyncio.wait({solve}, timeout=patience_s)
+            if not done and len(self.background) < MOST_IN_BACKGROUND:
+                await self._keep(run, 202, None, "")
+                self._follow(run, self._finish(run, solve))
+                return run.id
+            answered = await solve
+        return (await self._keep(answered, 201, None, "")).run_id
+
     async def cancel(self, run_id: str) -> bytes:
         """End a queued or running run as cancelled, and its solve; the run as JSON. Raises UnknownRun, and Problem once
         the run has ended."""
@@ -230,7 +254,10 @@ class Service:
                 self._begin(run, job, request)
 
     def _begin(self, run: RunRecord, job: Job, request: BaseModel) -> None:
-        task = asyncio.create_task(self._finish(run, job, request))
+        self._follow(run, self._finish(run, self._solve_in_turn(run, job, request, time.perf_counter())))
+
+    def _follow(self, run: RunRecord, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(work)
         self.background[run.id] = task
         task.add_done_callback(lambda _: self.background.pop(run.id, None))
 
@@ -242,12 +269,12 @@ class Service:
         first = await self.store.put(run, response if key else None)
         return first or response
 
-    async def _finish(self, run: RunRecord, job: Job, request: BaseModel) -> None:
-        """Solve a queued run and write down how it ended, whatever happens."""
+    async def _finish(self, run: RunRecord, solve: Awaitable[RunRecord]) -> None:
+        """Wait for the solve of a queued run and write down how it ended, whatever happens."""
         started = time.perf_counter()
         await self.store.start(run.id)
         try:
-            ended = await self._solve_in_turn(run, job, request, started)
+            ended = await solve
         except Problem as problem:
             ended = runs.refused(run, problem.body, started)
         except ExecutorClosed:  # it stays open, and the next start takes it up

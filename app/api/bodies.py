@@ -5,14 +5,16 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import AsyncIterator
-from typing import Any, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
-from fastapi import Request
 from pydantic import ValidationError
 
 from app.designs.refusals import INVALID, json_pointer
 from app.designs.schema import Entry, entry
 from app.errors import Problem, invalid
+
+if TYPE_CHECKING:
+    from fastapi import Request
 
 _LOOK_S = 0.5
 

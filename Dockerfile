@@ -5,7 +5,10 @@ RUN python -m pip install --no-cache-dir --require-hashes -r requirements.lock
 COPY solvers solvers
 COPY app app
 COPY migrations migrations
-RUN python -m pip install --no-cache-dir --no-deps . && useradd --create-home crankwright && mkdir data && chown crankwright data
+# Of the extras, [cluster] for Dask; their packages come at the versions that the development lock has.
+ARG EXTRAS=""
+COPY requirements-dev.lock ./
+RUN python -m pip install --no-cache-dir --no-deps . && if [ -n "$EXTRAS" ]; then sed 's/ *\\$//; /^ *--hash/d' requirements-dev.lock > constraints.txt && python -m pip install --no-cache-dir --constraint constraints.txt ".$EXTRAS"; fi && useradd --create-home crankwright && mkdir data && chown crankwright data
 USER crankwright
 ENV CRANKWRIGHT_HOST=0.0.0.0 CRANKWRIGHT_DATABASE_URL=sqlite:////srv/data/crankwright.sqlite3
 # Compile the kernels now, not at the first request.

@@ -123,6 +123,26 @@ def accuracy(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_js
 
 
 @app.command()
+def worker(
+    cluster: Annotated[str, typer.Option(envvar="CRANKWRIGHT_CLUSTER", help="the scheduler: tcp://host:8786")],
+    workers: Annotated[int, typer.Option(envvar="CRANKWRIGHT_BATCH_WORKERS", min=1, max=256)] = 2,
+) -> None:
+    """Solve pieces of batches for a Dask scheduler until stopped. Needs the extra [cluster]."""
+    import asyncio
+
+    from app.jobs.cluster import close_hosts, join
+
+    try:
+        asyncio.run(join(cluster, workers))
+    except ImportError:
+        _refuse({"title": "No cluster", "detail": "install crankwright[cluster] for this"})
+    except KeyboardInterrupt:
+        typer.echo("stopped", err=True)
+    finally:
+        close_hosts()
+
+
+@app.command()
 def report(
     run_id: str,
     output: Annotated[

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from app.designs.refusals import INVALID, summed_up
 from app.designs.schema import Entry
 from app.jobs.errors import Busy, ExecutorClosed, Warming
-from app.store.errors import IdempotencyConflict, InvalidCursor, UnknownBatch, UnknownRun
+from app.store.errors import IdempotencyConflict, InvalidCursor, StoreBusy, StoreFull, UnknownBatch, UnknownRun
 
 if TYPE_CHECKING:  # the command line refuses without a web framework
     from fastapi import FastAPI, Request, Response
@@ -87,6 +87,15 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
     @app.exception_handler(UnknownRun)
     async def _unknown(request: Request, error: UnknownRun) -> Response:
         return answer(request, Problem(404, "No such run", "no run has this id"))
+
+    @app.exception_handler(StoreFull)
+    async def _full(request: Request, error: StoreFull) -> Response:
+        return answer(request, Problem(507, "The disk is full", "nothing of this request was stored"))
+
+    @app.exception_handler(StoreBusy)
+    async def _locked(request: Request, error: StoreBusy) -> Response:
+        detail = "another process holds the database; nothing of this request was stored"
+        return answer(request, Problem(503, "The database is busy", detail, headers={"Retry-After": "1"}))
 
     @app.exception_handler(UnknownBatch)
     async def _unknown_batch(request: Request, error: UnknownBatch) -> Response:

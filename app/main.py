@@ -30,6 +30,23 @@ from app.web.problems import problem_page
 from app.web.rendering import STATIC
 
 
+def _pool(settings: Settings, template: Template | None, told: Told) -> ProcessPool:
+    """Workers for people, and behind them workers for batches, on this machine or on a cluster."""
+    behind = PoolSettings(
+        workers=settings.workers,
+        told=told,
+        background_workers=0 if settings.cluster else settings.batch_workers,
+        background_entry=chunk.answer,
+        background_niceness=settings.batch_niceness,
+    )
+    if not settings.cluster:
+        return ProcessPool(behind, template)
+    from app.jobs.cluster import ClusterPool
+
+    there = PoolSettings(workers=0, background_workers=settings.batch_workers, background_entry=chunk.answer)
+    return ClusterPool(behind, settings.cluster, there, template)
+
+
 def create_app(settings: Settings | None = None, template: Template | None = None, told: Told = tell_nobody) -> FastAPI:
     """The application; its database is migrated and its workers are started when it starts.
 
@@ -40,14 +57,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        lanes = PoolSettings(
-            workers=settings.workers,
-            told=told,
-            background_workers=settings.batch_workers,
-            background_entry=chunk.answer,
-            background_niceness=settings.batch_niceness,
-        )
-        pool = ProcessPool(lanes, template)
+        pool = _pool(settings, template, told)
         pool.start()
         upgrade(settings.database_url)
         store = RunStore(settings.database_url)

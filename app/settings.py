@@ -29,6 +29,7 @@ class Settings(BaseSettings):
     max_body_bytes: int = Field(default=1_000_000, ge=1_000, description="the largest request body accepted")
     max_batch_bytes: int = Field(default=4_000_000_000, ge=1_000, description="the largest body of a batch accepted")
     max_batch_items: int = Field(default=10_000_000, ge=1, le=2_000_000_000, description="the most items of a batch")
+    cluster: str = Field(default="", description="a Dask scheduler whose workers solve batches; needs [cluster]")
     batch_workers: int = Field(
         default=2,
         ge=0,

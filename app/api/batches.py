@@ -36,6 +36,8 @@ _REFUSALS: dict[int | str, dict[str, str]] = {
     415: {"description": "the body is none of the forms of a batch"},
     422: {"description": "no such kind or mode, columns that are no fields, a sweep that contradicts itself"},
     501: {"description": "Parquet cannot be read here"},
+    503: {"description": "the database is held by another process"},
+    507: {"description": "the disk is full; nothing of the batch was kept"},
 }
 
 

@@ -43,6 +43,9 @@ _CHUNK_S = 0.4
 _FIRST_GUESS_S = {Mode.CHECK: 2e-3, Mode.ANALYSIS: 2e-2, Mode.DESIGN: 0.2, Mode.ACCURACY: 5.0}
 _LOOK_S = 0.5
 _MOST_CRASHES = 3
+"""So often a chunk of several items may come to no end before it is split."""
+_MOST_CRASHES_ALONE = 6
+"""So often one item; the death of a service that had leased it counts too."""
 _MOST_ATTEMPTS = 10
 _BLOCKS_KEPT = 16
 _LONGEST_DICTIONARY = 32_000
@@ -241,7 +244,7 @@ class BatchEngine:
             self._item_s[batch.kind, batch.mode, batch.detail] = 4 * self._guess(batch)
         if chunk.count > 1:
             await self._store.write(Split(chunk, self.owner))
-        elif isinstance(error, WorkerCrashed) and chunk.attempts < _MOST_CRASHES:
+        elif isinstance(error, WorkerCrashed) and chunk.attempts < _MOST_CRASHES_ALONE:
             await self._store.write(Return(chunk, self.owner, in_vain=True))
         else:
             await self._give_up(batch, chunk, *_words(error))

@@ -35,5 +35,13 @@ class UnknownBatch(StoreError):
         self.batch_id = batch_id
 
 
+class StoreFull(StoreError):
+    """The disk has no room; nothing of the write was kept, everything before it is."""
+
+
+class StoreBusy(StoreError):
+    """Another process held the database for longer than a write waits; nothing of the write was kept."""
+
+
 class StoreClosed(StoreError):
     """The store is shutting down and takes no more writes."""

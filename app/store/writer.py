@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import sqlite3
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -13,10 +14,13 @@ from itertools import groupby
 from typing import Any
 
 from sqlalchemy import Connection, Engine
-from sqlalchemy.exc import IntegrityError
+from sqlalchemy.exc import DBAPIError, IntegrityError
 
 from app.store.engine import WRITE
-from app.store.errors import StoreClosed
+from app.store.errors import StoreBusy, StoreClosed, StoreFull
+
+_DISK_FULL = "53100"
+"""PostgreSQL's code."""
 
 Operation = Callable[[Connection], Any]
 """A write: runs inside a transaction, returns what the submitter gets after the commit.
@@ -160,6 +164,19 @@ def _deliver(group: list[_Ticket]) -> None:
             loop.call_soon_threadsafe(_resolve_all, tickets)
 
 
+def _told(error: BaseException) -> BaseException:
+    """What a submitter hears of a failure: full and busy databases are nobody's fault, and have names."""
+    if not isinstance(error, DBAPIError):
+        return error
+    code = getattr(error.orig, "sqlite_errorcode", None)
+    state = getattr(error.orig, "sqlstate", None)
+    if state == _DISK_FULL or (code is not None and code & 0xFF == sqlite3.SQLITE_FULL):
+        return StoreFull("the disk is full")
+    if code is not None and code & 0xFF in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+        return StoreBusy("another process holds the database")
+    return error
+
+
 def _resolve_all(tickets: list[_Ticket]) -> None:
     for ticket in tickets:
         _resolve(ticket)
@@ -169,6 +186,6 @@ def _resolve(ticket: _Ticket) -> None:
     if ticket.future.done():
         return
     if ticket.error is not None:
-        ticket.future.set_exception(ticket.error)
+        ticket.future.set_exception(_told(ticket.error))
     else:
         ticket.future.set_result(ticket.value)

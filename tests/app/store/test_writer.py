@@ -12,7 +12,7 @@ from sqlalchemy import Engine, event
 from sqlalchemy.exc import OperationalError
 
 from app.store.engine import make_engine
-from app.store.errors import StoreClosed
+from app.store.errors import StoreClosed, StoreFull
 from app.store.migrate import upgrade
 from app.store.operations import Put
 from app.store.repository import RunStore
@@ -127,3 +127,29 @@ def test_code_without_an_event_loop_can_write(url: str) -> None:
     with RunStore(url) as store:
         assert store.put_and_wait(record) is None
     assert verify(url).runs == 1
+
+
+def test_a_full_disk_is_told_and_loses_nothing(tmp_path):
+    """SQLite's own limit of pages stands for the disk's end."""
+    url = f"sqlite:///{tmp_path}/runs.sqlite3"
+    upgrade(url)
+
+    def limit(connection, _record):
+        pages = connection.execute("PRAGMA page_count").fetchone()[0]
+        connection.execute(f"PRAGMA max_page_count={pages + 40}")
+
+    async def fill(store):
+        kept = []
+        with pytest.raises(StoreFull):
+            for k in range(1000):
+                record = make_record(k, result=b'{"x":"' + b"y" * 20_000 + b'"}')
+                await store.put(record)
+                kept.append(record.id)
+        return kept, [(await store.get(run_id)).id for run_id in kept]
+
+    with RunStore(url) as store:
+        store._engine.dispose()
+        event.listen(store._engine, "connect", limit)
+        kept, found = asyncio.run(fill(store))
+    assert kept == found and kept
+    assert verify(url).sound

@@ -12,6 +12,7 @@ from prometheus_fastapi_instrumentator import Instrumentator
 
 from app import errors
 from app.api import contract, operation, runs, submissions
+from app.edge.stack import GuardedFastAPI, edge
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.jobs.template import Template
 from app.jobs.warming import Told, tell_nobody
@@ -50,7 +51,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
             pool.close()
             store.close()
 
-    app = FastAPI(
+    app = GuardedFastAPI(
         title="Crankwright",
         version=VERSION,
         summary="Design optimization for crank mechanisms",
@@ -61,6 +62,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         generate_unique_id_function=lambda route: route.name.replace("-", "_"),
     )
     app.state.settings = settings
+    app.guard = lambda inner: edge(inner, settings, lambda: app.state.service.stopping.is_set())
     errors.install(app, problem_page)
     # What is small is not worth it; a level beyond costs more time than it saves bytes.
     app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)

@@ -16,6 +16,7 @@ import typer
 import uvicorn
 from fastapi import FastAPI
 
+from app.edge.connections import ConnectionLimits, Connections
 from app.jobs.template import Template
 from app.jobs.warming import Warmth, in_words
 from app.main import create_app
@@ -29,9 +30,19 @@ def run(host: str, port: int, database_url: str, template: Template, demo: bool 
     """Serve until a signal comes."""
     settings = Settings(host=host, port=port, database_url=database_url)
     application = create_app(settings, template, Teller())
-    config = uvicorn.Config(
-        application, host=host, port=port, log_config=None, timeout_graceful_shutdown=DRAIN_S, lifespan="on"
+    connections = Connections(
+        ConnectionLimits(
+            settings.max_connections,
+            settings.max_connections_of_one,
+            settings.head_timeout_s,
+            settings.max_head_bytes,
+            settings.unread_timeout_s,
+        )
     )
+    config = uvicorn.Config(
+        application, host=host, port=port, log_config=None, timeout_graceful_shutdown=DRAIN_S, lifespan="on",
+        http=connections.protocol(), ws="none", server_header=False,
+    )  # fmt: skip
     server = _Server(config, application, demo)
     server.run()
 

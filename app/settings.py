@@ -24,3 +24,21 @@ class Settings(BaseSettings):
     log_format: LogFormat = Field(default=LogFormat.CONSOLE, description="console for people, json for a collector")
     log_level: LogLevel = Field(default=LogLevel.WARNING, description="the least severe records that are written")
     max_body_bytes: int = Field(default=1_000_000, ge=1_000, description="the largest request body accepted")
+    max_batch_bytes: int = Field(default=200_000_000, ge=1_000, description="the largest body of a batch")
+    max_body_names: int = Field(
+        default=20_000, ge=100, description="names of fields that one body may have, all its objects together"
+    )
+    body_idle_s: float = Field(default=10.0, ge=0.1, le=600, description="a body may pause so long")
+    body_least_bytes_per_s: float = Field(
+        default=1000.0, ge=0, le=1e9, description="the least mean rate of a body that takes longer than 20 s"
+    )
+    max_head_bytes: int = Field(default=32_768, ge=1_024, le=1_000_000, description="the longest head of a request")
+    max_headers: int = Field(default=100, ge=10, le=10_000, description="the most headers of a request")
+    head_timeout_s: float = Field(default=10.0, ge=0.1, le=600, description="a head must arrive within that time")
+    unread_timeout_s: float = Field(default=30.0, ge=0.1, le=3600, description="an answer may stay unread so long")
+    max_connections: int = Field(default=1000, ge=1, le=100_000, description="connections at once")
+    max_connections_of_one: int = Field(default=250, ge=1, le=100_000, description="connections of one address")
+    max_requests: int = Field(default=500, ge=1, le=100_000, description="requests under way at once")
+    allowed_hosts: str = Field(
+        default="", description="names the service answers under, with commas between; localhost and addresses always"
+    )

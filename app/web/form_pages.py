@@ -43,10 +43,8 @@ def _kind_and_mode(slug: str, mode: str) -> tuple[Kind, Mode]:
 
 
 async def _texts(request: Request) -> dict[str, str]:
-    """What the form holds, bounded like every body."""
+    """What the form holds."""
     most = request.app.state.settings.max_body_bytes
-    if int(request.headers.get("content-length") or 0) > most:
-        raise Problem(413, "The form is too large", f"at most {most} bytes are accepted")
     async with request.form(max_fields=MOST_FIELDS, max_part_size=most) as sent:
         return {name: str(value).replace("\r\n", "\n") for name, value in sent.items()}
 

@@ -31,7 +31,7 @@ async def read_body(request: Request) -> bytes:
         raise Problem(415, "Not JSON", "send application/json")
     body = await request.body()
     most = request.app.state.settings.max_body_names
-    # Faults are found one by one, so there must not be endlessly many. A colon within a text counts too: texts are short.
+    # Faults are found one by one, so there must not be endlessly many. Colons in texts count too: texts are short.
     if body.count(b":") > most:
         raise Problem(422, INVALID, f"at most {most} fields are accepted")
     return body

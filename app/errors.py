@@ -14,9 +14,12 @@ from pydantic import ValidationError
 from starlette.exceptions import HTTPException
 
 from app.designs.schema import Entry, is_tag
-from app.jobs.errors import Busy, ExecutorClosed, Warming
+from app.edge.departure import Departed
+from app.jobs.errors import Busy, ExecutorClosed, ShareUsed, Warming
 from app.store.errors import IdempotencyConflict, InvalidCursor, UnknownRun
 
+CLIENT_GONE = 499
+"""What is noted where nobody is there to hear an answer."""
 MEDIA_TYPE = "application/problem+json"
 INVALID = "The request is not valid"
 MOST_ENTRIES = 100
@@ -109,6 +112,19 @@ def json_pointer(parts: Iterable[int | str]) -> str:
     return "".join(f"/{str(part).replace('~', '~0').replace('/', '~1')}" for part in parts)[:LONGEST_POINTER]
 
 
+def busy(error: Busy) -> Problem:
+    """Why a solve cannot be had now, and when it may be."""
+    status, title = next(told for kind, told in _BUSY.items() if isinstance(error, kind))
+    return Problem(status, title, str(error), headers={"Retry-After": str(max(1, math.ceil(error.retry_s)))})
+
+
+_BUSY: dict[type[Busy], tuple[int, str]] = {
+    Warming: (503, "The kernels are being compiled"),
+    ShareUsed: (429, "Your share is used"),
+    Busy: (503, "Too much work waits"),
+}
+
+
 def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -> None:
     """Answer every refusal of the service with problem details, or with ``page`` where that makes one."""
 
@@ -141,15 +157,17 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
         entry = {"pointer": "/cursor", "detail": str(error), "allowed": "the next_cursor of an earlier page"}
         return answer(request, Problem(422, INVALID, str(error), [entry]))
 
-    @app.exception_handler(Warming)
-    async def _warming(request: Request, error: Warming) -> Response:
-        wait = {"Retry-After": str(math.ceil(error.remaining_s))}
-        return answer(request, Problem(503, "The kernels are being compiled", str(error), headers=wait))
+    @app.exception_handler(Departed)
+    async def _departed(request: Request, error: Departed) -> Response:
+        return Response(status_code=CLIENT_GONE)
 
     @app.exception_handler(Busy)
+    async def _busy(request: Request, error: Busy) -> Response:
+        return answer(request, busy(error))
+
     @app.exception_handler(ExecutorClosed)
-    async def _busy(request: Request, error: Exception) -> Response:
-        return answer(request, Problem(503, "Too much work waits", str(error), headers={"Retry-After": "1"}))
+    async def _closed(request: Request, error: ExecutorClosed) -> Response:
+        return answer(request, Problem(503, "The service stops", str(error), headers={"Retry-After": "5"}))
 
     @app.exception_handler(Exception)
     async def _unforeseen(request: Request, error: Exception) -> Response:

@@ -15,12 +15,13 @@ from app.api import contract, operation, runs, submissions
 from app.edge.stack import GuardedFastAPI, edge
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.jobs.template import Template
+from app.jobs.turns import TurnLimits, Turns
 from app.jobs.warming import Told, tell_nobody
 from app.logging import configure
 from app.settings import Settings
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
-from app.submission import Service
+from app.submission import Service, ServiceLimits
 from app.version import VERSION
 from app.web import actions, form_pages, pages, reference, run_pages
 from app.web.problems import problem_page
@@ -41,7 +42,15 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         pool.start()
         upgrade(settings.database_url)
         store = RunStore(settings.database_url)
-        service = Service(store, pool, settings.solve_budget_s)
+        service = Service(
+            store,
+            pool,
+            settings.solve_budget_s,
+            ServiceLimits(
+                settings.queue_patience_s, settings.short_solve_s, settings.max_accepted, settings.max_accepted_of_one
+            ),
+            Turns(TurnLimits(settings.workers, settings.max_waiting, settings.max_waiting_of_one)),
+        )
         app.state.service = service
         await service.resume()
         try:

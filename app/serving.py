@@ -42,6 +42,7 @@ def run(host: str, port: int, database_url: str, template: Template, demo: bool 
     config = uvicorn.Config(
         application, host=host, port=port, log_config=None, timeout_graceful_shutdown=DRAIN_S, lifespan="on",
         http=connections.protocol(), ws="none", server_header=False,
+        proxy_headers=bool(settings.trusted_proxies), forwarded_allow_ips=settings.trusted_proxies or None,
     )  # fmt: skip
     server = _Server(config, application, demo)
     server.run()

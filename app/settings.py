@@ -6,7 +6,11 @@ from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from app.designs.schema import GREATEST_TIME_S
+from app.edge.hosts import is_loopback
 from app.logging import LogFormat, LogLevel
+
+REQUESTS_PER_MINUTE = 1200
+"""The quota where others reach the service."""
 
 
 class Settings(BaseSettings):
@@ -39,6 +43,37 @@ class Settings(BaseSettings):
     max_connections: int = Field(default=1000, ge=1, le=100_000, description="connections at once")
     max_connections_of_one: int = Field(default=250, ge=1, le=100_000, description="connections of one address")
     max_requests: int = Field(default=500, ge=1, le=100_000, description="requests under way at once")
+    queue_patience_s: float = Field(
+        default=30.0,
+        ge=0.1,
+        le=3600,
+        description="so long a request waits for a worker",
+    )
+    short_solve_s: float = Field(
+        default=1.0, ge=0.05, le=600, description="after that a check or an analysis counts as long work"
+    )
+    max_waiting: int = Field(default=256, ge=1, le=100_000, description="short solves, and long ones, that may wait")
+    max_waiting_of_one: int = Field(default=64, ge=1, le=100_000, description="the same of one caller")
+    max_accepted: int = Field(default=200, ge=1, le=100_000, description="open runs that were promised by a 202")
+    max_accepted_of_one: int = Field(default=50, ge=1, le=100_000, description="the same of one caller")
+    requests_per_minute: int | None = Field(
+        default=None, ge=0, le=1_000_000, description="requests of one caller; 0: any number"
+    )
+    trusted_proxies: str = Field(
+        default="", description="addresses of proxies whose X-Forwarded-For is believed, with commas between"
+    )
     allowed_hosts: str = Field(
         default="", description="names the service answers under, with commas between; localhost and addresses always"
     )
+
+    @property
+    def is_local(self) -> bool:
+        """Whether nobody but this machine can reach the service."""
+        return is_loopback(self.host)
+
+    @property
+    def request_quota(self) -> int:
+        """Requests of one caller in a minute; 0: any number, the default where only this machine reaches it."""
+        if self.requests_per_minute is None:
+            return 0 if self.is_local else REQUESTS_PER_MINUTE
+        return self.requests_per_minute

@@ -6,36 +6,56 @@ import asyncio
 import json
 import threading
 import time
+from collections import Counter
+from collections.abc import Awaitable, Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 from pydantic import BaseModel
 
 from app import runs
+from app.access.caller import caller
 from app.designs.kind import Answer, Job, Kind, Mode
-from app.designs.progress import Progress
+from app.designs.progress import Progress, Report, to_nobody
 from app.designs.references import UnfitRun, references, replaced
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import OUT_OF_TIME, DesignSettings, entry
 from app.errors import INVALID, Problem, json_pointer
 from app.jobs.budget import budget
 from app.jobs.calls import PICTURE
-from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, MemoryExceeded, SolveFailed, WorkerCrashed
+from app.jobs.errors import (
+    BudgetExceeded,
+    Busy,
+    ExecutorClosed,
+    MemoryExceeded,
+    ShareUsed,
+    SolveFailed,
+    WorkerCrashed,
+)
 from app.jobs.executor import Executor
+from app.jobs.turns import Length, TurnLimits, Turns
 from app.logging import get_logger
+from app.single_flight import Flights
 from app.store.errors import UnknownRun
 from app.store.record import Finish, RunRecord, RunStatus, StoredResponse
 from app.store.repository import RunStore
+from app.store.viewer import viewer
 
 logger = get_logger(__name__)
+
+Begun = Callable[[], Awaitable[object]]
+"""Says that a promised run has a worker now."""
+Call = Callable[[float, Report], Awaitable[Any]]
+"""``(seconds until it is killed, report) -> answer``."""
 
 REFUSED = "refused"
 """The status of an answer whose request the solver could not accept: nothing is stored."""
 
-MOST_IN_BACKGROUND = 1000
-"""Runs that may be queued or solved after their 202; one more is refused, not promised."""
-
 _RETRY_S = 0.2
+_SHORT = (Mode.CHECK, Mode.ANALYSIS)
+"""Modes that usually end in a moment."""
 
 
 async def resolved(store: RunStore, request: BaseModel) -> BaseModel:
@@ -66,12 +86,29 @@ def _named(run: RunRecord) -> dict[str, str]:
 
 
 @dataclass(frozen=True)
+class ServiceLimits:
+    """``patience_s`` is how long a request waits for a worker; ``short_s`` after what a check or an analysis counts as
+    long work; ``accepted`` how many runs may be open after a 202, ``accepted_of_one`` those of one caller."""
+
+    patience_s: float = 30.0
+    short_s: float = 1.0
+    accepted: int = 200
+    accepted_of_one: int = 50
+
+
+@dataclass(frozen=True)
 class Service:
     """What a running service works with."""
 
     store: RunStore
     executor: Executor
     solve_budget_s: float
+    limits: ServiceLimits = field(default_factory=ServiceLimits)
+    turns: Turns = field(default_factory=lambda: Turns(TurnLimits()))
+    flights: Flights = field(default_factory=Flights)
+    """What is solved under an idempotency key just now."""
+    accepted: Counter[str] = field(default_factory=Counter)
+    """How many open runs were promised to each caller."""
     background: dict[str, asyncio.Task[None]] = field(default_factory=dict)
     """The solves after a 202, by the id of the run."""
     progress: dict[str, Progress] = field(default_factory=dict)
@@ -100,10 +137,12 @@ class Service:
             raise Problem(422, INVALID, found["detail"], [found])
         return await resolved(self.store, request)
 
-    async def _solve(self, run: RunRecord, job: Job, request: BaseModel, started: float) -> RunRecord:
+    async def _solve(
+        self, run: RunRecord, job: Job, request: BaseModel, started: float, begun: Begun | None = None
+    ) -> RunRecord:
         """The run with the solver's answer, or failed where it came to none."""
         try:
-            answer = await self._run(run, job, request)
+            answer = await self._run(run, job, request, begun)
         except BudgetExceeded as error:
             return runs.failed(run, 504, OUT_OF_TIME, str(error), started)
         except MemoryExceeded as error:
@@ -119,17 +158,36 @@ class Service:
             raise Problem(problem["status"], problem["title"], problem["detail"], problem["errors"])
         return runs.answered(run, answer, started)
 
-    async def _run(self, run: RunRecord, job: Job, request: BaseModel) -> Answer:
+    async def _run(self, run: RunRecord, job: Job, request: BaseModel, begun: Begun | None) -> Answer:
         if job.inline:
             return job.run(request)
         times = budget(self.solve_budget_s + job.extra_s(request), time_asked(request), job.best_in_time)
         if times.solver_s is not None:
             request = request.model_copy(update={"time_budget_s": times.solver_s})
         payload = request.model_dump_json().encode()
+        call = partial(self.executor.run, run.kind, run.mode, payload)
         try:
-            return await self.executor.run(run.kind, run.mode, payload, times.kill_s, partial(self._told, run.id))
+            return await self._in_turn(call, times.kill_s, run.mode in _SHORT, partial(self._told, run.id), begun)
         finally:
             self.progress.pop(run.id, None)
+
+    async def _in_turn(
+        self, call: Call, kill_s: float, short: bool, report: Report = to_nobody, begun: Begun | None = None
+    ) -> Any:
+        """The call's answer, once a worker is free for it. What was promised says when it has ``begun``, and waits as
+        long as it takes. Short work that turns out to be long gives its worker back and begins again as long work."""
+        who, patience_s = caller.get().name, None if begun else self.limits.patience_s
+        if short:
+            async with self.turns.turn(Length.SHORT, who, patience_s):
+                try:
+                    return await call(min(kill_s, self.limits.short_s), report)
+                except BudgetExceeded:
+                    if kill_s <= self.limits.short_s:
+                        raise
+        async with self.turns.turn(Length.LONG, who, patience_s):
+            if begun is not None:
+                await begun()
+            return await call(kill_s, report)
 
     def _told(self, run_id: str, progress: Progress) -> None:
         self.progress[run_id] = progress
@@ -140,27 +198,63 @@ class Service:
 
     async def drawn(self, run: RunRecord, plot: str, shown: bytes) -> str:
         """A plot of a succeeded run, given as JSON; in a worker, for some compute what they draw."""
-        return await self.executor.run(run.kind, f"{PICTURE}{plot}", shown, self.solve_budget_s)
+        call = partial(self.executor.run, run.kind, f"{PICTURE}{plot}", shown)
+        return await self._in_turn(call, self.solve_budget_s, short=True)
 
     async def submit(
         self, kind: Kind, mode: Mode, request: BaseModel, key: str | None, request_hash: str
     ) -> StoredResponse:
-        """Answer a request and store the run with its answer, in one transaction."""
-        run = await self.answer(kind, mode, request)
-        return await self._keep(run, 201, key, request_hash)
+        """Answer a request and store the run with its answer, in one transaction.
+
+        Who comes with the same key meanwhile gets the same answer: it is solved once.
+        """
+        if not key:
+            return await self._keep(await self.answer(kind, mode, request), 201, key, request_hash)
+
+        async def first() -> StoredResponse:
+            known = await self.store.find_response(key, request_hash)
+            return known or await self._keep(await self.answer(kind, mode, request), 201, key, request_hash)
+
+        return await self.flights.once((viewer.get().owner, key), request_hash, first)
 
     async def submit_later(
         self, kind: Kind, mode: Mode, request: BaseModel, key: str | None, request_hash: str
     ) -> StoredResponse:
         """Store the run as queued, answer 202, and solve in the background."""
-        if len(self.background) >= MOST_IN_BACKGROUND:
-            raise Busy(f"{len(self.background)} runs wait already")
         request = await self._acceptable(request)
         run = runs.queued(kind.slug, mode, request)
-        response = await self._keep(run, 202, key, request_hash)
-        if response.run_id == run.id:
-            self._begin(run, job_of(kind, mode), request)
-        return response
+        place = self._place()
+
+        async def promised() -> StoredResponse:
+            with place:
+                response = await self._keep(run, 202, key, request_hash)
+                if response.run_id == run.id:
+                    self._begin(run, job_of(kind, mode), request, place.pop_all())
+            return response
+
+        # What is stored as queued is begun, even where its client goes away in between.
+        return await asyncio.shield(asyncio.create_task(promised()))
+
+    def _place(self) -> ExitStack:
+        """A place among the promised runs, given back when the stack is closed.
+
+        Raises Busy where too many runs are open already, and ShareUsed where too many of this caller's are.
+        """
+        who = caller.get().name
+        own, everyone = self.accepted[who], self.accepted.total()
+        if own >= self.limits.accepted_of_one:
+            raise ShareUsed(f"{own} runs of yours are open already", self.turns.retry_s(Length.LONG, 1))
+        if everyone >= self.limits.accepted:
+            raise Busy(f"{everyone} runs are open already", self.turns.retry_s(Length.LONG, 1))
+        self.accepted[who] += 1
+        place = ExitStack()
+        place.callback(self._give_back, who)
+        return place
+
+    def _give_back(self, who: str) -> None:
+        self.accepted[who] -= 1
+        if not self.accepted[who]:
+            del self.accepted[who]
 
     async def cancel(self, run_id: str) -> bytes:
         """End a queued or running run as cancelled, and its solve; the run as JSON. Raises UnknownRun, and Problem once
@@ -185,12 +279,17 @@ class Service:
                 failed = runs.failed(run, 500, title, why, time.perf_counter())
                 await self.store.finish(run.id, runs.end_of(failed))
             else:
-                self._begin(run, job, request)
+                self._begin(run, job, request, ExitStack())
 
-    def _begin(self, run: RunRecord, job: Job, request: BaseModel) -> None:
+    def _begin(self, run: RunRecord, job: Job, request: BaseModel, place: ExitStack) -> None:
         task = asyncio.create_task(self._finish(run, job, request))
         self.background[run.id] = task
-        task.add_done_callback(lambda _: self.background.pop(run.id, None))
+
+        def ended(_task: asyncio.Task[None]) -> None:
+            self.background.pop(run.id, None)
+            place.close()
+
+        task.add_done_callback(ended)
 
     async def _keep(self, run: RunRecord, status: int, key: str | None, request_hash: str) -> StoredResponse:
         location = f"/api/v1/runs/{run.id}"
@@ -203,9 +302,8 @@ class Service:
     async def _finish(self, run: RunRecord, job: Job, request: BaseModel) -> None:
         """Solve a queued run and write down how it ended, whatever happens."""
         started = time.perf_counter()
-        await self.store.start(run.id)
         try:
-            ended = await self._solve_in_turn(run, job, request, started)
+            ended = await self._solve_once_warm(run, job, request, started)
         except Problem as problem:
             ended = runs.refused(run, problem.body, started)
         except ExecutorClosed:  # it stays open, and the next start takes it up
@@ -215,11 +313,13 @@ class Service:
             ended = runs.failed(run, 500, "The solver failed", type(error).__name__, started)
         await self.store.finish(run.id, runs.end_of(ended))
 
-    async def _solve_in_turn(self, run: RunRecord, job: Job, request: BaseModel, started: float) -> RunRecord:
-        """Solve once the executor has room: a run that was promised is not refused for want of it."""
+    async def _solve_once_warm(self, run: RunRecord, job: Job, request: BaseModel, started: float) -> RunRecord:
+        """Solve once the kernels are there: a run that was promised is not refused for want of them."""
         while True:
+            while any(each.kind == run.kind and each.remaining_s > 0 for each in self.executor.warmths):
+                await asyncio.sleep(_RETRY_S)
             try:
-                return await self._solve(run, job, request, started)
+                return await self._solve(run, job, request, started, partial(self.store.start, run.id))
             except Busy:
                 await asyncio.sleep(_RETRY_S)
 

@@ -13,6 +13,7 @@ from app import runs
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, plots_for, plots_of
 from app.designs.schema import entry
+from app.edge.departure import while_here
 from app.errors import INVALID, Problem
 from app.store.record import RunFilter, RunOrder, RunStatus
 from app.submission import Service
@@ -114,7 +115,7 @@ async def plot(
     shown = runs.run_json(run)
     if plot not in plots_for(KINDS[run.kind], json.loads(shown)):
         raise Problem(409, "Nothing to draw", "this run's result has nothing for this plot")
-    drawn = await service.drawn(run, plot, shown)
+    drawn = await while_here(request.receive, service.drawn(run, plot, shown))
     if still:
         drawn = _MOTION.sub("", drawn)
     return SvgResponse(drawn, headers={"Cache-Control": "private, max-age=3600"})

@@ -15,7 +15,8 @@ from app.designs.drawing import Drawing
 from app.designs.kind import Kind, Mode
 from app.designs.pictures.drawing_svg import drawing_svg
 from app.designs.registry import KINDS
-from app.errors import Problem
+from app.edge.departure import while_here
+from app.errors import Problem, busy
 from app.jobs.errors import Busy
 from app.store.record import RunFilter, RunStatus
 from app.submission import Service
@@ -148,11 +149,15 @@ async def submit(request: Request, slug: str, mode: str = "design", was: str | N
         return await _shown(request, kind, chosen, _carried(kind, old, chosen, texts, _example(form, kind, chosen)))
     service: Service = request.app.state.service
     try:
-        stored = await service.submit(kind, chosen, _asked(kind, chosen, form.value(texts)), None, "")
+        work = service.submit(kind, chosen, _asked(kind, chosen, form.value(texts)), None, "")
+        stored = await while_here(request.receive, work)
     except Problem as problem:
         return await _shown(request, kind, chosen, texts, placed(form, texts, problem), 422)
-    except Busy as busy:
-        return await _shown(request, kind, chosen, texts, status=503, notice=f"Not now: {busy}")
+    except Busy as error:
+        refused = busy(error)
+        shown = await _shown(request, kind, chosen, texts, status=refused.status, notice=f"Not now: {error}")
+        shown.headers.update(refused.headers)
+        return shown
     return RedirectResponse(f"/runs/{stored.run_id}", status_code=303)
 
 
@@ -186,12 +191,13 @@ async def answer(request: Request, slug: str, mode: str = "check") -> Response:
     form, texts = form_of(kind, chosen), await _texts(request)
     service: Service = request.app.state.service
     try:
-        run = await service.answer(kind, chosen, _asked(kind, chosen, form.value(texts)))
+        work = service.answer(kind, chosen, _asked(kind, chosen, form.value(texts)))
+        run = await while_here(request.receive, work)
     except Problem as problem:
         faults = placed(form, texts, problem)
         return JSONResponse({"faults": faults.at, "others": faults.elsewhere}, 422)
-    except Busy as busy:
-        return JSONResponse({"busy": str(busy)}, 503)
+    except Busy as error:
+        return JSONResponse({"busy": str(error)}, 503)
     result = json.loads(run.result) if run.result else {}
     told = {
         "verdict": json.loads(run.verdict) if run.verdict else None,

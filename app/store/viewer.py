@@ -1,0 +1,22 @@
+"""Whose runs a reader sees: kept beside the code that reads, so that no reader can forget to ask.
+
+Every read and write of runs looks here by itself. Nothing is set on the command line, at the start and in the service's
+own work: they see all.
+"""
+
+from __future__ import annotations
+
+from contextvars import ContextVar
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Viewer:
+    """``owner`` is whose runs new ones are; ``everything`` is whether others' are seen too."""
+
+    owner: str | None = None
+    everything: bool = True
+
+
+viewer: ContextVar[Viewer] = ContextVar("viewer", default=Viewer())  # noqa: B039 (frozen)
+"""Who looks, in this task and those that come from it."""

@@ -9,6 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
+from app import operators
+
 app = typer.Typer(
     name="crankwright",
     help="Design optimization for crank mechanisms. CRANKWRIGHT_* variables set the same things as the options.",
@@ -22,6 +24,9 @@ app = typer.Typer(
 DatabaseUrl = Annotated[
     str, typer.Option(envvar="CRANKWRIGHT_DATABASE_URL", help="where runs are stored (SQLAlchemy URL)")
 ]
+app.add_typer(operators.keys)
+app.command()(operators.audit)
+
 AsJson = Annotated[bool, typer.Option("--json", help="print the run as JSON")]
 _DATABASE = "sqlite:///crankwright.sqlite3"
 _PRELOAD = "app.jobs.preload"

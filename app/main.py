@@ -5,13 +5,20 @@ from __future__ import annotations
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 from fastapi.middleware.gzip import GZipMiddleware
 from fastapi.staticfiles import StaticFiles
 from prometheus_fastapi_instrumentator import Instrumentator
 
 from app import errors
+from app.access.forgery import check_forgery
+from app.access.gate import Gate
+from app.access.keys import KeyRing
+from app.access.protection import check_protected
+from app.access.quotas import Quotas
+from app.access.sessions import Sessions
 from app.api import contract, operation, runs, submissions
+from app.edge.asgi import Application
 from app.edge.stack import GuardedFastAPI, edge
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.jobs.template import Template
@@ -23,7 +30,7 @@ from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import Service, ServiceLimits
 from app.version import VERSION
-from app.web import actions, form_pages, pages, reference, run_pages
+from app.web import actions, form_pages, login, pages, reference, run_pages
 from app.web.problems import problem_page
 from app.web.rendering import STATIC
 
@@ -42,6 +49,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         pool.start()
         upgrade(settings.database_url)
         store = RunStore(settings.database_url)
+        check_protected(settings, store)
         service = Service(
             store,
             pool,
@@ -68,10 +76,21 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         # The framework's own pages of the reference fetch their scripts from elsewhere.
         docs_url=None,
         redoc_url=None,
+        dependencies=[Depends(check_forgery)],
         generate_unique_id_function=lambda route: route.name.replace("-", "_"),
     )
     app.state.settings = settings
-    app.guard = lambda inner: edge(inner, settings, lambda: app.state.service.stopping.is_set())
+    app.state.keys = ring = KeyRing(lambda: app.state.service.store)
+    app.state.sessions = sessions = Sessions()
+
+    async def in_force() -> bool:
+        return not settings.open and (not settings.is_local or await ring.any())
+
+    def known(inner: Application) -> Application:
+        counted = Quotas(inner, settings.request_quota) if settings.request_quota else inner
+        return Gate(counted, ring, sessions, in_force)
+
+    app.guard = lambda inner: edge(inner, settings, lambda: app.state.service.stopping.is_set(), known)
     errors.install(app, problem_page)
     # What is small is not worth it; a level beyond costs more time than it saves bytes.
     app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)
@@ -85,6 +104,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         run_pages.router,
         actions.router,
         reference.router,
+        login.router,
     ):
         app.include_router(router)
     app.mount("/static", StaticFiles(directory=STATIC), name="static")

@@ -16,6 +16,7 @@ from app.designs.registry import KINDS, plots_for
 from app.designs.schema import finite
 from app.store.hashing import canonical_json, spec_hash
 from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, RunSummary, new_run_id, utc_now
+from app.store.viewer import viewer
 from app.version import NAME, VERSION
 
 
@@ -38,6 +39,7 @@ def queued(slug: str, mode: Mode, request: BaseModel) -> RunRecord:
         timing=b"{}",
         solver_name=NAME,
         solver_version=VERSION,
+        owner=viewer.get().owner,
     )
 
 

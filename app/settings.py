@@ -59,6 +59,7 @@ class Settings(BaseSettings):
     requests_per_minute: int | None = Field(
         default=None, ge=0, le=1_000_000, description="requests of one caller; 0: any number"
     )
+    open: bool = Field(default=False, description="answer everybody, without keys, wherever the service is bound")
     trusted_proxies: str = Field(
         default="", description="addresses of proxies whose X-Forwarded-For is believed, with commas between"
     )

@@ -259,6 +259,7 @@ class Service:
     async def cancel(self, run_id: str) -> bytes:
         """End a queued or running run as cancelled, and its solve; the run as JSON. Raises UnknownRun, and Problem once
         the run has ended."""
+        await self.store.get(run_id)  # UnknownRun where it is another's
         if not await self.store.finish(run_id, Finish(RunStatus.CANCELLED)):
             status = (await self.store.get(run_id)).status
             raise Problem(409, "The run has ended", f"the run is {status}; what has ended cannot be cancelled")

@@ -18,8 +18,13 @@ BATCHES = "/api/v1/batches"
 """Paths whose bodies may be larger."""
 
 
-def edge(inner: Application, settings: Settings, stopping: Callable[[], bool]) -> Application:
-    """The application behind all that guards it."""
+def edge(
+    inner: Application,
+    settings: Settings,
+    stopping: Callable[[], bool],
+    known: Callable[[Application], Application] = lambda inner: inner,
+) -> Application:
+    """The application behind all that guards it; ``known`` sets before it who finds out who calls."""
     names = [name.strip() for name in settings.allowed_hosts.split(",") if name.strip()]
     limits = BodyLimits(
         settings.max_body_bytes,
@@ -27,7 +32,7 @@ def edge(inner: Application, settings: Settings, stopping: Callable[[], bool]) -
         settings.body_idle_s,
         least_bytes_per_s=settings.body_least_bytes_per_s,
     )
-    guarded: Application = BoundedBodies(inner, limits, stopping)
+    guarded: Application = known(BoundedBodies(inner, limits, stopping))
     guarded = BoundedCrowds(guarded, settings.max_requests)
     guarded = KnownHosts(guarded, names if is_address(settings.host) else [*names, settings.host])
     guarded = BoundedHeads(guarded, settings.max_head_bytes, settings.max_headers)

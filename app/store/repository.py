@@ -8,8 +8,9 @@ import binascii
 import json
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Any, Self, TypeVar
 
 from sqlalchemy import ColumnElement, Connection, Select, select, tuple_
 
@@ -29,7 +30,8 @@ from app.store.record import (
     StoredResponse,
 )
 from app.store.rows import SUMMARY_FIELDS, is_intact, row_to_run, row_to_summary
-from app.store.writer import GroupWriter
+from app.store.viewer import Viewer, viewer
+from app.store.writer import GroupWriter, Operation
 
 T = TypeVar("T")
 
@@ -67,13 +69,13 @@ class RunStore:
         body was first, nothing is inserted and that request's answer is returned; with another body,
         IdempotencyConflict is raised.
         """
-        first = await self._writer.submit(_insertion(record, response))
+        first = await self._writer.submit(_insertion(record, response, viewer.get()))
         self._recent.add(record.spec_hash)
         return first
 
     def put_and_wait(self, record: RunRecord, response: StoredResponse | None = None) -> StoredResponse | None:
         """``put`` for code without an event loop (the command line)."""
-        first = self._writer.submit_and_wait(_insertion(record, response))
+        first = self._writer.submit_and_wait(_insertion(record, response, viewer.get()))
         self._recent.add(record.spec_hash)
         return first
 
@@ -85,11 +87,23 @@ class RunStore:
         """Queued or running → its end, in one transaction. False, and no change, if the run had ended already."""
         return await self._writer.submit(Advance(run_id, end))
 
+    async def write(self, operation: Operation) -> Any:
+        """Run an operation of this package and wait for its commit."""
+        return await self._writer.submit(operation)
+
+    def write_and_wait(self, operation: Operation) -> Any:
+        """The same for code without an event loop."""
+        return self._writer.submit_and_wait(operation)
+
     # -- reads ----------------------------------------------------------------------------------------------
 
     async def get(self, run_id: str) -> RunRecord:
-        """The run, or UnknownRun."""
-        return await self._read(lambda connection: _get(connection, run_id))
+        """The run, or UnknownRun, also where the viewer must not see it."""
+        who = viewer.get()
+        record = await self._read(lambda connection: _get(connection, run_id))
+        if not who.everything and record.owner != who.owner:
+            raise UnknownRun(run_id)
+        return record
 
     async def open_runs(self) -> list[RunRecord]:
         """The runs that are queued or running, oldest first.
@@ -100,16 +114,18 @@ class RunStore:
 
     async def find_response(self, key: str, request_hash: str) -> StoredResponse | None:
         """The answer kept under an idempotency key, None if the key is new, IdempotencyConflict if it is another's."""
-        return await self._read(lambda connection: find_response(connection, key, request_hash))
+        own = _own_key(key, viewer.get())
+        return await self._read(lambda connection: find_response(connection, own, request_hash))
 
     async def find_answer(self, spec_hash: str, solver_name: str, solver_version: str) -> RunRecord | None:
         """The newest undamaged run that this very solver answered (succeeded or infeasible) for the same spec.
 
-        Only the ``RECENT`` newest specs are looked for.
+        Only the ``RECENT`` newest specs are looked for, and only among the viewer's own runs.
         """
         if spec_hash not in self._recent:
             return None
-        return await self._read(lambda connection: _find_answer(connection, spec_hash, solver_name, solver_version))
+        solver, owner = (solver_name, solver_version), viewer.get().owner
+        return await self._read(lambda connection: _find_answer(connection, spec_hash, solver, owner))
 
     async def list_runs(
         self,
@@ -124,7 +140,8 @@ class RunStore:
         """
         after = _decode_cursor(cursor, order) if cursor is not None else None
         size = max(1, min(limit, MAX_PAGE))
-        return await self._read(lambda connection: _list(connection, wanted, after, size, order))
+        who = viewer.get()
+        return await self._read(lambda connection: _list(connection, wanted, after, size, order, who))
 
     async def ping(self) -> None:
         """Raise unless the database answers and holds the tables."""
@@ -146,6 +163,10 @@ class RunStore:
     ) -> None:
         self.close()
 
+    async def query(self, query: Callable[[Connection], T]) -> T:
+        """``read`` on one of the threads for reads."""
+        return await self._read(query)
+
     async def _read(self, query: Callable[[Connection], T]) -> T:
         return await asyncio.get_running_loop().run_in_executor(self._readers, self.read, query)
 
@@ -155,8 +176,15 @@ class RunStore:
             return query(connection)
 
 
-def _insertion(record: RunRecord, response: StoredResponse | None) -> Put | PutOnce:
-    return Put(record) if response is None else PutOnce(record, response)
+def _insertion(record: RunRecord, response: StoredResponse | None, who: Viewer) -> Put | PutOnce:
+    if response is None:
+        return Put(record)
+    return PutOnce(record, replace(response, key=_own_key(response.key, who)))
+
+
+def _own_key(key: str, who: Viewer) -> str:
+    """An idempotency key as it is kept: everybody's are his own. No header, so no key, has a line end."""
+    return key if who.owner is None else f"{who.owner}\n{key}"
 
 
 def _get(connection: Connection, run_id: str) -> RunRecord:
@@ -177,13 +205,16 @@ def _open_runs(connection: Connection) -> list[RunRecord]:
     return [row_to_run(row) for row in connection.execute(wanted).mappings().all()]
 
 
-def _find_answer(connection: Connection, spec_hash: str, solver_name: str, solver_version: str) -> RunRecord | None:
+def _find_answer(
+    connection: Connection, spec_hash: str, solver: tuple[str, str], owner: str | None
+) -> RunRecord | None:
     query = (
         select(runs)
         .where(
             runs.c.spec_hash == spec_hash,
-            runs.c.solver_name == solver_name,
-            runs.c.solver_version == solver_version,
+            runs.c.solver_name == solver[0],
+            runs.c.solver_version == solver[1],
+            runs.c.owner.is_(None) if owner is None else runs.c.owner == owner,
             runs.c.status.in_(ANSWERED_STATUSES),
         )
         .order_by(runs.c.id.desc())
@@ -205,10 +236,17 @@ _KEYS = {
 
 
 def _list(
-    connection: Connection, wanted: RunFilter, after: tuple[str | float, str] | None, size: int, order: RunOrder
+    connection: Connection,
+    wanted: RunFilter,
+    after: tuple[str | float, str] | None,
+    size: int,
+    order: RunOrder,
+    who: Viewer,
 ) -> RunPage:
     column, downward = _KEYS[order]
     query = _filtered(select(*(runs.c[name] for name in SUMMARY_FIELDS)), wanted)
+    if not who.everything:
+        query = query.where(runs.c.owner == who.owner)
     if column is not runs.c.id:
         query = query.where(column.is_not(None))
     if after is not None:

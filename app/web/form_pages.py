@@ -10,6 +10,7 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import JSONResponse, RedirectResponse
 from markupsafe import Markup
 
+from app.access.forgery import FIELD
 from app.api.bodies import parse
 from app.designs.drawing import Drawing
 from app.designs.kind import Kind, Mode
@@ -47,7 +48,7 @@ async def _texts(request: Request) -> dict[str, str]:
     """What the form holds."""
     most = request.app.state.settings.max_body_bytes
     async with request.form(max_fields=MOST_FIELDS, max_part_size=most) as sent:
-        return {name: str(value).replace("\r\n", "\n") for name, value in sent.items()}
+        return {name: str(value).replace("\r\n", "\n") for name, value in sent.items() if name != FIELD}
 
 
 def _example(form: Group, kind: Kind, mode: Mode, title: str = "") -> dict[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import time
 from pathlib import Path
 from typing import Annotated, Any
@@ -25,7 +26,8 @@ DatabaseUrl = Annotated[
     str, typer.Option(envvar="CRANKWRIGHT_DATABASE_URL", help="where runs are stored (SQLAlchemy URL)")
 ]
 app.add_typer(operators.keys)
-app.command()(operators.audit)
+for _command in (operators.audit, operators.backup, operators.restore, operators.prune):
+    app.command()(_command)
 
 AsJson = Annotated[bool, typer.Option("--json", help="print the run as JSON")]
 _DATABASE = "sqlite:///crankwright.sqlite3"
@@ -220,8 +222,14 @@ def _answer(job: Any, run: Any, request: Any, report: Any) -> Any:
 
 
 def main() -> None:
-    """Entry point of the ``crankwright`` command."""
-    app()
+    """Entry point of the ``crankwright`` command: what an operator can mend is told in one line."""
+    from app.store.errors import StoreError
+
+    try:
+        app()
+    except StoreError as error:
+        typer.echo(str(error), err=True)
+        sys.exit(1)
 
 
 if __name__ == "__main__":

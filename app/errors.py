@@ -16,7 +16,11 @@ from starlette.exceptions import HTTPException
 from app.designs.schema import Entry, is_tag
 from app.edge.departure import Departed
 from app.jobs.errors import Busy, ExecutorClosed, ShareUsed, Warming
-from app.store.errors import IdempotencyConflict, InvalidCursor, UnknownRun
+from app.logging import get_logger
+from app.store.errors import DamagedRecord, IdempotencyConflict, InvalidCursor, StoreClosed, UnknownRun
+from app.store.faults import StoreFault, Trouble
+
+logger = get_logger(__name__)
 
 CLIENT_GONE = 499
 """What is noted where nobody is there to hear an answer."""
@@ -152,6 +156,24 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
     async def _unknown(request: Request, error: UnknownRun) -> Response:
         return answer(request, Problem(404, "No such run", "no run has this id"))
 
+    @app.exception_handler(DamagedRecord)
+    async def _damaged(request: Request, error: DamagedRecord) -> Response:
+        logger.error("record_damaged", table=error.table, key=error.key)
+        told = "the stored record no longer says what was written, so it is not shown; crankwright verify tells more"
+        return answer(request, Problem(500, "The record is damaged", told))
+
+    @app.exception_handler(StoreFault)
+    async def _fault(request: Request, error: StoreFault) -> Response:
+        logger.error("store_fault", trouble=error.trouble.name.lower(), reason=str(error))
+        status = {Trouble.FULL: 507, Trouble.DAMAGED: 500}.get(error.trouble, 503)
+        wait = {"Retry-After": "5"} if status == 503 else {}
+        told = f"{error.trouble}; nothing was stored"
+        return answer(request, Problem(status, "The store cannot be used", told, headers=wait))
+
+    @app.exception_handler(StoreClosed)
+    async def _store_closed(request: Request, error: StoreClosed) -> Response:
+        return answer(request, Problem(503, "The service stops", str(error), headers={"Retry-After": "5"}))
+
     @app.exception_handler(InvalidCursor)
     async def _cursor(request: Request, error: InvalidCursor) -> Response:
         entry = {"pointer": "/cursor", "detail": str(error), "allowed": "the next_cursor of an earlier page"}
@@ -171,4 +193,5 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
 
     @app.exception_handler(Exception)
     async def _unforeseen(request: Request, error: Exception) -> Response:
+        logger.error("request_failed", method=request.method, path=request.url.path, exc_info=error)
         return answer(request, Problem(500, "Something went wrong", "the request was understood; the fault is here"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -10,7 +11,7 @@ from fastapi.middleware.gzip import GZipMiddleware
 from fastapi.staticfiles import StaticFiles
 from prometheus_fastapi_instrumentator import Instrumentator
 
-from app import errors
+from app import errors, metrics
 from app.access.forgery import check_forgery
 from app.access.gate import Gate
 from app.access.keys import KeyRing
@@ -24,8 +25,10 @@ from app.jobs.executor import PoolSettings, ProcessPool
 from app.jobs.template import Template
 from app.jobs.turns import TurnLimits, Turns
 from app.jobs.warming import Told, tell_nobody
-from app.logging import configure
+from app.logging import configure, get_logger
 from app.settings import Settings
+from app.store.errors import StoreError
+from app.store.lock import ServiceLock
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import Service, ServiceLimits
@@ -33,6 +36,19 @@ from app.version import VERSION
 from app.web import actions, form_pages, login, pages, reference, run_pages
 from app.web.problems import problem_page
 from app.web.rendering import STATIC
+
+logger = get_logger(__name__)
+_DAY_S = 24 * 3600.0
+
+
+async def expire_daily(store: RunStore) -> None:
+    """Take out idempotency keys that are good no longer, at the start and every day."""
+    while True:
+        try:
+            await store.expire_keys()
+        except StoreError as error:
+            logger.error("keys_not_expired", reason=str(error))
+        await asyncio.sleep(_DAY_S)
 
 
 def create_app(settings: Settings | None = None, template: Template | None = None, told: Told = tell_nobody) -> FastAPI:
@@ -48,7 +64,8 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         pool = ProcessPool(PoolSettings(workers=settings.workers, told=told), template)
         pool.start()
         upgrade(settings.database_url)
-        store = RunStore(settings.database_url)
+        lock = ServiceLock(settings.database_url)
+        store = RunStore(settings.database_url, keys_kept=settings.keys_kept, seen=metrics.written)
         check_protected(settings, store)
         service = Service(
             store,
@@ -60,13 +77,17 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
             Turns(TurnLimits(settings.workers, settings.max_waiting, settings.max_waiting_of_one)),
         )
         app.state.service = service
+        metrics.watch(service.turns, service.accepted)
         await service.resume()
+        upkeep = asyncio.create_task(expire_daily(store))
         try:
             yield
         finally:
+            upkeep.cancel()
             await service.close()
             pool.close()
             store.close()
+            lock.release()
 
     app = GuardedFastAPI(
         title="Crankwright",

@@ -5,12 +5,15 @@ from __future__ import annotations
 import getpass
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
     from app.store.repository import RunStore
+    from app.store.verify import Report
 
 DATABASE = "sqlite:///crankwright.sqlite3"
 DatabaseUrl = Annotated[
@@ -99,3 +102,45 @@ def audit(
     with opened(database_url) as store:
         for each in store.read(lambda connection: read_audit(connection, limit)):
             typer.echo(f"{each.at:%Y-%m-%d %H:%M:%S}  {each.actor}  {each.action}  {each.subject}")
+
+
+def backup(target: Annotated[Path, typer.Argument(help="a new file")], database_url: DatabaseUrl = DATABASE) -> None:
+    """Copy an SQLite store to a new file while it is in use, and verify the copy; exit code 1 if it is damaged."""
+    from app.store.backup import backup as copy
+
+    _tell(copy(database_url, target), f"copied to {target}")
+
+
+def restore(source: Annotated[Path, typer.Argument(help="a backup")], database_url: DatabaseUrl = DATABASE) -> None:
+    """Put a backup where the SQLite store is to be: nothing is overwritten, move what is there away first."""
+    from app.store.backup import restore as copy
+
+    _tell(copy(database_url, source), "restored")
+
+
+def _tell(report: Report, done: str) -> None:
+    for damage in report.damages:
+        typer.echo(f"{damage.table} {damage.key}: {damage.what}", err=True)
+    typer.echo(f"{done}: {report.runs} runs, {'sound' if report.sound else 'DAMAGED'}")
+    raise typer.Exit(0 if report.sound else 1)
+
+
+def prune(
+    before: Annotated[datetime, typer.Option(formats=["%Y-%m-%d"], help="runs made before that day (UTC)")],
+    yes: Annotated[bool, typer.Option("--yes", help="do it; without, it is only counted")] = False,
+    database_url: DatabaseUrl = DATABASE,
+) -> None:
+    """Delete ended runs made before a day, with their idempotency keys. Nothing is ever deleted without this."""
+    from app.store.upkeep import AT_ONCE, Prune, count_before
+
+    moment = before.replace(tzinfo=UTC)
+    with opened(database_url) as store:
+        if not yes:
+            typer.echo(f"{store.read(lambda c: count_before(c, moment))} runs would be deleted; --yes deletes them")
+            return
+        total = 0
+        while (count := store.write_and_wait(Prune(moment, operator()))) > 0:
+            total += count
+            if count < AT_ONCE:
+                break
+    typer.echo(f"{total} runs were deleted")

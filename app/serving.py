@@ -16,19 +16,25 @@ import typer
 import uvicorn
 from fastapi import FastAPI
 
+from app.access.protection import check_protected
 from app.edge.connections import ConnectionLimits, Connections
 from app.jobs.template import Template
 from app.jobs.warming import Warmth, in_words
 from app.main import create_app
 from app.settings import Settings
+from app.store.lock import ServiceLock
+from app.store.migrate import upgrade
+from app.store.repository import RunStore
+from app.store.upkeep import Probe
 
 DRAIN_S = 10
 _BETWEEN_LINES_S = 3.0
 
 
 def run(host: str, port: int, database_url: str, template: Template, demo: bool = False) -> None:
-    """Serve until a signal comes."""
+    """Serve until a signal comes. Raises StoreError and Unprotected for what an operator can mend."""
     settings = Settings(host=host, port=port, database_url=database_url)
+    prepare(settings)
     application = create_app(settings, template, Teller())
     connections = Connections(
         ConnectionLimits(
@@ -46,6 +52,16 @@ def run(host: str, port: int, database_url: str, template: Template, demo: bool 
     )  # fmt: skip
     server = _Server(config, application, demo)
     server.run()
+
+
+def prepare(settings: Settings) -> None:
+    """See to it that a start will not fail for its surroundings: the database is there, ours alone, and protected."""
+    upgrade(settings.database_url)
+    with ServiceLock(settings.database_url), RunStore(settings.database_url) as store:
+        check_protected(settings, store)
+        store.write_and_wait(Probe())
+    if settings.open and not settings.is_local:
+        typer.echo(f"CRANKWRIGHT_OPEN is set: everybody who reaches {settings.host} is served, without a key", err=True)
 
 
 class _Server(uvicorn.Server):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from datetime import timedelta
+
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
@@ -63,6 +65,9 @@ class Settings(BaseSettings):
     trusted_proxies: str = Field(
         default="", description="addresses of proxies whose X-Forwarded-For is believed, with commas between"
     )
+    idempotency_days: int = Field(
+        default=30, ge=0, le=36_500, description="so many days an idempotency key is good; 0: for ever"
+    )
     allowed_hosts: str = Field(
         default="", description="names the service answers under, with commas between; localhost and addresses always"
     )
@@ -78,3 +83,8 @@ class Settings(BaseSettings):
         if self.requests_per_minute is None:
             return 0 if self.is_local else REQUESTS_PER_MINUTE
         return self.requests_per_minute
+
+    @property
+    def keys_kept(self) -> timedelta | None:
+        """How long idempotency keys are good; None: for ever."""
+        return timedelta(days=self.idempotency_days) if self.idempotency_days else None

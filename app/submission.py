@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import threading
 import time
 from collections import Counter
 from collections.abc import Awaitable, Callable
-from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 from pydantic import BaseModel
 
-from app import runs
+from app import metrics, runs
 from app.access.caller import caller
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.progress import Progress, Report, to_nobody
@@ -38,7 +38,8 @@ from app.jobs.executor import Executor
 from app.jobs.turns import Length, TurnLimits, Turns
 from app.logging import get_logger
 from app.single_flight import Flights
-from app.store.errors import UnknownRun
+from app.store.errors import DamagedRecord, StoreClosed, UnknownRun
+from app.store.faults import StoreFault
 from app.store.record import Finish, RunRecord, RunStatus, StoredResponse
 from app.store.repository import RunStore
 from app.store.viewer import viewer
@@ -53,7 +54,7 @@ Call = Callable[[float, Report], Awaitable[Any]]
 REFUSED = "refused"
 """The status of an answer whose request the solver could not accept: nothing is stored."""
 
-_RETRY_S = 0.2
+_RETRY_S, _LONGEST_PAUSE_S = 0.2, 10.0
 _SHORT = (Mode.CHECK, Mode.ANALYSIS)
 """Modes that usually end in a moment."""
 
@@ -83,6 +84,21 @@ def time_asked(request: BaseModel) -> float | None:
 def _named(run: RunRecord) -> dict[str, str]:
     """What the log says of a run."""
     return {"run_id": run.id, "kind": run.kind, "mode": run.mode}
+
+
+_CUT = {
+    "overrun": (logger.warning, "solve_overran"),
+    "memory": (logger.warning, "solve_out_of_memory"),
+    "crash": (logger.error, "worker_crashed"),
+    "failure": (logger.error, "solve_failed"),
+}
+
+
+def _cut(reason: str, run: RunRecord, error: Exception, **more: str) -> None:
+    """Log and count a solve that ended without an answer."""
+    log, event = _CUT[reason]
+    log(event, **_named(run), reason=str(error), **more)
+    metrics.ENDED.labels(reason).inc()
 
 
 @dataclass(frozen=True)
@@ -141,17 +157,27 @@ class Service:
         self, run: RunRecord, job: Job, request: BaseModel, started: float, begun: Begun | None = None
     ) -> RunRecord:
         """The run with the solver's answer, or failed where it came to none."""
+        ended = await self._ended(run, job, request, started, begun)
+        seconds = time.perf_counter() - started
+        metrics.solved(run.kind, run.mode, ended.status, seconds, json.loads(ended.effects))
+        return ended
+
+    async def _ended(
+        self, run: RunRecord, job: Job, request: BaseModel, started: float, begun: Begun | None
+    ) -> RunRecord:
         try:
             answer = await self._run(run, job, request, begun)
         except BudgetExceeded as error:
+            _cut("overrun", run, error)
             return runs.failed(run, 504, OUT_OF_TIME, str(error), started)
         except MemoryExceeded as error:
+            _cut("memory", run, error)
             return runs.failed(run, 507, "The memory bound was reached", str(error), started)
         except WorkerCrashed as error:
-            logger.error("worker_crashed", **_named(run), reason=str(error))
+            _cut("crash", run, error)
             return runs.failed(run, 500, "The solver failed", "the solve ended without an answer", started)
         except SolveFailed as error:
-            logger.error("solve_failed", **_named(run), reason=str(error), exception=error.detail)
+            _cut("failure", run, error, exception=error.detail)
             return runs.failed(run, 500, "The solver failed", "the solve ended without an answer", started)
         if answer.status == REFUSED and answer.problem is not None:
             problem = answer.problem
@@ -235,7 +261,7 @@ class Service:
         # What is stored as queued is begun, even where its client goes away in between.
         return await asyncio.shield(asyncio.create_task(promised()))
 
-    def _place(self) -> ExitStack:
+    def _place(self) -> contextlib.ExitStack:
         """A place among the promised runs, given back when the stack is closed.
 
         Raises Busy where too many runs are open already, and ShareUsed where too many of this caller's are.
@@ -247,7 +273,7 @@ class Service:
         if everyone >= self.limits.accepted:
             raise Busy(f"{everyone} runs are open already", self.turns.retry_s(Length.LONG, 1))
         self.accepted[who] += 1
-        place = ExitStack()
+        place = contextlib.ExitStack()
         place.callback(self._give_back, who)
         return place
 
@@ -280,9 +306,9 @@ class Service:
                 failed = runs.failed(run, 500, title, why, time.perf_counter())
                 await self.store.finish(run.id, runs.end_of(failed))
             else:
-                self._begin(run, job, request, ExitStack())
+                self._begin(run, job, request, contextlib.ExitStack())
 
-    def _begin(self, run: RunRecord, job: Job, request: BaseModel, place: ExitStack) -> None:
+    def _begin(self, run: RunRecord, job: Job, request: BaseModel, place: contextlib.ExitStack) -> None:
         task = asyncio.create_task(self._finish(run, job, request))
         self.background[run.id] = task
 
@@ -312,7 +338,26 @@ class Service:
         except Exception as error:
             logger.exception("background_solve_failed", **_named(run))
             ended = runs.failed(run, 500, "The solver failed", type(error).__name__, started)
-        await self.store.finish(run.id, runs.end_of(ended))
+        await self._write_down(run, ended)
+
+    async def _write_down(self, run: RunRecord, ended: RunRecord) -> None:
+        """Store how a run ended, as soon as the store can: it was promised. What stays open the next start solves."""
+        pause_s = _RETRY_S
+        while True:
+            try:
+                await self.store.finish(run.id, runs.end_of(ended))
+                return
+            except StoreFault as fault:
+                logger.error("end_not_stored", **_named(run), reason=str(fault))
+            except (DamagedRecord, UnknownRun, StoreClosed) as error:
+                logger.error("end_not_stored", **_named(run), reason=str(error))
+                return
+            await asyncio.sleep(pause_s)
+            pause_s = min(_LONGEST_PAUSE_S, 2.0 * pause_s)
+
+    async def _note_start(self, run_id: str) -> None:
+        with contextlib.suppress(StoreFault):  # its end is what matters
+            await self.store.start(run_id)
 
     async def _solve_once_warm(self, run: RunRecord, job: Job, request: BaseModel, started: float) -> RunRecord:
         """Solve once the kernels are there: a run that was promised is not refused for want of them."""
@@ -320,7 +365,7 @@ class Service:
             while any(each.kind == run.kind and each.remaining_s > 0 for each in self.executor.warmths):
                 await asyncio.sleep(_RETRY_S)
             try:
-                return await self._solve(run, job, request, started, partial(self.store.start, run.id))
+                return await self._solve(run, job, request, started, partial(self._note_start, run.id))
             except Busy:
                 await asyncio.sleep(_RETRY_S)
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from app.settings import Settings
+from app.store.errors import StoreError
 from app.store.keys import list_keys
 from app.store.repository import RunStore
 
 
-class Unprotected(Exception):
+class Unprotected(StoreError):
     """The service would be open to whoever reaches it."""
 
 

@@ -91,6 +91,7 @@ class RunPage(_Shown):
 
     items: list[RunLine]
     next_cursor: str | None
+    damaged: list[str] = Field(description="ids of runs that belong here too, but whose records are damaged")
 
 
 class RunProgress(_Shown):

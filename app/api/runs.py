@@ -71,7 +71,8 @@ async def list_runs(
     service: Service = request.app.state.service
     wanted = RunFilter(kind, mode, status, name, batch_id, created_after, holds, text, created_before)
     page = await service.store.list_runs(wanted, cursor, limit, order)
-    return {"items": [runs.summary(item) for item in page.items], "next_cursor": page.next_cursor}
+    items = [runs.summary(item) for item in page.items]
+    return {"items": items, "next_cursor": page.next_cursor, "damaged": list(page.damaged)}
 
 
 @router.get("/{run_id}", summary="One run", responses=_MISSING)

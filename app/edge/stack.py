@@ -12,6 +12,7 @@ from app.edge.bodies import BodyLimits, BoundedBodies
 from app.edge.crowds import BoundedCrowds
 from app.edge.heads import BoundedHeads
 from app.edge.hosts import KnownHosts, is_address
+from app.edge.requests import LoggedRequests
 from app.settings import Settings
 
 BATCHES = "/api/v1/batches"
@@ -36,7 +37,7 @@ def edge(
     guarded = BoundedCrowds(guarded, settings.max_requests)
     guarded = KnownHosts(guarded, names if is_address(settings.host) else [*names, settings.host])
     guarded = BoundedHeads(guarded, settings.max_head_bytes, settings.max_headers)
-    return GuardedAnswers(guarded)
+    return LoggedRequests(GuardedAnswers(guarded))
 
 
 class GuardedFastAPI(FastAPI):

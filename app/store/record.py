@@ -123,10 +123,12 @@ class RunOrder(StrEnum):
 
 @dataclass(frozen=True)
 class RunPage:
-    """Runs in the order asked for; ``next_cursor`` is None on the last page."""
+    """Runs in the order asked for; ``next_cursor`` is None on the last page. ``damaged`` are the ids of runs that
+    belong here too, but whose rows no longer say what was written."""
 
     items: tuple[RunSummary, ...]
     next_cursor: str | None
+    damaged: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import sqlite3
+from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
@@ -108,8 +109,9 @@ def test_keys_expire_with_the_age_of_their_run(database_url: str) -> None:
             store._kept = timedelta(0)
             assert await store.find_response("key-0", "a" * 64) is None
             # The same key may be used again, also before it was taken out.
-            store._since = lambda: utc_now() - timedelta(microseconds=1) if store._kept else None
-            assert await store.put(later, make_response(later, "key-0", "b" * 64)) is not None or True
+            assert await store.put(later, make_response(later, "key-0", "b" * 64)) is None
+            store._kept = timedelta(days=1)
+            assert (await store.find_response("key-0", "b" * 64)).run_id == later.id
 
         asyncio.run(look())
         assert store.write_and_wait(Expire(utc_now() + timedelta(seconds=1))) >= 1
@@ -123,17 +125,17 @@ def test_ids_begin_with_their_time() -> None:
 
 def test_an_answer_is_kept_without_what_the_run_has(tmp_path: Path) -> None:
     result = b'{"curve":[' + b",".join(b"%d.25" % k for k in range(3000)) + b"]}"
-    for run in (make_record(result=result), make_record(status="failed", result=None), make_record(status="queued")):
+    other = {"kind": "none of today's"}
+    statuses = ({"result": result}, {"status": "failed", "result": None}, {"status": "queued"})
+    for run in [make_record(**other, **changes) for changes in statuses]:
         body = shown.run_json(run)
         assert unpacked(packed(body, run), run) == body
-    run = make_record(result=result)
+    run = make_record(result=result, **other)
     assert len(packed(shown.run_json(run), run)) < 1000 < len(result)
     assert unpacked(b'{"whole":1}', run) == b'{"whole":1}', "as former versions kept them"
     # What the end of a run changes is not referred to before.
     queued = make_record(status="queued", result=None)
     kept, body = packed(shown.run_json(queued), queued), shown.run_json(queued)
-    from dataclasses import replace
-
     assert unpacked(kept, replace(queued, status="succeeded", result=result, effects=b"[1]")) == body
     with pytest.raises(ValueError):
         unpacked(kept[:-3], queued)

@@ -122,6 +122,14 @@ def busy(error: Busy) -> Problem:
     return Problem(status, title, str(error), headers={"Retry-After": str(max(1, math.ceil(error.retry_s)))})
 
 
+def store_problem(fault: StoreFault) -> Problem:
+    """What is wrong with the store, for a client; the log is told more."""
+    logger.error("store_fault", trouble=fault.trouble.name.lower(), reason=str(fault))
+    status = {Trouble.FULL: 507, Trouble.DAMAGED: 500}.get(fault.trouble, 503)
+    wait = {"Retry-After": "5"} if status == 503 else {}
+    return Problem(status, "The store cannot be used", f"{fault.trouble}; nothing was stored", headers=wait)
+
+
 _BUSY: dict[type[Busy], tuple[int, str]] = {
     Warming: (503, "The kernels are being compiled"),
     ShareUsed: (429, "Your share is used"),
@@ -164,11 +172,7 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
 
     @app.exception_handler(StoreFault)
     async def _fault(request: Request, error: StoreFault) -> Response:
-        logger.error("store_fault", trouble=error.trouble.name.lower(), reason=str(error))
-        status = {Trouble.FULL: 507, Trouble.DAMAGED: 500}.get(error.trouble, 503)
-        wait = {"Retry-After": "5"} if status == 503 else {}
-        told = f"{error.trouble}; nothing was stored"
-        return answer(request, Problem(status, "The store cannot be used", told, headers=wait))
+        return answer(request, store_problem(error))
 
     @app.exception_handler(StoreClosed)
     async def _store_closed(request: Request, error: StoreClosed) -> Response:

@@ -10,7 +10,8 @@ from app.access.scopes import Scope, granted, needed
 from app.access.sessions import Session, Sessions, session, token_of
 from app.edge.asgi import Application, Receive, Send, header, refuse
 from app.edge.asgi import Scope as AsgiScope
-from app.errors import Problem
+from app.errors import Problem, store_problem
+from app.store.faults import StoreFault
 from app.store.keys import KeyRecord
 from app.store.viewer import Viewer, viewer
 
@@ -33,12 +34,16 @@ class Gate:
             return
         address = scope["client"][0] if scope.get("client") else ""
         lowest = needed(scope["method"], scope["path"])
-        found: Session | None = None
-        if lowest is not None and await self._in_force():
-            key, found = await self._key(scope)
-            if key is None:
-                await self._refuse(scope, receive, send)
-                return
+        try:
+            in_force = lowest is not None and await self._in_force()
+            key, found = await self._key(scope) if in_force else (None, None)
+        except StoreFault as fault:
+            await refuse(scope, receive, send, store_problem(fault))
+            return
+        if in_force and key is None:
+            await self._refuse(scope, receive, send)
+            return
+        if key is not None:
             scopes = granted(key.scopes)
             who, sees = Caller(key.id, address, scopes), Viewer(key.id, Scope.ADMIN in scopes)
         else:

@@ -8,8 +8,9 @@ import time
 
 import structlog
 
-from app.edge.asgi import Application, Message, Receive, Scope, Send, header
+from app.edge.asgi import Application, Message, Receive, Scope, Send, header, refuse
 from app.edge.crowds import ALWAYS
+from app.errors import Problem
 from app.logging import get_logger
 
 logger = get_logger(__name__)
@@ -42,6 +43,11 @@ class LoggedRequests:
         with structlog.contextvars.bound_contextvars(request_id=request_id.decode()):
             try:
                 await self._app(scope, receive, noted)
+            except Exception:
+                logger.exception("request_failed", method=scope["method"], path=scope["path"])
+                if status:
+                    raise
+                await refuse(scope, receive, noted, Problem(500, "Something went wrong", "the fault is here"))
             finally:
                 client = scope["client"][0] if scope.get("client") else ""
                 told = {"method": scope["method"], "path": scope["path"], "status": status, "client": client}

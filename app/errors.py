@@ -197,5 +197,4 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
 
     @app.exception_handler(Exception)
     async def _unforeseen(request: Request, error: Exception) -> Response:
-        logger.error("request_failed", method=request.method, path=request.url.path, exc_info=error)
         return answer(request, Problem(500, "Something went wrong", "the request was understood; the fault is here"))

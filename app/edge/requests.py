@@ -31,10 +31,11 @@ class LoggedRequests:
             return
         sent = header(scope, HEADER)
         request_id = sent if sent is not None and _FIT.fullmatch(sent) else secrets.token_hex(8).encode()
-        began, status = time.perf_counter(), 0
+        began, status, complete = time.perf_counter(), 0, False
 
         async def noted(message: Message) -> None:
-            nonlocal status
+            nonlocal status, complete
+            complete = message["type"] == "http.response.body" and not message.get("more_body", False)
             if message["type"] == "http.response.start":
                 status = message["status"]
                 message["headers"] = [*message.get("headers", ()), (HEADER, request_id)]
@@ -45,9 +46,10 @@ class LoggedRequests:
                 await self._app(scope, receive, noted)
             except Exception:
                 logger.exception("request_failed", method=scope["method"], path=scope["path"])
-                if status:
+                if not status:
+                    await refuse(scope, receive, noted, Problem(500, "Something went wrong", "the fault is here"))
+                elif not complete:
                     raise
-                await refuse(scope, receive, noted, Problem(500, "Something went wrong", "the fault is here"))
             finally:
                 client = scope["client"][0] if scope.get("client") else ""
                 told = {"method": scope["method"], "path": scope["path"], "status": status, "client": client}

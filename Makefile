@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 SERVICE := $(VENV)/.service
 STAMP := $(VENV)/.installed
 
-.PHONY: help run test lint lock bench campaign system clean
+.PHONY: help run test lint messages screenshots lock bench campaign system clean
 
 help:            ## list the commands
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -46,6 +46,12 @@ campaign: $(STAMP)  ## hold every promise against thousands of random scenes (ho
 	$(BIN)/python -m tests.hard_cases.page
 
 LOCKING := uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet --no-header
+
+messages: $(STAMP)  ## gather what the pages say, bring the catalogues of its translations up to date, print what lacks one
+	$(BIN)/python -m scripts.messages
+
+screenshots: $(STAMP) system  ## pictures of the running service, into docs/screenshots
+	$(BIN)/python -m scripts.screenshots
 
 lock:            ## resolve the dependencies anew, for the service and for its development (needs uv)
 	$(LOCKING) --all-extras pyproject.toml -o requirements-dev.lock

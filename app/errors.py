@@ -29,7 +29,7 @@ INVALID = "The request is not valid"
 MOST_ENTRIES = 100
 LONGEST_POINTER = 500
 
-_LIMITS = {
+LIMITS = {
     "allowed": "{}",
     "gt": "more than {}",
     "ge": "at least {}",
@@ -39,7 +39,8 @@ _LIMITS = {
     "max_length": "at most {} long",
     "expected": "{}",
 }
-_ALLOWED_BY_TYPE = {
+"""What is allowed, by the name of a limit."""
+ALLOWED_BY_TYPE = {
     "finite_number": "a finite number",
     "float_type": "a number",
     "float_parsing": "a number",
@@ -58,6 +59,7 @@ _ALLOWED_BY_TYPE = {
     "datetime_from_date_parsing": "a time such as 2026-01-31T12:00:00Z",
     "timezone_aware": "a time with its zone, such as 2026-01-31T12:00:00Z",
 }
+"""What is allowed, by the type of a fault that names no limit."""
 
 
 class Problem(Exception):
@@ -104,8 +106,8 @@ def refusal(errors: Iterable[Mapping[str, Any]], depth: int = 0) -> Problem:
 
 def _entry(item: Mapping[str, Any], depth: int) -> Entry:
     context = item.get("ctx", {})
-    limits = [text.format(context[key]) for key, text in _LIMITS.items() if key in context]
-    allowed = ", ".join(limits) or _ALLOWED_BY_TYPE.get(item["type"], "see the contract")
+    limits = [text.format(context[key]) for key, text in LIMITS.items() if key in context]
+    allowed = ", ".join(limits) or ALLOWED_BY_TYPE.get(item["type"], "see the contract")
     parts = [part for part in item["loc"][depth:] if not is_tag(part)]
     ranged = item["type"].startswith(("greater_than", "less_than"))
     return {"pointer": json_pointer(parts), "detail": "is out of range" if ranged else item["msg"], "allowed": allowed}

@@ -34,6 +34,7 @@ from app.store.repository import RunStore
 from app.submission import Service, ServiceLimits
 from app.version import VERSION
 from app.web import actions, form_pages, login, pages, reference, run_pages
+from app.web.languages import Speaking
 from app.web.problems import problem_page
 from app.web.rendering import STATIC
 
@@ -115,6 +116,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
     errors.install(app, problem_page)
     # What is small is not worth it; a level beyond costs more time than it saves bytes.
     app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)
+    app.add_middleware(Speaking)
     contract.install(app)
     for router in (
         operation.router,

@@ -23,7 +23,7 @@ _MEANT_TOO = {
 }
 
 PUBLIC = ("/healthz", "/startedz", "/readyz", "/login", "/favicon.ico")
-"""Paths that need no key, besides the files of the pages."""
+"""Paths that need no key, besides the files of the pages and the choice of their language."""
 _OF_OPERATORS = ("/metrics",)
 _OF_BATCHES = ("/api/v1/batches", "/batches")
 _SAFE = ("GET", "HEAD", "OPTIONS")
@@ -39,7 +39,7 @@ def needed(method: str, path: str) -> Scope | None:
 
     What is not named here is read with ``read`` and changed with ``design``, so no route is ever open by omission.
     """
-    if path in PUBLIC or path.startswith("/static/"):
+    if path in PUBLIC or path.startswith(("/static/", "/language/")):
         return None
     if path in _OF_OPERATORS:
         return Scope.ADMIN

@@ -79,6 +79,7 @@ COMMON = FormWords(
     },
     helps={
         "name": "to find it again",
+        "effects": "",
         "effect_tolerance": "by how much all effects that are left out may change the results together, relative",
         "time_budget_s": "empty: as long as the service allows; the best found so far is the answer",
         "accuracy": "of the computed results; 1e-6 is one millionth",

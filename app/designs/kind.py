@@ -107,7 +107,8 @@ class Kind:
     ``figure`` is the number of a result that matters most, with its name and unit as a field would be named.
     ``drawn_if`` names the plots that only some runs have, and how to tell from the run.
     ``form`` words the kind's forms; ``drawing`` is the part with its dimensions, from a request as JSON tells it, which
-    may still lack much: None where nothing can be drawn yet.
+    may still lack much: None where nothing can be drawn yet. ``denials`` has what a verdict says of a criterion, by its
+    name, where a yes is a no.
     """
 
     slug: str
@@ -122,6 +123,7 @@ class Kind:
     figure: Callable[[Mode, Mapping[str, Any]], tuple[str, float | None]] = _no_figure
     form: FormWords = field(default_factory=FormWords)
     drawing: Callable[[dict[str, Any]], Drawing | None] = _no_drawing
+    denials: Mapping[str, str] = field(default_factory=dict)
 
     def judged(self, mode: Mode) -> tuple[str, ...]:
         """The names of the results by which an answer in that mode is judged."""

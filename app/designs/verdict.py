@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from gettext import NullTranslations
 from typing import Any, Literal
 
 from pydantic import Field
@@ -75,13 +76,20 @@ Words = Mapping[str, Word]
 def verdict_json(verdict: Verdict, words: Words, accuracy: Accuracy) -> dict[str, Any]:
     """A verdict as the contract shows it; an accuracy that is missed is said in its line."""
     governing = verdict.governing
-    return {
+    told: dict[str, Any] = {
         "holds": verdict.holds,
-        "summary": _summary(verdict, words) + _missed(verdict, accuracy),
+        "summary": "",
         "governed_by": None if governing is None else words[governing.name].name,
         "criteria": [_criterion(criterion, words[criterion.name]) for criterion in verdict.criteria],
         "cautions": list(verdict.cautions),
     }
+    reached = {"requested": accuracy.requested, "estimated": accuracy.estimated, "met": accuracy.met}
+    return {**told, "summary": summary_of(told, denials(words), reached, NullTranslations())}
+
+
+def denials(words: Words) -> dict[str, str]:
+    """What is said of a criterion, by its name in the contract, where a yes is a no."""
+    return {word.name: word.no for word in words.values() if word.no}
 
 
 def _criterion(criterion: Criterion, word: Word) -> dict[str, Any]:
@@ -99,61 +107,99 @@ def _criterion(criterion: Criterion, word: Word) -> dict[str, Any]:
     }
 
 
-def _summary(verdict: Verdict, words: Words) -> str:
-    governing = verdict.governing
+def summary_of(
+    verdict: Mapping[str, Any],
+    denials: Mapping[str, str],
+    accuracy: Mapping[str, Any] | None,
+    texts: NullTranslations,
+) -> str:
+    """A verdict, as JSON tells it, in one sentence of the language of ``texts``, with the figure that governs, and
+    another where the accuracy is missed.
+
+    ``denials`` has, for criteria by name, what is said where a yes is a no; ``accuracy`` what was requested and
+    estimated.
+    """
+    name, criteria = verdict["governed_by"], verdict["criteria"]
+    governing = next((criterion for criterion in criteria if criterion["name"] == name), None)
     if governing is None:
-        return "It holds: nothing acts that it could fail under."
-    word = words[governing.name]
-    if verdict.holds:
-        return f"It holds. The {word.label} governs: {_compared(governing, word)}, {_spare(governing.margin)}."
-    others = sum(not criterion.holds for criterion in verdict.criteria) - 1
-    more = (
-        f" {others} more of {len(verdict.criteria)} criteria {'is' if others == 1 else 'are'} not met."
-        if others
-        else ""
-    )
-    return f"It does not hold: {_failure(governing, word)}.{more}"
+        said = texts.gettext("It holds: nothing acts that it could fail under.")
+    elif verdict["holds"]:
+        said = texts.gettext("It holds. The %(label)s governs: %(compared)s, %(spare)s.") % {
+            "label": texts.gettext(governing["label"]),
+            "compared": _compared(governing, texts),
+            "spare": _spare(governing["margin"], texts),
+        }
+    else:
+        said = texts.gettext("It does not hold: %(failure)s.") % {"failure": _failure(governing, denials, texts)}
+        others = sum(not criterion["holds"] for criterion in criteria) - 1
+        if others:
+            more = texts.ngettext(
+                "%(others)s more of %(all)s criteria is not met.",
+                "%(others)s more of %(all)s criteria are not met.",
+                others,
+            )
+            said += " " + more % {"others": others, "all": len(criteria)}
+    return said if accuracy is None or accuracy["met"] else f"{said} {_missed(governing, verdict, accuracy, texts)}"
 
 
-def _failure(criterion: Criterion, word: Word) -> str:
-    if criterion.sense is Sense.YES or (word.no and criterion.reached == 0.0):
-        return word.no
-    if criterion.reached is None:
-        return f"the {word.label} cannot be told, and {_wanted(criterion, word, '.4g')}"
-    if math.isinf(criterion.reached):
-        return f"the {word.label} grows without bound where {_wanted(criterion, word, '.4g')}"
-    return f"the {word.label} is {_compared(criterion, word)}"
+Told = Mapping[str, Any]
+"""A criterion as JSON tells it."""
 
 
-def _compared(criterion: Criterion, word: Word) -> str:
+def _failure(criterion: Told, denials: Mapping[str, str], texts: NullTranslations) -> str:
+    denial = denials.get(criterion["name"], "")
+    if criterion["sense"] == Sense.YES or (denial and criterion["reached"] == 0.0):
+        return texts.gettext(denial)
+    told = {"label": texts.gettext(criterion["label"])}
+    if criterion["reached"] is not None:
+        return texts.gettext("the %(label)s is %(compared)s") % {**told, "compared": _compared(criterion, texts)}
+    told["wanted"] = _wanted(criterion, ".4g", texts)
+    # What has no bound is known to fail by all there is; of what is not known there is no margin.
+    if criterion["margin"] is None:
+        return texts.gettext("the %(label)s cannot be told, and %(wanted)s") % told
+    return texts.gettext("the %(label)s grows without bound where %(wanted)s") % told
+
+
+def _compared(criterion: Told, texts: NullTranslations) -> str:
     digits = ".4g"
-    if not criterion.holds and f"{criterion.reached:.4g}" == f"{criterion.required:.4g}":
+    if not criterion["holds"] and f"{criterion['reached']:.4g}" == f"{criterion['required']:.4g}":
         digits = ".8g"
-    return f"{_figure(word, criterion.reached, digits)} where {_wanted(criterion, word, digits)}"
+    figure = _figure(criterion, "reached", digits)
+    return texts.gettext("%(figure)s where %(wanted)s") % {
+        "figure": figure,
+        "wanted": _wanted(criterion, digits, texts),
+    }
 
 
-def _wanted(criterion: Criterion, word: Word, digits: str) -> str:
-    figure = _figure(word, criterion.required, digits)
-    if criterion.sense is Sense.AT_LEAST:
-        return f"at least {figure} is required"
-    return f"at most {figure} is allowed" if criterion.sense is Sense.AT_MOST else f"{figure} is asked for"
+def _wanted(criterion: Told, digits: str, texts: NullTranslations) -> str:
+    if criterion["sense"] == Sense.AT_LEAST:
+        said = texts.gettext("at least %(figure)s is required")
+    elif criterion["sense"] == Sense.AT_MOST:
+        said = texts.gettext("at most %(figure)s is allowed")
+    else:
+        said = texts.gettext("%(figure)s is asked for")
+    return said % {"figure": _figure(criterion, "required", digits)}
 
 
-def _figure(word: Word, value: float, digits: str) -> str:
-    return f"{word.shown(value):{digits}} {word.unit}".rstrip()
+def _figure(criterion: Told, name: str, digits: str) -> str:
+    return f"{criterion[name]:{digits}} {criterion['unit']}".rstrip()
 
 
-def _spare(margin: float | None) -> str:
+def _spare(margin: float | None, texts: NullTranslations) -> str:
     if margin is None or margin < _NOTHING_TO_SPARE:
-        return "with nothing to spare"
-    return f"with {100.0 * margin:.2g} % to spare" if margin < 1.0 else f"with {100.0 * margin:.0f} % to spare"
+        return texts.gettext("with nothing to spare")
+    share = f"{100.0 * margin:.2g}" if margin < 1.0 else f"{100.0 * margin:.0f}"
+    return texts.gettext("with %(share)s %% to spare") % {"share": share}
 
 
-def _missed(verdict: Verdict, accuracy: Accuracy) -> str:
-    if accuracy.met:
-        return ""
-    said = f" The accuracy asked for is not met: {accuracy.requested:.0e} asked, {accuracy.estimated:.0e} estimated"
-    governing = verdict.governing
-    if verdict.holds and governing is not None and (governing.margin or 0.0) <= accuracy.estimated:
-        return f"{said}, more than there is to spare."
-    return f"{said}."
+def _missed(governing: Told | None, verdict: Told, accuracy: Told, texts: NullTranslations) -> str:
+    figures = {"requested": f"{accuracy['requested']:.0e}", "estimated": f"{accuracy['estimated']:.0e}"}
+    if verdict["holds"] and governing is not None and (governing["margin"] or 0.0) <= accuracy["estimated"]:
+        return (
+            texts.gettext(
+                "The accuracy asked for is not met: %(requested)s asked, %(estimated)s estimated, "
+                "more than there is to spare."
+            )
+            % figures
+        )
+    return texts.gettext("The accuracy asked for is not met: %(requested)s asked, %(estimated)s estimated.") % figures

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from app.web.languages import gettext
+
 CAPTIONS = {
     "error-against-time": "What accuracy costs: greatest error against time, of every setting",
     "effects": "What each effect may change at most, against the tolerance for what is left out",
@@ -27,11 +29,13 @@ CAPTIONS = {
     "crank-pin-polar": "Load on the crank pin, turning with the crank",
     "two-harmonic-effect": "What the textbooks' two harmonics get wrong",
 }
-_OF_A_KIND = {
+OF_A_KIND = {
     ("flexible-rod", "forces-over-angle"): "Axial force in the strip and side force on the piston over the cycle"
 }
 
 
 def captioned(kind: str, names: Iterable[str]) -> list[tuple[str, str]]:
     """Names of pictures with what they show."""
-    return [(name, _OF_A_KIND.get((kind, name)) or CAPTIONS.get(name, name.replace("-", " "))) for name in names]
+    return [
+        (name, gettext(OF_A_KIND.get((kind, name)) or CAPTIONS.get(name, name.replace("-", " ")))) for name in names
+    ]

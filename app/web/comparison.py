@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from app.web.fields import split_unit
+from app.web.fields import named, split_unit
 from app.web.inputs import Input, differing
+from app.web.languages import gettext as _
 
 _SAME = 1e-12
 """Numbers that differ by less, relative to the greater one, are the same."""
@@ -56,7 +57,7 @@ def _numbers(result: Mapping[str, Any]) -> list[tuple[str, Any]]:
 
 
 def _row(name: str, a: Any, b: Any) -> Row:
-    words, unit = split_unit(name)
+    words, unit = named(name)
     return Row(words, unit, _told(a), _told(b), difference(a, b))
 
 
@@ -65,16 +66,16 @@ def difference(a: Any, b: Any) -> str:
     if any(isinstance(v, bool) or not isinstance(v, (int, float)) for v in (a, b)):
         return ""
     if math.isclose(a, b, rel_tol=_SAME, abs_tol=1e-300):
-        return "the same"
+        return _("the same")
     share = f" ({100.0 * (b - a) / abs(a):+.3g} %)" if a else ""
     return f"{b - a:+.4g}{share}"
 
 
 def _told(value: Any) -> str:
     if value is None:
-        return "none"
+        return _("none")
     if isinstance(value, bool):
-        return "yes" if value else "no"
+        return _("yes") if value else _("no")
     return f"{value:.6g}"
 
 
@@ -86,12 +87,15 @@ def _margins(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[Row]:
         left, right = (side.get(words) for side in sides)
         unit = (left or right)["unit"]
         values = [side and side["reached"] for side in (left, right)]
-        rows.append(Row(words, unit, *(_criterion(side) for side in (left, right)), difference(*values)))
+        rows.append(Row(_(words), unit, *(_criterion(side) for side in (left, right)), difference(*values)))
     return rows
 
 
 def _criterion(found: Mapping[str, Any] | None) -> str:
     if found is None:
-        return "not judged"
-    reached = "none" if found["reached"] is None else f"{found['reached']:.4g}"
-    return f"{reached} of {found['required']:.4g}, {'holds' if found['holds'] else 'does not hold'}"
+        return _("not judged")
+    reached = _("none") if found["reached"] is None else f"{found['reached']:.4g}"
+    said = (
+        _("%(reached)s of %(required)s, holds") if found["holds"] else _("%(reached)s of %(required)s, does not hold")
+    )
+    return said % {"reached": reached, "required": f"{found['required']:.4g}"}

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.designs.kind import Kind
+from app.web.languages import gettext as _
 
 _UNBOUNDED = 1e9
 
@@ -14,17 +15,18 @@ def effect_rows(kind: Kind, run: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Every effect of the run with what it adds, and what it may change in words."""
     adds = {effect.name: effect.summary for effect in kind.known_effects}
     return [
-        {**effect, "adds": adds.get(effect["name"], ""), "may_change": _may_change(effect)} for effect in run["effects"]
+        {**effect, "adds": _(adds.get(effect["name"], "")), "may_change": _may_change(effect)}
+        for effect in run["effects"]
     ]
 
 
 def _may_change(effect: Mapping[str, Any]) -> str:
     bound = effect["influence"]
     if bound >= _UNBOUNDED:
-        return "no bound is known"
+        return _("no bound is known")
     if bound == 0:
-        return "nothing"
-    return f"at most {100 * bound:.2g} %" if bound < 0.995 else f"at most {100 * bound:.0f} %"
+        return _("nothing")
+    return _("at most %(x)s") % {"x": f"{100 * bound:.2g} %" if bound < 0.995 else f"{100 * bound:.0f} %"}
 
 
 def switched(run: Mapping[str, Any], name: str, on: bool) -> dict[str, Any]:

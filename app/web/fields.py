@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from app.web.languages import gettext
+
 UNITS = {
     "_m_s2": "m/s²", "_n_m2": "N/m²", "_kg_m3": "kg/m³", "_kg_m2": "kg·m²", "_n_m": "N/m", "_mm2": "mm²", "_cm3": "cm³",
     "_nm": "N·m",
@@ -16,3 +18,9 @@ def split_unit(name: str) -> tuple[str, str]:
         if name.endswith(ending) and len(name) > len(ending):
             return name.removesuffix(ending).replace("_", " "), unit
     return name.replace("_", " "), ""
+
+
+def named(name: str) -> tuple[str, str]:
+    """The same with the words in the page's language."""
+    words, unit = split_unit(name)
+    return gettext(words), unit

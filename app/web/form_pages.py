@@ -8,24 +8,24 @@ from typing import Any
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import JSONResponse, RedirectResponse
-from markupsafe import Markup
 
 from app.access.forgery import FIELD
 from app.api.bodies import parse
-from app.designs.drawing import Drawing
 from app.designs.kind import Kind, Mode
-from app.designs.pictures.drawing_svg import drawing_svg
 from app.designs.registry import KINDS
 from app.edge.departure import while_here
 from app.errors import Problem, busy
 from app.jobs.errors import Busy
 from app.store.record import RunFilter, RunStatus
 from app.submission import Service
+from app.web.drawings import drawn
 from app.web.forms.faults import Faults, placed
 from app.web.forms.groups import Group
 from app.web.forms.nodes import Texts, applies
 from app.web.forms.numbers import others, shown
 from app.web.forms.tree import form_of
+from app.web.forms.words import script_words
+from app.web.languages import gettext as _
 from app.web.rendering import page, templates
 
 router = APIRouter(include_in_schema=False)
@@ -36,6 +36,7 @@ _KEY_FIGURES = 6
 
 templates.env.globals["applies"] = applies
 templates.env.filters["other_units"] = others
+templates.env.globals["script_words"] = script_words
 
 
 def _kind_and_mode(slug: str, mode: str) -> tuple[Kind, Mode]:
@@ -55,12 +56,6 @@ def _example(form: Group, kind: Kind, mode: Mode, title: str = "") -> dict[str, 
     texts: dict[str, str] = {}
     form.take(kind.others(mode).get(title) or kind.example(mode), texts)
     return texts
-
-
-def _svg(kind: Kind, spec: Mapping[str, Any]) -> tuple[Markup, str]:
-    """The part as it is described so far, and the words below it; nothing where too little is known."""
-    drawing: Drawing | None = kind.drawing(dict(spec))
-    return (Markup(), "") if drawing is None else (Markup(drawing_svg(drawing)), drawing.caption)
 
 
 def _as_json(spec: Mapping[str, Any]) -> str:
@@ -88,7 +83,7 @@ async def _shown(
 ) -> Response:
     form = form_of(kind, mode)
     spec = form.value(texts)
-    svg, caption = _svg(kind, spec)
+    svg, caption = drawn(kind, spec)
     return page(
         request, "form.html", status, kind=kind, mode=mode, form=form, texts=texts, faults=faults or Faults(), svg=svg,
         caption=caption, as_json=_as_json(spec), runs=await _stored_runs(request, form),
@@ -155,8 +150,8 @@ async def submit(request: Request, slug: str, mode: str = "design", was: str | N
     except Problem as problem:
         return await _shown(request, kind, chosen, texts, placed(form, texts, problem), 422)
     except Busy as error:
-        refused = busy(error)
-        shown = await _shown(request, kind, chosen, texts, status=refused.status, notice=f"Not now: {error}")
+        refused, why = busy(error), _("Not now: %(why)s") % {"why": _(str(error))}
+        shown = await _shown(request, kind, chosen, texts, status=refused.status, notice=why)
         shown.headers.update(refused.headers)
         return shown
     return RedirectResponse(f"/runs/{stored.run_id}", status_code=303)
@@ -177,7 +172,7 @@ async def draw(request: Request, slug: str, mode: str = "design") -> Response:
         _asked(kind, chosen, spec)
     except Problem as problem:
         faults = placed(form, texts, problem)
-    svg, caption = _svg(kind, spec)
+    svg, caption = drawn(kind, spec)
     return JSONResponse(
         {"svg": svg, "caption": caption, "json": _as_json(spec), "faults": faults.at, "others": faults.elsewhere}
     )
@@ -198,9 +193,10 @@ async def answer(request: Request, slug: str, mode: str = "check") -> Response:
         faults = placed(form, texts, problem)
         return JSONResponse({"faults": faults.at, "others": faults.elsewhere}, 422)
     except Busy as error:
-        return JSONResponse({"busy": str(error)}, 503)
+        return JSONResponse({"busy": _(str(error))}, 503)
     result = json.loads(run.result) if run.result else {}
     told = {
+        "kind": kind,
         "verdict": json.loads(run.verdict) if run.verdict else None,
         "accuracy": json.loads(run.accuracy) if run.accuracy else None,
         "problem": json.loads(run.problem) if run.problem else None,

@@ -10,7 +10,8 @@ from pydantic import BaseModel, ValidationError
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, job_of
-from app.web.fields import split_unit
+from app.web.fields import named, split_unit
+from app.web.languages import gettext as _
 
 _MOST_SHOWN = 6
 """Numbers of a list that are shown one by one; of a longer one the ends."""
@@ -40,11 +41,10 @@ def groups(run: Mapping[str, Any]) -> list[Group]:
     found: dict[str, list[Input]] = {}
     for path, value, help in _leaves(ordered, model):
         if value is not None and value != [] and path != ("name",):
-            title = split_unit(path[0])[0] if len(path) > 1 else "request"
-            found.setdefault(title, []).append(_input(path, value, help))
-    rest = found.pop("request", [])
-    return [Group(title, tuple(items)) for title, items in found.items()] + (
-        [Group("request", tuple(rest))] * bool(rest)
+            found.setdefault(path[0] if len(path) > 1 else "", []).append(_input(path, value, help))
+    rest = found.pop("", [])
+    return [Group(named(name)[0], tuple(items)) for name, items in found.items()] + (
+        [Group(_("request"), tuple(rest))] * bool(rest)
     )
 
 
@@ -60,7 +60,7 @@ def differing(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[tuple[Input, s
 
 
 def _text(found: Input | None) -> str:
-    return found.text if found else "not given"
+    return found.text if found else _("not given")
 
 
 def _model(run: Mapping[str, Any], spec: Mapping[str, Any]) -> Any:
@@ -97,23 +97,24 @@ def _leaves(value: Any, model: Any, path: tuple[str, ...] = (), help: str = "") 
 
 
 def _input(path: tuple[str, ...], value: Any, help: str) -> Input:
-    words, unit = split_unit(path[-1])
+    words, unit = named(path[-1])
     if not unit and len(path) > 1:
         unit = split_unit(path[0])[1]
     numbered = [part for part in path[1:-1] if part.isdigit()]
-    words = " ".join([*(split_unit(part)[0] for part in path[1:-1] if not part.isdigit()), words, *numbered])
-    return Input(".".join(path), words, f"{_shown(value)} {unit}".rstrip(), help)
+    words = " ".join([*(named(part)[0] for part in path[1:-1] if not part.isdigit()), words, *numbered])
+    return Input(".".join(path), words, f"{_shown(value)} {unit}".rstrip(), _(help))
 
 
 def _shown(value: Any) -> str:
     if isinstance(value, bool):
-        return "yes" if value else "no"
+        return _("yes") if value else _("no")
     if isinstance(value, float):
         return f"{value:.10g}"
     if isinstance(value, list):
         if len(value) == 2 and all(isinstance(item, (int, float)) for item in value):
             return f"{_shown(value[0])} … {_shown(value[1])}"
         if len(value) > _MOST_SHOWN:
-            return f"{len(value)} values, {_shown(value[0])} … {_shown(value[-1])}"
+            ends = {"first": _shown(value[0]), "last": _shown(value[-1])}
+            return _("%(count)s values, %(first)s … %(last)s") % {"count": len(value), **ends}
         return ", ".join(map(_shown, value))
-    return str(value).replace("_", " ")
+    return _(str(value).replace("_", " "))

@@ -10,6 +10,7 @@ from urllib.parse import urlencode
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.store.record import RunFilter, RunOrder, RunStatus
+from app.web.languages import gettext as _
 
 FIELDS = ("kind", "mode", "status", "holds", "text", "since", "until", "order")
 ORDERS = {
@@ -41,7 +42,7 @@ class Listing:
 
     @property
     def choices(self) -> Mapping[str, Mapping[str, str]]:
-        return CHOICES
+        return {field: {value: _(words) for value, words in found.items()} for field, found in CHOICES.items()}
 
     @property
     def filtered(self) -> bool:
@@ -58,7 +59,7 @@ def asked_of(query: Mapping[str, str]) -> Listing:
     """The listing that a query asks for; a value that cannot be is told and restricts nothing."""
     given = {name: query[name].strip() for name in FIELDS if query.get(name, "").strip()}
     errors = {
-        name: "is none of " + ", ".join(CHOICES[name])
+        name: _("is none of %(values)s") % {"values": ", ".join(CHOICES[name])}
         for name in CHOICES
         if name in given and given[name] not in CHOICES[name]
     }
@@ -68,9 +69,9 @@ def asked_of(query: Mapping[str, str]) -> Listing:
             try:
                 days[name] = datetime.combine(date.fromisoformat(given[name]), datetime.min.time(), UTC)
             except ValueError:
-                errors[name] = "is no date such as 2026-01-31"
+                errors[name] = _("is no date such as 2026-01-31")
     if len(given.get("text", "")) > _LONGEST_TEXT or "\0" in given.get("text", ""):
-        errors["text"] = f"is at most {_LONGEST_TEXT} characters"
+        errors["text"] = _("is at most %(most)s characters") % {"most": _LONGEST_TEXT}
     sound = {name: value for name, value in given.items() if name not in errors}
     # The filters exclude their ends, so a day begins just before midnight and ends at the next one.
     wanted = RunFilter(

@@ -1,16 +1,23 @@
-"""The start page."""
+"""The start page, and the choice of a language."""
 
 from __future__ import annotations
 
-from fastapi import APIRouter, Request
-from fastapi.responses import HTMLResponse
+from typing import Annotated
 
+from fastapi import APIRouter, Query, Request
+from fastapi.responses import HTMLResponse, RedirectResponse, Response
+
+from app.designs.registry import KINDS
+from app.errors import Problem
 from app.jobs.warming import in_words
 from app.store.record import RunFilter
 from app.submission import Service
+from app.web.drawings import drawn
+from app.web.languages import COOKIE, LANGUAGES
 from app.web.rendering import page
 
 router = APIRouter(include_in_schema=False)
+_A_YEAR_S = 365 * 24 * 3600
 
 
 @router.get("/")
@@ -19,4 +26,17 @@ async def start(request: Request) -> HTMLResponse:
     service: Service = request.app.state.service
     latest = await service.store.list_runs(RunFilter(), None, 20)
     warming = [in_words(warmth) for warmth in service.executor.warmths if warmth.state != "warm"]
-    return page(request, "start.html", runs=latest.items, warming=warming)
+    drawings = {slug: drawn(kind, kind.example(list(kind.jobs)[-1]))[0] for slug, kind in KINDS.items()}
+    return page(request, "start.html", runs=latest.items, warming=warming, drawings=drawings)
+
+
+@router.get("/language/{code}")
+async def choose_language(code: str, back: Annotated[str, Query(max_length=2000)] = "/") -> Response:
+    """Speak a language from now on, and go back to the page that it was chosen on."""
+    if code not in LANGUAGES:
+        raise Problem(404, "No such page", "there is no such language")
+    # Back within this service only: a second slash would name another host.
+    inside = back.startswith("/") and not back.startswith(("//", "/\\")) and back.isprintable()
+    answer = RedirectResponse(back if inside else "/", status_code=303)
+    answer.set_cookie(COOKIE, code, max_age=_A_YEAR_S, httponly=True, samesite="lax")
+    return answer

@@ -7,7 +7,7 @@ from typing import Any
 from markupsafe import Markup
 
 from app.designs.kind import Kind
-from app.designs.pictures.drawing_svg import drawing_svg
+from app.web.drawings import drawn
 
 _FOUND = ("dimensions", "profile", "type", "lengths_mm")
 """Results of a design that a check of the same part is asked with."""
@@ -23,5 +23,4 @@ def part_of(kind: Kind, run: dict[str, Any]) -> tuple[Markup, str]:
         return Markup(), ""
     # What was to be found is known now.
     given = {name: value for name, value in run["spec"].items() if not found or name not in _SOUGHT}
-    drawing = kind.drawing({**given, **found})
-    return (Markup(), "") if drawing is None else (Markup(drawing_svg(drawing)), drawing.caption)
+    return drawn(kind, {**given, **found})

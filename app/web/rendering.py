@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,10 @@ from fastapi.templating import Jinja2Templates
 from app.access.forgery import FIELD
 from app.access.sessions import session
 from app.designs.registry import KINDS
+from app.designs.verdict import summary_of
 from app.web import verdicts
-from app.web.fields import split_unit
+from app.web.fields import named
+from app.web.languages import LANGUAGES, catalogue, gettext, language, ngettext
 
 STATIC = Path(__file__).parent / "static"
 POLICY = (
@@ -23,12 +26,16 @@ POLICY = (
 
 templates = Jinja2Templates(Path(__file__).parent / "templates")
 templates.env.globals["KINDS"] = KINDS
+templates.env.globals["LANGUAGES"] = LANGUAGES
+templates.env.add_extension("jinja2.ext.i18n")
+templates.env.policies["ext.i18n.trimmed"] = True
+templates.env.install_gettext_callables(gettext, ngettext, newstyle=True)  # type: ignore[attr-defined]
 
 
 def figure(value: Any) -> str:
     """A value to the digits that a person reads."""
     if isinstance(value, bool):
-        return "yes" if value else "no"
+        return gettext("yes") if value else gettext("no")
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
@@ -38,20 +45,47 @@ def short(value: float) -> str:
 
 
 def label(name: str) -> dict[str, str]:
-    """A field's name in words, and its unit."""
-    words, unit = split_unit(name)
+    """A field's name in words of the page's language, and its unit."""
+    words, unit = named(name)
     return {"words": words, "unit": unit}
 
 
 def plain(name: object) -> str:
-    """A name of the contract as words."""
-    return str(name).replace("_", " ").replace("-", " ")
+    """A name of the contract as words of the page's language."""
+    return gettext(str(name).replace("_", " ").replace("-", " "))
+
+
+def spoken(text: str) -> str:
+    """A text made elsewhere, in the page's language if the catalogue has it."""
+    return gettext(text)
+
+
+def first_upper(text: str) -> str:
+    """With a capital letter in front, all else as it is."""
+    return text[:1].upper() + text[1:]
+
+
+def summary(verdict: Mapping[str, Any], kind: str, accuracy: Mapping[str, Any] | None) -> str:
+    """A stored verdict's sentence in the page's language."""
+    if language() == "en":
+        return verdict["summary"]
+    return summary_of(verdict, KINDS[kind].denials if kind in KINDS else {}, accuracy, catalogue())
+
+
+def back_of(request: Request) -> str:
+    """Where a choice of language leads back to."""
+    return request.url.path + (f"?{request.url.query}" if request.url.query else "")
 
 
 templates.env.filters["figure"] = figure
 templates.env.filters["label"] = label
 templates.env.filters["short"] = short
 templates.env.filters["plain"] = plain
+templates.env.filters["summary"] = summary
+templates.env.filters["spoken"] = spoken
+templates.env.filters["first_upper"] = first_upper
+templates.env.globals["back_of"] = back_of
+templates.env.globals["language"] = language
 for _filter in (verdicts.standing, verdicts.reached, verdicts.required, verdicts.margin, verdicts.used):
     templates.env.filters[_filter.__name__] = _filter
 
@@ -62,6 +96,8 @@ def page(request: Request, name: str, status: int = 200, **context: Any) -> HTML
     response = templates.TemplateResponse(request, name, context, status_code=status)
     if own is not None:
         _give_tokens(response, own.csrf)
+    response.headers["Content-Language"] = language()
+    response.headers["Vary"] = "Cookie, Accept-Language"
     response.headers["Content-Security-Policy"] = POLICY
     return response
 

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.web.fields import split_unit
+from app.web.languages import gettext as _
 
 _MAXIMISED = ("fatigue_safety", "stability_safety", "impact_speed", "blow_frequency")
-_SIZES = {"b": "width", "h": "thickness", "l": "free length"}
-_ENDS = {"lower": "least", "upper": "greatest", "size": "next"}
+SIZES = {"b": "width", "h": "thickness", "l": "free length"}
 _LITTLE = 5e-4
 """A sensitivity that moves the objective by less than a two-thousandth of the change is not told in figures."""
 
@@ -18,35 +18,46 @@ def sentences(result: Mapping[str, Any]) -> list[dict[str, str]]:
     """For every active constraint its name, and what one per cent of it is worth."""
     objective = str(result.get("objective", "mass"))
     told = [
-        {"name": _named(item["name"]), "worth": _worth(item["name"], item["sensitivity"], objective)}
+        {"name": _allowed(item["name"]), "worth": _worth(item["name"], item["sensitivity"], objective)}
         for item in result.get("active_constraints") or ()
     ]
     limits = result.get("active_limits") or ()
-    return told + [{"name": split_unit(name)[0], "worth": "used up: more of it gives a better one"} for name in limits]
+    return told + [{"name": _allowed(name), "worth": _("used up: more of it gives a better one")} for name in limits]
 
 
-def _named(name: str) -> str:
-    size, _, end = name.rpartition("_")
-    if size in _SIZES and end in _ENDS:
-        return f"the {_ENDS[end]} {_SIZES[size]} allowed"
+def _allowed(name: str) -> str:
+    """A constraint in words: an end of a size's bounds, a limit, or what else there is."""
+    size, _sep, end = name.rpartition("_")
+    if size in SIZES:
+        words = {"size": _(SIZES[size])}
+        if end == "lower":
+            return _("the least %(size)s allowed") % words
+        return (_("the greatest %(size)s allowed") if end == "upper" else _("the next %(size)s allowed")) % words
     words = split_unit(name)[0]
-    for begin in ("min ", "max "):
-        if words.startswith(begin):
-            return f"the {words.removeprefix(begin)} {'required' if begin == 'min ' else 'allowed'}"
-    return words
+    if words.startswith("min "):
+        return _("the %(what)s required") % {"what": _(words.removeprefix("min "))}
+    if words.startswith("max "):
+        return _("the %(what)s allowed") % {"what": _(words.removeprefix("max "))}
+    return _(words)
+
+
+def _short(name: str) -> str:
+    """The same without its article."""
+    size, _sep, _end = name.rpartition("_")
+    return _(SIZES[size]) if size in SIZES else _allowed(name).removeprefix("the ")
 
 
 def _worth(name: str, sensitivity: float, objective: str) -> str:
     """The change of the bound that makes the design better, and by how much."""
+    best = {"objective": _(objective.replace("_", " "))}
     if abs(sensitivity) < _LITTLE:
-        return f"changes the {_plain(objective)} hardly at all"
-    gains = sensitivity if objective in _MAXIMISED else -sensitivity
-    verb = "gains" if objective in _MAXIMISED else "saves"
-    size, _, end = name.rpartition("_")
-    change = "1 % more" if gains > 0 else "1 % less"
-    what = _SIZES[size] if size in _SIZES and end in _ENDS else _named(name).removeprefix("the ")
-    return f"{change} {what} {verb} {abs(sensitivity):.2g} % {_plain(objective)}"
-
-
-def _plain(objective: str) -> str:
-    return objective.replace("_", " ")
+        return _("changes the %(objective)s hardly at all") % best
+    grows = objective in _MAXIMISED
+    if grows:
+        more = _("1 %% more %(what)s gains %(share)s %% %(objective)s")
+        less = _("1 %% less %(what)s gains %(share)s %% %(objective)s")
+    else:
+        more = _("1 %% more %(what)s saves %(share)s %% %(objective)s")
+        less = _("1 %% less %(what)s saves %(share)s %% %(objective)s")
+    gains = sensitivity if grows else -sensitivity
+    return (more if gains > 0 else less) % {**best, "what": _short(name), "share": f"{abs(sensitivity):.2g}"}

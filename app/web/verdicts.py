@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from app.web.languages import gettext as _
+
 _NOTHING = 5e-5
 """A margin that is shown as none."""
 MOST_USED = 1.5
@@ -21,20 +23,22 @@ def reached(criterion: dict[str, Any]) -> str:
     """The figure, or why there is none."""
     value = criterion["reached"]
     if criterion["sense"] == "yes":
-        return "yes" if value else "no"
+        return _("yes") if value else _("no")
     if value is not None:
         return f"{value:.4g} {criterion['unit']}".rstrip()
     if criterion["holds"]:
-        return "nothing acts"
-    return "not known" if criterion["margin"] is None else "without bound"
+        return _("nothing acts")
+    return _("not known") if criterion["margin"] is None else _("without bound")
 
 
 def required(criterion: dict[str, Any]) -> str:
     """What the figure is compared with."""
     if criterion["sense"] == "yes":
-        return "yes"
-    words = {"at_least": "at least ", "at_most": "at most ", "equal": ""}[criterion["sense"]]
-    return f"{words}{criterion['required']:.4g} {criterion['unit']}".rstrip()
+        return _("yes")
+    figure = f"{criterion['required']:.4g} {criterion['unit']}".rstrip()
+    if criterion["sense"] == "equal":
+        return figure
+    return (_("at least %(x)s") if criterion["sense"] == "at_least" else _("at most %(x)s")) % {"x": figure}
 
 
 def margin(criterion: dict[str, Any]) -> str:

@@ -159,7 +159,8 @@ def _columns(points: list[Body], name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def problem(rng: np.random.Generator) -> PinProblem:
-    """A pin or a bushing under a load that a solid one bears, with limits about what it can keep."""
+    """A pin or a bushing under a load that a solid one bears, with limits about what it can keep; one pin in eight is
+    put to the edge of what a solid pin bears, on either side of it."""
     body = pin_profile.request(rng)
     body.pop("profile", None)
     job = PIN_PROFILE.jobs[Mode.CHECK]
@@ -183,6 +184,12 @@ def problem(rng: np.random.Generator) -> PinProblem:
     other = rng.spawn(1)[0]
     if other.random() < 0.15:
         limits["max_ring_stress_mpa"] = own["ovalization_stress_max_mpa"] * part * 10 ** other.uniform(0.1, 1.0)
+    if not outside and other.random() < 0.125:
+        if other.random() < 0.5:
+            body["load"]["force_n"] *= 10 ** other.uniform(-0.02, 0.02) / part / own["strength_utilisation"]
+            limits.update(max_deflection_um=None, max_ovalization_um=None, max_ring_stress_mpa=None)
+        else:
+            limits["max_deflection_um"] = own["deflection_um"] * part * 10 ** other.uniform(-0.05, 0.02)
     form = str(rng.choice(_BUSHING_FORMS if outside else _PIN_FORMS))
     if form in ("free", "drillable") and not outside and rng.random() < 0.2:
         limits["max_slope"] = 10 ** rng.uniform(-1.5, 0.5)

@@ -13,15 +13,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-if TYPE_CHECKING:
-    from oracles.dense.rod_effects import RodModel
+from solvers.rod.scene import Dimensions, Scene
 
 Array = NDArray[np.float64]
 TURN = 2.0 * math.pi
@@ -31,6 +30,32 @@ _FOLLOWED, _RINGING, _RADIANS = 2, 4, 4.0
 """Elements are so narrow that this mode, behind corners of the force that one, turns by so many radians in one, as far
 as there are elements enough."""
 _AT_ONCE = 50
+
+
+class Driven(Protocol):
+    """The model whose strip moves: a dataclass, of which another with fewer ``effects`` can be made."""
+
+    scene: Scene
+    strip: Dimensions
+    effects: frozenset[str]
+    stiffness: float
+    compliance: float
+    head: float
+
+    def still(self, angle: Array) -> Any:
+        """The quasi-static shape at angles."""
+
+    def bent(self, angle: Array, force: Array | None = None) -> Any:
+        """The shape under all effects, or under a given force."""
+
+    def deflection(self, bent: Any, z: Array) -> Array: ...
+
+    def corners(self, shape: Any) -> Array:
+        """Angles at which the force has corners, for shapes that ``still`` tells."""
+
+    def axial_force(self, angle: Array) -> Array: ...
+
+    def stroke(self, angle: Array) -> Array: ...
 
 
 @dataclass(frozen=True)
@@ -107,7 +132,7 @@ def radau(stages: int) -> tuple[Array, Array]:
 
 
 def periodic_motion(
-    model: RodModel, functions: int = FUNCTIONS, stages: int = STAGES, elements: int | None = None
+    model: Driven, functions: int = FUNCTIONS, stages: int = STAGES, elements: int | None = None
 ) -> PeriodicMotion:
     """The periodic motion of a model's strip under its axial force."""
     scene, strip, e = model.scene, model.strip, model.head
@@ -185,7 +210,7 @@ def _transfers(c: Array, once: Array, width: Array, mass: Array, stiff: Array, r
     return moved, sped
 
 
-def _shear_forcing(model: RodModel, angle: Array, width: Array, points: Array, z: Array, weighted: Array) -> Array:
+def _shear_forcing(model: Driven, angle: Array, width: Array, points: Array, z: Array, weighted: Array) -> Array:
     """int rho A omega^2 psi delta_phiphi dz at the elements' points but the first."""
     still = model.still(angle.ravel())
     rigid = replace(model, effects=frozenset())

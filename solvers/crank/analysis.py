@@ -117,7 +117,7 @@ def analyse(
     cycle = Cycle(scene, composition, curve)
 
     tolerance = 0.1 * accuracy
-    mean = means(lambda a: np.stack([cycle.forces(a).torque, cycle.gas_power(a)]), cycle.breaks, tolerance)
+    mean = means(cycle.torque_and_power, cycle.breaks, tolerance)
     found = maxima(
         lambda a: (f := cycle.forces(a), np.stack([read(f) for _, read in _WORST]))[1], cycle.breaks, tolerance
     )

@@ -19,7 +19,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.crank.motion import Motion, derivative
+from solvers.crank.motion import Motion, Posture
 from solvers.crank.pressure import Curve
 from solvers.crank.scene import SINGLE, Engine, Scene
 
@@ -31,17 +31,17 @@ _SHARP = 0.3
 class AxialTerm(Protocol):
     """A force along the cylinder axis, toward the crank, on top of the gas force."""
 
-    def axial_force(self, cycle: Cycle, angle: Array) -> Array:
+    def axial_force(self, cycle: Cycle, at: Posture) -> Array:
         """On the mechanism [N]."""
 
-    def on_wrist_pin(self, cycle: Cycle, angle: Array) -> Array:
+    def on_wrist_pin(self, cycle: Cycle, at: Posture) -> Array:
         """The part of it that the wrist pin carries [N]."""
 
 
 class LateralTerm(Protocol):
     """A pair of forces across the cylinder axis, opposite at piston and crank pin."""
 
-    def side_force(self, cycle: Cycle, angle: Array) -> Array:
+    def side_force(self, cycle: Cycle, at: Posture) -> Array:
         """From the piston on the wall [N], positive as N is."""
 
 
@@ -114,39 +114,46 @@ class Cycle:
         """m r omega^2 [N]: outward along the crank, constant."""
         return mass * self.motion.crank_radius * self.angular_speed**2
 
-    def gas_power(self, angle: Array) -> Array:
-        """(p - p_0) A dx/dt [W]."""
-        cylinder = self.scene.cylinder
-        force = (self.curve.pressure(angle) - cylinder.crankcase_pressure) * cylinder.area
-        return force * derivative(self.motion, angle) * self.angular_speed
-
     def torque(self, angle: Array) -> Array:
         """The torque alone [N m]."""
-        scene, motion = self.scene, self.motion
-        axial = (self.curve.pressure(angle) - scene.cylinder.crankcase_pressure) * scene.cylinder.area
+        at = self.motion.posture(angle)
+        return self._torque(at, self._gas(self.curve.pressure(angle)))
+
+    def torque_and_power(self, angle: Array) -> Array:
+        """The torque [N m] and the power of the gas, (p - p_0) A dx/dt [W]: shape (2, n)."""
+        at = self.motion.posture(angle)
+        gas = self._gas(self.curve.pressure(angle))
+        speed = self.motion.crank_radius * self.angular_speed * (at.sine + at.cosine * at.tangent)
+        return np.stack([self._torque(at, gas), gas * speed])
+
+    def _gas(self, pressure: Array) -> Array:
+        cylinder = self.scene.cylinder
+        return (pressure - cylinder.crankcase_pressure) * cylinder.area
+
+    def _torque(self, at: Posture, gas: Array) -> Array:
+        axial = gas
         for term in self.composition.axial:
-            axial = axial + term.axial_force(self, angle)
-        side = axial * motion.rod_tangent(angle)
+            axial = axial + term.axial_force(self, at)
+        side = axial * at.tangent
         for lateral in self.composition.lateral:
-            side = side + lateral.side_force(self, angle)
-        return (axial * np.sin(angle) + side * np.cos(angle)) * motion.crank_radius
+            side = side + lateral.side_force(self, at)
+        return (axial * at.sine + side * at.cosine) * self.motion.crank_radius
 
     def forces(self, angle: Array) -> Forces:
         """Everything at the angles [rad]."""
         scene, motion, composition = self.scene, self.motion, self.composition
+        at = motion.posture(angle)
         pressure = self.curve.pressure(angle)
-        gas = (pressure - scene.cylinder.crankcase_pressure) * scene.cylinder.area
+        gas = self._gas(pressure)
         inertia, on_pin = np.zeros_like(gas), gas
         for term in composition.axial:
-            inertia = inertia + term.axial_force(self, angle)
-            on_pin = on_pin + term.on_wrist_pin(self, angle)
+            inertia = inertia + term.axial_force(self, at)
+            on_pin = on_pin + term.on_wrist_pin(self, at)
         axial = gas + inertia
-        tangent = motion.rod_tangent(angle)
-        side = axial * tangent
+        side = axial * at.tangent
         for lateral in composition.lateral:
-            side = side + lateral.side_force(self, angle)
-        sine, cosine = np.sin(angle), np.cos(angle)
-        tangential, radial = axial * sine + side * cosine, axial * cosine - side * sine
+            side = side + lateral.side_force(self, at)
+        tangential, radial = axial * at.sine + side * at.cosine, axial * at.cosine - side * at.sine
         masses = scene.masses
         big_end = self.centrifugal(masses.rod.at_crank_pin)
         whole = self.centrifugal(masses.rotating(motion.crank_radius))

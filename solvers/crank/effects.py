@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from solvers.crank.cycle import Array, Composition, Cycle, Forces
-from solvers.crank.motion import ExactMotion, Motion, TwoHarmonicMotion
+from solvers.crank.motion import ExactMotion, Motion, Posture, TwoHarmonicMotion
 from solvers.crank.pressure import Curve
 from solvers.crank.scene import Scene
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
@@ -180,14 +180,14 @@ class ReciprocatingInertia:
     def join(self, composition: Composition, scene: Scene) -> Composition:
         return replace(composition, axial=(*composition.axial, self))
 
-    def axial_force(self, cycle: Cycle, angle: Array) -> Array:
-        return self._force(cycle, angle, cycle.scene.masses.reciprocating)
+    def axial_force(self, cycle: Cycle, at: Posture) -> Array:
+        return self._force(cycle, at, cycle.scene.masses.reciprocating)
 
-    def on_wrist_pin(self, cycle: Cycle, angle: Array) -> Array:
-        return self._force(cycle, angle, cycle.scene.masses.piston)
+    def on_wrist_pin(self, cycle: Cycle, at: Posture) -> Array:
+        return self._force(cycle, at, cycle.scene.masses.piston)
 
-    def _force(self, cycle: Cycle, angle: Array, mass: float) -> Array:
-        return -mass * cycle.angular_speed**2 * cycle.motion.acceleration(angle)
+    def _force(self, cycle: Cycle, at: Posture, mass: float) -> Array:
+        return -mass * cycle.angular_speed**2 * at.acceleration
 
 
 @dataclass(frozen=True)
@@ -222,12 +222,10 @@ class RodInertiaCouple:
     def join(self, composition: Composition, scene: Scene) -> Composition:
         return replace(composition, lateral=(*composition.lateral, self))
 
-    def side_force(self, cycle: Cycle, angle: Array) -> Array:
-        motion = cycle.motion
-        turning = motion.rod_angular_acceleration(angle) * cycle.angular_speed**2
+    def side_force(self, cycle: Cycle, at: Posture) -> Array:
         # 1/cos(beta) is the length of the tangent's own triangle, in whatever motion.
-        secant = np.hypot(1.0, motion.rod_tangent(angle))
-        return cycle.scene.masses.rod.inertia_defect * turning * secant / motion.rod_length
+        couple = cycle.scene.masses.rod.inertia_defect * cycle.angular_speed**2 * at.turning
+        return couple * np.hypot(1.0, at.tangent) / cycle.motion.rod_length
 
 
 @dataclass(frozen=True)

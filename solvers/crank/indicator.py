@@ -12,12 +12,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from solvers.crank.faults import STROKE_FAULTS, Points, require_sound
 from solvers.crank.motion import ExactMotion, Motion, crank_angle
 from solvers.crank.pressure import MOST_POINTS, Array
 from solvers.errors import InvalidInput
+from solvers.numerics.jit import kernel
 
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator
@@ -76,19 +77,40 @@ class IndicatorPressure:
         return IndicatorCurve(self.strokes, motion, mapping or motion, cylinder.area, cylinder.clearance_volume)
 
 
-class _Table(NamedTuple):
-    """A stroke's cubics as arrays: scipy checks its own again at every look."""
+class _Tables(NamedTuple):
+    """The cubics of all strokes behind each other: points, coefficients (4, points), where each stroke begins.
+
+    scipy checks its own again at every look.
+    """
 
     x: Array
     c: Array
+    first: NDArray[np.intp]
 
-    def __call__(self, volume: Array) -> Array:
-        """The curve; beyond its points the value of the nearest."""
-        x, c = self.x, self.c
-        inside = np.minimum(np.maximum(volume, x[0]), x[-1])
-        piece = np.searchsorted(x[1:-1], inside, side="right")
-        t = inside - x[piece]
-        return ((c[0, piece] * t + c[1, piece]) * t + c[2, piece]) * t + c[3, piece]
+
+@kernel
+def _pressures(angle: Array, volume: Array, tables: _Tables, boundaries: Array) -> Array:
+    """p of the stroke that an angle belongs to; beyond a stroke's points the value of the nearest."""
+    out, start = np.empty(angle.size), boundaries[0]
+    period = boundaries[-1] - start
+    for i in range(angle.size):
+        phi = angle[i]
+        if not start <= phi <= start + period:
+            phi = start + (phi - start) % period
+        stroke = 0
+        while stroke < tables.first.size - 2 and boundaries[stroke + 1] <= phi:
+            stroke += 1
+        low, high = tables.first[stroke], tables.first[stroke + 1] - 1
+        inside = min(max(volume[i], tables.x[low]), tables.x[high])
+        while high - low > 1:
+            middle = (low + high) // 2
+            if tables.x[middle] <= inside:
+                low = middle
+            else:
+                high = middle
+        t, c = inside - tables.x[low], tables.c
+        out[i] = ((c[0, low] * t + c[1, low]) * t + c[2, low]) * t + c[3, low]
+    return out
 
 
 @dataclass(frozen=True)
@@ -106,8 +128,12 @@ class IndicatorCurve:
         return tuple(stroke.curve for stroke in self.strokes)
 
     @cached_property
-    def _tables(self) -> tuple[_Table, ...]:
-        return tuple(_Table(np.asarray(curve.x), np.asarray(curve.c)) for curve in self._curves)
+    def _tables(self) -> _Tables:
+        curves = self._curves
+        x = np.concatenate([curve.x for curve in curves])
+        # The last point of a stroke begins no piece.
+        c = np.concatenate([np.pad(np.asarray(curve.c), ((0, 0), (0, 1))) for curve in curves], axis=1)
+        return _Tables(x, np.ascontiguousarray(c), np.cumsum([0, *(curve.x.size for curve in curves)]))
 
     @property
     def period(self) -> float:
@@ -120,15 +146,9 @@ class IndicatorCurve:
         return np.append(np.sort(np.concatenate([top + turns, bottom + turns])), top + self.period)
 
     def pressure(self, angle: ArrayLike) -> Array:
-        phi, start = np.asarray(angle, dtype=float), self._boundaries[0]
-        inside = np.where((phi >= start) & (phi <= start + self.period), phi, start + np.mod(phi - start, self.period))
-        along = np.clip(np.searchsorted(self._boundaries, inside, side="right") - 1, 0, len(self.strokes) - 1)
-        volume = self.clearance_volume + self.area * self.mapping.displacement(inside)
-        out = np.empty_like(volume)
-        for index, table in enumerate(self._tables):
-            here = along == index
-            out[here] = table(volume[here])
-        return out
+        phi = np.asarray(angle, dtype=float)
+        volume = self.clearance_volume + self.area * np.asarray(self.mapping.displacement(phi))
+        return _pressures(phi.ravel(), volume.ravel(), self._tables, self._boundaries).reshape(phi.shape)
 
     @cached_property
     def breaks(self) -> Array:

@@ -12,14 +12,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solvers.crank import kinematics
+from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
+
+
+class Posture(NamedTuple):
+    """How a mechanism stands at some angles, each of their shape: sin phi, cos phi, tan beta, d2x/dphi2 [m] and
+    d2beta/dphi2."""
+
+    sine: Array
+    cosine: Array
+    tangent: Array
+    acceleration: Array
+    turning: Array
 
 
 class Motion(Protocol):
@@ -40,6 +52,9 @@ class Motion(Protocol):
     def rod_angular_acceleration(self, angle: ArrayLike) -> Array:
         """d2beta/dphi2: times omega^2 the angular acceleration of the rod."""
 
+    def posture(self, angle: ArrayLike) -> Posture:
+        """All but the displacement at once."""
+
     @property
     def dead_centres(self) -> tuple[float, float]:
         """The angles [rad] of the upper and the lower dead centre that follows it."""
@@ -51,7 +66,8 @@ class Motion(Protocol):
 
 def derivative(motion: Motion, angle: ArrayLike) -> Array:
     """dx/dphi = r (sin phi + cos phi tan beta) [m]: times omega the velocity."""
-    return motion.crank_radius * (np.sin(angle) + np.cos(angle) * motion.rod_tangent(angle))
+    at = motion.posture(angle)
+    return motion.crank_radius * (at.sine + at.cosine * at.tangent)
 
 
 @dataclass(frozen=True)
@@ -68,20 +84,6 @@ class ExactMotion:
     rod_length: float
     offset: float = 0.0
 
-    def _sine(self, angle: ArrayLike) -> Array:
-        return (self.crank_radius * np.sin(angle) - self.offset) / self.rod_length
-
-    def _cosine(self, angle: ArrayLike) -> Array:
-        """sqrt((L - s)(L + s))/L, s = r sin phi - e; what is left of L beside r and e is formed before anything else.
-
-        With 1 - |sin phi| = cos^2 phi/(1 + |sin phi|) it keeps its digits where the crank stands across and the rod all
-        but with it.
-        """
-        r, length, sine = self.crank_radius, self.rod_length, np.sin(angle)
-        rise, offset = np.abs(sine), np.where(sine < 0.0, -self.offset, self.offset)
-        near = (length - r + offset) + r * np.cos(angle) ** 2 / (1.0 + rise)
-        return np.sqrt(near * (length + r * rise - offset)) / length
-
     @property
     def dead_centres(self) -> tuple[float, float]:
         r, length, e = self.crank_radius, self.rod_length, self.offset
@@ -96,28 +98,61 @@ class ExactMotion:
         return 4.0 * length * r / (high + low)
 
     def displacement(self, angle: ArrayLike) -> Array:
-        top = self.dead_centres[0]
         phi = np.asarray(angle, dtype=float)
-        beta = np.arcsin(self._sine(phi))
-        half, centre = 0.5 * (phi - top), np.cos(0.5 * (beta - top))
-        # The sum phi + beta is built from its distance to the dead centre, where both parts cancel.
-        turned = np.arcsin(self.crank_radius / self.rod_length * np.cos(0.5 * (phi + top)) * np.sin(half) / centre)
-        return 2.0 * self.crank_radius * np.sin(half) * np.sin(half + turned) / centre
+        found = _displacement(phi.ravel(), self.crank_radius, self.rod_length, self.offset, self.dead_centres[0])
+        return found.reshape(phi.shape)
+
+    def posture(self, angle: ArrayLike) -> Posture:
+        """tan beta = sin beta/cos beta; d2x/dphi2 = r (cos phi - sin phi tan beta + lambda cos^2 phi/cos^3 beta);
+        d2beta/dphi2 = (beta'^2 sin beta - lambda sin phi)/cos beta, with beta' = lambda cos phi/cos beta."""
+        phi = np.asarray(angle, dtype=float)
+        found = _posture(phi.ravel(), self.crank_radius, self.rod_length, self.offset)
+        return Posture(*found.reshape(5, *phi.shape))
 
     def rod_tangent(self, angle: ArrayLike) -> Array:
-        return self._sine(angle) / self._cosine(angle)
+        return self.posture(angle).tangent
 
     def acceleration(self, angle: ArrayLike) -> Array:
-        """r (cos phi - sin phi tan beta + lambda cos^2 phi/cos^3 beta)."""
-        sine, cosine, rod = np.sin(angle), np.cos(angle), self._cosine(angle)
-        ratio = self.crank_radius / self.rod_length
-        return self.crank_radius * (cosine - sine * self._sine(angle) / rod + ratio * cosine**2 / rod**3)
+        return self.posture(angle).acceleration
 
     def rod_angular_acceleration(self, angle: ArrayLike) -> Array:
-        """(beta'^2 sin beta - lambda sin phi)/cos beta, with beta' = lambda cos phi/cos beta."""
-        rod, ratio = self._cosine(angle), self.crank_radius / self.rod_length
-        turning = ratio * np.cos(angle) / rod
-        return (turning**2 * self._sine(angle) - ratio * np.sin(angle)) / rod
+        return self.posture(angle).turning
+
+
+@kernel
+def _displacement(phi: Array, r: float, length: float, offset: float, top: float) -> Array:
+    """x from the upper dead centre, at phi = ``top``."""
+    out = np.empty(phi.size)
+    for i in range(phi.size):
+        beta = math.asin((r * math.sin(phi[i]) - offset) / length)
+        half, centre = 0.5 * (phi[i] - top), math.cos(0.5 * (beta - top))
+        risen = math.sin(half) / centre
+        # The sum phi + beta is built from its distance to the dead centre, where both parts cancel.
+        turned = math.asin(r / length * math.cos(0.5 * (phi[i] + top)) * risen)
+        out[i] = 2.0 * r * risen * math.sin(half + turned)
+    return out
+
+
+@kernel
+def _posture(phi: Array, r: float, length: float, offset: float) -> Array:
+    """The rows of a posture, (5, n).
+
+    cos beta = sqrt((L - s)(L + s))/L, s = r sin phi - e; what is left of L beside r and e is formed before anything
+    else. With 1 - |sin phi| = cos^2 phi/(1 + |sin phi|) it keeps its digits where the crank stands across and the rod
+    all but with it.
+    """
+    out, ratio = np.empty((5, phi.size)), r / length
+    for i in range(phi.size):
+        sine, cosine = math.sin(phi[i]), math.cos(phi[i])
+        rise, aside = abs(sine), -offset if sine < 0.0 else offset
+        near = (length - r + aside) + r * cosine * cosine / (1.0 + rise)
+        rod = math.sqrt(near * (length + r * rise - aside)) / length
+        rod_sine = (r * sine - offset) / length
+        turning = ratio * cosine / rod
+        out[0, i], out[1, i], out[2, i] = sine, cosine, rod_sine / rod
+        out[3, i] = r * (cosine - sine * rod_sine / rod + turning * cosine / (rod * rod))
+        out[4, i] = (turning * turning * rod_sine - ratio * sine) / rod
+    return out
 
 
 @dataclass(frozen=True)
@@ -152,6 +187,11 @@ class TwoHarmonicMotion:
 
     def rod_angular_acceleration(self, angle: ArrayLike) -> Array:
         return -self.crank_radius / self.rod_length * np.sin(angle)
+
+    def posture(self, angle: ArrayLike) -> Posture:
+        sine, cosine, ratio = np.sin(angle), np.cos(angle), self.crank_radius / self.rod_length
+        tangent = ratio * sine
+        return Posture(sine, cosine, tangent, self.crank_radius * (cosine + ratio * (1.0 - 2.0 * sine**2)), -tangent)
 
 
 def crank_angle(motion: ExactMotion, displacement: ArrayLike) -> Array:

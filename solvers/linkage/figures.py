@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from solvers.linkage import envelope
 from solvers.linkage.family import Family, Members
-from solvers.linkage.loads import loads_over, unit_peaks
+from solvers.linkage.loads import Load, force_over, over, torque_over, unit_peaks
 from solvers.linkage.problem import Figures, Question
 from solvers.numerics.intervals import variable
 from solvers.numerics.jit import kernel
@@ -37,6 +37,10 @@ _SLACK = 1e-10
 AREA_TOLERANCE, FIT_TOLERANCE = 1e-3, 1e-9
 """Relative tolerances of the orientation's search in bounds; members themselves are found to ``tolerance``. An area is
 asked only whether it is below what is enough, and then need not be sharp; a fit decides what is allowed."""
+
+PEAK_TOLERANCE, ANGLE_TOLERANCE = 1e-14, 1e-9
+"""Relative tolerances of a member's peak loads, and of the peaks at whose angles the loads of a range are bounded: any
+angle gives a bound, and one next to the peak a good one."""
 
 
 def allowed_scales(figures: Figures) -> tuple[Array, Array]:
@@ -94,7 +98,7 @@ class MemberFigures:
 
     @cached_property
     def _peaks(self) -> Array:
-        return unit_peaks(self.members.coefficients, self.members.end)
+        return unit_peaks(self.members.coefficients, self.members.end, PEAK_TOLERANCE)
 
     @cached_property
     def crank(self) -> Array:
@@ -199,24 +203,25 @@ class RangeFigures:
         return np.maximum(found * (1 - FIT_TOLERANCE), 0.0)
 
     @cached_property
-    def _loads(self) -> tuple[Array, Array]:
+    def _peaks(self) -> Array:
+        """Of the members in the middle."""
         rows = slice(2 * self.low.size, None)
-        peaks = unit_peaks(self._all.coefficients[rows], self._middle.end)
-        low, high = self.family.parameter(self.low), self.family.parameter(self.high)
-        kind, gain, place = self.family.kind, self.family.gain, self.family.parameter(0.5 * (self.low + self.high))
-        half = np.maximum(high - place, place - low)
+        return unit_peaks(self._all.coefficients[rows], self._middle.end, ANGLE_TOLERANCE)
+
+    def _over(self, load: Load, peak: Array, angle: Array) -> Array:
+        """A lower bound of a load over the ranges, from its value at the angle at which the middle has its peak."""
+        low, high, place = self.family.parameter(np.stack([self.low, self.high, 0.5 * (self.low + self.high)]))
         with np.errstate(all="ignore"):
-            torque, _ = loads_over(kind, gain, variable(low, high), peaks[:, 1])
-            _, force = loads_over(kind, gain, variable(low, high), peaks[:, 3])
-        return np.maximum(torque.least(peaks[:, 0], half), 0.0), np.maximum(force.least(peaks[:, 2], half), 0.0)
+            found = load(over(self.family.kind, self.family.gain, variable(low, high), angle))
+        return np.maximum(found.least(peak, np.maximum(high - place, place - low)), 0.0)
 
-    @property
+    @cached_property
     def torque(self) -> Array:
-        return self._loads[0]
+        return self._over(torque_over, self._peaks[:, 0], self._peaks[:, 1])
 
-    @property
+    @cached_property
     def force(self) -> Array:
-        return self._loads[1]
+        return self._over(force_over, self._peaks[:, 2], self._peaks[:, 3])
 
     @cached_property
     def end_low(self) -> Array:

@@ -28,17 +28,21 @@ class Interval:
         return Interval(-self.high, -self.low)
 
     def __add__(self, other: Interval | Array | float) -> Interval:
-        right = as_interval(other)
-        return Interval(self.low + right.low, self.high + right.high)
+        if not isinstance(other, Interval):
+            return Interval(self.low + other, self.high + other)
+        return Interval(self.low + other.low, self.high + other.high)
 
     def __sub__(self, other: Interval | Array | float) -> Interval:
         right = as_interval(other)
         return Interval(self.low - right.high, self.high - right.low)
 
     def __mul__(self, other: Interval | Array | float) -> Interval:
-        right = as_interval(other)
-        products = (self.low * right.low, self.low * right.high, self.high * right.low, self.high * right.high)
-        return Interval(np.minimum.reduce(products), np.maximum.reduce(products))
+        if not isinstance(other, Interval):
+            ends = self.low * other, self.high * other
+            return Interval(np.minimum(*ends), np.maximum(*ends))
+        a, b = self.low * other.low, self.low * other.high
+        c, d = self.high * other.low, self.high * other.high
+        return Interval(np.minimum(np.minimum(a, b), np.minimum(c, d)), np.maximum(np.maximum(a, b), np.maximum(c, d)))
 
     def __truediv__(self, other: Interval | Array | float) -> Interval:
         right = as_interval(other)
@@ -101,15 +105,17 @@ class Sloped:
         return Sloped(-self.value, -self.slope)
 
     def __add__(self, other: Sloped | Array | float) -> Sloped:
-        right = as_sloped(other)
-        return Sloped(self.value + right.value, self.slope + right.slope)
+        if not isinstance(other, Sloped):
+            return Sloped(self.value + other, self.slope)
+        return Sloped(self.value + other.value, self.slope + other.slope)
 
     def __sub__(self, other: Sloped | Array | float) -> Sloped:
-        return self + -as_sloped(other)
+        return self + -other
 
     def __mul__(self, other: Sloped | Array | float) -> Sloped:
-        right = as_sloped(other)
-        return Sloped(self.value * right.value, self.slope * right.value + self.value * right.slope)
+        if not isinstance(other, Sloped):
+            return Sloped(self.value * other, self.slope * other)
+        return Sloped(self.value * other.value, self.slope * other.value + self.value * other.slope)
 
     def __truediv__(self, other: Sloped | Array | float) -> Sloped:
         right = as_sloped(other)

@@ -14,8 +14,10 @@ Sources: the ovalization formulas of the textbooks on engine design (Kolchin and
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import lru_cache
 
 from solvers.numerics.jit import kernel
 
@@ -180,15 +182,26 @@ def ring(force: float, diameter: float, length: float, ratio: float, modulus: fl
 def _crossing(
     ring_at: Callable[[float], Ring], measure: Callable[[Ring], float], limit: float, start: float, tolerance: float
 ) -> float:  # fmt: skip
-    """The greatest d/D up to which ``measure``, which rises, stays within ``limit``, from ``start`` on."""
+    """The greatest d/D, to ``tolerance``, up to which ``measure``, which rises, stays within ``limit``, from ``start``
+    on, where it does."""
+    from scipy.optimize import brentq
+
+    def beyond(ratio: float) -> float:
+        return measure(ring_at(ratio)) - limit
+
     # Thinner than 1e-6 of the diameter no ring is asked for: it yields by the cube of what is left.
-    low, high = start, 1.0 - 1e-6
-    while high - low > tolerance:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if measure(ring_at(middle)) <= limit else (low, middle)
-    return low
+    thinnest = 1.0 - 1e-6
+    if beyond(thinnest) <= 0.0:
+        return thinnest
+    if beyond(start) >= 0.0:
+        return start
+    found = float(brentq(beyond, start, thinnest, xtol=tolerance, rtol=4.0 * sys.float_info.epsilon))
+    while found > start and beyond(found) > 0.0:
+        found = min(math.nextafter(found, 0.0), found - tolerance)
+    return max(found, start)
 
 
+@lru_cache(maxsize=64)
 def greatest_ratio(
     limit: float, force: float, diameter: float, length: float, modulus: float, poisson: float
 ) -> float | None:
@@ -212,6 +225,7 @@ def greatest_stress(
     return ring(force, diameter, length, max(ratio, _LEAST_HOOP), modulus, poisson).stresses.greatest
 
 
+@lru_cache(maxsize=64)
 def ratio_within_stress(
     limit: float, force: float, diameter: float, length: float, modulus: float, poisson: float
 ) -> float | None:

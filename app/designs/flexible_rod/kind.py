@@ -35,7 +35,7 @@ from app.designs.schema import (
     repairs_json,
     scaled,
 )
-from app.designs.verdict import verdict_json
+from app.designs.verdict import denials, verdict_json
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
@@ -238,4 +238,5 @@ FLEXIBLE_ROD = Kind(
     figure=figure,
     form=FORM,
     drawing=drawing,
+    denials=denials(WORDS),
 )

@@ -36,7 +36,7 @@ from app.designs.schema import (
     refusal_problem,
     scaled,
 )
-from app.designs.verdict import verdict_json
+from app.designs.verdict import denials, verdict_json
 from solvers import linkage
 from solvers.errors import InvalidInput
 from solvers.linkage.result import Mechanism, Strike
@@ -435,4 +435,5 @@ IMPACT_LINKAGE = Kind(
     figure=figure,
     form=FORM,
     drawing=drawing,
+    denials=denials(WORDS),
 )

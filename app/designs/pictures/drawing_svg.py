@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from html import escape
+from zlib import crc32
 
 from app.designs.drawing import Circle, Dimension, Drawing, Layer, Line, Note, Place
 
@@ -12,13 +13,13 @@ _STEP, _GAP, _ARROW, _LETTER = 25.0, 4.0, 7.0, 7.6
 _ROOM = 14.0
 _STYLES = {
     Layer.OUTLINE: 'fill="none" stroke="currentColor" stroke-width="2"',
-    Layer.SECTION: 'fill="url(#hatch)" stroke="currentColor" stroke-width="2"',
+    Layer.SECTION: 'fill="url(#HATCH)" stroke="currentColor" stroke-width="2"',
     Layer.HIDDEN: 'fill="none" stroke="currentColor" stroke-width="1.3" stroke-dasharray="6 4"',
     Layer.CENTER: 'fill="none" stroke="currentColor" stroke-opacity="0.5" stroke-dasharray="14 3 3 3"',
     Layer.CONTEXT: 'fill="currentColor" fill-opacity="0.06" stroke="currentColor" stroke-opacity="0.45"',
 }
 _HATCH = (
-    '<defs><pattern id="hatch" width="7" height="7" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
+    '<defs><pattern id="HATCH" width="7" height="7" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
     '<line x1="0" y1="0" x2="0" y2="7" stroke="currentColor" stroke-opacity="0.45"/></pattern></defs>'
 )
 
@@ -60,7 +61,7 @@ def drawing_svg(drawing: Drawing) -> str:
         f'font-family="system-ui, sans-serif" font-size="14"><title>{escape(drawing.title)}</title>{_HATCH}'
         + "".join(body)
         + "</svg>"
-    )
+    ).replace("HATCH", f"hatch-{crc32(drawing.title.encode()):08x}")
 
 
 def _extent(shape: Line | Circle) -> tuple[Place, ...]:

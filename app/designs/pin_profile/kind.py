@@ -30,7 +30,7 @@ from app.designs.pin_profile.result import (
 )
 from app.designs.pin_profile.verdict import WORDS
 from app.designs.schema import MILLI, envelope, refusal_problem
-from app.designs.verdict import verdict_json
+from app.designs.verdict import denials, verdict_json
 from solvers import pin
 from solvers.errors import InvalidInput
 from solvers.outcome import Outcome
@@ -138,4 +138,5 @@ PIN_PROFILE = Kind(
     figure=figure,
     form=FORM,
     drawing=drawing,
+    denials=denials(WORDS),
 )

@@ -6,11 +6,13 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from app.errors import Problem
+from app.errors import LIMITS, Problem
 from app.web.forms.groups import Group
 from app.web.forms.nodes import Node, Texts
+from app.web.languages import gettext as _
 
-_SAYS = {
+SAYS = {
+    "is out of range": "is out of range",
     "Field required": "is missing",
     "Input should be a valid number": "is not a number; 1.5 and 1,5 are",
     "Input should be a valid integer": "is not a whole number",
@@ -41,12 +43,25 @@ def said(entry: Mapping[str, str], named: Mapping[str, str]) -> str:
         return f"“{named[found[0]]}”" if found[0] in named else found[0]
 
     detail, allowed = _PATH.sub(label, entry["detail"]), _PATH.sub(label, entry["allowed"])
-    words = _SAYS.get(detail, detail)
+    words = _(SAYS.get(detail, detail))
     if allowed in _SAID_ALREADY or allowed == "see the contract":
         return words
+    told = ", ".join(map(_limit, allowed.split(", ")))
     if detail.startswith(("Input should be ", "List should have ")):
-        return f"must be {allowed}"
-    return f"{words}: {allowed}" if detail == "is out of range" else f"{words} (allowed: {allowed})"
+        return _("must be %(allowed)s") % {"allowed": told}
+    if detail == "is out of range":
+        return f"{words}: {told}"
+    return _("%(words)s (allowed: %(allowed)s)") % {"words": words, "allowed": told}
+
+
+def _limit(text: str) -> str:
+    """A limit as `app.errors` words it: its figure put into the same words of the page's language."""
+    for pattern in sorted(LIMITS.values(), key=len, reverse=True):
+        before, _sep, behind = pattern.partition("{}")
+        figure = text.removeprefix(before).removesuffix(behind)
+        if before and f"{before}{figure}{behind}" == text:
+            return _(pattern).format(figure)
+    return _(text)
 
 
 def placed(form: Group, texts: Texts, problem: Problem) -> Faults:

@@ -6,7 +6,7 @@ import math
 import re
 from typing import Any
 
-_PER = {
+UNITS: dict[str, dict[str, float]] = {
     "mm": {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "µm": 1e-3, "in": 25.4, '"': 25.4, "ft": 304.8},
     "µm": {"um": 1.0, "µm": 1.0, "mm": 1e3, "in": 25400.0, "mil": 25.4},
     "MPa": {"mpa": 1.0, "n/mm2": 1.0, "n/mm²": 1.0, "gpa": 1e3, "kpa": 1e-3, "pa": 1e-6, "bar": 0.1,
@@ -33,7 +33,7 @@ _NUMBER = re.compile(r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*(\S
 def others(unit: str) -> str:
     """The units that a field takes beside its own, for people."""
     return ", ".join(
-        name for name, size in _PER.get(unit, {}).items() if size != 1.0 and name not in ("um", '"', "msi")
+        name for name, size in UNITS.get(unit, {}).items() if size != 1.0 and name not in ("um", '"', "msi")
     )
 
 
@@ -43,7 +43,7 @@ def number(text: str, unit: str = "") -> float | str:
     if matched is None:
         return text
     digits, behind = matched.groups()
-    size = 1.0 if behind is None or behind == unit else _PER.get(unit, {}).get(behind.strip().lower())
+    size = 1.0 if behind is None or behind == unit else UNITS.get(unit, {}).get(behind.strip().lower())
     if size is None:
         return text
     value = float(digits.replace(",", "."))

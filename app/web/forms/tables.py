@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 from app.web.forms.nodes import Node, Texts, applies
 from app.web.forms.numbers import number, shown
+from app.web.languages import gettext as _
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,9 +106,9 @@ class Table(Node):
 
     def fault(self, pointer: str, words: str) -> str:
         places = [part for part in pointer.split("/") if part.isdigit()]
-        row = f"row {int(places[-1]) + 1}, " if places else ""
+        row = _("row %(row)s") % {"row": int(places[-1]) + 1} + ", " if places else ""
         if self.shape == "groups" and len(places) == 2:
-            row = f"{self.first} {int(places[0]) + 1}, its point {int(places[1]) + 1}, "
+            row = f"{self.first} {int(places[0]) + 1}, " + _("its point %(row)s") % {"row": int(places[1]) + 1} + ", "
         elif self.shape == "groups" and places:
             row = f"{self.first} {int(places[0]) + 1}, "
         column = next((c.label + ": " for c in self.columns if f"/{c.key}" in pointer), "")

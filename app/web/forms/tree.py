@@ -12,6 +12,8 @@ from app.web.fields import split_unit
 from app.web.forms.groups import Group, Member, Range, Union
 from app.web.forms.nodes import Choice, Constant, Effects, Flag, Node, Number, Several, Switched, Text
 from app.web.forms.tables import Column, Numbers, Table
+from app.web.languages import gettext as _
+from app.web.languages import language
 
 Schema = Mapping[str, Any]
 _WIDE = (1e-6, 1e6)
@@ -19,9 +21,18 @@ _WIDE = (1e-6, 1e6)
 _TAGS = ("kind", "method")
 
 
-@cache
 def form_of(kind: Kind, mode: Mode) -> Group:
-    """The form of a kind and mode, as one group of sections."""
+    """The form of a kind and mode in the language spoken, as one group of sections."""
+    return _form_in(kind, mode, language())
+
+
+@cache
+def _form_in(kind: Kind, mode: Mode, _language: str) -> Group:
+    return build(kind, mode)
+
+
+def build(kind: Kind, mode: Mode) -> Group:
+    """The form anew."""
     return _Builder(kind, mode).form()
 
 
@@ -49,7 +60,7 @@ class _Builder:
             own = {**model, "properties": {n: s for n, s in model["properties"].items() if n not in shared}}
             children = self._children(own, f"{tag}.", "", "")
             part = Group(
-                key="", name=tag, pointer="", path="", help=_sentence(model), when=f"{key}={tag}", children=children
+                key="", name=tag, pointer="", path="", help=_(_sentence(model)), when=f"{key}={tag}", children=children
             )
             start = self._words.starts.get(key, {}).get(tag, {})
             members.append(Member(tag, lambda v, t=tag: isinstance(v, Mapping) and v.get(key) == t, start, part))
@@ -75,7 +86,7 @@ class _Builder:
         sections = {**self._words.sections, left_over: (), **COMMON.sections}
         named = {path for paths in sections.values() for path in paths}
         out = []
-        for title, paths in sections.items():
+        for number, (title, paths) in enumerate(sections.items(), start=1):
             found: list[Node] = [self._switch(n, s) for n, s in switches.items() if s.section == title]
             wanted = paths or tuple(path for path in left if path not in named and path != "name")
             found += [child for path in wanted for child in left.get(path, ())]
@@ -84,10 +95,10 @@ class _Builder:
                 out.append(
                     Group(
                         key="",
-                        name="section-" + heading.lower().replace(" ", "-").replace(",", ""),
+                        name=f"section-{number}",
                         pointer="",
                         path="",
-                        label=heading,
+                        label=_(heading),
                         children=tuple(found),
                         closed=title.startswith("+"),
                     )
@@ -101,8 +112,8 @@ class _Builder:
             name=name,
             pointer="",
             path="",
-            label=switch.label,
-            options=switch.options,
+            label=_(switch.label),
+            options={value: _(words) for value, words in switch.options.items()},
             values={value: value for value in switch.options},
             of=switch.of,
         )
@@ -147,13 +158,13 @@ class _Builder:
             "pointer": "/" + path.replace(".", "/"),
             "path": path,
             "label": self._label(path, key),
-            "help": told if said is None else said,
+            "help": _(told if said is None else said),
             "when": self._words.when.get(path, ""),
         }
         adds = nullable and default is None and not {path, key} & (self._words.always | COMMON.always)
         adds = adds and "null:" not in schema.get("description", "") and not self._words.when.get(path)
         if key == "effects":
-            known = {e.name: e.summary for e in self._kind.known_effects}
+            known = {e.name: _(e.summary) for e in self._kind.known_effects}
             return (
                 [Effects(**shared, options=self._options(path, ["auto", "all", "choice"]), known=known)]
                 if known
@@ -180,7 +191,7 @@ class _Builder:
                 children = self._children(schema, f"{name}.", path, unit)
                 # Headings within headings only where someone wrote one.
                 shared["help"] = shared["help"] if path in self._words.helps else ""
-                shared["label"] = self._words.labels.get(path, shared["label"] if adds else "")
+                shared["label"] = shared["label"] if adds or path in self._words.labels else ""
                 return [Group(**shared, children=children, toggled=adds)]
             case "boolean":
                 return [Flag(**shared, start=bool(default))]
@@ -216,11 +227,11 @@ class _Builder:
                 name=f"{shared['name']}.{i}",
                 pointer=f"{shared['pointer']}/{i}",
                 path=shared["path"],
-                label=f"{shared['label']}, {end}",
+                label=end % {"label": shared["label"]},
                 unit=unit,
                 allowed=_allowed(item),
             )
-            for i, end in enumerate(("least", "greatest"))
+            for i, end in enumerate((_("%(label)s, least"), _("%(label)s, greatest")))
         ]
         return Range(**shared, low=ends[0], high=ends[1], start=default and tuple(default), toggled=nullable)
 
@@ -232,7 +243,7 @@ class _Builder:
             only = {**shared, "name": f"{prefix}{key}.{tag}", "label": "", "help": "", "when": f"{prefix}{key}={tag}"}
             if model.get("type") == "object":
                 children = self._children(model, f"{prefix}{key}.{tag}.", path, unit)
-                part: Node = Group(**{**only, "help": _sentence(model)}, children=children)
+                part: Node = Group(**{**only, "help": _(_sentence(model))}, children=children)
             else:
                 named = {**only, "label": options[tag][:1].upper() + options[tag][1:]}
                 part = self._plain(model, named, False, False, unit, None)[0]
@@ -247,7 +258,7 @@ class _Builder:
         properties = {n: self._resolved(s) for n, s in item["properties"].items()}
         if all(_is_numbers(s) for s in properties.values()):
             columns = self._columns(properties, list(properties))
-            return [Table(**shared, columns=columns, shape="groups", first=shared["key"].removesuffix("s"))]
+            return [Table(**shared, columns=columns, shape="groups", first=_(shared["key"].removesuffix("s")))]
         kinds = self._words.columns.get(shared["path"])
         if not kinds:
             return [Table(**shared, columns=self._columns(properties, list(properties)), shape="rows")]
@@ -269,7 +280,8 @@ class _Builder:
             pointer=pointer,
             path=path,
             label=label,
-            help=f"{' and '.join(c.label for c in columns)}, a line for each point; paste from a spreadsheet",
+            help=_("a line for each point: %(columns)s; paste from a spreadsheet")
+            % {"columns": ", ".join(c.label for c in columns)},
             columns=columns,
             shape=shape,
             first=first,
@@ -282,11 +294,11 @@ class _Builder:
             for short, long in (("min ", "least "), ("max ", "greatest ")):
                 words = long + words.removeprefix(short) if words.startswith(short) else words
             label = words[:1].upper() + words[1:]
-        return label
+        return _(label)
 
     def _options(self, path: str, values: list[str]) -> dict[str, str]:
         words = looked_up(self._words.options, COMMON.options, path) or {}
-        return {v: words.get(v, v.replace("_", " ") if v else "none") for v in values}
+        return {v: _(words.get(v, v.replace("_", " ") if v else "none")) for v in values}
 
 
 def _is_numbers(schema: Schema) -> bool:
@@ -327,8 +339,15 @@ def _allowed(schema: Schema) -> str:
         low = None
     if low == _WIDE[0]:
         low, above = None, 0
-    least = "" if low is None and above is None else f"at least {low:g}" if low is not None else f"more than {above:g}"
-    most = "" if high is None and below is None else f"at most {high:g}" if high is not None else f"less than {below:g}"
     if low is not None and high is not None:
         return f"{low:g} … {high:g}"
-    return ", ".join(part for part in (least, most) if part)
+    found = []
+    if low is not None:
+        found.append(_("at least %(x)s") % {"x": f"{low:g}"})
+    elif above is not None:
+        found.append(_("more than %(x)s") % {"x": f"{above:g}"})
+    if high is not None:
+        found.append(_("at most %(x)s") % {"x": f"{high:g}"})
+    elif below is not None:
+        found.append(_("less than %(x)s") % {"x": f"{below:g}"})
+    return ", ".join(found)

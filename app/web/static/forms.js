@@ -7,6 +7,8 @@
   const caption = document.getElementById("the-caption");
   const live = document.getElementById("the-answer");
   const json = document.getElementById("the-json");
+  const words = JSON.parse(form.dataset.words);
+  const say = (name, parts = {}) => words[name].replace(/\{(\w+)\}/g, (_, part) => parts[part]);
 
   // -- what applies ----------------------------------------------------------------------------------------------
   const applies = (when, sent) =>
@@ -44,8 +46,8 @@
     top.append(head);
     grid.append(top, body);
     cells.append(grid);
-    const add = make("button", { type: "button" }, "add a row");
-    const text = make("button", { type: "button", "aria-pressed": "false" }, "as text");
+    const add = make("button", { type: "button" }, say("add_row"));
+    const text = make("button", { type: "button", "aria-pressed": "false" }, say("as_text"));
     const buttons = make("div", { class: "rows" });
     buttons.append(add, text);
     area.after(cells, buttons);
@@ -58,7 +60,7 @@
     function number() {
       [...body.rows].forEach((row, i) => {
         row.cells[0].textContent = i + 1;
-        inputs(row).forEach((input, j) => input.setAttribute("aria-label", `${headings[j]}, row ${i + 1}`));
+        inputs(row).forEach((input, j) => input.setAttribute("aria-label", say("cell", { heading: headings[j], row: i + 1 })));
       });
     }
     function newRow(values = [], after = null) {
@@ -72,7 +74,7 @@
         row.append(cell);
       });
       const gone = make("td", { class: "gone" });
-      gone.append(make("button", { type: "button", "aria-label": "remove this row" }, "×"));
+      gone.append(make("button", { type: "button", "aria-label": say("remove_row") }, "×"));
       row.append(gone);
       if (after) after.after(row); else body.append(row);
       return row;
@@ -134,7 +136,7 @@
     add.addEventListener("click", () => { const row = newRow(); number(); row.querySelector("input").focus(); });
     text.addEventListener("click", () => {
       text.setAttribute("aria-pressed", String(text.getAttribute("aria-pressed") !== "true"));
-      text.textContent = text.getAttribute("aria-pressed") === "true" ? "as cells" : "as text";
+      text.textContent = text.getAttribute("aria-pressed") === "true" ? say("as_cells") : say("as_text");
       read();
     });
     // A file of points dropped on the table, or on its text, takes the place of what is there.
@@ -158,7 +160,7 @@
   // -- sliders -----------------------------------------------------------------------------------------------------
   const value = (text) => Number(text.trim().replace(",", "."));
   function slider(input) {
-    const range = make("input", { type: "range", "aria-label": `${form.querySelector(`label[for="${CSS.escape(input.id)}"]`)?.textContent ?? ""}, slider`, "data-path": input.dataset.path });
+    const range = make("input", { type: "range", "aria-label": say("slider", { label: form.querySelector(`label[for="${CSS.escape(input.id)}"]`)?.textContent ?? "" }), "data-path": input.dataset.path });
     const settle = () => {
       const now = value(input.value);
       range.hidden = !(now > 0);
@@ -206,7 +208,7 @@
     }
     const count = Object.keys(faults).length + others.length;
     if (count) live.innerHTML = "";
-    if (count) live.append(make("p", { class: "summary fails" }, `${count === 1 ? "One entry" : `${count} entries`} cannot be accepted yet. ${others.join("; ")}`));
+    if (count) live.append(make("p", { class: "summary fails" }, `${say("refused", { count })} ${others.join("; ")}`));
     else if (!form.dataset.answer) live.replaceChildren();
     return count;
   }
@@ -217,16 +219,16 @@
     try {
       const drawn = await (await send(form.dataset.drawing)).json();
       if (drawn.svg) { drawing.innerHTML = drawn.svg; light(); }
-      caption.textContent = drawn.svg ? drawn.caption : drawing.firstChild ? "The last drawing that was possible: something is missing or wrong." : "Nothing can be drawn yet.";
+      caption.textContent = drawn.svg ? drawn.caption : drawing.firstChild ? say("last_drawing") : say("no_drawing");
       json.textContent = drawn.json;
       if (!showFaults(drawn.faults, drawn.others) && form.dataset.answer && !again) {
         live.setAttribute("aria-busy", "true");
         const answer = await send(form.dataset.answer);
         if (answer.ok) live.innerHTML = await answer.text();
         else if (answer.status === 422) { const told = await answer.json(); showFaults(told.faults, told.others); }
-        else live.replaceChildren(make("p", { class: "summary" }, answer.status === 503 ? `Not now: ${(await answer.json()).busy}` : "No answer just now."));
+        else live.replaceChildren(make("p", { class: "summary" }, answer.status === 503 ? say("busy", await answer.json()) : say("no_answer")));
       }
-    } catch { live.replaceChildren(make("p", { class: "summary" }, "The service does not answer.")); }
+    } catch { live.replaceChildren(make("p", { class: "summary" }, say("silent"))); }
     finally { busy = false; live.removeAttribute("aria-busy"); }
     if (again) { again = false; ask(); }
   }

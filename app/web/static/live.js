@@ -8,7 +8,7 @@ for (const place of document.querySelectorAll("[data-live]")) {
       if (run.progress && bar) {
         bar.max = run.progress.of;
         bar.value = run.progress.done;
-        words.textContent = `${run.progress.done} of at most ${run.progress.of} solutions, now ${run.progress.doing}.`;
+        words.textContent = place.dataset.words.replace(/\{(\w+)\}/g, (_, name) => run.progress[name]);
       }
     } catch { /* The service may be starting anew: look again. */ }
     setTimeout(look, 700);

@@ -34,12 +34,13 @@ async function player(figure) {
       });
     }
   }
+  const [play, pause, angle] = figure.dataset.words.split("|");
   const bar = document.createElement("div");
   bar.className = "player";
   const button = document.createElement("button");
   button.type = "button";
   const range = Object.assign(document.createElement("input"), { type: "range", min: 0, max: 360, step: 1 });
-  range.setAttribute("aria-label", "crank angle from the blow, degrees");
+  range.setAttribute("aria-label", angle);
   const told = document.createElement("output");
   bar.append(button, range, told);
   svg.after(bar);
@@ -55,7 +56,7 @@ async function player(figure) {
   };
   const set = (wanted) => {
     playing = wanted;
-    button.textContent = playing ? "Pause" : "Play";
+    button.textContent = playing ? pause : play;
     playing ? svg.unpauseAnimations() : svg.pauseAnimations();
     if (playing) requestAnimationFrame(follow);
   };

@@ -1,0 +1,23 @@
+"""What the script of the forms says."""
+
+from __future__ import annotations
+
+from app.web.languages import gettext as _
+
+
+def script_words() -> dict[str, str]:
+    """Its texts in the language of the page; braces stand for what it puts in."""
+    return {
+        "add_row": _("add a row"),
+        "remove_row": _("remove this row"),
+        "as_text": _("as text"),
+        "as_cells": _("as cells"),
+        "cell": _("{heading}, row {row}"),
+        "slider": _("{label}, slider"),
+        "refused": _("Entries that cannot be accepted yet: {count}."),
+        "last_drawing": _("The last drawing that was possible: something is missing or wrong."),
+        "no_drawing": _("Nothing can be drawn yet."),
+        "busy": _("Not now: {busy}"),
+        "no_answer": _("No answer just now."),
+        "silent": _("The service does not answer."),
+    }

@@ -1,0 +1,221 @@
+"""Gather what the pages say, and bring the catalogues of its translations up to date.
+
+    python -m scripts.messages          # write app/web/locale/*/LC_MESSAGES/crankwright.po and .mo
+    python -m scripts.messages --todo   # print what still lacks a translation
+
+Texts come from the templates (``{% trans %}`` and ``_("…")``), from the Python of ``app/web`` and of the verdict, and
+from what the forms, drawings and pages take from the registry: labels, helps, names of fields, criteria, captions.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Iterator
+from gettext import NullTranslations
+from io import BytesIO
+from pathlib import Path
+from typing import Any, get_args
+
+from babel.messages import Catalog, Message
+from babel.messages.extract import extract_from_file
+from babel.messages.mofile import write_mo
+from babel.messages.pofile import read_po, write_po
+from pydantic import BaseModel
+
+from app.designs.flexible_rod.verdict import WORDS as ROD
+from app.designs.impact_linkage.verdict import WORDS as LINKAGE
+from app.designs.kind import Kind, Mode
+from app.designs.pin_profile.verdict import WORDS as PIN
+from app.designs.registry import KINDS
+from app.errors import ALLOWED_BY_TYPE, LIMITS
+from app.store.record import RunStatus
+from app.web import captions, listing, shaping
+from app.web.drawings import in_words
+from app.web.fields import split_unit
+from app.web.forms.faults import SAYS
+from app.web.forms.tree import build
+from app.web.languages import DOMAIN, LANGUAGES, LOCALE, speaking
+from app.web.rendering import templates
+from solvers.effects import EffectState
+
+ROOT = Path(__file__).parent.parent
+TEMPLATES = ROOT / "app" / "web" / "templates"
+SOURCES = (*sorted((ROOT / "app" / "web").rglob("*.py")), ROOT / "app" / "designs" / "verdict.py")
+# The second argument of a Problem is its title.
+KEYWORDS: dict[str, Any] = {"_": None, "gettext": None, "ngettext": (1, 2), "Problem": (2,)}
+_ELSEWHERE = ("Not Found", "no run has this id", "there is no such kind or mode", "Internal Server Error")
+"""What frameworks and other parts of the service say on pages."""
+_FIELDS_DEEP = 5
+_WORD = re.compile(r"[^\W\d_]{3}")
+"""What has no three letters in a row is a symbol, the same in every language."""
+
+
+class Hearing(NullTranslations):
+    """Notes every text that it is asked for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.heard: set[str] = set()
+
+    def gettext(self, message: str) -> str:
+        self.heard.add(message)
+        return message
+
+
+def written() -> set[str | tuple[str, str]]:
+    """The texts of templates and sources; a pair for what goes with a number."""
+    found: set[str | tuple[str, str]] = set()
+    for path in TEMPLATES.rglob("*.html"):
+        for _line, function, message in templates.env.extract_translations(path.read_text("utf-8")):
+            found.add(_text(function, message))
+    for path in SOURCES:
+        for _line, message, _comments, _context in extract_from_file("python", path, KEYWORDS):
+            found.add(_text("" if isinstance(message, str) or not all(message) else "ngettext", message))
+    return found - {""}
+
+
+def _text(function: str, message: Any) -> str | tuple[str, str]:
+    """What was found at a call: its first argument, both forms of what goes with a number; nothing where no text is
+    written out there."""
+    if isinstance(message, str):
+        return message
+    if function == "ngettext":
+        return message[0], message[1]
+    return message[0] or ""
+
+
+def registered() -> set[str]:
+    """The texts that the registry brings: words of forms and drawings as they are built, names, criteria, captions."""
+    hearing = Hearing()
+    with speaking("en", hearing):
+        for kind in KINDS.values():
+            for mode in kind.jobs:
+                build(kind, mode)
+                for request in _requests(kind, mode):
+                    drawing = kind.drawing(request)
+                    if drawing is not None:
+                        in_words(drawing)
+    found = hearing.heard | set(_names()) | set(_of_kinds()) | set(_ELSEWHERE)
+    found |= {word.label for words in (ROD, PIN, LINKAGE) for word in words.values()}
+    found |= {denial for kind in KINDS.values() for denial in kind.denials.values()}
+    found |= {*captions.CAPTIONS.values(), *captions.OF_A_KIND.values(), *shaping.SIZES.values()}
+    found |= {*SAYS.values(), *ALLOWED_BY_TYPE.values(), *(text for text in LIMITS.values() if text != "{}")}
+    found |= {words for choices in listing.CHOICES.values() for words in choices.values()}
+    found |= {_plain(each) for values in (RunStatus, EffectState, Mode) for each in values}
+    return {text for text in found if _WORD.search(text)}
+
+
+def _requests(kind: Kind, mode: Mode) -> Iterator[dict[str, Any]]:
+    """The examples, of a linkage once for each type."""
+    for request in (kind.example(mode), *kind.others(mode).values()):
+        yield request
+        for one in request.get("types") or ():
+            yield {**request, "types": [one]}
+
+
+def _of_kinds() -> Iterator[str]:
+    for kind in KINDS.values():
+        yield kind.title
+        yield kind.summary
+        yield from (_plain(effect.name) for effect in kind.known_effects)
+        for mode in kind.jobs:
+            yield from kind.others(mode)
+
+
+def _names() -> Iterator[str]:
+    """The names of all fields in words, of limits without their end too, and of the values that a field can have."""
+    for kind in KINDS.values():
+        for job in kind.jobs.values():
+            for root in (job.request, job.result):
+                for name, annotation in _fields(root, 0):
+                    words = split_unit(name)[0]
+                    yield from (words, words.removeprefix("min ").removeprefix("max "))
+                    yield from (_plain(value) for value in _values(annotation))
+
+
+def _fields(model: type[BaseModel], depth: int) -> Iterator[tuple[str, Any]]:
+    for name, field in model.model_fields.items():
+        yield name, field.annotation
+        if depth < _FIELDS_DEEP:
+            for inner in _models(field.annotation):
+                yield from _fields(inner, depth + 1)
+
+
+def _models(annotation: Any) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _models(part)
+
+
+def _values(annotation: Any) -> Iterator[str]:
+    for part in get_args(annotation):
+        if isinstance(part, str):
+            yield part
+        yield from _values(part)
+
+
+def _plain(name: object) -> str:
+    return str(name).replace("_", " ").replace("-", " ")
+
+
+def catalogue(code: str) -> Catalog:
+    """The catalogue as it is stored; an empty one for a new language."""
+    path = path_of(code, "po")
+    return read_po(BytesIO(path.read_bytes()), code, DOMAIN) if path.exists() else Catalog(code, domain=DOMAIN)
+
+
+def path_of(code: str, ending: str) -> Path:
+    return LOCALE / code / "LC_MESSAGES" / f"{DOMAIN}.{ending}"
+
+
+def updated(code: str) -> Catalog:
+    """The catalogue with the texts of today: translations are kept, what is no longer said goes."""
+    old = catalogue(code)
+    new = Catalog(code, domain=DOMAIN, fuzzy=False, header_comment="# What the pages say. Made by scripts.messages.")
+    new.revision_date = new.creation_date = old.creation_date
+    for text in sorted(written() | registered(), key=lambda each: each if isinstance(each, str) else each[0]):
+        known: Message | None = old.get(text if isinstance(text, str) else text[0])
+        new.add(text, string=known.string if known is not None else None)
+    return new
+
+
+def todo(found: Catalog) -> list[Any]:
+    """The texts without a translation."""
+    return [
+        each.id for each in found if each.id and not (all(each.string) if isinstance(each.id, tuple) else each.string)
+    ]
+
+
+def write(code: str, found: Catalog) -> None:
+    """Both files of a catalogue."""
+    path_of(code, "po").parent.mkdir(parents=True, exist_ok=True)
+    with path_of(code, "po").open("wb") as po:
+        write_po(po, found, width=120, omit_header=False)
+    with path_of(code, "mo").open("wb") as mo:
+        write_mo(mo, found)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--todo", action="store_true", help="print what lacks a translation, write nothing")
+    only_todo = parser.parse_args().todo
+    lacking = 0
+    for code in LANGUAGES:
+        if code == "en":
+            continue
+        found = updated(code)
+        missing = todo(found)
+        lacking += len(missing)
+        if not only_todo:
+            write(code, found)
+        print(f"{code}: {len(found)} texts, {len(missing)} without a translation")
+        for text in missing:
+            print(f"  {text!r}")
+    return 1 if lacking else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

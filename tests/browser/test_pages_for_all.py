@@ -1,0 +1,114 @@
+"""Every page for everybody: no violation that axe-core knows, light and dark, at a desk and on a phone; nothing wider
+than a phone; no error in the console, no request to elsewhere."""
+
+from __future__ import annotations
+
+import json
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import axe_core_python
+import pytest
+from playwright.sync_api import Page, Response
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+
+AXE = (Path(axe_core_python.__file__).parent / "axe.min.js").read_text("utf-8")
+_DESK, _PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
+_FOUND = """async () => {
+    const {violations} = await axe.run(document, {resultTypes: ["violations"]});
+    return violations.map(v => `${v.id}: ${v.nodes.map(n => n.target.join(" ") + " " + n.any.map(a => a.message)).join(" | ")}`);
+}"""
+# Of the reference, whose many folded tables are all made alike, the first few.
+_OPEN = "[...document.querySelectorAll('details')].slice(0, 4).forEach(details => { details.open = true; })"
+_FORMS = [(slug, mode) for slug, kind in KINDS.items() for mode in kind.jobs]
+_JOBS = {Mode.DESIGN: "designs", Mode.CHECK: "checks", Mode.ANALYSIS: "analyses"}
+
+
+@pytest.fixture(scope="module")
+def desk(browser, address) -> Iterator[Page]:
+    """A page that hears what goes wrong."""
+    page = browser.new_page(viewport=_DESK)
+    page.heard = []
+    page.on("console", lambda told: page.heard.append(told.text) if told.type == "error" else None)
+    page.on("pageerror", lambda error: page.heard.append(str(error)))
+    page.on("request", lambda sent: None if sent.url.startswith(address) else page.heard.append(sent.url))
+    yield page
+    page.close()
+
+
+def look_at(page: Page, url: str, status: int = 200) -> None:
+    """One page, light at a desk and dark on a phone."""
+    page.heard.clear()
+    page.set_viewport_size(_DESK)
+    page.emulate_media(color_scheme="light")
+    answer: Response | None = page.goto(url)
+    assert answer is not None and answer.status == status
+    judge(page, status)
+
+
+def judge(page: Page, status: int = 200) -> None:
+    page.evaluate(_OPEN)
+    page.evaluate(AXE)
+    faults = page.evaluate(_FOUND)
+    page.emulate_media(color_scheme="dark")
+    page.set_viewport_size(_PHONE)
+    faults += page.evaluate(_FOUND)
+    wide = page.evaluate("document.documentElement.scrollWidth - window.innerWidth")
+    assert faults == []
+    assert wide <= 0, f"wider than a phone by {wide}"
+    # A refusal is one answer of that status, which the browser tells of in its console.
+    assert [told for told in page.heard if status == 200 or str(status) not in told] == []
+
+
+def stored(address: str, path: str, body: object, **headers: str) -> str:
+    """The id of a run made beforehand."""
+    sent = {"Content-Type": "application/json", **headers}
+    request = urllib.request.Request(f"{address}/api/v1/{path}", json.dumps(body).encode(), sent)
+    with urllib.request.urlopen(request, timeout=90) as answer:
+        return json.load(answer)["id"]
+
+
+@pytest.mark.parametrize(
+    ("path", "status"),
+    [
+        ("/", 200), ("/docs", 200), ("/runs", 200), ("/runs?status=done", 422), ("/runs/compare", 200),
+        ("/runs/none", 404), ("/nowhere", 404),
+    ],
+)  # fmt: skip
+def test_pages(desk, address, path, status):
+    look_at(desk, address + path, status)
+
+
+@pytest.mark.parametrize(("slug", "mode"), _FORMS)
+def test_forms_and_their_runs(desk, address, slug, mode):
+    look_at(desk, f"{address}/designs/{slug}?mode={mode}")
+    run = stored(address, f"{_JOBS[mode]}/{slug}", {**KINDS[slug].example(mode), "name": "for all"})
+    look_at(desk, f"{address}/runs/{run}")
+
+
+def test_a_form_with_faults(desk, address):
+    desk.heard.clear()
+    desk.goto(f"{address}/designs/pin-profile?mode=check")
+    desk.fill('[name="geometry.outer_diameter_mm"]', "thick")
+    desk.get_by_role("button", name="Check", exact=True).click()
+    desk.wait_for_selector("#the-faults")
+    judge(desk, 422)
+
+
+def test_two_runs_side_by_side_and_what_cannot_be(desk, address):
+    pin = KINDS["pin-profile"].example(Mode.DESIGN)
+    narrow = {**pin, "geometry": {**pin["geometry"], "outer_diameter_mm": 8.0}}
+    first, second = (stored(address, "designs/pin-profile", {**each, "name": "side"}) for each in (pin, narrow))
+    for path in (f"/runs/{second}", f"/runs/compare?a={first}&b={second}", f"/runs/compare?a={first}"):
+        look_at(desk, address + path)
+
+
+def test_a_study_under_way_and_done(desk, address):
+    study = {"spec": KINDS["impact-linkage"].example(Mode.CHECK), "study_budget_s": 2.0}
+    run = stored(address, "accuracy/impact-linkage", study, Prefer="respond-async")
+    look_at(desk, f"{address}/runs/{run}")
+    desk.wait_for_selector("text=What accuracy costs", timeout=60_000)
+    judge(desk)

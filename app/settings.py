@@ -23,6 +23,7 @@ class Settings(BaseSettings):
     host: str = Field(default="127.0.0.1", description="address to listen on")
     port: int = Field(default=8000, ge=0, le=65535, description="port to listen on")
     database_url: str = Field(default="sqlite:///crankwright.sqlite3", description="where runs are stored")
+    database_password_file: str = Field(default="", description="a file with the password of a PostgreSQL server")
     workers: int = Field(default=2, ge=1, le=256, description="processes that solve")
     solve_budget_s: float = Field(
         default=10.0, ge=0.01, le=GREATEST_TIME_S, description="wall-clock time one solve may take"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
 import time
 from pathlib import Path
@@ -23,10 +24,21 @@ def normalised_url(url: str) -> URL:
     """The URL with the driver this project ships: ``postgresql://`` and ``postgres://`` mean psycopg 3."""
     parsed = make_url(url.replace("postgres://", "postgresql://", 1) if url.startswith("postgres://") else url)
     if parsed.drivername == "postgresql":
-        return parsed.set(drivername="postgresql+psycopg")
+        return _with_password(parsed.set(drivername="postgresql+psycopg"))
     if parsed.get_backend_name() == "sqlite" and parsed.database in (None, "", ":memory:"):
         raise ValueError("an in-memory database keeps nothing: give SQLite a file, sqlite:///path/to/file")
     return parsed
+
+
+PASSWORD_FILE = "CRANKWRIGHT_DATABASE_PASSWORD_FILE"
+"""Names a file with the password of a server, so that it stands in no URL and no environment."""
+
+
+def _with_password(url: URL) -> URL:
+    file = os.environ.get(PASSWORD_FILE)
+    if file is None or url.password is not None:
+        return url
+    return url.set(password=Path(file).read_text("utf-8").strip())
 
 
 def make_engine(url: str, patient: bool = False) -> Engine:

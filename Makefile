@@ -41,6 +41,7 @@ bench: $(STAMP)  ## measure against the peers, write docs/benchmarks.md and docs
 
 campaign: $(STAMP)  ## hold every promise against thousands of random scenes (hours; interrupted, it goes on where it stopped), write docs/campaign.md; hunt for hard cases, write docs/hard-cases.md
 	CRANKWRIGHT_CAMPAIGN=1 $(BIN)/python -m pytest tests/app/test_stops.py
+	CRANKWRIGHT_CAMPAIGN=1 $(BIN)/python -m pytest --timeout 7200 tests/app/batches/test_engine.py
 	$(BIN)/python -m bench.campaign
 	$(BIN)/python -m tests.hard_cases.hunt all 3600
 	$(BIN)/python -m tests.hard_cases.page

@@ -94,7 +94,8 @@ def verify(database_url: DatabaseUrl = _DATABASE) -> None:
     for damage in report.damages:
         typer.echo(f"{damage.table} {damage.key}: {damage.what}", err=True)
     damaged = {(damage.table, damage.key) for damage in report.damages}
-    typer.echo(f"{report.runs} runs, {len(damaged)} damaged")
+    items = f"{report.batch_items} items of batches, " if report.batch_items else ""
+    typer.echo(f"{report.runs} runs, {items}{len(damaged)} damaged")
     raise typer.Exit(0 if report.sound else 1)
 
 
@@ -126,6 +127,80 @@ def accuracy(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_js
         _refuse({"title": "The request is not valid", "detail": str(error)})
     body = spec if isinstance(spec, dict) and "spec" in spec else {"spec": spec}
     _solve(kind, "accuracy", json.dumps(body).encode(), database_url, as_json)
+
+
+@app.command()
+def batch(
+    kind: str,
+    mode: str,
+    cases: Path,
+    output: Annotated[Path, typer.Option("--output", "-o", help="where the results go: .csv, .ndjson or .parquet")],
+    url: Annotated[str, typer.Option(envvar="CRANKWRIGHT_URL", help="a running service; without, solve here")] = "",
+    api_key: Annotated[str, typer.Option(envvar="CRANKWRIGHT_API_KEY", help="a key of that service")] = "",
+    full: Annotated[bool, typer.Option("--full", help="store curves and tables too")] = False,
+    workers: Annotated[int, typer.Option(min=1, max=256, help="processes, where it is solved here")] = 2,
+    database_url: DatabaseUrl = _DATABASE,
+) -> None:
+    """Design, check or analyse every row of CASES (.csv, .ndjson, .parquet, or a sweep in .json). The same command
+    again goes on where it stopped. Exit code 5 if some rows were refused or failed."""
+    from app.batches import offline
+    from app.printing import shown_batch
+
+    if offline.form_of(cases) is None:
+        _refuse({"title": "No cases", "detail": f"{cases} is no .csv, .ndjson, .parquet or .json"})
+    if output.suffix.lower() not in offline.FORMATS:
+        _refuse({"title": "No results", "detail": f"{output} is no .csv, .ndjson or .parquet"})
+    with shown_batch() as told:
+        ended = _batch(
+            kind, mode, cases, output, url, api_key, "full" if full else "scalars", workers, database_url, told
+        )
+    items = ended["items"]
+    counted = ", ".join(f"{items[name]} {name}" for name in items if items[name] and name not in ("total", "done"))
+    typer.echo(f"{items['total']} items: {counted}; results in {output}")
+    raise typer.Exit(5 if items["refused"] or items["failed"] else 0)
+
+
+def _batch(
+    kind: str,
+    mode: str,
+    cases: Path,
+    output: Path,
+    url: str,
+    api_key: str,
+    detail: str,
+    workers: int,
+    database_url: str,
+    told: Any,
+) -> dict[str, Any]:
+    import asyncio
+    from urllib.error import HTTPError
+
+    from app.batches import offline
+    from app.errors import Problem
+
+    try:
+        if url:
+            return offline.remote(url, api_key or None, cases, kind, mode, detail, output, told)
+        return asyncio.run(offline.here(cases, kind, mode, detail, output, database_url, workers, told))
+    except Problem as problem:
+        _refuse(problem.body)
+    except HTTPError as error:
+        _refuse(_problem_of(error.code, error.read()))
+    except OSError as error:
+        _refuse({"title": "No batch", "detail": str(error)})
+    except ValueError as error:
+        _refuse({"title": "The sweep cannot be read", "detail": str(error)})
+    except KeyboardInterrupt:
+        typer.echo("stopped; the same command goes on from here", err=True)
+        raise typer.Exit(130) from None
+
+
+def _problem_of(status: int, body: bytes) -> dict[str, Any]:
+    try:
+        problem = json.loads(body)
+        return problem if "title" in problem and "detail" in problem else {}["title"]
+    except (ValueError, TypeError, KeyError):
+        return {"title": "The service refused", "detail": f"HTTP status {status}"}
 
 
 @app.command()

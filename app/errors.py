@@ -13,11 +13,12 @@ from fastapi.responses import Response
 from pydantic import ValidationError
 from starlette.exceptions import HTTPException
 
-from app.designs.schema import Entry, is_tag
+from app.designs.refusals import INVALID, summed_up
+from app.designs.schema import Entry
 from app.edge.departure import Departed
 from app.jobs.errors import Busy, ExecutorClosed, ShareUsed, Warming
 from app.logging import get_logger
-from app.store.errors import DamagedRecord, IdempotencyConflict, InvalidCursor, StoreClosed, UnknownRun
+from app.store.errors import DamagedRecord, IdempotencyConflict, InvalidCursor, StoreClosed, UnknownBatch, UnknownRun
 from app.store.faults import StoreFault, Trouble
 
 logger = get_logger(__name__)
@@ -25,41 +26,6 @@ logger = get_logger(__name__)
 CLIENT_GONE = 499
 """What is noted where nobody is there to hear an answer."""
 MEDIA_TYPE = "application/problem+json"
-INVALID = "The request is not valid"
-MOST_ENTRIES = 100
-LONGEST_POINTER = 500
-
-LIMITS = {
-    "allowed": "{}",
-    "gt": "more than {}",
-    "ge": "at least {}",
-    "lt": "less than {}",
-    "le": "at most {}",
-    "min_length": "at least {} long",
-    "max_length": "at most {} long",
-    "expected": "{}",
-}
-"""What is allowed, by the name of a limit."""
-ALLOWED_BY_TYPE = {
-    "finite_number": "a finite number",
-    "float_type": "a number",
-    "float_parsing": "a number",
-    "int_type": "a whole number",
-    "int_parsing": "a whole number",
-    "int_from_float": "a whole number",
-    "string_type": "a string",
-    "string_pattern_mismatch": "no NUL character",
-    "list_type": "an array",
-    "missing": "this field",
-    "extra_forbidden": "only the fields of the contract",
-    "model_type": "an object",
-    "model_attributes_type": "an object",
-    "json_invalid": "one well-formed JSON value in UTF-8",
-    "datetime_parsing": "a time such as 2026-01-31T12:00:00Z",
-    "datetime_from_date_parsing": "a time such as 2026-01-31T12:00:00Z",
-    "timezone_aware": "a time with its zone, such as 2026-01-31T12:00:00Z",
-}
-"""What is allowed, by the type of a fault that names no limit."""
 
 
 class Problem(Exception):
@@ -94,28 +60,9 @@ def invalid(error: ValidationError) -> Problem:
 
 
 def refusal(errors: Iterable[Mapping[str, Any]], depth: int = 0) -> Problem:
-    """One entry per bad field: pointer, what is wrong, what is allowed; ``depth`` parts of each location are dropped.
-
-    A request can be wrong in ten thousand places; the first hundred are told.
-    """
-    found = list(errors)
-    entries = [_entry(item, depth) for item in found[:MOST_ENTRIES]]
-    fields = "1 field" if len(found) == 1 else f"{len(found)} fields"
-    return Problem(422, INVALID, f"{fields} cannot be accepted", entries)
-
-
-def _entry(item: Mapping[str, Any], depth: int) -> Entry:
-    context = item.get("ctx", {})
-    limits = [text.format(context[key]) for key, text in LIMITS.items() if key in context]
-    allowed = ", ".join(limits) or ALLOWED_BY_TYPE.get(item["type"], "see the contract")
-    parts = [part for part in item["loc"][depth:] if not is_tag(part)]
-    ranged = item["type"].startswith(("greater_than", "less_than"))
-    return {"pointer": json_pointer(parts), "detail": "is out of range" if ranged else item["msg"], "allowed": allowed}
-
-
-def json_pointer(parts: Iterable[int | str]) -> str:
-    """RFC 6901, cut where a client sent a monster of a name."""
-    return "".join(f"/{str(part).replace('~', '~0').replace('/', '~1')}" for part in parts)[:LONGEST_POINTER]
+    """One entry per bad field; ``depth`` parts of each location are dropped."""
+    detail, entries = summed_up(errors, depth)
+    return Problem(422, INVALID, detail, entries)
 
 
 def busy(error: Busy) -> Problem:
@@ -179,6 +126,10 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
     @app.exception_handler(StoreClosed)
     async def _store_closed(request: Request, error: StoreClosed) -> Response:
         return answer(request, Problem(503, "The service stops", str(error), headers={"Retry-After": "5"}))
+
+    @app.exception_handler(UnknownBatch)
+    async def _unknown_batch(request: Request, error: UnknownBatch) -> Response:
+        return answer(request, Problem(404, "No such batch", "no batch has this id"))
 
     @app.exception_handler(InvalidCursor)
     async def _cursor(request: Request, error: InvalidCursor) -> Response:

@@ -18,7 +18,9 @@ from app.access.keys import KeyRing
 from app.access.protection import check_protected
 from app.access.quotas import Quotas
 from app.access.sessions import Sessions
-from app.api import contract, operation, runs, submissions
+from app.api import batches, contract, operation, runs, submissions
+from app.batches import chunk
+from app.batches.service import BatchService
 from app.edge.asgi import Application
 from app.edge.stack import GuardedFastAPI, edge
 from app.jobs.executor import PoolSettings, ProcessPool
@@ -33,7 +35,7 @@ from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import Service, ServiceLimits
 from app.version import VERSION
-from app.web import actions, form_pages, login, pages, reference, run_pages
+from app.web import actions, batch_pages, form_pages, login, pages, reference, run_pages
 from app.web.languages import Speaking
 from app.web.problems import problem_page
 from app.web.rendering import STATIC
@@ -62,7 +64,14 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        pool = ProcessPool(PoolSettings(workers=settings.workers, told=told), template)
+        lanes = PoolSettings(
+            workers=settings.workers,
+            told=told,
+            background_workers=settings.batch_workers,
+            background_entry=chunk.answer,
+            background_niceness=settings.batch_niceness,
+        )
+        pool = ProcessPool(lanes, template)
         pool.start()
         upgrade(settings.database_url)
         lock = ServiceLock(settings.database_url)
@@ -79,12 +88,19 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         )
         app.state.service = service
         metrics.watch(service.turns, service.accepted)
-        await service.resume()
+        app.state.batches = many = BatchService(
+            store, pool, settings.solve_budget_s, settings.batch_lease_s, settings.max_batch_items
+        )
+        if lock.held:
+            # Beside another process only its batches are shared: its promised runs are its own.
+            await service.resume()
+        many.start()
         upkeep = asyncio.create_task(expire_daily(store))
         try:
             yield
         finally:
             upkeep.cancel()
+            await many.close()
             await service.close()
             pool.close()
             store.close()
@@ -121,10 +137,12 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
     for router in (
         operation.router,
         runs.router,
+        batches.router,
         submissions.router,
         pages.router,
         form_pages.router,
         run_pages.router,
+        batch_pages.router,
         actions.router,
         reference.router,
         login.router,

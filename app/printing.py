@@ -192,3 +192,19 @@ def print_run(run: dict[str, Any]) -> None:
     table.add_row("time", f"{run['timing'].get('solve_s', run['timing']['total_s']):.3f} s")
     table.add_row("run", run["id"])
     console.print(table)
+
+
+@contextmanager
+def shown_batch(console: Console | None = None) -> Iterator[Callable[[dict[str, Any]], None]]:
+    """How far a batch is, as a bar on a terminal and nothing elsewhere."""
+    console = console or Console(stderr=True)
+    with Live(
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), console=console, transient=True,
+        disable=not console.is_terminal,
+    ) as live:  # fmt: skip
+        task = live.add_task("items", total=None)
+
+        def told(batch: dict[str, Any]) -> None:
+            live.update(task, total=batch["items"]["total"], completed=batch["items"]["done"])
+
+        yield told

@@ -22,7 +22,6 @@ from app.jobs.template import Template
 from app.jobs.warming import Warmth, in_words
 from app.main import create_app
 from app.settings import Settings
-from app.store.lock import ServiceLock
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.store.upkeep import Probe
@@ -55,9 +54,9 @@ def run(host: str, port: int, database_url: str, template: Template, demo: bool 
 
 
 def prepare(settings: Settings) -> None:
-    """See to it that a start will not fail for its surroundings: the database is there, ours alone, and protected."""
+    """See to it that a start will not fail for its surroundings: the database is there and protected."""
     upgrade(settings.database_url)
-    with ServiceLock(settings.database_url), RunStore(settings.database_url) as store:
+    with RunStore(settings.database_url) as store:
         check_protected(settings, store)
         store.write_and_wait(Probe())
     if settings.open and not settings.is_local:

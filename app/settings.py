@@ -31,7 +31,21 @@ class Settings(BaseSettings):
     log_format: LogFormat = Field(default=LogFormat.CONSOLE, description="console for people, json for a collector")
     log_level: LogLevel = Field(default=LogLevel.WARNING, description="the least severe records that are written")
     max_body_bytes: int = Field(default=1_000_000, ge=1_000, description="the largest request body accepted")
-    max_batch_bytes: int = Field(default=200_000_000, ge=1_000, description="the largest body of a batch")
+    max_batch_bytes: int = Field(default=4_000_000_000, ge=1_000, description="the largest body of a batch accepted")
+    max_batch_items: int = Field(default=10_000_000, ge=1, le=2_000_000_000, description="the most items of a batch")
+    batch_workers: int = Field(
+        default=2,
+        ge=0,
+        le=256,
+        description="processes that solve batches, behind all others; 0: this process solves none",
+    )
+    batch_niceness: int = Field(default=19, ge=0, le=19, description="how far they stand back for all others")
+    batch_lease_s: float = Field(
+        default=15.0, ge=0.2, le=600.0, description="after what silence another process takes over a piece of a batch"
+    )
+    max_upload_bytes: int = Field(
+        default=50_000_000, ge=1_000, description="the largest file of a batch that a page takes"
+    )
     max_body_names: int = Field(
         default=20_000, ge=100, description="names of fields that one body may have, all its objects together"
     )

@@ -5,11 +5,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import math
 import threading
 import time
 from collections import Counter
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -17,18 +18,20 @@ from pydantic import BaseModel
 
 from app import metrics, runs
 from app.access.caller import caller
-from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.kind import REFUSED, Answer, Job, Kind, Mode
 from app.designs.progress import Progress, Report, to_nobody
 from app.designs.references import UnfitRun, references, replaced
+from app.designs.refusals import INVALID, json_pointer
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import OUT_OF_TIME, DesignSettings, entry
-from app.errors import INVALID, Problem, json_pointer
+from app.errors import Problem
 from app.jobs.budget import budget
 from app.jobs.calls import PICTURE
 from app.jobs.errors import (
     BudgetExceeded,
     Busy,
     ExecutorClosed,
+    JobError,
     MemoryExceeded,
     ShareUsed,
     SolveFailed,
@@ -40,6 +43,7 @@ from app.logging import get_logger
 from app.single_flight import Flights
 from app.store.errors import DamagedRecord, StoreClosed, UnknownRun
 from app.store.faults import StoreFault
+from app.store.hashing import canonical_json
 from app.store.record import Finish, RunRecord, RunStatus, StoredResponse
 from app.store.repository import RunStore
 from app.store.viewer import viewer
@@ -51,12 +55,11 @@ Begun = Callable[[], Awaitable[object]]
 Call = Callable[[float, Report], Awaitable[Any]]
 """``(seconds until it is killed, report) -> answer``."""
 
-REFUSED = "refused"
-"""The status of an answer whose request the solver could not accept: nothing is stored."""
-
 _RETRY_S, _LONGEST_PAUSE_S = 0.2, 10.0
 _SHORT = (Mode.CHECK, Mode.ANALYSIS)
 """Modes that usually end in a moment."""
+_MOST_COMPLETED = 64
+_LAST_DIGITS = 1e-9
 
 
 async def resolved(store: RunStore, request: BaseModel) -> BaseModel:
@@ -79,6 +82,18 @@ async def resolved(store: RunStore, request: BaseModel) -> BaseModel:
 def time_asked(request: BaseModel) -> float | None:
     """What the request says that it may take [s], where it is one that can."""
     return request.time_budget_s if isinstance(request, DesignSettings) else None
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether two JSON values are the same but for the last digits of their numbers: many checks in one loop may round
+    otherwise than one."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(same(one[name], other[name]) for name in one)
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, float) and isinstance(other, (int, float)):
+        return math.isclose(one, other, rel_tol=_LAST_DIGITS, abs_tol=_LAST_DIGITS)
+    return one == other
 
 
 def _named(run: RunRecord) -> dict[str, str]:
@@ -129,6 +144,8 @@ class Service:
     """The solves after a 202, by the id of the run."""
     progress: dict[str, Progress] = field(default_factory=dict)
     """How far the long solves under way are, by the id of the run."""
+    completed: dict[str, bytes] = field(default_factory=dict)
+    """The results of items of batches that were solved once more for their curves, by the id of the run."""
     stopping: threading.Event = field(default_factory=threading.Event)
     """Set when the service was asked to stop."""
 
@@ -218,9 +235,34 @@ class Service:
     def _told(self, run_id: str, progress: Progress) -> None:
         self.progress[run_id] = progress
 
-    async def shown(self, run_id: str) -> bytes:
-        """A run as JSON, with its progress while it is open. Raises UnknownRun."""
-        return runs.run_json(await self.store.get(run_id), self.progress.get(run_id))
+    async def shown(self, run_id: str, whole: bool = False) -> bytes:
+        """A run as JSON, with its progress while it is open; ``whole`` with what an item of a batch was stored without.
+        Raises UnknownRun."""
+        run = await (self.whole(run_id) if whole else self.store.get(run_id))
+        return runs.run_json(run, self.progress.get(run_id))
+
+    async def whole(self, run_id: str) -> RunRecord:
+        """A run with the curves and tables that an item of a batch is stored without: solved once more, if that comes
+        to the same numbers. Raises UnknownRun."""
+        run = await self.store.get(run_id)
+        if run.batch_id is None or run.status != RunStatus.SUCCEEDED or run.result is None:
+            return run
+        job, kept = job_of(KINDS[run.kind], Mode(run.mode)), json.loads(run.result)
+        if not job.tables or not kept.keys().isdisjoint(job.tables):
+            return run
+        if run_id not in self.completed:
+            try:
+                call = partial(self.executor.run, run.kind, run.mode, run.spec)
+                answer = await self._in_turn(call, self.solve_budget_s, run.mode in _SHORT)
+            except JobError:
+                return run
+            if answer.result is None or not same(kept, {name: answer.result.get(name) for name in kept}):
+                logger.warning("item_solved_differently", **_named(run))
+                return run
+            self.completed[run_id] = canonical_json({**answer.result, **kept})
+            while len(self.completed) > _MOST_COMPLETED:
+                self.completed.pop(next(iter(self.completed)))
+        return replace(run, result=self.completed[run_id])
 
     async def drawn(self, run: RunRecord, plot: str, shown: bytes) -> str:
         """A plot of a succeeded run, given as JSON; in a worker, for some compute what they draw."""

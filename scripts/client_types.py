@@ -7,6 +7,7 @@ what this makes of the service of today.
 from __future__ import annotations
 
 import json
+import keyword
 import textwrap
 from pathlib import Path
 from typing import Any
@@ -36,6 +37,8 @@ def _declared(name: str, schema: dict[str, Any]) -> str:
     if schema.get("type") != "object" or "properties" not in schema:
         return f"{name} = {_type(schema, quoted=True)}"
     required = set(schema.get("required", ()))
+    if any(keyword.iskeyword(field) for field in schema["properties"]):
+        return _called(name, schema, required)
     lines = [f"class {name}(TypedDict):"]
     if words := schema.get("description"):
         lines += [*_docstring(words), ""]
@@ -45,6 +48,15 @@ def _declared(name: str, schema: dict[str, Any]) -> str:
         if words := part.get("description"):
             lines += _docstring(words)
     return "\n" + "\n".join(lines)
+
+
+def _called(name: str, schema: dict[str, Any], required: set[str]) -> str:
+    """The same for an object with a field that Python has another use for."""
+    lines = [f"{name} = TypedDict(", f'    "{name}",', "    {"]
+    for field, part in schema["properties"].items():
+        kind = _type(part, quoted=True)
+        lines.append(f'        "{field}": {kind if field in required else f"NotRequired[{kind}]"},')
+    return "\n".join([*lines, "    },", ")"])
 
 
 def _docstring(words: str) -> list[str]:

@@ -28,8 +28,8 @@ from app.designs.flexible_rod.verdict import WORDS as ROD
 from app.designs.impact_linkage.verdict import WORDS as LINKAGE
 from app.designs.kind import Kind, Mode
 from app.designs.pin_profile.verdict import WORDS as PIN
+from app.designs.refusals import ALLOWED_BY_TYPE, LIMITS
 from app.designs.registry import KINDS
-from app.errors import ALLOWED_BY_TYPE, LIMITS
 from app.store.record import RunStatus
 from app.web import captions, listing, shaping
 from app.web.drawings import in_words

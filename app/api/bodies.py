@@ -8,8 +8,9 @@ from typing import Any, Protocol, Self, TypeVar
 from fastapi import Request
 from pydantic import ValidationError
 
+from app.designs.refusals import INVALID, json_pointer
 from app.designs.schema import Entry, entry
-from app.errors import INVALID, Problem, invalid, json_pointer
+from app.errors import Problem, invalid
 
 
 class Body(Protocol):

@@ -8,14 +8,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from datetime import datetime
 from functools import cache
-from typing import Any
+from typing import Any, Literal
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from pydantic import BaseModel, ConfigDict, Field, create_model
 from pydantic.json_schema import models_json_schema
 
-from app.designs.kind import Kind, Mode
+from app.batches.results import MEDIA_TYPES, Format
+from app.batches.sweep import Sweep
+from app.designs.kind import Detail, Kind, Mode
 from app.designs.registry import KINDS, example_of, job_of, modes_of
 from app.designs.schema import AccuracyResult, EffectResult, Infeasible
 from app.designs.verdict import VerdictResult
@@ -25,6 +27,9 @@ from app.store.record import RunStatus
 PATHS = {Mode.DESIGN: "designs", Mode.CHECK: "checks", Mode.ANALYSIS: "analyses", Mode.ACCURACY: "accuracy"}
 """The part of the path that stands for a mode."""
 
+
+_ROWS = ("application/x-ndjson", "text/csv", MEDIA_TYPES[Format.PARQUET])
+"""Forms in which the rows of a batch are sent."""
 
 _REFERENCE = "#/components/schemas/{model}"
 
@@ -128,6 +133,53 @@ class Run(RunLine):
     progress: RunProgress | None = Field(description="of a run under way, where it is a long one")
 
 
+class BatchItems(_Shown):
+    """How many items there are, and how those that are done ended."""
+
+    total: int
+    done: int
+    succeeded: int
+    infeasible: int
+    failed: int
+    refused: int = Field(description="rows that are no valid request")
+    cancelled: int
+
+
+class BatchLinks(_Shown):
+    """Where a batch and what belongs to it are found."""
+
+    self: str
+    page: str
+    results: str
+    events: str
+    runs: str
+
+
+class Batch(_Shown):
+    """Many requests of one kind and mode as one job; each of its items is a run."""
+
+    id: str
+    kind: str
+    mode: Mode
+    name: str
+    detail: Detail
+    status: Literal["queued", "running", "ended", "cancelled"]
+    created_at: datetime
+    ended_at: datetime | None
+    items: BatchItems
+    rate_per_s: float | None = Field(description="items a second since the first was begun")
+    remaining_s: float | None = Field(description="null: nothing is known yet")
+    solver: Solver
+    links: BatchLinks
+
+
+class BatchPage(_Shown):
+    """A page of the list of batches; ``next_cursor`` asks for the next one."""
+
+    items: list[Batch]
+    next_cursor: str | None
+
+
 @cache
 def run_model(kind: Kind, mode: Mode) -> type[Run]:
     """The run of one kind and mode, with its own spec and result."""
@@ -172,8 +224,9 @@ def document(app: FastAPI) -> dict[str, Any]:
     """The OpenAPI document of the application."""
     asked = {path: job_of(kind, mode).request for path, kind, mode in _submissions()}
     runs = {path: run_model(kind, mode) for path, kind, mode in _submissions()}
-    shown = {ProblemDetails, RunPage, Run, *runs.values()}
-    models = [(model, "validation") for model in asked.values()] + [(model, "serialization") for model in shown]
+    shown = {ProblemDetails, RunPage, Run, Batch, BatchPage, *runs.values()}
+    models = [(model, "validation") for model in (*asked.values(), Sweep)]
+    models += [(model, "serialization") for model in shown]
     references, definitions = models_json_schema(models, ref_template=_REFERENCE)
     for long, short in _named(definitions["$defs"]).items():
         references, definitions = _renamed((references, definitions), long, short)
@@ -196,6 +249,16 @@ def document(app: FastAPI) -> dict[str, Any]:
     cancelled = found["paths"]["/api/v1/runs/{run_id}"]["delete"]
     cancelled["responses"]["200"]["content"] = content(Run)
     listing["responses"]["200"]["content"], one["responses"]["200"]["content"] = content(RunPage), content(Run)
+    batches, batch = found["paths"]["/api/v1/batches"], found["paths"]["/api/v1/batches/{batch_id}"]
+    rows = {form: {"schema": {"type": "string", "format": "binary"}} for form in _ROWS}
+    batches["post"]["requestBody"] = {"required": True, "content": {**content(Sweep, "validation"), **rows}}
+    batches["post"]["responses"]["202"]["content"] = content(Batch)
+    batches["get"]["responses"]["200"]["content"] = content(BatchPage)
+    for method in ("get", "delete"):
+        batch[method]["responses"]["200"]["content"] = content(Batch)
+    for part, forms in (("results", MEDIA_TYPES.values()), ("events", ("text/event-stream",))):
+        answers = found["paths"][f"/api/v1/batches/{{batch_id}}/{part}"]["get"]["responses"]
+        answers["200"]["content"] = {form.partition(";")[0]: {"schema": {"type": "string"}} for form in forms}
     refusal = {MEDIA_TYPE: {"schema": references[(ProblemDetails, "serialization")]}}
     for operations in found["paths"].values():
         for operation in operations.values():

@@ -107,7 +107,7 @@ async def plot(
 ) -> Response:
     """One of the kind's plots, drawn from the stored result."""
     service: Service = request.app.state.service
-    run = await service.store.get(run_id)
+    run = await service.whole(run_id)
     plots = plots_of(KINDS[run.kind], Mode(run.mode))
     if plot not in plots:
         raise Problem(404, "No such plot", "there are " + ", ".join(plots))

@@ -31,13 +31,25 @@ class Mode(StrEnum):
     ACCURACY = "accuracy"
 
 
+class Detail(StrEnum):
+    """How much of a result is wanted: all, or what is left without its curves and tables."""
+
+    SCALARS = "scalars"
+    FULL = "full"
+
+
+REFUSED = "refused"
+"""The status of an answer whose request cannot be accepted."""
+
+
 @dataclass(frozen=True)
 class Answer:
     """A solver's outcome at the edge: names and units of the HTTP contract, finite JSON values only.
 
-    ``status`` is "succeeded", "infeasible" or "failed"; ``result`` is a dict in the shape of the job's
-    result model; ``problem`` is a problem+json object where the solver refused or failed; ``verdict`` is whether the
-    part holds, None of what is no part: an analysis, a study, a design that is not there.
+    ``status`` is "succeeded", "infeasible" or "failed", or ``REFUSED`` where the request cannot be accepted;
+    ``result`` is a dict in the shape of the job's result model; ``problem`` is a problem+json object where the solver
+    refused or failed; ``verdict`` is whether the part holds, None of what is no part: an analysis, a study, a design
+    that is not there.
     """
 
     status: str
@@ -78,6 +90,8 @@ class Job:
     ``in_steps`` is the call of a job that takes long, and tells how far it is.
     ``best_in_time`` is true where the call looks at the clock: it ends by itself at the request's ``time_budget_s``,
     with the best it has found. A call that does not is killed instead.
+    ``run_many`` answers many requests in less time than one after the other, where there is such a way: one answer for
+    each, the same as ``run`` gives, in their order; ``tables`` are the results that it leaves out unless all is wanted.
     """
 
     request: type[BaseModel]
@@ -90,6 +104,8 @@ class Job:
     infeasible: type[BaseModel] | None = None
     in_steps: Callable[[Any, Report], Answer] | None = None
     best_in_time: bool = False
+    run_many: Callable[[Sequence[Any], Detail], list[Answer]] | None = None
+    tables: tuple[str, ...] = ()
 
     def solve(self, request: Any, report: Report = to_nobody) -> Answer:
         """The answer, told of on the way where the job is a long one."""

@@ -16,6 +16,7 @@ from app.edge.requests import LoggedRequests
 from app.settings import Settings
 
 BATCHES = "/api/v1/batches"
+UPLOADS = "/batches/upload"
 """Paths whose bodies may be larger."""
 
 
@@ -29,7 +30,7 @@ def edge(
     names = [name.strip() for name in settings.allowed_hosts.split(",") if name.strip()]
     limits = BodyLimits(
         settings.max_body_bytes,
-        {BATCHES: settings.max_batch_bytes},
+        {BATCHES: settings.max_batch_bytes, UPLOADS: settings.max_upload_bytes},
         settings.body_idle_s,
         least_bytes_per_s=settings.body_least_bytes_per_s,
     )

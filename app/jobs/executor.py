@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from app.designs.kind import Answer
 from app.designs.progress import Report, to_nobody
@@ -62,6 +62,13 @@ class Executor(Protocol):
         WorkerCrashed, SolveFailed. Cancelling the awaiting task ends the solve.
         """
 
+    async def run_in_background(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> Any:
+        """The same for a piece of a batch, on workers that leave the processor to all others; waits for its turn."""
+
+    @property
+    def background_workers(self) -> int:
+        """How many pieces of batches can be worked on at once."""
+
     def close(self) -> None:
         """End every solve and every worker."""
 
@@ -84,6 +91,57 @@ class PoolSettings:
     idle_work: Callable[[], Iterator[None]] = calls.load_step_by_step
     kernels: bool = True
     told: Told = tell_nobody
+    background_workers: int = 0
+    background_entry: Entry = calls.answer
+    background_niceness: int = 19
+
+
+class Lane:
+    """Workers of one purpose, and the calls that wait for them. No lane waits for another."""
+
+    def __init__(self, worker: WorkerSettings, template: Template, workers: int, name: str) -> None:
+        self.workers = workers
+        self.places = [Place(worker, template) for _ in range(workers)]
+        # One thread per worker, waiting on its pipe: as many places as threads, so there is always a free one.
+        self.threads = ThreadPoolExecutor(max(1, workers), thread_name_prefix=name)
+        self.pending, self._preparing = 0, 0
+        self._free = list(self.places)
+        self._lock = threading.Lock()
+
+    def take(self) -> Place:
+        """A free place, one with a worker if there is such a one."""
+        with self._lock:
+            for place in self._free:
+                if place.ready:
+                    self._free.remove(place)
+                    return place
+            return self._free.pop()
+
+    def give_back(self, place: Place) -> None:
+        with self._lock:
+            self._free.append(place)
+
+    def count_lost(self) -> int:
+        """How many free places have no live worker and nobody on the way to give them one."""
+        with self._lock:
+            lost = sum(not place.ready for place in self._free) - self._preparing
+            self._preparing += max(0, lost)
+        return lost
+
+    def take_lost(self) -> Place | None:
+        """A free place that has no live worker."""
+        with self._lock:
+            place = next((place for place in self._free if not place.ready), None)
+            if place is not None:
+                self._free.remove(place)
+        return place
+
+    def prepared(self, place: Place | None) -> None:
+        """Somebody tried to give the place a worker."""
+        with self._lock:
+            self._preparing -= 1
+            if place is not None:
+                self._free.append(place)
 
 
 class ProcessPool:
@@ -92,6 +150,9 @@ class ProcessPool:
     A worker that overruns its budget, dies, or runs out of memory is killed and replaced, and so is the template; the
     other solves go on. At most ``queue_limit`` calls wait for a worker; one more is refused. A call whose kernels are
     still being compiled is refused too, and told how long that takes.
+
+    Batches have workers of their own, which the system lets run when nobody else wants to: a request of a person never
+    waits for one.
     """
 
     def __init__(self, settings: PoolSettings | None = None, template: Template | None = None) -> None:
@@ -99,14 +160,14 @@ class ProcessPool:
         self._template = template or Template(given.preload)
         self._warming = KernelWarming(self._template, given.told) if given.kernels else None
         worker = WorkerSettings(given.entry, given.load, given.idle_work, given.memory_bytes, given.niceness)
-        self._places = [Place(worker, self._template) for _ in range(given.workers)]
-        self._free = list(self._places)
-        self._free_lock = threading.Lock()
-        # One thread per worker, waiting on its pipe: as many places as threads, so there is always a free one.
-        self._threads = ThreadPoolExecutor(given.workers, thread_name_prefix="solve")
+        behind = WorkerSettings(
+            given.background_entry, given.load, calls.nothing, given.memory_bytes, given.background_niceness
+        )
+        self._front = Lane(worker, self._template, given.workers, "solve")
+        self._behind = Lane(behind, self._template, given.background_workers, "batch")
+        self._lanes = (self._front, self._behind)
         self._keeper = threading.Thread(target=self._keep, name="keeper", daemon=True)
         self._wake = threading.Event()
-        self._pending, self._preparing = 0, 0
         self._closed = False
 
     def start(self) -> None:
@@ -116,7 +177,7 @@ class ProcessPool:
     @property
     def ready(self) -> bool:
         """Whether at least one worker is there, by the look of it now."""
-        return any(place.ready for place in self._places)
+        return any(place.ready for place in self._front.places)
 
     @property
     def warmths(self) -> list[Warmth]:
@@ -137,7 +198,7 @@ class ProcessPool:
 
     @property
     def worker_pids(self) -> list[int]:
-        return [place.pid for place in self._places if place.pid is not None]
+        return [place.pid for lane in self._lanes for place in lane.places if place.pid is not None]
 
     @property
     def template_pid(self) -> int | None:
@@ -145,8 +206,12 @@ class ProcessPool:
 
     @property
     def pending(self) -> int:
-        """Calls that run or wait."""
-        return self._pending
+        """Calls that run or wait, those of batches not counted."""
+        return self._front.pending
+
+    @property
+    def background_workers(self) -> int:
+        return self._behind.workers
 
     async def run(
         self,
@@ -160,12 +225,21 @@ class ProcessPool:
             raise ExecutorClosed("the executor is closing")
         self.start()
         await self._check_warm(kind_slug, mode)
-        if self._pending >= self._settings.workers + self._settings.queue_limit:
-            raise Busy(f"{self._pending} solves run or wait already")
-        call = Call(kind_slug, mode, payload, budget_s, report)
-        self._pending += 1
+        if self._front.pending >= self._settings.workers + self._settings.queue_limit:
+            raise Busy(f"{self._front.pending} solves run or wait already")
+        return await self._await(self._front, Call(kind_slug, mode, payload, budget_s, report))
+
+    async def run_in_background(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> Any:
+        if self._closed:
+            raise ExecutorClosed("the executor is closing")
+        self.start()
+        await self._check_warm(kind_slug, mode)
+        return await self._await(self._behind, Call(kind_slug, mode, payload, budget_s))
+
+    async def _await(self, lane: Lane, call: Call) -> Any:
+        lane.pending += 1
         try:
-            return await asyncio.get_running_loop().run_in_executor(self._threads, self._solve, call)
+            return await asyncio.get_running_loop().run_in_executor(lane.threads, self._solve, lane, call)
         except asyncio.CancelledError:
             call.cancel()
             task = asyncio.current_task()
@@ -173,35 +247,24 @@ class ProcessPool:
                 raise ExecutorClosed("the executor closed before the solve began") from None
             raise
         finally:
-            self._pending -= 1
+            lane.pending -= 1
 
     def close(self) -> None:
         self._closed = True
         if self._warming is not None:
             self._warming.close()
-        for place in self._places:
-            place.close()
+        for lane in self._lanes:
+            for place in lane.places:
+                place.close()
         self._template.close()
         self._wake.set()
-        self._threads.shutdown(wait=True, cancel_futures=True)
+        for lane in self._lanes:
+            lane.threads.shutdown(wait=True, cancel_futures=True)
         if self._keeper.ident is not None:
             self._keeper.join()
 
-    def _take(self) -> Place:
-        """A free place, one with a worker if there is such a one."""
-        with self._free_lock:
-            for place in self._free:
-                if place.ready:
-                    self._free.remove(place)
-                    return place
-            return self._free.pop()
-
-    def _give_back(self, place: Place) -> None:
-        with self._free_lock:
-            self._free.append(place)
-
-    def _solve(self, call: Call) -> Answer:
-        place = self._take()
+    def _solve(self, lane: Lane, call: Call) -> Any:
+        place = lane.take()
         try:
             if self._closed or not call.begin(place):
                 raise ExecutorClosed("the call was given up before it began")
@@ -219,7 +282,7 @@ class ProcessPool:
                 call.end()
                 self._wake.set()
         finally:
-            self._give_back(place)
+            lane.give_back(place)
 
     def _template_fell(self, generation: int) -> bool:
         end = time.monotonic() + _LOOK_S
@@ -242,8 +305,9 @@ class ProcessPool:
                     logger.error("template_ended")
                 self._template.start()
             try:
-                for _ in range(self._count_lost()):
-                    self._threads.submit(self._prepare_one)
+                for lane in self._lanes:
+                    for _ in range(lane.count_lost()):
+                        lane.threads.submit(self._prepare_one, lane)
             except RuntimeError:  # closed a moment ago
                 return
             if loading != self._template.generation and self.ready and self.wait_until_warm(0.0):
@@ -253,18 +317,8 @@ class ProcessPool:
             self._wake.wait(_LOOK_S)
             self._wake.clear()
 
-    def _count_lost(self) -> int:
-        """How many free places have no live worker and nobody on the way to give them one."""
-        with self._free_lock:
-            lost = sum(not place.ready for place in self._free) - self._preparing
-            self._preparing += max(0, lost)
-        return lost
-
-    def _prepare_one(self) -> None:
-        with self._free_lock:
-            place = next((place for place in self._free if not place.ready), None)
-            if place is not None:
-                self._free.remove(place)
+    def _prepare_one(self, lane: Lane) -> None:
+        place = lane.take_lost()
         try:
             if place is not None and not self._closed:
                 place.prepare()
@@ -274,7 +328,4 @@ class ProcessPool:
                 logger.warning("worker_did_not_start", reason=str(error))
                 time.sleep(_LOOK_S)
         finally:
-            with self._free_lock:
-                self._preparing -= 1
-                if place is not None:
-                    self._free.append(place)
+            lane.prepared(place)

@@ -27,6 +27,14 @@ class UnknownRun(StoreError):
         self.run_id = run_id
 
 
+class UnknownBatch(StoreError):
+    """No batch has this id."""
+
+    def __init__(self, batch_id: str) -> None:
+        super().__init__(f"no batch has the id {batch_id!r}")
+        self.batch_id = batch_id
+
+
 class StoreClosed(StoreError):
     """The store is shutting down and takes no more writes."""
 

@@ -1,4 +1,7 @@
-"""One service for one database: held for as long as the service runs, let go by the system however it ends."""
+"""Who came first to a database: held for as long as a service runs, let go by the system however it ends.
+
+Batches are shared by leases among any number of processes; runs that were promised by a 202 are taken up by one alone.
+"""
 
 from __future__ import annotations
 
@@ -10,24 +13,17 @@ from typing import IO, Any, Self
 from sqlalchemy import text
 
 from app.store.engine import make_engine, normalised_url
-from app.store.errors import StoreError
 from app.store.faults import told
 
 _SERVICE_LOCK = 7_265_110_422
 """PostgreSQL's advisory lock of the service."""
 
 
-class InUse(StoreError):
-    """Another service works with this database."""
-
-    def __init__(self) -> None:
-        super().__init__("another crankwright service works with this database; one service, one database")
-
-
 class ServiceLock:
-    """Raises InUse while another service holds the lock."""
+    """``held`` tells whether this is the only service on the database, or the first of several."""
 
     def __init__(self, url: str) -> None:
+        self.held = True
         self._file: IO[str] | None = None
         self._connection: Any = None
         target = normalised_url(url)
@@ -43,9 +39,8 @@ class ServiceLock:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             self.release()
-            raise InUse from None
         except OSError:  # a file system without locks
-            self.release()
+            return
 
     def _lock_server(self, url: str) -> None:
         engine = make_engine(url)
@@ -54,7 +49,6 @@ class ServiceLock:
             held = self._connection.execute(text("SELECT pg_try_advisory_lock(:lock)"), {"lock": _SERVICE_LOCK})
         if not held.scalar_one():
             self.release()
-            raise InUse
 
     def release(self) -> None:
         if self._file is not None:
@@ -64,6 +58,7 @@ class ServiceLock:
             self._connection.close()
             engine.dispose()
         self._file = self._connection = None
+        self.held = False
 
     def __enter__(self) -> Self:
         return self

@@ -148,4 +148,78 @@ ledger = Table(
     Column("probe", BigInteger, nullable=False),
 )
 
+batches = Table(
+    "batches",
+    metadata,
+    Column("number", Integer, primary_key=True),
+    Column("id", String(36), nullable=False),
+    Column("kind", String(64), nullable=False),
+    Column("mode", String(16), nullable=False),
+    Column("name", String(200)),
+    Column("detail", String(16), nullable=False),
+    Column("status", String(16), nullable=False),
+    Column("source", LargeBinary, nullable=False),
+    Column("dictionary", LargeBinary, nullable=False),
+    Column("solver_name", String(64), nullable=False),
+    Column("solver_version", String(64), nullable=False),
+    Column("total", Integer, nullable=False),
+    Column("succeeded", Integer, nullable=False),
+    Column("infeasible", Integer, nullable=False),
+    Column("failed", Integer, nullable=False),
+    Column("refused", Integer, nullable=False),
+    Column("created_at", UtcDateTime(), nullable=False),
+    Column("started_at", UtcDateTime()),
+    Column("ended_at", UtcDateTime()),
+    Column("received_until", Float),
+    Column("idempotency_key", String(255)),
+    Column("request_hash", String(64)),
+    Column("answer", LargeBinary),
+    Column("owner", String(36)),
+    UniqueConstraint("id"),
+    UniqueConstraint("idempotency_key"),
+    Index(None, "status", "number"),
+)
+
+# What was sent, in the order it was sent: blocks of items, compressed.
+batch_blocks = Table(
+    "batch_blocks",
+    metadata,
+    Column("batch", Integer, ForeignKey("batches.number"), primary_key=True),
+    Column("first", Integer, primary_key=True),
+    Column("count", Integer, nullable=False),
+    Column("content", LargeBinary, nullable=False),
+    Column("digest", LargeBinary, nullable=False),
+)
+
+# What is to be done: ranges of items within one block, each waiting, leased, done or cancelled.
+batch_chunks = Table(
+    "batch_chunks",
+    metadata,
+    Column("batch", Integer, ForeignKey("batches.number"), primary_key=True),
+    Column("first", Integer, primary_key=True),
+    Column("count", Integer, nullable=False),
+    Column("block", Integer, nullable=False),
+    Column("state", String(16), nullable=False),
+    Column("attempts", Integer, nullable=False),
+    Column("owner", String(64)),
+    Column("leased_until", Float),
+    Index(None, "batch", "state", "first"),
+)
+
+# What came out: one row per ended item, its parts compressed together with the batch's dictionary.
+batch_items = Table(
+    "batch_items",
+    metadata,
+    Column("batch", Integer, ForeignKey("batches.number"), primary_key=True),
+    Column("index", Integer, primary_key=True),
+    Column("line", Integer),
+    Column("status", String(16), nullable=False),
+    Column("holds", Boolean),
+    Column("figure", Float),
+    Column("content", LargeBinary, nullable=False),
+    Column("digest", LargeBinary, nullable=False),
+    Index(None, "batch", "status", "index"),
+    sqlite_with_rowid=False,
+)
+
 JSON_COLUMNS = ("spec", "result", "problem", "effects", "accuracy", "timing", "source_run_ids", "verdict")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import base64
 import binascii
+import contextvars
 import json
 import time
 from collections.abc import Callable
@@ -17,6 +18,8 @@ from typing import Any, Self, TypeVar
 from sqlalchemy import ColumnElement, Connection, Select, select, tuple_
 
 from app.logging import get_logger
+from app.store.batch_reads import find_batch, get_item_run, list_item_runs
+from app.store.batch_records import BatchRecord
 from app.store.engine import make_engine
 from app.store.errors import DamagedRecord, InvalidCursor, UnknownRun
 from app.store.faults import FileWatch, StoreFault, Trouble, told
@@ -31,12 +34,13 @@ from app.store.record import (
     RunOrder,
     RunPage,
     RunRecord,
+    RunSummary,
     StoredResponse,
     utc_now,
 )
-from app.store.rows import is_intact, row_to_run, row_to_summary
+from app.store.rows import SUMMARY_FIELDS, is_intact, row_to_run, row_to_summary
 from app.store.upkeep import Expire, Probe
-from app.store.viewer import Viewer, viewer
+from app.store.viewer import Viewer, own_key, viewer
 from app.store.writer import GroupWriter, Operation
 
 logger = get_logger(__name__)
@@ -98,13 +102,13 @@ class RunStore:
         body was first, nothing is inserted and that request's answer is returned; with another body,
         IdempotencyConflict is raised.
         """
-        first = await self._writer.submit(_insertion(record, response, viewer.get(), self._since()))
+        first = await self._writer.submit(_insertion(record, response, self._since()))
         self._recent.add(record.spec_hash)
         return first
 
     def put_and_wait(self, record: RunRecord, response: StoredResponse | None = None) -> StoredResponse | None:
         """``put`` for code without an event loop (the command line)."""
-        first = self._writer.submit_and_wait(_insertion(record, response, viewer.get(), self._since()))
+        first = self._writer.submit_and_wait(_insertion(record, response, self._since()))
         self._recent.add(record.spec_hash)
         return first
 
@@ -143,7 +147,7 @@ class RunStore:
 
     async def find_response(self, key: str, request_hash: str) -> StoredResponse | None:
         """The answer kept under an idempotency key, None if the key is new, IdempotencyConflict if it is another's."""
-        own = _own_key(key, viewer.get())
+        own = own_key(key)
         return await self._read(lambda connection: find_response(connection, own, request_hash, self._since()))
 
     async def find_answer(self, spec_hash: str, solver_name: str, solver_version: str) -> RunRecord | None:
@@ -165,6 +169,7 @@ class RunStore:
     ) -> RunPage:
         """A page of runs in that order. Runs that arrive between two pages shift nothing; limit is 1…200.
 
+        The items of a batch are listed where the filter names it, else only what was asked for by itself.
         Raises InvalidCursor for a cursor that no page of this store carried.
         """
         after = _decode_cursor(cursor, order) if cursor is not None else None
@@ -223,12 +228,16 @@ class RunStore:
 
     async def query(self, query: Callable[[Connection], T]) -> T:
         """``read`` on one of the threads for reads."""
-        return await asyncio.get_running_loop().run_in_executor(self._readers, self.read, query)
+        return await self._reading(query)
+
+    def _reading(self, query: Callable[[Connection], T]) -> asyncio.Future[T]:
+        # The thread looks with the eyes of whoever asks.
+        context = contextvars.copy_context()
+        return asyncio.get_running_loop().run_in_executor(self._readers, context.run, self.read, query)
 
     async def _read(self, query: Callable[[Connection], T]) -> T:
-        reading = asyncio.get_running_loop().run_in_executor(self._readers, self.read, query)
         try:
-            return await asyncio.wait_for(reading, DEADLINE_S)
+            return await asyncio.wait_for(self._reading(query), DEADLINE_S)
         except TimeoutError:
             raise StoreFault(Trouble.BUSY, "reads wait too long") from None
 
@@ -244,17 +253,10 @@ class RunStore:
             raise
 
 
-def _insertion(
-    record: RunRecord, response: StoredResponse | None, who: Viewer, since: datetime | None
-) -> Put | PutOnce:
+def _insertion(record: RunRecord, response: StoredResponse | None, since: datetime | None) -> Put | PutOnce:
     if response is None:
         return Put(record)
-    return PutOnce(record, replace(response, key=_own_key(response.key, who)), since)
-
-
-def _own_key(key: str, who: Viewer) -> str:
-    """An idempotency key as it is kept: everybody's are his own. No header, so no key, has a line end."""
-    return key if who.owner is None else f"{who.owner}\n{key}"
+    return PutOnce(record, replace(response, key=own_key(response.key)), since)
 
 
 def _get(connection: Connection, run_id: str) -> RunRecord:
@@ -264,9 +266,9 @@ def _get(connection: Connection, run_id: str) -> RunRecord:
         row = connection.execute(select(runs).where(runs.c.id == run_id)).mappings().first() if known else None
     except (ValueError, TypeError, AttributeError) as error:  # a time that is no time any more
         raise DamagedRecord(runs.name, run_id) from error
-    if row is None:
+    if not known:
         raise UnknownRun(run_id)
-    return row_to_run(row)
+    return get_item_run(connection, run_id) if row is None else row_to_run(row)
 
 
 def _newest_specs(connection: Connection) -> list[str]:
@@ -322,6 +324,9 @@ def _list(
     order: RunOrder,
     who: Viewer,
 ) -> RunPage:
+    batch = None if wanted.batch_id is None else find_batch(connection, wanted.batch_id)
+    if batch is not None:
+        return _list_batch(connection, batch, wanted, after, size, order)
     column, downward = _KEYS[order]
     query = _filtered(select(runs), wanted)
     if not who.everything:
@@ -342,6 +347,23 @@ def _list(
     last = rows[size - 1] if len(rows) > size else None
     cursor = None if last is None else _encode_cursor(last[column.name], last["id"])
     return RunPage(tuple(items), cursor, tuple(damaged))
+
+
+def _list_batch(
+    connection: Connection,
+    batch: BatchRecord,
+    wanted: RunFilter,
+    after: tuple[str | float, str] | None,
+    size: int,
+    order: RunOrder,
+) -> RunPage:
+    found, more = list_item_runs(connection, batch, wanted, after, size, order)
+    items = tuple(RunSummary(**{name: getattr(run, name) for name in SUMMARY_FIELDS}) for run in found)
+    if not more:
+        return RunPage(items, None)
+    last = items[-1]
+    keys = {RunOrder.NAME: last.name or "", RunOrder.LEAST: last.figure, RunOrder.GREATEST: last.figure}
+    return RunPage(items, _encode_cursor(keys.get(order, last.id), last.id))
 
 
 def _beyond(column: ColumnElement, downward: bool, after: tuple[str | float, str]) -> ColumnElement[bool]:

@@ -14,22 +14,27 @@ from typing import Any
 from sqlalchemy import Connection, Engine, RowMapping, Table, func, inspect, select, text
 from sqlalchemy.exc import DBAPIError
 
+from app.store.batch_verify import batch_damages
+from app.store.damage import Damage
 from app.store.engine import make_engine
 from app.store.hashing import spec_hash
-from app.store.models import JSON_COLUMNS, api_keys, audit, idempotency_keys, ledger, runs
+from app.store.models import (
+    JSON_COLUMNS,
+    api_keys,
+    audit,
+    batch_blocks,
+    batch_chunks,
+    batch_items,
+    batches,
+    idempotency_keys,
+    ledger,
+    runs,
+)
 from app.store.rows import is_intact
 
 PAGE = 500
 _TABLES = (runs, idempotency_keys, api_keys, audit)
-
-
-@dataclass(frozen=True)
-class Damage:
-    """One thing that is wrong: in which table, at which key (None: the table or the file itself), and what."""
-
-    table: str
-    key: str | None
-    what: str
+_BATCHES = (batches, batch_blocks, batch_chunks, batch_items)
 
 
 @dataclass(frozen=True)
@@ -38,6 +43,7 @@ class Report:
 
     runs: int = 0
     idempotency_keys: int = 0
+    batch_items: int = 0
     damages: tuple[Damage, ...] = field(default=())
 
     @property
@@ -50,6 +56,7 @@ def verify(url: str) -> Report:
     engine = make_engine(url, patient=True)
     counts = dict.fromkeys((table.name for table in _TABLES), 0)
     damages: list[Damage] = []
+    items = 0
     try:
         with engine.connect() as connection:
             _tolerate_broken_text(connection)
@@ -66,12 +73,18 @@ def verify(url: str) -> Report:
                         damages += _row_damages(table, row_or_damage)
             if not broken & {runs.name, ledger.name}:
                 damages += _missing(connection)
+            if not broken & {table.name for table in _BATCHES}:
+                for damage_or_count in batch_damages(connection):
+                    if isinstance(damage_or_count, Damage):
+                        damages.append(damage_or_count)
+                    else:
+                        items += damage_or_count
             damages += _file_damages(engine, connection)
     except DBAPIError as error:
         damages.append(Damage("", None, f"the database cannot be read: {error.orig}"))
     finally:
         engine.dispose()
-    return Report(counts[runs.name], counts[idempotency_keys.name], tuple(damages))
+    return Report(counts[runs.name], counts[idempotency_keys.name], items, tuple(damages))
 
 
 def _tolerate_broken_text(connection: Connection) -> None:
@@ -85,7 +98,7 @@ def _tolerate_broken_text(connection: Connection) -> None:
 def _schema_damages(connection: Connection) -> Iterator[Damage]:
     inspector = inspect(connection)
     present = set(inspector.get_table_names())
-    for table in (*_TABLES, ledger):
+    for table in (*_TABLES, ledger, *_BATCHES):
         if table.name not in present:
             yield Damage(table.name, None, "the table is missing")
             continue

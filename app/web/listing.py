@@ -12,7 +12,7 @@ from app.designs.registry import KINDS
 from app.store.record import RunFilter, RunOrder, RunStatus
 from app.web.languages import gettext as _
 
-FIELDS = ("kind", "mode", "status", "holds", "text", "since", "until", "order")
+FIELDS = ("kind", "mode", "status", "holds", "text", "since", "until", "order", "batch_id")
 ORDERS = {
     RunOrder.NEWEST: "newest first",
     RunOrder.OLDEST: "oldest first",
@@ -82,6 +82,7 @@ def asked_of(query: Mapping[str, str]) -> Listing:
         created_before=_next_day(days.get("until")),
         holds={"true": True, "false": False}.get(sound.get("holds", "")),
         text=sound.get("text"),
+        batch_id=sound.get("batch_id"),
     )
     order = RunOrder(sound.get("order", RunOrder.NEWEST))
     return Listing(wanted, order, query.get("cursor") or None, given, errors)

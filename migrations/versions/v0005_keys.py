@@ -10,7 +10,7 @@ import sqlalchemy as sa
 from alembic import op
 
 revision = "0005"
-down_revision = "0003"
+down_revision = "0004"
 branch_labels = None
 depends_on = None
 
@@ -58,6 +58,7 @@ def upgrade() -> None:
         sa.PrimaryKeyConstraint("id", name="pk_audit"),
     )
     op.add_column("runs", sa.Column("owner", sa.String(36)))
+    op.add_column("batches", sa.Column("owner", sa.String(36)))
     owned = sa.text("owner IS NOT NULL")
     op.create_index("ix_runs_owner_id", "runs", ["owner", "id"], sqlite_where=owned, postgresql_where=owned)
     ledger = op.create_table(
@@ -82,6 +83,7 @@ def downgrade() -> None:
         op.execute("DROP FUNCTION count_runs")
     op.drop_table("ledger")
     op.drop_index("ix_runs_owner_id", table_name="runs")
+    op.drop_column("batches", "owner")
     op.drop_column("runs", "owner")
     op.drop_table("audit")
     op.drop_table("api_keys")

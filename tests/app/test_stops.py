@@ -61,7 +61,7 @@ def test_while_kernels_compile_pages_are_served_and_requests_are_told_how_long_i
 @pytest.fixture(scope="module")
 def busy(tmp_path_factory: pytest.TempPathFactory):
     """A warm service on which processes are killed in turn."""
-    with Running(tmp_path_factory.mktemp("busy"), workers=2) as service, service.client() as client:
+    with Running(tmp_path_factory.mktemp("busy"), workers=2, batch_workers=0) as service, service.client() as client:
         wait_until(lambda: service.ready(client), 170.0)
         yield service, client
 

@@ -183,3 +183,21 @@ def test_it_needs_nothing_of_the_service():
         capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert done.stdout.strip() == "set()"
+
+
+def test_a_batch_and_its_frame(ours, client, tmp_path):
+    specs = [{**PIN, "load": {"force_n": force}} for force in (4000.0, 5000.0, -1.0)]
+    batch = ours.wait_for_batch(ours.batch("pin-profile", "check", specs, name="three"), 60)
+    assert (batch["status"], batch["items"]["refused"], batch["name"]) == ("ended", 1, "three")
+    frame = ours.frame(batch, status="succeeded")
+    assert list(frame["load.force_n"]) == [4000.0, 5000.0]
+    assert [row["status"] for row in ours.results(batch)] == ["succeeded", "succeeded", "refused"]
+    file = tmp_path / "cases.csv"
+    file.write_text("name\nnothing else")
+    assert ours.wait_for_batch(ours.batch("pin-profile", "check", file), 60)["items"]["refused"] == 1
+    vary = {"load.force_n": {"values": [4000.0, 5000.0]}}
+    told = {"kind": "pin-profile", "mode": "check", "base": PIN, "vary": vary}
+    swept = ours.wait_for_batch(ours.sweep(told), 60)
+    assert list(ours.frame(swept)["mass_g"]) == list(frame["mass_g"])
+    with pytest.raises(Problem):
+        ours.cancel_batch(swept)

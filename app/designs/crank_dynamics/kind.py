@@ -244,7 +244,11 @@ CRANK_DYNAMICS = Kind(
     slug="crank-dynamics",
     title="Crank dynamics",
     summary="forces, torque and power of a crank mechanism over its cycle, and the instants that load its parts",
-    jobs={Mode.ANALYSIS: Job(DynamicsRequest, DynamicsResult, run_dynamics, reference=dynamics_reference)},
+    jobs={
+        Mode.ANALYSIS: Job(
+            DynamicsRequest, DynamicsResult, run_dynamics, reference=dynamics_reference, tables=("cycle", "series")
+        )
+    },
     known_effects=crank.EFFECTS,
     plots=PLOTS,
     figure=figure,

@@ -420,8 +420,15 @@ IMPACT_LINKAGE = Kind(
     title="Impact linkage",
     summary="the crank-rocker that strikes once a turn: its type, its four lengths and how it lies in its box",
     jobs={
-        Mode.DESIGN: Job(DesignRequest, DesignResult, run_design, reference=design_reference, in_steps=design_in_steps),
-        Mode.CHECK: Job(CheckRequest, LinkageResult, run_check, reference=check_reference),
+        Mode.DESIGN: Job(
+            DesignRequest,
+            DesignResult,
+            run_design,
+            reference=design_reference,
+            in_steps=design_in_steps,
+            tables=("transfer", "front"),
+        ),
+        Mode.CHECK: Job(CheckRequest, LinkageResult, run_check, reference=check_reference, tables=("transfer",)),
     },
     known_effects=linkage.EFFECTS,
     plots={

@@ -105,6 +105,9 @@ MAIN_RESULTS = (
 """What an accuracy study judges. Not the bore itself: where the mass is flat in it, it is uncertain by the square root
 of the mass's own error."""
 
+TABLES = ("profile",)
+"""What a batch leaves out of its results."""
+
 GIVEN_RESULTS = ("ovalization_um", "ring_stresses_mpa.inner_side", "ring_stresses_mpa.outer_top")
 """They follow the bore in the middle."""
 
@@ -120,9 +123,14 @@ PIN_PROFILE = Kind(
     summary="the lightest bore of a piston pin: free, drillable, stepped, conical",
     jobs={
         Mode.DESIGN: Job(
-            DesignRequest, DesignResult, run_design, reference=design_reference, infeasible=InfeasibleResult
+            DesignRequest,
+            DesignResult,
+            run_design,
+            reference=design_reference,
+            infeasible=InfeasibleResult,
+            tables=TABLES,
         ),
-        Mode.CHECK: Job(CheckRequest, PinResult, run_check, reference=check_reference),
+        Mode.CHECK: Job(CheckRequest, PinResult, run_check, reference=check_reference, tables=TABLES),
     },
     known_effects=pin.EFFECTS,
     plots={

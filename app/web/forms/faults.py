@@ -6,7 +6,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from app.errors import LIMITS, Problem
+from app.designs.refusals import LIMITS
+from app.errors import Problem
 from app.web.forms.groups import Group
 from app.web.forms.nodes import Node, Texts
 from app.web.languages import gettext as _

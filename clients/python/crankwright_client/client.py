@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import time
-from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from collections.abc import AsyncIterator, Callable, Iterable, Iterator, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,8 @@ import httpx
 from crankwright_client import wire
 from crankwright_client.errors import NoAnswer
 from crankwright_client.retries import Retries, asked_wait_s, may_succeed
-from crankwright_client.run import Run
+from crankwright_client.run import OPEN, Run
+from crankwright_client.types import Batch
 
 SOLVE_TIMEOUT_S = 120.0
 """Longer than any solve that the service answers at once."""
@@ -112,6 +114,56 @@ class Client:
             cursor = page["next_cursor"]
             if cursor is None:
                 return
+
+    def batch(
+        self,
+        kind: str,
+        mode: str,
+        specs: Iterable[Mapping[str, Any]] | PathLike[str] | str,
+        *,
+        name: str = "",
+        detail: str = "scalars",
+        key: str | None = None,
+    ) -> Batch:
+        """Begin a batch of many requests of one kind and mode ("design", "check", "analysis"): mappings, or the rows of
+        a file (.csv, .ndjson, .parquet)."""
+        return self._send(wire.rows(kind, mode, specs, name, detail, key)).json()
+
+    def sweep(self, told: Mapping[str, Any], *, key: str | None = None) -> Batch:
+        """Begin a batch that the service expands: {kind, mode, base, vary, combine, …}."""
+        return self._send(wire.sweep(told, key)).json()
+
+    def wait_for_batch(
+        self, batch: Batch, timeout_s: float | None = None, progress: Callable[[Batch], None] | None = None
+    ) -> Batch:
+        """The batch when it has ended; ``progress`` is called with it each time it is looked at."""
+        ends = None if timeout_s is None else time.monotonic() + timeout_s
+        while batch["status"] in OPEN:
+            if ends is not None and time.monotonic() > ends:
+                raise NoAnswer(f"batch {batch['id']} is still {batch['status']}")
+            time.sleep(_POLL_S)
+            batch = self._send(wire.Call("GET", batch["links"]["self"])).json()
+            if progress is not None:
+                progress(batch)
+        return batch
+
+    def cancel_batch(self, batch: Batch) -> Batch:
+        """End a batch; what is done stays. A Problem with status 409 if it has ended."""
+        return self._send(wire.Call("DELETE", batch["links"]["self"])).json()
+
+    def results(
+        self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()
+    ) -> Iterator[dict[str, Any]]:
+        """The rows of what has ended, in the order of the items."""
+        answer = self._send(wire.results(batch, "ndjson", status, fields))
+        return (json.loads(line) for line in answer.iter_lines() if line)
+
+    def frame(self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()) -> Any:
+        """The same as a pandas frame, indexed by the items; needs pandas."""
+        import pandas
+
+        found = pandas.DataFrame(list(self.results(batch, status=status, fields=fields)))
+        return found.set_index("index") if "index" in found else found
 
     def plot(self, run: Run, name: str) -> bytes:
         """One of ``run.links["plots"]``, as SVG."""
@@ -223,6 +275,56 @@ class AsyncClient:
             cursor = page["next_cursor"]
             if cursor is None:
                 return
+
+    async def batch(
+        self,
+        kind: str,
+        mode: str,
+        specs: Iterable[Mapping[str, Any]] | PathLike[str] | str,
+        *,
+        name: str = "",
+        detail: str = "scalars",
+        key: str | None = None,
+    ) -> Batch:
+        """Begin a batch of many requests of one kind and mode ("design", "check", "analysis"): mappings, or the rows of
+        a file (.csv, .ndjson, .parquet)."""
+        return (await self._send(wire.rows(kind, mode, specs, name, detail, key))).json()
+
+    async def sweep(self, told: Mapping[str, Any], *, key: str | None = None) -> Batch:
+        """Begin a batch that the service expands: {kind, mode, base, vary, combine, …}."""
+        return (await self._send(wire.sweep(told, key))).json()
+
+    async def wait_for_batch(
+        self, batch: Batch, timeout_s: float | None = None, progress: Callable[[Batch], None] | None = None
+    ) -> Batch:
+        """The batch when it has ended; ``progress`` is called with it each time it is looked at."""
+        ends = None if timeout_s is None else time.monotonic() + timeout_s
+        while batch["status"] in OPEN:
+            if ends is not None and time.monotonic() > ends:
+                raise NoAnswer(f"batch {batch['id']} is still {batch['status']}")
+            await asyncio.sleep(_POLL_S)
+            batch = (await self._send(wire.Call("GET", batch["links"]["self"]))).json()
+            if progress is not None:
+                progress(batch)
+        return batch
+
+    async def cancel_batch(self, batch: Batch) -> Batch:
+        """End a batch; what is done stays. A Problem with status 409 if it has ended."""
+        return (await self._send(wire.Call("DELETE", batch["links"]["self"]))).json()
+
+    async def results(
+        self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()
+    ) -> list[dict[str, Any]]:
+        """The rows of what has ended, in the order of the items."""
+        answer = await self._send(wire.results(batch, "ndjson", status, fields))
+        return [json.loads(line) for line in answer.iter_lines() if line]
+
+    async def frame(self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()) -> Any:
+        """The same as a pandas frame, indexed by the items; needs pandas."""
+        import pandas
+
+        found = pandas.DataFrame(await self.results(batch, status=status, fields=fields))
+        return found.set_index("index") if "index" in found else found
 
     async def plot(self, run: Run, name: str) -> bytes:
         """One of ``run.links["plots"]``, as SVG."""

@@ -35,6 +35,58 @@ class AlternativeResult(TypedDict):
     reason: str
 
 
+class Batch(TypedDict):
+    """Many requests of one kind and mode as one job; each of its items is a run."""
+
+    id: str
+    kind: str
+    mode: Mode
+    name: str
+    detail: Detail
+    status: Literal["queued", "running", "ended", "cancelled"]
+    created_at: str
+    ended_at: str | None
+    items: BatchItems
+    rate_per_s: float | None
+    """items a second since the first was begun"""
+    remaining_s: float | None
+    """null: nothing is known yet"""
+    solver: Solver
+    links: BatchLinks
+
+
+class BatchItems(TypedDict):
+    """How many items there are, and how those that are done ended."""
+
+    total: int
+    done: int
+    succeeded: int
+    infeasible: int
+    failed: int
+    refused: int
+    """rows that are no valid request"""
+    cancelled: int
+
+
+class BatchLinks(TypedDict):
+    """Where a batch and what belongs to it are found."""
+
+    self: str
+    page: str
+    results: str
+    events: str
+    runs: str
+
+
+class BatchPage(TypedDict):
+    """A page of the list of batches; ``next_cursor`` asks for the next one."""
+
+    items: list[Batch]
+    next_cursor: str | None
+
+BatchStatus = Literal["receiving", "queued", "running", "ended", "cancelled"]
+
+
 class BoreForm(TypedDict):
     """The shapes that the bore may have."""
 
@@ -266,6 +318,8 @@ class Cylinder(TypedDict):
     """pressure under the piston"""
     strokes: Literal[2, 4]
     """strokes of a cycle"""
+
+Detail = Literal["scalars", "full"]
 
 
 class Dimensions(TypedDict):
@@ -639,6 +693,8 @@ class FlexibleRodStudyRequest(TypedDict):
     that takes too long is given up, rungs that the time does not reach are left out"""
     spec: FlexibleRodDesignRequest | FlexibleRodCheckRequest
     """a design request or a check request of this kind"""
+
+Format = Literal["ndjson", "csv", "parquet"]
 
 
 class FrontPointResult(TypedDict):
@@ -1802,6 +1858,23 @@ class StudyResult(TypedDict):
     effect_costs: list[EffectCostResult]
 
 
+class Sweep(TypedDict):
+    """A request of which some fields are varied."""
+
+    kind: str
+    mode: Literal["design", "check", "analysis", "accuracy"]
+    name: NotRequired[str]
+    detail: NotRequired[Literal["scalars", "full"]]
+    base: dict[str, Any]
+    """what every request has"""
+    vary: dict[str, Vary]
+    """dotted field: its values"""
+    combine: NotRequired[Literal["grid", "zip", "latin_hypercube", "sobol"]]
+    samples: NotRequired[int | None]
+    """of latin_hypercube and sobol"""
+    seed: NotRequired[int]
+
+
 class SweptBox(TypedDict):
     """The least box around all that links and joints sweep; ``angle_deg`` from the base line to its width."""
 
@@ -1838,6 +1911,17 @@ class Unbalance(TypedDict):
     order: int
     force_n: float
     couple_nm: float | None
+
+Vary = TypedDict(
+    "Vary",
+    {
+        "values": NotRequired[Union[list[Any], None]],
+        "from": NotRequired[Union[float, None]],
+        "to": NotRequired[Union[float, None]],
+        "steps": NotRequired[Union[int, None]],
+        "scale": NotRequired[Literal["linear", "log"]],
+    },
+)
 
 
 class VerdictResult(TypedDict):

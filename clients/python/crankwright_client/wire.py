@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 import uuid
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import httpx
 
 from crankwright_client.errors import Problem, RunFailed
 from crankwright_client.run import Run
+from crankwright_client.types import Batch
 
 PREFIX = "/api/v1"
 
@@ -36,6 +39,49 @@ def submission(
         headers["Prefer"] = "respond-async"
     body = json.dumps(spec, allow_nan=False).encode()
     return Call("POST", f"{PREFIX}/{collection}/{kind}", body, headers)
+
+
+ROWS = {
+    ".csv": "text/csv",
+    ".ndjson": "application/x-ndjson",
+    ".jsonl": "application/x-ndjson",
+    ".parquet": "application/vnd.apache.parquet",
+}
+"""How the rows of a file are sent, by its name."""
+
+
+def rows(
+    kind: str,
+    mode: str,
+    specs: Iterable[Mapping[str, Any]] | PathLike[str] | str,
+    name: str,
+    detail: str,
+    key: str | None,
+) -> Call:
+    """A POST of many requests: those of a file (.csv, .ndjson, .parquet), or mappings, sent as NDJSON."""
+    form, content = "application/x-ndjson", b""
+    if isinstance(specs, str | PathLike):
+        file = Path(specs)
+        form, content = ROWS[file.suffix.lower()], file.read_bytes()
+    else:
+        content = b"\n".join(json.dumps(spec, allow_nan=False).encode() for spec in specs)
+    headers = {"Content-Type": form, "Idempotency-Key": key or uuid.uuid4().hex}
+    return Call("POST", f"{PREFIX}/batches", content, headers, _given(kind=kind, mode=mode, name=name, detail=detail))
+
+
+def sweep(told: Mapping[str, Any], key: str | None) -> Call:
+    """A POST of a sweep."""
+    headers = {"Content-Type": "application/json", "Idempotency-Key": key or uuid.uuid4().hex}
+    return Call("POST", f"{PREFIX}/batches", json.dumps(told, allow_nan=False).encode(), headers)
+
+
+def results(batch: Batch, form: str, status: str | None = None, fields: Iterable[str] = ()) -> Call:
+    """The table of what has ended."""
+    return Call("GET", batch["links"]["results"], params=_given(format=form, status=status, fields=",".join(fields)))
+
+
+def _given(**values: Any) -> dict[str, str]:
+    return {name: str(value) for name, value in values.items() if value}
 
 
 def listing(filters: Mapping[str, Any], cursor: str | None) -> Call:

@@ -16,7 +16,7 @@ from sqlalchemy import text
 from app.store.engine import make_engine
 from app.store.errors import DamagedRecord, UnknownRun
 from app.store.faults import StoreFault, Trouble
-from app.store.lock import InUse, ServiceLock
+from app.store.lock import ServiceLock
 from app.store.migrate import NewerDatabase, upgrade
 from app.store.record import RunFilter
 from app.store.repository import RunStore
@@ -216,10 +216,13 @@ def test_a_locked_table_of_a_server(database_url: str) -> None:
 # -- one service, and starts ------------------------------------------------------------------------------------
 
 
-def test_one_service_works_with_a_database(database_url: str) -> None:
-    with ServiceLock(database_url), pytest.raises(InUse, match="one service"):
-        ServiceLock(database_url)
-    ServiceLock(database_url).release()
+def test_one_service_is_the_first_on_a_database(database_url: str) -> None:
+    with ServiceLock(database_url) as first:
+        with ServiceLock(database_url) as second:
+            assert first.held and not second.held
+        assert first.held
+    with ServiceLock(database_url) as again:
+        assert again.held
 
 
 def test_a_newer_database_is_told(database_url: str) -> None:

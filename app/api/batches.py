@@ -1,0 +1,179 @@
+"""/api/v1/batches: many requests as one job."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tempfile
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Header, Query, Request, Response
+from fastapi.responses import StreamingResponse
+
+from app.api.bodies import parse, read_body
+from app.batches.results import MEDIA_TYPES, Format, Wanted
+from app.batches.service import Asked, BatchService
+from app.batches.sweep import Sweep
+from app.batches.view import batch_json
+from app.designs.kind import Detail, Mode
+from app.errors import INVALID, Problem
+from app.store.batch_reads import BatchFilter
+from app.store.batch_records import BatchRecord, BatchStatus, ItemStatus
+
+router = APIRouter(prefix="/api/v1/batches", tags=["batches"])
+
+_MOST_KEY = 200
+_LINES = {"application/x-ndjson": False, "application/jsonl": False, "text/csv": True}
+_PARQUET = "application/vnd.apache.parquet"
+_FORMS = "application/json (a sweep), application/x-ndjson, text/csv or " + _PARQUET
+_MISSING: dict[int | str, dict[str, str]] = {404: {"description": "there is no such batch"}}
+_REFUSALS: dict[int | str, dict[str, str]] = {
+    400: {"description": "the body cannot be read"},
+    409: {"description": "the idempotency key was used with another request"},
+    413: {"description": "the batch is too large"},
+    415: {"description": "the body is none of the forms of a batch"},
+    422: {"description": "no such kind or mode, columns that are no fields, a sweep that contradicts itself"},
+    501: {"description": "Parquet cannot be read here"},
+}
+
+
+def _service(request: Request) -> BatchService:
+    return request.app.state.batches
+
+
+def _answer(shown: bytes) -> Response:
+    place = json.loads(shown)["links"]["self"]
+    return Response(shown, 202, {"Location": place, "Retry-After": "1"}, "application/json")
+
+
+@router.post("", status_code=202, summary="Submit a batch", responses=_REFUSALS)
+async def submit_batch(
+    request: Request,
+    kind: Annotated[str, Query(max_length=64, description="of every row; a sweep tells its own")] = "",
+    mode: Annotated[str, Query(max_length=16, description="of every row; a sweep tells its own")] = "",
+    name: Annotated[str, Query(max_length=200, pattern=r"^[^\x00]*$")] = "",
+    detail: Annotated[Detail, Query(description="of the stored results: without curves and tables, or full")] = (
+        Detail.SCALARS
+    ),
+    idempotency_key: Annotated[str | None, Header(max_length=_MOST_KEY)] = None,
+) -> Response:
+    """Rows as NDJSON, CSV or Parquet, with kind and mode in the query, or a sweep as JSON. Answered once every item is
+    durably stored; a row that is no valid request is a refused item, and the others go on."""
+    service = _service(request)
+    form = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    digest = hashlib.sha256(form.encode() + b"\n")
+    if form == "application/json":
+        body = await read_body(request)
+        digest.update(body)
+        return await _once(
+            service, idempotency_key, digest, lambda: service.take_sweep(parse(Sweep, body), idempotency_key, digest)
+        )
+    if form not in _LINES and form != _PARQUET:
+        raise Problem(415, "No batch", f"send {_FORMS}")
+    asked = Asked.of(kind, mode, name, detail)
+    stream = request.stream()
+    if form in _LINES:
+        return _answer(await service.take_lines(asked, _LINES[form], stream, idempotency_key, digest))
+    with tempfile.TemporaryDirectory(prefix="crankwright-") as folder:
+        file = Path(folder) / "batch.parquet"
+        with file.open("wb") as sink:
+            async for part in stream:
+                digest.update(part)
+                sink.write(part)
+        return _answer(await service.take_parquet(asked, file, idempotency_key, digest))
+
+
+async def _once(service: BatchService, key: str | None, digest: Any, take: Any) -> Response:
+    """The first answer again where there is one, without taking the batch in."""
+    if key:
+        first = await service.first_answer(key, digest.hexdigest())
+        if first is not None:
+            return _answer(first)
+    return _answer(await take())
+
+
+@router.get("", summary="List batches")
+async def list_batches(
+    request: Request,
+    kind: str | None = None,
+    mode: Mode | None = None,
+    status: BatchStatus | None = None,
+    name: Annotated[str | None, Query(max_length=200, description="the whole name")] = None,
+    cursor: Annotated[str | None, Query(max_length=36)] = None,
+    limit: Annotated[int, Query(ge=1, le=200)] = 50,
+) -> dict[str, Any]:
+    """Batches that satisfy all filters, newest first; ``next_cursor`` asks for the next page."""
+    found, cursor = await _service(request).list(BatchFilter(kind, mode, status, name), cursor, limit)
+    return {"items": [batch_json(batch) for batch in found], "next_cursor": cursor}
+
+
+@router.get("/{batch_id}", summary="One batch", responses=_MISSING)
+async def one_batch(request: Request, batch_id: str) -> dict[str, Any]:
+    """The batch with its counters."""
+    return batch_json(await _service(request).get(batch_id))
+
+
+@router.delete(
+    "/{batch_id}", summary="Cancel a batch", responses={**_MISSING, 409: {"description": "the batch has ended"}}
+)
+async def cancel_batch(request: Request, batch_id: str) -> dict[str, Any]:
+    """What is done stays; nothing more is solved."""
+    return batch_json(await _service(request).cancel(batch_id))
+
+
+def _wanted(status: str | None, fields: str | None) -> Wanted:
+    statuses = tuple(filter(None, (status or "").split(",")))
+    known = [str(each) for each in ItemStatus]
+    if strange := [each for each in statuses if each not in known]:
+        entry = {"pointer": "/status", "detail": f"has {len(strange)} unknown words", "allowed": ", ".join(known)}
+        raise Problem(422, INVALID, "there is no such status", [entry])
+    return Wanted(statuses, tuple(dict.fromkeys(filter(None, (fields or "").split(",")))))
+
+
+@router.get("/{batch_id}/results", summary="The results as a table", responses=_MISSING, response_class=Response)
+async def batch_results(
+    request: Request,
+    batch_id: str,
+    format: Format = Format.NDJSON,
+    status: Annotated[str | None, Query(max_length=100, description="of the items, several with commas")] = None,
+    fields: Annotated[str | None, Query(max_length=8000, description="dotted names with commas; all")] = None,
+) -> Response:
+    """What has ended so far, in the order of the items, streamed."""
+    service = _service(request)
+    batch, wanted = await service.get(batch_id), _wanted(status, fields)
+    if format is Format.PARQUET:
+        _needs_parquet()
+    name = f"{batch.kind}-{batch.mode}-{batch.id}.{format}"
+    return StreamingResponse(
+        service.results(batch, wanted, format),
+        media_type=MEDIA_TYPES[format],
+        headers={"Content-Disposition": f'attachment; filename="{name}"'},
+    )
+
+
+def _needs_parquet() -> None:
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError:
+        raise Problem(501, "No Parquet here", "this service was installed without the extra [parquet]") from None
+
+
+@router.get("/{batch_id}/events", summary="Progress as server-sent events", responses=_MISSING, response_class=Response)
+async def batch_events(request: Request, batch_id: str) -> Response:
+    """``progress`` with the batch whenever it has changed, at most twice a second; the last one is ``ended``."""
+    service = _service(request)
+    await service.get(batch_id)
+
+    async def told() -> AsyncIterator[bytes]:
+        async for batch in service.progress(batch_id, request.app.state.service.stopping.is_set):
+            yield _event(batch)
+
+    return StreamingResponse(told(), media_type="text/event-stream", headers={"Cache-Control": "no-store"})
+
+
+def _event(batch: BatchRecord) -> bytes:
+    over = batch.status in (BatchStatus.ENDED, BatchStatus.CANCELLED)
+    shown = json.dumps(batch_json(batch), separators=(",", ":"))
+    return f"event: {'ended' if over else 'progress'}\ndata: {shown}\n\n".encode()

@@ -1,0 +1,126 @@
+"""What is sent, as it comes in: cut into rows without looking into them, and packed into blocks."""
+
+from __future__ import annotations
+
+import asyncio
+import csv
+from collections.abc import AsyncIterator, Iterator, Sequence
+from itertools import islice
+
+from app.store.batch_inputs import Row, packed_rows
+from app.store.batch_operations import Receive
+from app.store.batch_records import Block
+from app.store.repository import RunStore
+
+LONGEST_ROW = 1_000_000
+_BLOCK_ROWS, _BLOCK_BYTES = 1000, 256 * 1024
+_BLOCKS_AT_ONCE = 8
+_TOO_LONG = f"is longer than {LONGEST_ROW} bytes"
+_BOM = b"\xef\xbb\xbf"
+
+
+class Lines:
+    """Cuts bytes into lines, with their numbers from 1. Of a line that is too long nothing is kept.
+
+    ``quotes`` is for CSV, where a line break between quotes does not end a record.
+    """
+
+    def __init__(self, quotes: bool) -> None:
+        self._quotes = quotes
+        self._parts: list[bytes] = []
+        self._size, self._line, self._first, self._open = 0, 1, 1, False
+
+    def feed(self, data: bytes) -> Iterator[Row]:
+        """The rows that end in the data."""
+        if self._line == 1 and not self._parts and data.startswith(_BOM):
+            data = data[len(_BOM) :]
+        pieces = data.split(b"\n")
+        for piece in pieces[:-1]:
+            self._keep(piece + b"\n")
+            self._line += 1
+            if self._open and self._size <= LONGEST_ROW:
+                continue
+            row = self._row()
+            if row is not None:
+                yield row
+        if pieces[-1]:
+            self._keep(pieces[-1])
+
+    def end(self) -> Row | None:
+        """The last row, where no line break follows it."""
+        return self._row() if self._parts or self._size else None
+
+    def _keep(self, piece: bytes) -> None:
+        self._size += len(piece)
+        if self._quotes and piece.count(b'"') % 2:
+            self._open = not self._open
+        if self._size > LONGEST_ROW:
+            self._parts.clear()
+        else:
+            self._parts.append(piece)
+
+    def _row(self) -> Row | None:
+        content, size, line = b"".join(self._parts).strip(b"\r\n"), self._size, self._first
+        self._parts.clear()
+        self._size, self._open, self._first = 0, False, self._line
+        if size > LONGEST_ROW:
+            return Row(line, b"", _TOO_LONG + (": is a quotation mark not closed?" if self._quotes else ""))
+        return Row(line, content) if content.strip() else None
+
+
+def header_of(row: Row) -> tuple[str, ...]:
+    """The column names in the first record of a CSV. Raises ValueError."""
+    [record] = list(csv.reader(row.content.decode().splitlines(keepends=True), strict=True))
+    return tuple(name.strip() for name in record)
+
+
+class Receiver:
+    """Stores rows as blocks of one batch, a few blocks a transaction; only they are ever in memory."""
+
+    def __init__(self, store: RunStore, number: int) -> None:
+        self._store, self._number = store, number
+        self._rows: list[Row] = []
+        self._bytes = 0
+        self._blocks: list[Block] = []
+        self._packed = 0
+        self.total = 0
+
+    async def add(self, rows: Sequence[Row]) -> None:
+        """Take rows; some may be stored when this returns."""
+        for row in rows:
+            self._rows.append(row)
+            self._bytes += len(row.content)
+            if len(self._rows) >= _BLOCK_ROWS or self._bytes >= _BLOCK_BYTES:
+                await self._pack()
+        self.total = self._packed + len(self._rows)
+
+    async def finish(self) -> None:
+        """Store what is left."""
+        await self._pack()
+        await self._write()
+        self.total = self._packed
+
+    async def _pack(self) -> None:
+        rows, self._rows, self._bytes = self._rows, [], 0
+        if not rows:
+            return
+        content = await asyncio.to_thread(packed_rows, rows)
+        self._blocks.append(Block(self._packed, len(rows), content))
+        self._packed += len(rows)
+        if len(self._blocks) >= _BLOCKS_AT_ONCE:
+            await self._write()
+
+    async def _write(self) -> None:
+        blocks, self._blocks = tuple(self._blocks), []
+        if blocks and not await self._store.write(Receive(self._number, blocks)):
+            raise ConnectionError("the batch took too long to arrive and was given up")
+
+
+async def in_slices(rows: Iterator[Row], count: int = 1000) -> AsyncIterator[list[Row]]:
+    """Rows that are computed, a slice at a time, on a thread beside the event loop."""
+
+    def some() -> list[Row]:
+        return list(islice(rows, count))
+
+    while found := await asyncio.to_thread(some):
+        yield found

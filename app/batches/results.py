@@ -1,0 +1,274 @@
+"""What came out of a batch as a table, streamed: lines of JSON, CSV, or Parquet."""
+
+from __future__ import annotations
+
+import asyncio
+import csv
+import io
+import json
+from collections.abc import AsyncIterator, Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from app.store.batch_inputs import Source
+from app.store.batch_items import unpacked
+from app.store.batch_reads import items_after, items_spread
+from app.store.batch_records import BatchRecord, Item, ItemStatus, item_id
+from app.store.repository import RunStore
+
+_PAGE = 500
+_LOOKED_AT = 2000
+_PARQUET_ROWS = 20_000
+HEAD = ("index", "line", "run_id", "status", "holds")
+MOST_POINTS = 4000
+_OF_A_POINT = ("index", "run_id", "status", "holds", "governed_by")
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+
+
+class Format(StrEnum):
+    NDJSON = "ndjson"
+    CSV = "csv"
+    PARQUET = "parquet"
+
+
+MEDIA_TYPES = {
+    Format.NDJSON: "application/x-ndjson",
+    Format.CSV: "text/csv; charset=utf-8",
+    Format.PARQUET: "application/vnd.apache.parquet",
+}
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Which items, and which of their fields by dotted names; none for all."""
+
+    statuses: tuple[str, ...] = ()
+    fields: tuple[str, ...] = ()
+
+
+def flat(value: Any, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
+    """The scalars in a JSON value under their dotted names; curves and tables are left out."""
+    if isinstance(value, Mapping):
+        for name, inner in value.items():
+            yield from flat(inner, f"{prefix}.{name}" if prefix else name, depth + 1)
+    elif not isinstance(value, list):
+        yield prefix, value
+
+
+def row_of(batch: BatchRecord, varied: Sequence[str], item: Item) -> dict[str, Any]:
+    """One item as a row: what it is, the fields that the batch varies, the result's scalars, what was wrong."""
+    parts = unpacked(item.content, batch.dictionary)
+    row: dict[str, Any] = {
+        "index": item.index,
+        "line": item.line,
+        "run_id": item_id(batch.id, item.index),
+        "status": item.status,
+        "holds": item.holds,
+    }
+    spec = parts.get("spec")
+    for name in varied:
+        if name not in row and (value := _at(spec, name)) is not None:
+            row[name] = value
+    verdict = parts.get("verdict") or {}
+    row["governed_by"] = verdict.get("governed_by")
+    result = parts.get("result")
+    if isinstance(result, dict):
+        row |= {name: value for name, value in flat(result) if name not in row}
+    row |= {name: None for name in varied if name not in row}
+    row["problem"] = _problem(parts.get("problem"))
+    return row
+
+
+def _at(value: Any, name: str) -> Any:
+    for step in name.split("."):
+        if isinstance(value, list):
+            value = value[int(step)] if step.isdigit() and int(step) < len(value) else None
+        else:
+            value = value.get(step) if isinstance(value, dict) else None
+    return value if not isinstance(value, (dict, list)) else json.dumps(value)
+
+
+def _problem(problem: Any) -> str | None:
+    """A problem in one line."""
+    if not isinstance(problem, dict):
+        return None
+    errors = [f"{e['pointer'] or '/'} {e['detail']} (allowed: {e['allowed']})" for e in problem.get("errors", ())]
+    return f"{problem['title']}: " + ("; ".join(errors) or problem["detail"])
+
+
+async def rows(store: RunStore, batch: BatchRecord, wanted: Wanted) -> AsyncIterator[list[dict[str, Any]]]:
+    """The rows of the ended items, in the order of the items, a page at a time."""
+    varied = wanted.fields or await varied_of(store, batch)
+    after = -1
+    while True:
+
+        def page(connection: Any, after: int = after) -> tuple[list[dict[str, Any]], int]:
+            items = items_after(connection, batch.number, after, _PAGE, wanted.statuses)
+            return [row_of(batch, varied, item) for item in items], items[-1].index if items else -1
+
+        found, last = await store.query(page)
+        if not found:
+            return
+        yield [_chosen(row, wanted.fields) for row in found] if wanted.fields else found
+        after = last
+
+
+def _chosen(row: dict[str, Any], names: Sequence[str]) -> dict[str, Any]:
+    return {name: row.get(name) for name in names}
+
+
+async def varied_of(store: RunStore, batch: BatchRecord) -> tuple[str, ...]:
+    """The fields in which the requests of a batch differ: as they were told, or by the look of the first ones."""
+    source = Source.from_json(batch.source)
+    if source.form != "ndjson":
+        return source.varied
+
+    def look(connection: Any) -> tuple[str, ...]:
+        first: dict[str, Any] | None = None
+        found: dict[str, None] = {}
+        for item in items_after(connection, batch.number, -1, _LOOKED_AT):
+            spec = unpacked(item.content, batch.dictionary).get("spec")
+            if not isinstance(spec, dict) or item.status == ItemStatus.REFUSED:
+                continue
+            fields = {name: value for name, value in flat(spec) if name != "name"}
+            first = fields if first is None else first
+            found |= {name: None for name in {**first, **fields} if first.get(name) != fields.get(name)}
+        return tuple(found)
+
+    return await store.query(look)
+
+
+async def points(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dict[str, Any]:
+    """At most a few thousand ended items, spread evenly, each with its index, run, status, what governs it and the
+    fields wanted; and the names of everything that is a number in the first of them, the varied fields before."""
+    step = max(1, -(-batch.total // MOST_POINTS))
+    varied = await varied_of(store, batch)
+
+    def look(connection: Any) -> dict[str, Any]:
+        found: list[list[Any]] = []
+        names: dict[str, None] = {}
+        for item in items_spread(connection, batch.number, step, MOST_POINTS):
+            row = row_of(batch, (*varied, *wanted.fields), item)
+            if item.status == ItemStatus.SUCCEEDED and not names:
+                names = {name: None for name, value in row.items() if _is_number(value) and name not in HEAD}
+            found.append([*(row[name] for name in _OF_A_POINT), *(row.get(name) for name in wanted.fields)])
+        first = [name for name in varied if name in names]
+        rest = [name for name in names if name not in first]
+        return {"fields": [*_OF_A_POINT, *wanted.fields], "points": found, "varied": first, "results": rest}
+
+    return await store.query(look)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+async def streamed(store: RunStore, batch: BatchRecord, wanted: Wanted, form: Format) -> AsyncIterator[bytes]:
+    """The table in that form."""
+    write: Callable[..., AsyncIterator[bytes]] = {
+        Format.NDJSON: _ndjson,
+        Format.CSV: _csv,
+        Format.PARQUET: _parquet,
+    }[form]
+    async for part in write(store, batch, wanted):
+        yield part
+
+
+async def _ndjson(store: RunStore, batch: BatchRecord, wanted: Wanted) -> AsyncIterator[bytes]:
+    async for page in rows(store, batch, wanted):
+        lines = (json.dumps(row, ensure_ascii=False, separators=(",", ":"), allow_nan=False) for row in page)
+        yield await asyncio.to_thread(lambda lines=lines: ("\n".join(lines) + "\n").encode("utf-8", "replace"))
+
+
+async def columns_of(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dict[str, type]:
+    """Every column of the table with the type of its values, which only the whole table tells."""
+    found: dict[str, type] = dict.fromkeys(wanted.fields, type(None))
+    async for page in rows(store, batch, wanted):
+        for row in page:
+            for name, value in row.items():
+                kind, known = type(value), found.get(name)
+                if known is None or known is type(None):
+                    found[name] = kind
+                elif kind is not known and value is not None:
+                    found[name] = float if {kind, known} == {int, float} else str
+    last = found.pop("problem", None) if "problem" not in wanted.fields else None
+    return found if last is None else {**found, "problem": last}
+
+
+def _safe(value: Any) -> Any:
+    """A cell that no spreadsheet takes for a formula; numbers stay numbers."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str) and value.startswith(_FORMULA):
+        return "'" + value
+    return value
+
+
+async def _csv(store: RunStore, batch: BatchRecord, wanted: Wanted) -> AsyncIterator[bytes]:
+    names = list(await columns_of(store, batch, wanted))
+    yield _csv_lines([names])
+    async for page in rows(store, batch, wanted):
+        yield await asyncio.to_thread(_csv_lines, ([_safe(row.get(name)) for name in names] for row in page))
+
+
+def _csv_lines(records: Iterable[Sequence[Any]]) -> bytes:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\r\n").writerows(records)
+    return text.getvalue().encode("utf-8", "replace")
+
+
+async def _parquet(store: RunStore, batch: BatchRecord, wanted: Wanted) -> AsyncIterator[bytes]:
+    import pyarrow
+    import pyarrow.parquet
+
+    types = {int: pyarrow.int64(), float: pyarrow.float64(), bool: pyarrow.bool_()}
+    columns = await columns_of(store, batch, wanted)
+    schema = pyarrow.schema([(name, types.get(kind, pyarrow.string())) for name, kind in columns.items()])
+    sink = _Taken()
+    waiting: list[dict[str, Any]] = []
+    with pyarrow.parquet.ParquetWriter(pyarrow.PythonFile(sink, mode="w"), schema) as writer:
+
+        def write() -> None:
+            made = [{n: _fitting(row.get(n), kind) for n, kind in columns.items()} for row in waiting]
+            writer.write_table(pyarrow.Table.from_pylist(made, schema=schema))
+            waiting.clear()
+
+        async for page in rows(store, batch, wanted):
+            waiting += page
+            if len(waiting) >= _PARQUET_ROWS:
+                await asyncio.to_thread(write)
+                yield sink.taken()
+        await asyncio.to_thread(write)
+    yield sink.taken()
+
+
+def _fitting(value: Any, kind: type) -> Any:
+    if value is None or kind in (int, bool) or (kind is str and isinstance(value, str)):
+        return value
+    return float(value) if kind is float else str(value)
+
+
+class _Taken(io.RawIOBase):
+    """A file to write to, of which what was written can be taken away."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._parts: list[bytes] = []
+        self._at = 0
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, data: Any) -> int:
+        self._parts.append(bytes(data))
+        self._at += len(self._parts[-1])
+        return len(self._parts[-1])
+
+    def tell(self) -> int:
+        return self._at
+
+    def taken(self) -> bytes:
+        found = b"".join(self._parts)
+        self._parts.clear()
+        return found

@@ -1,0 +1,307 @@
+"""Batches as the edge sees them: take one in, show it, cancel it, hand out its results."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import csv
+import hashlib
+import json
+from collections.abc import AsyncIterator, Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from app.batches.engine import LEASE_S, BatchEngine
+from app.batches.fields import MOST_COLUMNS, texts, unknown
+from app.batches.intake import Lines, Receiver, header_of, in_slices
+from app.batches.results import Format, Wanted, streamed
+from app.batches.sweep import Sweep
+from app.batches.view import batch_json
+from app.designs.kind import Mode
+from app.designs.refusals import INVALID
+from app.designs.registry import KINDS, modes_of
+from app.designs.schema import entry
+from app.errors import Problem
+from app.jobs.executor import Executor
+from app.store.batch_inputs import Row, Source
+from app.store.batch_operations import Acknowledge, Cancel, Drop, Open, find_answer
+from app.store.batch_reads import BatchFilter, get_batch, list_batches
+from app.store.batch_records import BatchRecord, BatchStatus, new_batch_id
+from app.store.hashing import canonical_json
+from app.store.record import utc_now
+from app.store.repository import RunStore
+from app.store.viewer import own_key, viewer
+from app.version import NAME, VERSION
+
+MOST_ITEMS = 10_000_000
+_BETWEEN_EVENTS_S = 0.5
+_MOST_LISTED = 200
+
+
+class BatchService:
+    """The batches of one store, and the engine that works on them."""
+
+    def __init__(
+        self,
+        store: RunStore,
+        executor: Executor,
+        solve_budget_s: float,
+        lease_s: float = LEASE_S,
+        most_items: int = MOST_ITEMS,
+    ) -> None:
+        self.store = store
+        self.engine = BatchEngine(store, executor, solve_budget_s, lease_s)
+        self._most_items = most_items
+
+    def start(self) -> None:
+        self.engine.start()
+
+    async def close(self) -> None:
+        await self.engine.close()
+
+    # -- taking in ------------------------------------------------------------------------------------------
+
+    async def take_lines(
+        self,
+        ask: Asked,
+        as_csv: bool,
+        stream: AsyncIterator[bytes],
+        key: str | None,
+        digest: Any = None,
+    ) -> bytes:
+        """A batch of lines of JSON or records of CSV, stored as they come; the answer once all of them are durable."""
+        digest = digest or hashlib.sha256()
+        digest.update(ask.told())
+        lines = Lines(quotes=as_csv)
+        parts = _digested(stream, digest)
+        source = Source("ndjson")
+        head: list[Row] = []
+        if as_csv:
+            header, head = await _first_row(lines, parts)
+            source = table_source(ask, _header(header), "csv")
+
+        async def rows() -> AsyncIterator[list[Row]]:
+            if head:
+                yield head
+            async for part in parts:
+                if found := list(lines.feed(part)):
+                    yield found
+            last = lines.end()
+            if last is not None:
+                yield [last]
+
+        return await self._take(ask, source, rows(), key, digest)
+
+    async def take_sweep(self, sweep: Sweep, key: str | None, digest: Any) -> bytes:
+        """A batch that the service expands itself."""
+        ask = Asked.of(sweep.kind, sweep.mode, sweep.name, sweep.detail)
+        names = tuple(sweep.vary)
+        _check_columns(ask, names, "/vary")
+        if sweep.total > self._most_items:
+            raise self._too_many()
+        source = Source("cells", names, base=sweep.base, varied=names)
+        return await self._take(ask, source, in_slices(sweep.rows()), key, digest)
+
+    async def take_parquet(self, ask: Asked, file: Path, key: str | None, digest: Any) -> bytes:
+        """A batch from a Parquet file on disk. Raises Problem where it is none."""
+        digest.update(ask.told())
+        try:
+            import pyarrow.parquet
+        except ImportError:
+            detail = "this service was installed without the extra [parquet]; send NDJSON or CSV"
+            raise Problem(501, "No Parquet here", detail) from None
+        try:
+            table = await asyncio.to_thread(pyarrow.parquet.ParquetFile, file)
+            names = tuple(table.schema_arrow.names)
+        except (pyarrow.ArrowException, OSError):
+            raise Problem(400, "No Parquet", "the body cannot be read as a Parquet file") from None
+        source = table_source(ask, names, "cells")
+
+        def rows() -> Any:
+            line = 0
+            for batch in table.iter_batches(batch_size=1000):
+                for cells in zip(*(column.to_pylist() for column in batch.columns), strict=True):
+                    line += 1
+                    yield _cells(line, cells)
+
+        return await self._take(ask, source, in_slices(rows()), key, digest)
+
+    async def _take(
+        self, ask: Asked, source: Source, rows: AsyncIterator[list[Row]], key: str | None, digest: Any
+    ) -> bytes:
+        record = await self._record(ask, source)
+        number = await self.store.write(Open(record))
+        kept = False
+        try:
+            receiver = Receiver(self.store, number)
+            async for some in rows:
+                await receiver.add(some)
+                if receiver.total > self._most_items:
+                    raise self._too_many()
+            await receiver.finish()
+            if not receiver.total:
+                raise Problem(422, INVALID, "there is no row", [entry("", "there is no row", "one row at least")])
+            shown = batch_json(_acknowledged(record, receiver.total))
+            answer = json.dumps(shown, separators=(",", ":"), ensure_ascii=False).encode()
+            own = key and own_key(key)
+            first = await self.store.write(Acknowledge(number, receiver.total, own, digest.hexdigest(), answer))
+            kept = True
+        finally:
+            if not kept:
+                with contextlib.suppress(Exception):
+                    await asyncio.shield(self.store.write(Drop(number)))
+        self.engine.look()
+        return first or answer
+
+    async def first_answer(self, key: str, request_hash: str) -> bytes | None:
+        """The answer given under the key. Raises IdempotencyConflict."""
+        own = own_key(key)
+        return await self.store.query(lambda connection: find_answer(connection, own, request_hash))
+
+    async def _record(self, ask: Asked, source: Source) -> BatchRecord:
+        return BatchRecord(
+            number=0,
+            id=new_batch_id(),
+            kind=ask.kind,
+            mode=ask.mode,
+            name=ask.name or None,
+            detail=ask.detail,
+            status=BatchStatus.RECEIVING,
+            source=source.to_json(),
+            dictionary=await self.engine.dictionary(ask.kind, ask.mode, ask.detail),
+            solver_name=NAME,
+            solver_version=VERSION,
+            total=0,
+            succeeded=0,
+            infeasible=0,
+            failed=0,
+            refused=0,
+            created_at=utc_now(),
+            started_at=None,
+            ended_at=None,
+            owner=viewer.get().owner,
+        )
+
+    def _too_many(self) -> Problem:
+        return Problem(413, "The batch is too large", f"at most {self._most_items} items are accepted")
+
+    # -- showing --------------------------------------------------------------------------------------------
+
+    async def get(self, batch_id: str) -> BatchRecord:
+        """The batch, or UnknownBatch."""
+        return await self.store.query(lambda connection: get_batch(connection, batch_id))
+
+    async def list(
+        self, wanted: BatchFilter, before: str | None = None, limit: int = 50
+    ) -> tuple[list[BatchRecord], str | None]:
+        """Batches, newest first, and the id to go on from."""
+        size = max(1, min(limit, _MOST_LISTED))
+        found = await self.store.query(lambda connection: list_batches(connection, wanted, before, size + 1))
+        return found[:size], found[size - 1].id if len(found) > size else None
+
+    def results(self, batch: BatchRecord, wanted: Wanted, form: Format) -> AsyncIterator[bytes]:
+        """The table of what has ended so far."""
+        return streamed(self.store, batch, wanted, form)
+
+    async def progress(self, batch_id: str, stopping: Callable[[], bool]) -> AsyncIterator[BatchRecord]:
+        """The batch whenever it has changed, at most twice a second, until it has ended."""
+        last = None
+        while not stopping():
+            batch = await self.get(batch_id)
+            if batch != last:
+                yield batch
+            last = batch
+            if batch.status in (BatchStatus.ENDED, BatchStatus.CANCELLED):
+                return
+            await asyncio.sleep(_BETWEEN_EVENTS_S)
+
+    async def cancel(self, batch_id: str) -> BatchRecord:
+        """End an active batch; what is done stays. Raises UnknownBatch, and Problem once it has ended."""
+        batch = await self.get(batch_id)
+        if not await self.store.write(Cancel(batch.number)):
+            status = (await self.get(batch_id)).status
+            raise Problem(409, "The batch has ended", f"the batch is {status}; what has ended cannot be cancelled")
+        self.engine.cancel(batch.number)
+        return await self.get(batch_id)
+
+
+class Asked:
+    """What is asked of every row: kind, mode, name of the batch, detail."""
+
+    def __init__(self, kind: str, mode: str, name: str = "", detail: str = "scalars") -> None:
+        self.kind, self.mode, self.name, self.detail = kind, mode, name, detail
+
+    @classmethod
+    def of(cls, kind: str, mode: str, name: str = "", detail: str = "scalars") -> Asked:
+        """Raises Problem for a kind or mode that there is not."""
+        if kind not in KINDS:
+            found = entry("/kind", "is none of the kinds", ", ".join(KINDS))
+            raise Problem(422, INVALID, "there is no such kind", [found])
+        modes = [str(each) for each in modes_of(KINDS[kind])]
+        if mode not in modes:
+            found = entry("/mode", f"is no mode of {kind}", ", ".join(modes))
+            raise Problem(422, INVALID, "there is no such mode", [found])
+        return cls(kind, str(Mode(mode)), name, detail)
+
+    def told(self) -> bytes:
+        """What was asked, for telling a repeated request from another one."""
+        return canonical_json([self.kind, self.mode, self.name, self.detail])
+
+
+def table_source(ask: Asked, names: tuple[str, ...], form: str) -> Source:
+    """How the rows of a table are read. Raises Problem for a column that is no field."""
+    _check_columns(ask, names, "")
+    return Source(form, names, texts(ask.kind, ask.mode, names), varied=names)
+
+
+def _check_columns(ask: Asked, names: tuple[str, ...], at: str) -> None:
+    found = []
+    if len(names) > MOST_COLUMNS:
+        found = [entry(at, f"has {len(names)} columns", f"at most {MOST_COLUMNS}")]
+    elif len(set(names)) < len(names):
+        twice = sorted({name for name in names if names.count(name) > 1})[:20]
+        found = [entry(f"{at}/{name[:200]}", "appears more than once", "each column once") for name in twice]
+    else:
+        strange = unknown(ask.kind, ask.mode, names)[:20]
+        allowed = "a dotted field of the request, such as geometry.outer_diameter_mm"
+        found = [entry(f"{at}/{name[:200]}", "is no field of this kind and mode", allowed) for name in strange]
+    if found:
+        raise Problem(422, INVALID, "the columns do not fit", found)
+
+
+def _header(row: Row | None) -> tuple[str, ...]:
+    allowed = "a first line of dotted field names"
+    try:
+        if row is None or row.unfit:
+            raise ValueError
+        return header_of(row)
+    except (ValueError, csv.Error):
+        raise Problem(422, INVALID, "the header cannot be read", [entry("", "has no header", allowed)]) from None
+
+
+async def _first_row(lines: Lines, parts: AsyncIterator[bytes]) -> tuple[Row | None, list[Row]]:
+    """The first row of a stream, and those that came with it."""
+    async for part in parts:
+        if rows := list(lines.feed(part)):
+            return rows[0], rows[1:]
+    return lines.end(), []
+
+
+async def _digested(stream: AsyncIterator[bytes], digest: Any) -> AsyncIterator[bytes]:
+    async for part in stream:
+        digest.update(part)
+        # A sender may hand over much at once; nobody else waits longer than for one piece of it.
+        for start in range(0, len(part), 65_536):
+            yield part[start : start + 65_536]
+
+
+def _cells(line: int, cells: tuple[Any, ...]) -> Row:
+    try:
+        return Row(line, canonical_json(list(cells)))
+    except (ValueError, TypeError):
+        return Row(line, b"", "has a cell that JSON cannot carry")
+
+
+def _acknowledged(record: BatchRecord, total: int) -> BatchRecord:
+    return replace(record, total=total, status=BatchStatus.QUEUED)

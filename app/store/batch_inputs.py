@@ -1,0 +1,200 @@
+"""Items as they were sent: packed into blocks, and read back as request bodies.
+
+A row stays as it came: a line of JSON, a record of CSV, or, from sweeps and Parquet, an array of cells. Nothing is
+judged before a worker reads it.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+from app.store.hashing import canonical_json
+
+_LEVEL = 3
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row as sent: its line in what was sent, its bytes, or why it was not kept."""
+
+    line: int | None
+    content: bytes
+    unfit: str | None = None
+
+
+class UnreadableRow(Exception):
+    """A row that is no request body whatever the kind."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """How rows are read: ``form`` is ndjson, csv or cells; ``columns`` are dotted names, ``texts`` those of them whose
+    cells are text whatever they look like; ``base`` is what every body has beside its cells."""
+
+    form: str
+    columns: tuple[str, ...] = ()
+    texts: frozenset[str] = frozenset()
+    base: Mapping[str, Any] = field(default_factory=dict)
+    varied: tuple[str, ...] = ()
+
+    def to_json(self) -> bytes:
+        return canonical_json(
+            {
+                "form": self.form,
+                "columns": list(self.columns),
+                "texts": sorted(self.texts),
+                "base": dict(self.base),
+                "varied": list(self.varied),
+            }
+        )
+
+    @classmethod
+    def from_json(cls, text: bytes) -> Source:
+        told = json.loads(text)
+        return cls(
+            told["form"],
+            tuple(told["columns"]),
+            frozenset(told["texts"]),
+            told["base"],
+            tuple(told["varied"]),
+        )
+
+    def body(self, row: Row) -> dict[str, Any]:
+        """The request body of a row. Raises UnreadableRow."""
+        if row.unfit is not None:
+            raise UnreadableRow(row.unfit)
+        if self.form == "ndjson":
+            found = _json(row.content)
+            if not isinstance(found, dict):
+                raise UnreadableRow("is no JSON object")
+            return found
+        if self.form == "csv":
+            cells = [self._cell(name, text) for name, text in zip(self.columns, self._record(row), strict=True)]
+        else:
+            cells = json.loads(row.content)
+        return _nested(self.base, self.columns, cells)
+
+    def _record(self, row: Row) -> list[str]:
+        try:
+            text = row.content.decode()
+        except UnicodeDecodeError:
+            raise UnreadableRow("is no UTF-8") from None
+        try:
+            records = list(csv.reader(text.splitlines(keepends=True), strict=True))
+        except csv.Error as error:
+            raise UnreadableRow(f"cannot be read as CSV: {error}") from None
+        if len(records) != 1:
+            raise UnreadableRow("is not one record of CSV")
+        if len(records[0]) != len(self.columns):
+            raise UnreadableRow(f"has {len(records[0])} cells where the header has {len(self.columns)}")
+        return records[0]
+
+    def _cell(self, name: str, text: str) -> Any:
+        if text == "" or name in self.texts:
+            return text or None
+        if text in ("true", "false", "null") or text[0] in "-0123456789.+[{" or text[:1].isspace():
+            try:
+                return _json(text.strip().removeprefix("+").encode())
+            except UnreadableRow:
+                return text
+        return text
+
+
+def _json(content: bytes) -> Any:
+    try:
+        return json.loads(content, object_pairs_hook=_once, parse_constant=_refuse)
+    except UnreadableRow:
+        raise
+    except RecursionError:
+        raise UnreadableRow("is nested too deeply") from None
+    except ValueError:
+        raise UnreadableRow("is not well-formed JSON in UTF-8") from None
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise UnreadableRow("has a name that appears more than once in its object")
+    return found
+
+
+def _refuse(constant: str) -> Any:
+    raise UnreadableRow(f"has {constant}, which is no JSON")
+
+
+def _nested(base: Mapping[str, Any], columns: Sequence[str], cells: Sequence[Any]) -> dict[str, Any]:
+    """The base with every given cell at its dotted place; a number in a name is an index into an array."""
+    found = _copied(base)
+    for name, value in zip(columns, cells, strict=True):
+        if value is None:
+            continue
+        here: Any = found
+        steps = name.split(".")
+        for step, following in pairwise(steps):
+            here = _inner(here, step, {} if not following.isdigit() else [])
+        _set(here, steps[-1], value)
+    return found
+
+
+def _copied(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {name: _copied(inner) for name, inner in value.items()}
+    return [_copied(inner) for inner in value] if isinstance(value, list) else value
+
+
+def _inner(here: Any, step: str, empty: Any) -> Any:
+    if isinstance(here, list):
+        index = _index(step, here)
+        if not isinstance(here[index], (dict, list)):
+            here[index] = empty
+        return here[index]
+    if not isinstance(here.get(step), (dict, list)):
+        here[step] = empty
+    return here[step]
+
+
+def _set(here: Any, step: str, value: Any) -> None:
+    if isinstance(here, list):
+        here[_index(step, here)] = value
+    else:
+        here[step] = value
+
+
+_LONGEST_ARRAY = 10_000
+
+
+def _index(step: str, array: list[Any]) -> int:
+    if not step.isdigit() or int(step) >= _LONGEST_ARRAY:
+        raise UnreadableRow(f"has a column that names {step[:20]!r} where an array has its index")
+    array.extend([None] * (int(step) + 1 - len(array)))
+    return int(step)
+
+
+def packed_rows(rows: Sequence[Row]) -> bytes:
+    """A block's content: a line of JSON with lines, sizes and reasons, then the rows one after the other; deflated."""
+    head = {
+        "lines": [row.line for row in rows],
+        "sizes": [len(row.content) for row in rows],
+        "unfit": {str(k): row.unfit for k, row in enumerate(rows) if row.unfit is not None},
+    }
+    return zlib.compress(canonical_json(head) + b"\n" + b"".join(row.content for row in rows), _LEVEL)
+
+
+def unpacked_rows(content: bytes, start: int = 0, end: int | None = None) -> list[Row]:
+    """The rows of a block from ``start`` to before ``end``, counted within the block."""
+    whole = zlib.decompress(content)
+    head_end = whole.index(b"\n")
+    head = json.loads(whole[:head_end])
+    lines, sizes, unfit = head["lines"], head["sizes"], head["unfit"]
+    at = head_end + 1 + sum(sizes[:start])
+    rows = []
+    for k in range(start, len(sizes) if end is None else min(end, len(sizes))):
+        rows.append(Row(lines[k], whole[at : at + sizes[k]], unfit.get(str(k))))
+        at += sizes[k]
+    return rows

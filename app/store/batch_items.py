@@ -1,0 +1,99 @@
+"""Between an item's answer and the few hundred bytes that are kept of it, and back to the run that it is."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import zlib
+from typing import Any
+
+from app.store.batch_records import BatchRecord, Item, ItemStatus, item_id
+from app.store.hashing import canonical_json, spec_hash
+from app.store.record import RunRecord, RunStatus
+
+_LEVEL, _WINDOW, _MEMORY = 6, -15, 5
+DIGEST_BYTES = 16
+_PARTS = ("spec", "result", "problem", "effects", "accuracy", "timing", "verdict")
+
+
+def packed(parts: dict[str, Any], dictionary: bytes) -> bytes:
+    """The parts of an answered item as deflated JSON; ``dictionary`` is text that items of the batch resemble."""
+    deflate = zlib.compressobj(_LEVEL, zlib.DEFLATED, _WINDOW, _MEMORY, zlib.Z_DEFAULT_STRATEGY, dictionary)
+    return deflate.compress(canonical_json(parts)) + deflate.flush()
+
+
+def unpacked(content: bytes, dictionary: bytes) -> dict[str, Any]:
+    """What ``packed`` was given. Raises ValueError for a content that was damaged."""
+    try:
+        inflate = zlib.decompressobj(_WINDOW, dictionary)
+        return json.loads(inflate.decompress(content) + inflate.flush())
+    except (zlib.error, ValueError) as error:
+        raise ValueError("the content of the item cannot be read") from error
+
+
+def digest(batch: int, item: Item) -> bytes:
+    """Hash over everything the item's row says."""
+    # repr of a float is exact on every system; the lengths keep the parts apart.
+    head = repr((batch, item.index, item.line, str(item.status), item.holds, item.figure, len(item.content)))
+    return hashlib.sha256(head.encode() + item.content).digest()[:DIGEST_BYTES]
+
+
+def run_of(batch: BatchRecord, item: Item) -> RunRecord:
+    """The item as a run: a refused one has failed for what was wrong with its request."""
+    parts = unpacked(item.content, batch.dictionary)
+    bytes_of = {name: None if parts.get(name) is None else canonical_json(parts[name]) for name in _PARTS}
+    spec = bytes_of["spec"] or b"{}"
+    return RunRecord(
+        id=item_id(batch.id, item.index),
+        kind=batch.kind,
+        mode=batch.mode,
+        status=RunStatus.FAILED if item.status == ItemStatus.REFUSED else item.status,
+        name=name_of(parts.get("spec")),
+        created_at=batch.created_at,
+        spec=spec,
+        spec_hash=spec_hash(batch.kind, batch.mode, spec),
+        result=bytes_of["result"],
+        problem=bytes_of["problem"],
+        effects=bytes_of["effects"] or b"[]",
+        accuracy=bytes_of["accuracy"],
+        timing=bytes_of["timing"] or b"{}",
+        solver_name=batch.solver_name,
+        solver_version=batch.solver_version,
+        cached=bool(parts.get("cached")),
+        batch_id=batch.id,
+        verdict=bytes_of["verdict"],
+        holds=item.holds,
+        figure_name=parts.get("figure_name"),
+        figure=item.figure,
+        owner=batch.owner,
+    )
+
+
+def open_run(batch: BatchRecord, index: int, status: str, body: dict[str, Any]) -> RunRecord:
+    """An item that has no answer yet, or will never have one: its spec is the body as it was sent."""
+    spec = canonical_json(body)
+    return RunRecord(
+        id=item_id(batch.id, index),
+        kind=batch.kind,
+        mode=batch.mode,
+        status=status,
+        name=name_of(body),
+        created_at=batch.created_at,
+        spec=spec,
+        spec_hash=spec_hash(batch.kind, batch.mode, spec),
+        result=None,
+        problem=None,
+        effects=b"[]",
+        accuracy=None,
+        timing=b"{}",
+        solver_name=batch.solver_name,
+        solver_version=batch.solver_version,
+        batch_id=batch.id,
+        owner=batch.owner,
+    )
+
+
+def name_of(spec: Any) -> str | None:
+    """The name in a request, where it has a fit one."""
+    name = spec.get("name") if isinstance(spec, dict) else None
+    return name[:200] if isinstance(name, str) and name else None

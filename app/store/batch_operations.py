@@ -1,0 +1,362 @@
+"""The writes of batches, as operations on a connection inside a transaction that the writer owns.
+
+Every change of a chunk's state carries the state that it expects: of two processes that believe to hold a chunk, one
+finds no row and changes nothing. Whoever changes chunks holds the row of their batch first, so that no two wait for
+each other.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+from sqlalchemy import Connection, delete, func, insert, select, update
+from sqlalchemy.dialects import postgresql, sqlite
+
+from app.store.batch_items import DIGEST_BYTES, digest
+from app.store.batch_records import ACTIVE, BatchRecord, BatchStatus, Block, Chunk, ChunkState, Item, ItemStatus
+from app.store.errors import IdempotencyConflict
+from app.store.models import batch_blocks, batch_chunks, batch_items, batches, idempotency_keys
+from app.store.record import utc_now
+
+RECEIVING_S = 60.0
+"""So long after its last block a batch that is not acknowledged counts as given up."""
+_COLUMNS = [field.name for field in fields(BatchRecord)]
+
+
+def now(connection: Connection) -> float:
+    """Unix time by the clock that all processes of this database share."""
+    if connection.dialect.name == "postgresql":
+        return float(connection.scalar(select(func.extract("epoch", func.clock_timestamp()))))
+    return time.time()
+
+
+@dataclass(frozen=True)
+class Open:
+    """Begin to receive a batch; its number."""
+
+    record: BatchRecord
+
+    def __call__(self, connection: Connection) -> int:
+        row = asdict(self.record)
+        del row["number"]
+        row["received_until"] = now(connection) + RECEIVING_S
+        return connection.execute(insert(batches).values(row).returning(batches.c.number)).scalar_one()
+
+
+@dataclass(frozen=True)
+class Receive:
+    """Store blocks of a batch, each with the chunk that it is at first. False if the batch was given up meanwhile."""
+
+    number: int
+    blocks: tuple[Block, ...]
+
+    def __call__(self, connection: Connection) -> bool:
+        kept = update(batches).where(batches.c.number == self.number, batches.c.status == BatchStatus.RECEIVING)
+        if not connection.execute(kept.values(received_until=now(connection) + RECEIVING_S)).rowcount:
+            return False
+        connection.execute(insert(batch_blocks), [_block_row(self.number, block) for block in self.blocks])
+        chunks = [Chunk(self.number, block.first, block.count, block.first, 0) for block in self.blocks]
+        connection.execute(insert(batch_chunks), [_chunk_row(chunk) for chunk in chunks])
+        return True
+
+
+def _block_row(number: int, block: Block) -> dict[str, Any]:
+    return {**asdict(block), "batch": number, "digest": hashlib.sha256(block.content).digest()[:DIGEST_BYTES]}
+
+
+def _chunk_row(chunk: Chunk) -> dict[str, Any]:
+    return {**asdict(chunk), "state": ChunkState.WAITING}
+
+
+@dataclass(frozen=True)
+class Acknowledge:
+    """All is received: from now on the batch exists, with the answer that its sender gets.
+
+    Returns None, or the answer that was given first under the same idempotency key; then this batch is dropped.
+    """
+
+    number: int
+    total: int
+    key: str | None
+    request_hash: str
+    answer: bytes
+
+    def __call__(self, connection: Connection) -> bytes | None:
+        first = find_answer(connection, self.key, self.request_hash) if self.key else None
+        if first is not None:
+            _drop(connection, self.number)
+            return first
+        ended = {"status": BatchStatus.ENDED, "ended_at": utc_now()} if self.total == 0 else {}
+        values = {
+            "status": BatchStatus.QUEUED,
+            "total": self.total,
+            "received_until": None,
+            "idempotency_key": self.key,
+            "request_hash": self.request_hash,
+            "answer": self.answer,
+            **ended,
+        }
+        connection.execute(update(batches).where(batches.c.number == self.number).values(values))
+        return None
+
+
+def find_answer(connection: Connection, key: str, request_hash: str) -> bytes | None:
+    """The answer given under the key; IdempotencyConflict if the key belongs to another request."""
+    query = select(batches.c.request_hash, batches.c.answer).where(batches.c.idempotency_key == key)
+    row = connection.execute(query).first()
+    if row is None:
+        if connection.execute(select(idempotency_keys.c.key).where(idempotency_keys.c.key == key)).first():
+            raise IdempotencyConflict(key)
+        return None
+    if row.request_hash != request_hash:
+        raise IdempotencyConflict(key)
+    return bytes(row.answer)
+
+
+@dataclass(frozen=True)
+class Drop:
+    """Forget a batch that was never acknowledged."""
+
+    number: int
+
+    def __call__(self, connection: Connection) -> None:
+        _drop(connection, self.number)
+
+
+@dataclass(frozen=True)
+class DropAbandoned:
+    """Forget the batches whose senders stopped in the middle, or whose process died; how many."""
+
+    def __call__(self, connection: Connection) -> int:
+        query = select(batches.c.number).where(
+            batches.c.status == BatchStatus.RECEIVING, batches.c.received_until < now(connection)
+        )
+        numbers = list(connection.scalars(query))
+        for number in numbers:
+            _drop(connection, number)
+        return len(numbers)
+
+
+def _drop(connection: Connection, number: int) -> None:
+    here = batches.c.number == number, batches.c.status == BatchStatus.RECEIVING
+    if connection.execute(select(batches.c.number).where(*here).with_for_update()).first() is None:
+        return
+    for table in (batch_chunks, batch_blocks):
+        connection.execute(delete(table).where(table.c.batch == number))
+    connection.execute(delete(batches).where(*here))
+
+
+@dataclass(frozen=True)
+class Claim:
+    """Lease chunks of one batch: those whose holder died first, then those that wait, in their order.
+
+    A chunk of more than ``items`` is cut, and the rest waits on.
+    """
+
+    number: int
+    owner: str
+    lease_s: float
+    chunks: int
+    items: int
+
+    def __call__(self, connection: Connection) -> list[Chunk]:
+        if not _hold(connection, self.number):
+            return []
+        time_now = now(connection)
+        found = self._some(connection, ChunkState.LEASED, self.chunks, batch_chunks.c.leased_until < time_now)
+        # One row that waits may be cut into several chunks.
+        found += self._some(connection, ChunkState.WAITING, self.chunks - len(found))
+        claimed: list[Chunk] = []
+        for chunk in found:
+            cut = Chunk(chunk.batch, chunk.first, min(self.items, chunk.count), chunk.block, chunk.attempts + 1)
+            _resize(connection, chunk, cut, self.owner, time_now + self.lease_s)
+            claimed.append(cut)
+        if claimed:
+            first = batches.c.number == self.number, batches.c.status == BatchStatus.QUEUED
+            connection.execute(update(batches).where(*first).values(status=BatchStatus.RUNNING, started_at=utc_now()))
+        return claimed
+
+    def _some(self, connection: Connection, state: ChunkState, most: int, *more: Any) -> list[Chunk]:
+        if most <= 0:
+            return []
+        columns = [batch_chunks.c[field.name] for field in fields(Chunk)]
+        query = (
+            select(*columns)
+            .where(batch_chunks.c.batch == self.number, batch_chunks.c.state == state, *more)
+            .order_by(batch_chunks.c.first)
+            .limit(most)
+            .with_for_update(skip_locked=True)
+        )
+        return [Chunk(**row) for row in connection.execute(query).mappings()]
+
+
+def _resize(connection: Connection, old: Chunk, new: Chunk, owner: str, leased_until: float) -> None:
+    here = batch_chunks.c.batch == old.batch, batch_chunks.c.first == old.first
+    values = {
+        "count": new.count,
+        "state": ChunkState.LEASED,
+        "owner": owner,
+        "leased_until": leased_until,
+        "attempts": new.attempts,
+    }
+    connection.execute(update(batch_chunks).where(*here).values(values))
+    if new.count < old.count:
+        rest = Chunk(old.batch, new.end, old.count - new.count, old.block, old.attempts)
+        connection.execute(insert(batch_chunks).values(_chunk_row(rest)))
+
+
+@dataclass(frozen=True)
+class Renew:
+    """Hold on to everything that the owner has leased."""
+
+    owner: str
+    lease_s: float
+
+    def __call__(self, connection: Connection) -> None:
+        _change_held(connection, self.owner, {"leased_until": now(connection) + self.lease_s})
+
+
+@dataclass(frozen=True)
+class Release:
+    """Let go of everything that the owner has leased: nothing was tried in vain."""
+
+    owner: str
+
+    def __call__(self, connection: Connection) -> None:
+        values = {"state": ChunkState.WAITING, "owner": None, "attempts": batch_chunks.c.attempts - 1}
+        _change_held(connection, self.owner, values)
+
+
+def _hold(connection: Connection, number: int) -> bool:
+    """Keep others from the chunks of a batch until this transaction ends; False if the batch is not active."""
+    active = batches.c.number == number, batches.c.status.in_(ACTIVE)
+    return connection.execute(select(batches.c.number).where(*active).with_for_update()).first() is not None
+
+
+def _change_held(connection: Connection, owner: str, values: dict[str, Any]) -> None:
+    active = select(batches.c.number).where(batches.c.status.in_(ACTIVE)).order_by(batches.c.number)
+    for number in connection.scalars(active.with_for_update()).all():
+        held = (
+            batch_chunks.c.batch == number,
+            batch_chunks.c.state == ChunkState.LEASED,
+            batch_chunks.c.owner == owner,
+        )
+        connection.execute(update(batch_chunks).where(*held).values(values))
+
+
+@dataclass(frozen=True)
+class Finish:
+    """Store a chunk's answers and mark it done, in one. False if the chunk is no longer this owner's: then nothing."""
+
+    chunk: Chunk
+    owner: str
+    items: tuple[Item, ...]
+
+    def __call__(self, connection: Connection) -> bool:
+        if not _hold(connection, self.chunk.batch):
+            return False
+        if not _let_go(connection, self.chunk, self.owner, {"state": ChunkState.DONE, "leased_until": None}):
+            return False
+        put_items(connection, self.chunk.batch, self.items)
+        counted = Counter(str(item.status) for item in self.items)
+        here = batches.c.number == self.chunk.batch
+        counters = {name: batches.c[name] + count for name, count in counted.items()}
+        connection.execute(update(batches).where(here).values(counters))
+        done = sum(batches.c[str(status)] for status in ItemStatus)
+        ended = {"status": BatchStatus.ENDED, "ended_at": utc_now()}
+        connection.execute(update(batches).where(here, done == batches.c.total).values(ended))
+        return True
+
+
+def _let_go(connection: Connection, chunk: Chunk, owner: str, values: dict[str, Any]) -> bool:
+    mine = (
+        batch_chunks.c.batch == chunk.batch,
+        batch_chunks.c.first == chunk.first,
+        batch_chunks.c.count == chunk.count,
+        batch_chunks.c.state == ChunkState.LEASED,
+        batch_chunks.c.owner == owner,
+    )
+    return connection.execute(update(batch_chunks).where(*mine).values(values)).rowcount == 1
+
+
+def put_items(connection: Connection, number: int, items: Sequence[Item]) -> None:
+    """Insert items; one that is there already stays as it is."""
+    make = {"sqlite": sqlite.insert, "postgresql": postgresql.insert}[connection.dialect.name]
+    rows = [
+        {
+            "batch": number,
+            "index": item.index,
+            "line": item.line,
+            "status": item.status,
+            "holds": item.holds,
+            "figure": item.figure,
+            "content": item.content,
+            "digest": digest(number, item),
+        }
+        for item in items
+    ]
+    connection.execute(make(batch_items).on_conflict_do_nothing(), rows)
+
+
+@dataclass(frozen=True)
+class Split:
+    """Give a chunk back as two halves, because one of its items may be what brought it down."""
+
+    chunk: Chunk
+    owner: str
+
+    def __call__(self, connection: Connection) -> bool:
+        half = self.chunk.count // 2
+        values = {"count": half, "state": ChunkState.WAITING, "owner": None, "attempts": 0}
+        if half == 0 or not _hold(connection, self.chunk.batch):
+            return False
+        if not _let_go(connection, self.chunk, self.owner, values):
+            return False
+        chunk = self.chunk
+        rest = Chunk(chunk.batch, chunk.first + half, chunk.count - half, chunk.block, 0)
+        connection.execute(insert(batch_chunks).values(_chunk_row(rest)))
+        return True
+
+
+@dataclass(frozen=True)
+class Return:
+    """Give a chunk back as it is, to be tried again."""
+
+    chunk: Chunk
+    owner: str
+    in_vain: bool
+
+    def __call__(self, connection: Connection) -> bool:
+        attempts = self.chunk.attempts - (0 if self.in_vain else 1)
+        values = {"state": ChunkState.WAITING, "owner": None, "attempts": attempts}
+        return _hold(connection, self.chunk.batch) and _let_go(connection, self.chunk, self.owner, values)
+
+
+@dataclass(frozen=True)
+class Cancel:
+    """End an active batch; what is done stays. False if it had ended."""
+
+    number: int
+
+    def __call__(self, connection: Connection) -> bool:
+        active = batches.c.number == self.number, batches.c.status.in_(ACTIVE)
+        values = {"status": BatchStatus.CANCELLED, "ended_at": utc_now()}
+        if not connection.execute(update(batches).where(*active).values(values)).rowcount:
+            return False
+        undone = batch_chunks.c.batch == self.number, batch_chunks.c.state != ChunkState.DONE
+        connection.execute(update(batch_chunks).where(*undone).values(state=ChunkState.CANCELLED))
+        return True
+
+
+def record_of(row: Any) -> BatchRecord:
+    return BatchRecord(**{name: row[name] for name in _COLUMNS})
+
+
+def batch_columns() -> list[Any]:
+    """What a record needs of the table."""
+    return [batches.c[name] for name in _COLUMNS]

@@ -1,0 +1,103 @@
+"""Check that batches still say what was written: every block and item by its hash, every item where its chunk is done
+and nowhere else, every counter by counting again."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Generator, Iterator
+
+from sqlalchemy import Connection, select
+
+from app.store.batch_inputs import unpacked_rows
+from app.store.batch_items import DIGEST_BYTES, digest, unpacked
+from app.store.batch_operations import batch_columns, record_of
+from app.store.batch_reads import items_after
+from app.store.batch_records import BatchRecord, BatchStatus, ChunkState, ItemStatus
+from app.store.damage import Damage
+from app.store.models import batch_blocks, batch_chunks, batch_items, batches
+
+_PAGE = 500
+
+
+def batch_damages(connection: Connection) -> Iterator[Damage | int]:
+    """Everything that is wrong with batches and what belongs to them; and how many items were read, a few at a time.
+
+    A batch that is being received is looked at no more than its blocks: nothing of it was acknowledged.
+    """
+    for row in connection.execute(select(*batch_columns()).order_by(batches.c.number)).mappings().all():
+        try:
+            batch = record_of(row)
+            yield from _blocks(connection, batch)
+            if batch.status != BatchStatus.RECEIVING:
+                done = yield from _chunks(connection, batch)
+                yield from _items(connection, batch, done)
+        except Exception as error:
+            yield Damage(batches.name, str(row["id"]), f"cannot be read: {error}")
+
+
+def _blocks(connection: Connection, batch: BatchRecord) -> Iterator[Damage]:
+    query = select(batch_blocks).where(batch_blocks.c.batch == batch.number).order_by(batch_blocks.c.first)
+    end = 0
+    for block in connection.execute(query).mappings():
+        key = f"{batch.id} {block['first']}"
+        content = bytes(block["content"])
+        if hashlib.sha256(content).digest()[:DIGEST_BYTES] != bytes(block["digest"]):
+            yield Damage(batch_blocks.name, key, "the content does not agree with its hash")
+        elif block["first"] != end or len(unpacked_rows(content)) != block["count"]:
+            yield Damage(batch_blocks.name, key, "the block does not follow the one before")
+        end = block["first"] + block["count"]
+    if batch.status != BatchStatus.RECEIVING and end != batch.total:
+        yield Damage(batches.name, batch.id, f"{batch.total} items were acknowledged, {end} are there")
+
+
+def _chunks(connection: Connection, batch: BatchRecord) -> Generator[Damage, None, list[range]]:
+    """The ranges of chunks that are done, as a generator's return value."""
+    query = select(batch_chunks).where(batch_chunks.c.batch == batch.number).order_by(batch_chunks.c.first)
+    end, done = 0, []
+    for chunk in connection.execute(query).mappings():
+        if chunk["first"] != end:
+            yield Damage(batch_chunks.name, f"{batch.id} {chunk['first']}", "the chunk does not follow the one before")
+        end = chunk["first"] + chunk["count"]
+        if chunk["state"] == ChunkState.DONE:
+            done.append(range(chunk["first"], end))
+    if end != batch.total:
+        yield Damage(batches.name, batch.id, f"chunks end at {end} of {batch.total} items")
+    return done
+
+
+def _items(connection: Connection, batch: BatchRecord, done: list[range]) -> Iterator[Damage | int]:
+    counted: Counter[str] = Counter()
+    expected = _beyond(done, -1)
+    after = -1
+    while page := items_after(connection, batch.number, after, _PAGE):
+        digests = dict(_digests(connection, batch.number, after, page[-1].index))
+        for item in page:
+            key = f"{batch.id} {item.index}"
+            if next(expected, None) != item.index:
+                yield Damage(batch_items.name, key, "the item is not where its chunk says")
+                expected = _beyond(done, item.index)
+            if digests[item.index] != digest(batch.number, item):
+                yield Damage(batch_items.name, key, "the content does not agree with its hash")
+            else:
+                unpacked(item.content, batch.dictionary)
+            counted[item.status] += 1
+        yield len(page)
+        after = page[-1].index
+    missing = sum(1 for _ in expected)
+    if missing:
+        yield Damage(batch_items.name, batch.id, f"{missing} items of chunks that are done are missing")
+    told = {str(status): getattr(batch, str(status)) for status in ItemStatus if getattr(batch, str(status))}
+    if dict(counted) != told:
+        yield Damage(batches.name, batch.id, f"the counters say {told}, the items {dict(counted)}")
+
+
+def _beyond(done: list[range], after: int) -> Iterator[int]:
+    return (index for chunk in done for index in chunk if index > after)
+
+
+def _digests(connection: Connection, number: int, after: int, last: int) -> Iterator[tuple[int, bytes]]:
+    index = batch_items.c.index
+    query = select(index, batch_items.c.digest).where(batch_items.c.batch == number, index > after, index <= last)
+    for row in connection.execute(query):
+        yield row[0], bytes(row[1])

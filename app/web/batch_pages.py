@@ -1,0 +1,226 @@
+"""Pages of batches: the list, a table or a sweep to begin one, and each with its progress and its map."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Form, Query, Request, Response, UploadFile
+from fastapi.responses import HTMLResponse, RedirectResponse
+
+from app.batches.fields import numbers
+from app.batches.offline import form_of
+from app.batches.results import Wanted, points
+from app.batches.service import Asked, BatchService
+from app.batches.sweep import SAMPLED, Combine, Sweep
+from app.batches.view import batch_json
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+from app.errors import Problem
+from app.store.batch_reads import BatchFilter
+from app.store.batch_records import ACTIVE
+from app.store.errors import UnknownBatch
+from app.web.languages import gettext
+from app.web.rendering import page
+
+router = APIRouter(include_in_schema=False)
+_ON_A_PAGE = 50
+_VARIED = 3
+"""How many fields the form of a sweep varies; a file or the API varies more."""
+_PART = 1 << 20
+
+
+def _service(request: Request) -> BatchService:
+    return request.app.state.batches
+
+
+def _chosen(kind: str, mode: str) -> tuple[str, str]:
+    """A kind and a mode of it, as near to those asked for as there are."""
+    kind = kind if kind in KINDS else "pin-profile"
+    modes = [str(each) for each in KINDS[kind].jobs]
+    return kind, mode if mode in modes else modes[-1]
+
+
+@router.get("/batches")
+async def listing(
+    request: Request, kind: str = "", mode: str = "", cursor: Annotated[str | None, Query(max_length=36)] = None
+) -> HTMLResponse:
+    """All batches, newest first, and the forms that begin one."""
+    return await _list(request, kind, mode, cursor)
+
+
+async def _list(
+    request: Request,
+    kind: str,
+    mode: str,
+    cursor: str | None = None,
+    problem: dict[str, Any] | None = None,
+    given: dict[str, str] | None = None,
+) -> HTMLResponse:
+    found, following = await _service(request).list(BatchFilter(), cursor, _ON_A_PAGE)
+    kind, mode = _chosen(kind, mode)
+    return page(
+        request,
+        "batches.html",
+        problem["status"] if problem else 200,
+        batches=[batch_json(batch) for batch in found],
+        next_page=following,
+        kind=kind,
+        mode=mode,
+        fields=numbers(kind, mode),
+        varied=range(_VARIED),
+        ways=_ways(),
+        problem=problem,
+        given=given or {},
+    )
+
+
+def _ways() -> dict[str, str]:
+    """How fields are combined, in words."""
+    return {
+        Combine.GRID: gettext("every value with every other"),
+        Combine.ZIP: gettext("side by side"),
+        Combine.LATIN_HYPERCUBE: gettext("samples: Latin hypercube"),
+        Combine.SOBOL: gettext("samples: Sobol"),
+    }
+
+
+def _words() -> dict[str, str]:
+    """How items end, in words."""
+    return {
+        "succeeded": gettext("succeeded"),
+        "infeasible": gettext("infeasible"),
+        "failed": gettext("failed"),
+        "refused": gettext("refused"),
+        "cancelled": gettext("cancelled"),
+    }
+
+
+@router.get("/batches/table")
+async def table(kind: str = "", mode: str = "") -> Response:
+    """A table to fill in: the header and the example as its first row."""
+    kind, mode = _chosen(kind, mode)
+    cells = dict(_cells(KINDS[kind].example(Mode(mode))))
+    text = io.StringIO()
+    csv.writer(text).writerows([list(cells), list(cells.values())])
+    name = f'attachment; filename="{kind}-{mode}-cases.csv"'
+    return Response(text.getvalue(), media_type="text/csv", headers={"Content-Disposition": name})
+
+
+def _cells(value: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    found: list[tuple[str, Any]] = []
+    for name, inner in value.items():
+        if isinstance(inner, dict):
+            found += _cells(inner, f"{prefix}{name}.")
+        else:
+            found.append((prefix + name, json.dumps(inner) if isinstance(inner, (list, bool)) else inner))
+    return found
+
+
+def _to(answer: bytes) -> Response:
+    return RedirectResponse(json.loads(answer)["links"]["page"], status_code=303)
+
+
+@router.post("/batches/upload")
+async def upload(
+    request: Request,
+    cases: UploadFile,
+    kind: Annotated[str, Form(max_length=64)],
+    mode: Annotated[str, Form(max_length=16)],
+    name: Annotated[str, Form(max_length=200)] = "",
+) -> Response:
+    """Begin a batch of the rows of a file."""
+    service, form = _service(request), form_of(Path(cases.filename or ""))
+    try:
+        ask = Asked.of(kind, mode, name.replace("\0", "") or (cases.filename or "")[:200], "scalars")
+        if form in ("text/csv", "application/x-ndjson"):
+            return _to(await service.take_lines(ask, form == "text/csv", _parts(cases), None))
+        raise Problem(415, "No cases", "choose a .csv or .ndjson file; Parquet goes by the API or the command line")
+    except Problem as problem:
+        return await _list(request, kind, mode, problem=problem.body)
+
+
+async def _parts(cases: UploadFile) -> AsyncIterator[bytes]:
+    while part := await cases.read(_PART):
+        yield part
+
+
+@router.post("/batches/sweep")
+async def sweep(request: Request) -> Response:
+    """Begin a batch that varies a few fields of the example, or of a stored run."""
+    form = {name: str(value) for name, value in (await request.form()).items()}
+    kind, mode = _chosen(form.get("kind", ""), form.get("mode", ""))
+    try:
+        base = await _base(request, form.get("run", "").strip(), kind, mode)
+        asked = Sweep.read(json.dumps(_asked(form, kind, mode, base)).encode())
+        return _to(await _service(request).take_sweep(asked, None, hashlib.sha256()))
+    except Problem as problem:
+        return await _list(request, kind, mode, problem=problem.body, given=form)
+
+
+async def _base(request: Request, run_id: str, kind: str, mode: str) -> dict[str, Any]:
+    if not run_id:
+        return KINDS[kind].example(Mode(mode))
+    run = await request.app.state.service.store.get(run_id)
+    if (run.kind, run.mode) != (kind, mode):
+        raise Problem(422, "The run does not fit", f"the run is a {run.mode} of {run.kind}")
+    return json.loads(run.spec)
+
+
+def _asked(form: dict[str, str], kind: str, mode: str, base: dict[str, Any]) -> dict[str, Any]:
+    way = form.get("combine", "grid")
+    vary: dict[str, Any] = {}
+    for k in range(_VARIED):
+        field = form.get(f"field{k}", "").strip()
+        if field:
+            ends = {"from": _number(form.get(f"from{k}", "")), "to": _number(form.get(f"to{k}", ""))}
+            steps = {} if way in SAMPLED else {"steps": _number(form.get(f"steps{k}", ""), whole=True)}
+            vary[field] = {**ends, **steps, "scale": "log" if form.get(f"log{k}") else "linear"}
+    found: dict[str, Any] = {"kind": kind, "mode": mode, "name": form.get("name", ""), "base": base, "vary": vary}
+    if way in SAMPLED:
+        found["samples"] = _number(form.get("samples", ""), whole=True)
+    return {**found, "combine": way}
+
+
+def _number(text: str, whole: bool = False) -> float | int | str | None:
+    try:
+        return int(text) if whole else float(text)
+    except ValueError:
+        return text or None
+
+
+@router.get("/batches/{batch_id}")
+async def batch_page(request: Request, batch_id: str) -> HTMLResponse:
+    """One batch: how far it is, its results to take away, and its map."""
+    try:
+        batch = await _service(request).get(batch_id)
+    except UnknownBatch:
+        return page(request, "missing.html", 404)
+    return page(request, "batch.html", batch=batch_json(batch), going=batch.status in ACTIVE, words=_words())
+
+
+@router.get("/batches/{batch_id}/map")
+async def map_points(
+    request: Request,
+    batch_id: str,
+    x: Annotated[str, Query(max_length=200)] = "",
+    y: Annotated[str, Query(max_length=200)] = "",
+    colour: Annotated[str, Query(max_length=200)] = "",
+) -> dict[str, Any]:
+    """The items as points, and what can be an axis or a colour."""
+    service = _service(request)
+    batch = await service.get(batch_id)
+    wanted = Wanted(fields=tuple(filter(None, dict.fromkeys((x, y, colour)))))
+    return await points(service.store, batch, wanted)
+
+
+@router.post("/batches/{batch_id}/cancel")
+async def cancel(request: Request, batch_id: str) -> Response:
+    """End it; what is done stays."""
+    await _service(request).cancel(batch_id)
+    return RedirectResponse(f"/batches/{batch_id}", status_code=303)

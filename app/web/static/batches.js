@@ -1,0 +1,139 @@
+// A batch as it fills: its counters by server-sent events, and its items as points of a map.
+const progress = document.querySelector("#progress"), map = document.querySelector("#map");
+const PALETTE = ["#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#999999"];
+const SVG = "http://www.w3.org/2000/svg";
+const BOX = { left: 78, right: 740, top: 16, bottom: 420 };
+
+function made(name, attributes, text) {
+  const element = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  if (text !== undefined) element.textContent = text;
+  return element;
+}
+
+function lasting(seconds) {
+  if (seconds < 90) return `${Math.ceil(seconds)} s`;
+  return seconds < 5400 ? `${Math.ceil(seconds / 60)} min` : `${(seconds / 3600).toFixed(1)} h`;
+}
+
+function show(batch) {
+  for (const place of progress.querySelectorAll("[data-count]")) {
+    const name = place.dataset.count;
+    if (name !== "status") place.textContent = batch.items[name];
+  }
+  progress.querySelector("progress").value = batch.items.done;
+  const pace = batch.rate_per_s ? `, ${batch.rate_per_s.toPrecision(3)} / s` : "";
+  const rest = batch.remaining_s ? `, ≈ ${lasting(batch.remaining_s)} ${progress.dataset.left}` : "";
+  progress.querySelector(".pace").textContent = pace + rest;
+}
+
+function fill(select, groups, chosen) {
+  if (select.options.length) return;
+  for (const name of groups) select.add(new Option(name.replaceAll("_", " "), name, false, name === chosen));
+}
+
+function numbersOf(values) {
+  return values.filter((value) => typeof value === "number");
+}
+
+function ticks(low, high) {
+  const span = high - low || Math.abs(high) || 1, raw = span / 6, power = 10 ** Math.floor(Math.log10(raw));
+  const step = [1, 2, 5, 10].map((k) => k * power).find((each) => each >= raw);
+  const found = [];
+  for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k += 1) found.push(k * step);
+  return found;
+}
+
+function scale(values, from, to) {
+  let low = Infinity, high = -Infinity;
+  for (const value of values) { low = Math.min(low, value); high = Math.max(high, value); }
+  if (low === high) { low -= Math.abs(low) * 0.05 || 1; high += Math.abs(high) * 0.05 || 1; }
+  return { low, high, at: (value) => from + ((value - low) / (high - low)) * (to - from) };
+}
+
+function coloured(values) {
+  const numbers = numbersOf(values);
+  if (numbers.length && new Set(numbers).size > PALETTE.length) {
+    const along = scale(numbers, 0, 1);
+    const of = (value) => (typeof value === "number" ? `hsl(${Math.round(260 - 200 * along.at(value))} 70% 48%)` : PALETTE[6]);
+    return { of, legend: [along.low, (along.low + along.high) / 2, along.high].map((v) => [v.toPrecision(4), of(v)]) };
+  }
+  const words = [...new Set(values.map((value) => String(value ?? "none")))].sort();
+  const of = (value) => PALETTE[Math.min(words.indexOf(String(value ?? "none")), PALETTE.length - 1)];
+  return { of, legend: words.slice(0, 12).map((word) => [word.replaceAll("_", " "), PALETTE[Math.min(words.indexOf(word), 6)]]) };
+}
+
+function draw(told, names) {
+  const picture = map.querySelector("svg"), column = (name) => told.fields.lastIndexOf(name);
+  const [x, y, colour] = names.map(column);
+  const there = told.points.filter((p) => typeof p[x] === "number" && typeof p[y] === "number");
+  picture.replaceChildren(made("rect", {
+    class: "frame", x: BOX.left, y: BOX.top, width: BOX.right - BOX.left, height: BOX.bottom - BOX.top,
+  }));
+  if (!there.length) {
+    picture.append(made("text", { x: 300, y: 220 }, map.dataset.none));
+    return;
+  }
+  const across = scale(there.map((p) => p[x]), BOX.left + 8, BOX.right - 8);
+  const up = scale(there.map((p) => p[y]), BOX.bottom - 8, BOX.top + 8);
+  for (const value of ticks(across.low, across.high)) {
+    picture.append(made("text", { x: across.at(value), y: BOX.bottom + 18, "text-anchor": "middle" }, +value.toPrecision(6)));
+  }
+  for (const value of ticks(up.low, up.high)) {
+    picture.append(made("text", { x: BOX.left - 6, y: up.at(value) + 4, "text-anchor": "end" }, +value.toPrecision(6)));
+  }
+  picture.append(made("text", { x: (BOX.left + BOX.right) / 2, y: 460, "text-anchor": "middle" }, names[0].replaceAll("_", " ")));
+  picture.append(made("text", { x: 14, y: 218, transform: "rotate(-90 14 218)", "text-anchor": "middle" }, names[1].replaceAll("_", " ")));
+  const paint = coloured(there.map((p) => p[colour]));
+  const radius = there.length > 1000 ? 2.5 : 4;
+  for (const point of there) {
+    const link = made("a", { href: `/runs/${point[1]}` });
+    const dot = made("circle", { cx: across.at(point[x]), cy: up.at(point[y]), r: radius, fill: paint.of(point[colour]) });
+    dot.append(made("title", {}, `item ${point[0]}: ${point[2]}`));
+    link.append(dot);
+    picture.append(link);
+  }
+  map.querySelector(".legend").replaceChildren(...paint.legend.map(([word, fillColour]) => {
+    const item = document.createElement("li"), sign = made("svg", { viewBox: "0 0 12 12", "aria-hidden": "true" });
+    sign.append(made("circle", { cx: 6, cy: 6, r: 5, fill: fillColour }));
+    item.append(sign, ` ${word}`);
+    return item;
+  }));
+}
+
+let busy = false, again = false;
+async function refresh() {
+  if (busy) { again = true; return; }
+  busy = true;
+  try {
+    const selects = ["x", "y", "colour"].map((name) => map.querySelector(`#map-${name}`));
+    let names = selects.map((select) => select.value);
+    const ask = async () => (await fetch(`${map.dataset.points}?${new URLSearchParams({ x: names[0], y: names[1], colour: names[2] })}`)).json();
+    let told = await ask();
+    const all = [...told.varied, ...told.results];
+    if (all.length && !selects[0].options.length) {
+      fill(selects[0], all, all[0]);
+      fill(selects[1], all, told.varied[1] ?? told.results.find((name) => /mass|power|safety/.test(name)) ?? all[1] ?? all[0]);
+      fill(selects[2], ["governed_by", "status", "holds", ...all], "governed_by");
+      names = selects.map((select) => select.value);
+      told = await ask();
+    }
+    if (names[0]) draw(told, names);
+  } finally {
+    busy = false;
+    if (again) { again = false; setTimeout(refresh, 300); }
+  }
+}
+
+map.querySelector(".axes").addEventListener("change", refresh);
+refresh();
+if (progress.dataset.events) {
+  const events = new EventSource(progress.dataset.events);
+  let due = 0;
+  const told = (event) => {
+    show(JSON.parse(event.data));
+    if (event.type === "ended" || Date.now() > due) { due = Date.now() + 2000; refresh(); }
+  };
+  events.addEventListener("progress", told);
+  events.addEventListener("ended", (event) => { events.close(); told(event); location.reload(); });
+}

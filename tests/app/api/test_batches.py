@@ -1,0 +1,292 @@
+"""Batches over HTTP: every form of input, every form of output, hostile rows, cancelling, repeating."""
+
+from __future__ import annotations
+
+import asyncio
+import csv
+import io
+import json
+import math
+import time
+from typing import Any
+
+import pyarrow
+import pyarrow.parquet
+import pytest
+from starlette.testclient import TestClient
+
+from app.batches.intake import LONGEST_ROW, Lines, in_slices
+from app.batches.sweep import Sweep
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+from app.store.batch_inputs import Row, Source, packed_rows, unpacked_rows
+
+PIN = {k: v for k, v in KINDS["pin-profile"].example(Mode.CHECK).items() if k != "name"}
+AT = "/api/v1/batches"
+OF_PINS = AT + "?kind=pin-profile&mode=check&name=night"
+
+
+def pin(force_n: float) -> dict[str, Any]:
+    return {**PIN, "load": {"force_n": force_n}}
+
+
+def submit(client: TestClient, body: Any, form: str = "application/x-ndjson", at: str = OF_PINS, **headers: str) -> Any:
+    content = json.dumps(body) if isinstance(body, dict) else body
+    return client.post(at, content=content, headers={"Content-Type": form, **headers})
+
+
+def ended(client: TestClient, response: Any) -> dict[str, Any]:
+    assert response.status_code == 202, response.text
+    end = time.monotonic() + 120
+    while (batch := client.get(response.headers["Location"]).json())["status"] not in ("ended", "cancelled"):
+        assert time.monotonic() < end, batch
+        time.sleep(0.1)
+    return batch
+
+
+def rows_of(client: TestClient, batch: dict[str, Any], query: str = "") -> list[dict[str, Any]]:
+    return [json.loads(line) for line in client.get(batch["links"]["results"] + query).text.splitlines()]
+
+
+def test_lines_of_json_become_items_and_items_are_runs(client: TestClient) -> None:
+    forces = [4000.0, 5000.0, 4000.0]
+    body = "\n\n".join(json.dumps({**pin(f), "name": f"F {f}"}) for f in forces)
+    response = submit(client, body)
+    assert response.json()["items"] == {
+        "total": 3, "done": 0, "succeeded": 0, "infeasible": 0, "failed": 0, "refused": 0, "cancelled": 0
+    }  # fmt: skip
+    batch = ended(client, response)
+    assert (batch["items"]["succeeded"], batch["name"], batch["ended_at"] is None) == (3, "night", False)
+    rows = rows_of(client, batch)
+    assert [(row["index"], row["line"], row["load.force_n"]) for row in rows] == list(
+        zip(range(3), (1, 3, 5), forces, strict=True)
+    )
+    for row, force in zip(rows, forces, strict=True):
+        run = client.get(f"/api/v1/runs/{row['run_id']}").json()
+        single = client.post("/api/v1/checks/pin-profile", json=pin(force)).json()
+        assert run["batch_id"] == batch["id"] and run["name"] == f"F {force}"
+        assert {**run["spec"], "name": ""} == {**single["spec"], "name": ""}
+        assert run["verdict"]["holds"] == row["holds"] == single["verdict"]["holds"]
+        assert run["result"]["mass_g"] == row["mass_g"] == pytest.approx(single["result"]["mass_g"], rel=1e-12)
+    # An equal one was solved once.
+    assert [client.get(f"/api/v1/runs/{row['run_id']}").json()["cached"] for row in rows] == [False, False, True]
+    # Its curves were not stored, and are made again for its pictures and its page.
+    first = client.get(f"/api/v1/runs/{rows[0]['run_id']}").json()
+    assert "profile" not in first["result"]
+    assert first["links"]["plots"]
+    for place in (first["links"]["page"], *first["links"]["plots"].values()):
+        assert client.get(place).status_code == 200, place
+    listed = client.get("/api/v1/runs", params={"batch_id": batch["id"], "order": "oldest"}).json()["items"]
+    assert [run["id"] for run in listed] == [row["run_id"] for row in rows]
+
+
+HOSTILE = [
+    (b'{"load": {"force_n": NaN}}', "NaN"),
+    (b'{"load": 1e400}', "/load"),
+    (b"[1, 2]", "no JSON object"),
+    (b'"' + b"x" * 1000 + b'"', "no JSON object"),
+    (b"\xff\xfe{}", "UTF-8"),
+    (b"[" * 5000, ""),
+    (b'{"a": 1, "a": 2}', "more than once"),
+    (b'{"name": "\\ud800"}', ""),
+    (b'{"name": "' + b"y" * (LONGEST_ROW + 10) + b'"}', "longer"),
+    (b"\x00\x00", "JSON"),
+    (b'{"__proto__": {}, "geometry": []}', "/geometry"),
+    (json.dumps({**pin(4000.0), "accuracy": True}).encode(), "/accuracy"),
+]
+
+
+def test_a_row_that_is_no_request_is_refused_and_the_others_go_on(client: TestClient) -> None:
+    good = json.dumps(pin(4321.0)).encode()
+    body = b"\n".join([good, *(row for row, _ in HOSTILE), good])
+    batch = ended(client, submit(client, body))
+    assert (batch["items"]["succeeded"], batch["items"]["refused"]) == (2, len(HOSTILE))
+    refused = rows_of(client, batch, "?status=refused")
+    assert [row["line"] for row in refused] == list(range(2, 2 + len(HOSTILE)))
+    for row, (sent, word) in zip(refused, HOSTILE, strict=True):
+        assert word in row["problem"], sent[:60]
+        run = client.get(f"/api/v1/runs/{row['run_id']}").json()
+        assert (run["status"], run["problem"]["status"], run["result"]) == ("failed", 422, None)
+        assert client.get(f"/runs/{row['run_id']}").status_code == 200
+
+
+def test_a_csv_comes_back_as_one(client: TestClient) -> None:
+    text = io.StringIO()
+    names = ["name", "load.force_n", *_dotted(PIN, skip="load")]
+    table = csv.writer(text)
+    table.writerow(names)
+    cells = list(_dotted(PIN, skip="load").values())
+    table.writerow(['a "pin",\nin two lines', "4500", *cells])
+    table.writerow(["007", "1e4", *cells])
+    table.writerow(["=cmd|x", "-5", *cells])
+    table.writerow(["short", "4500"])
+    batch = ended(client, submit(client, text.getvalue().encode(), "text/csv"))
+    assert (batch["items"]["succeeded"], batch["items"]["refused"]) == (2, 2)
+    found = list(csv.DictReader(io.StringIO(client.get(batch["links"]["results"] + "?format=csv").text)))
+    assert [row["line"] for row in found] == ["2", "4", "5", "6"]
+    assert [row["name"] for row in found[:3]] == ['a "pin",\nin two lines', "007", "'=cmd|x"]
+    assert "/load/force_n" in found[2]["problem"] and "cells" in found[3]["problem"]
+    lines = rows_of(client, batch)
+    for row, line in zip(found, lines, strict=True):
+        for name in ("mass_g", "deflection_um"):
+            assert (float(row[name]) if row[name] else None) == line.get(name)
+    chosen = client.get(batch["links"]["results"] + "?format=csv&fields=index,mass_g&status=succeeded").text
+    assert chosen.splitlines() == ["index,mass_g", *(f"{row['index']},{row['mass_g']!r}" for row in lines[:2])]
+
+
+def _dotted(value: Any, prefix: str = "", skip: str = "") -> dict[str, Any]:
+    found = {}
+    for name, inner in value.items():
+        if isinstance(inner, dict):
+            found |= _dotted(inner, f"{prefix}{name}.") if name != skip else {}
+        elif name != skip:
+            found[f"{prefix}{name}"] = json.dumps(inner) if isinstance(inner, list) else inner
+    return found
+
+
+def test_parquet_goes_in_and_out(client: TestClient) -> None:
+    flat = _dotted(PIN)
+    table = pyarrow.Table.from_pylist([{**flat, "load.force_n": f} for f in (4000.0, 6000.0, math.nan)])
+    file = io.BytesIO()
+    pyarrow.parquet.write_table(table, file)
+    batch = ended(client, submit(client, file.getvalue(), "application/vnd.apache.parquet"))
+    assert (batch["items"]["succeeded"], batch["items"]["refused"]) == (2, 1)
+    answer = client.get(batch["links"]["results"] + "?format=parquet")
+    found = pyarrow.parquet.read_table(io.BytesIO(answer.content)).to_pylist()
+    lines = rows_of(client, batch)
+    assert [row["mass_g"] for row in found] == [row.get("mass_g") for row in lines]
+    assert [row["load.force_n"] for row in found[:2]] == [4000.0, 6000.0]
+    assert submit(client, b"PAR1 no", "application/vnd.apache.parquet").status_code == 400
+
+
+def sweep(**changes: Any) -> dict[str, Any]:
+    vary = {
+        "load.force_n": {"from": 2000.0, "to": 8000.0, "steps": 3},
+        "criterion": {"values": ["fibre", "tresca_paper"]},
+    }
+    return {"kind": "pin-profile", "mode": "check", "base": PIN, "vary": vary, **changes}
+
+
+def test_a_sweep_is_expanded_here(client: TestClient) -> None:
+    batch = ended(client, submit(client, sweep(), "application/json", AT))
+    rows = rows_of(client, batch)
+    assert [(row["load.force_n"], row["criterion"]) for row in rows] == [
+        (force, word) for force in (2000.0, 5000.0, 8000.0) for word in ("fibre", "tresca_paper")
+    ]
+    assert batch["items"]["succeeded"] == 6 and rows[0]["line"] is None
+
+
+def test_samples_fill_the_space_and_repeat() -> None:
+    ends = {"from": 1.0, "to": 100.0}
+    for combine in ("sobol", "latin_hypercube"):
+        asked = Sweep.model_validate(
+            sweep(vary={"load.force_n": {**ends, "scale": "log"}, "x": ends}, combine=combine, samples=64, seed=3)
+        )
+        assert asked.contradictions() == []
+        points = [json.loads(row.content) for row in asked.rows()]
+        assert points == [json.loads(row.content) for row in asked.rows()]
+        # One point in each of 64 equal parts of either side.
+        assert sorted(int(64 * math.log(x, 100.0)) for x, _ in points) == list(range(64))
+        assert sorted(int(64 * (y - 1) / 99) for _, y in points) == list(range(64))
+    zipped = Sweep.model_validate(sweep(vary={"a": {"values": [1, 2]}, "b": {**ends, "steps": 2}}, combine="zip"))
+    assert [json.loads(row.content) for row in zipped.rows()] == [[1, 1.0], [2, 100.0]]
+
+
+@pytest.mark.parametrize(
+    ("changes", "pointer"),
+    [
+        ({"vary": {"load.force": {"values": [1]}}}, "/vary/load.force"),
+        ({"vary": {"load.force_n": {"values": [1], "to": 2.0}}}, "/vary/load.force_n"),
+        ({"vary": {"load.force_n": {"from": 0.0, "to": 2.0, "steps": 3, "scale": "log"}}}, "/vary/load.force_n"),
+        ({"combine": "sobol"}, "/samples"),
+        ({"vary": {"load.force_n": {"from": 0.0, "to": 1.0}}}, "/vary/load.force_n/steps"),
+        ({"kind": "pin"}, "/kind"),
+        ({"mode": "analysis"}, "/mode"),
+        ({"combine": "zip"}, "/vary"),
+        ({"vary": {}}, "/vary"),
+    ],
+)
+def test_a_sweep_that_cannot_be_is_refused_whole(client: TestClient, changes: dict[str, Any], pointer: str) -> None:
+    refusal = submit(client, sweep(**changes), "application/json", AT)
+    assert refusal.status_code == 422
+    assert pointer in [each["pointer"] for each in refusal.json()["errors"]]
+
+
+def test_what_is_no_batch_is_refused(client: TestClient) -> None:
+    assert submit(client, b"", "text/plain").status_code == 415
+    assert submit(client, b"\n\n").status_code == 422
+    assert submit(client, b"nonsense\n1", "text/csv").json()["errors"][0]["pointer"] == "/nonsense"
+    assert submit(client, b"name,name\n1,2", "text/csv").status_code == 422
+    big = sweep(vary={"load.force_n": {"from": 1.0, "to": 2.0, "steps": 1_000_000}, "x": {"values": [1] * 100}})
+    assert submit(client, big, "application/json", AT).status_code in (413, 422)
+    assert client.get(f"{AT}/nothing").status_code == 404
+    assert client.get(f"{AT}/nothing/results").status_code == 404
+
+
+def test_the_same_key_answers_once(client: TestClient) -> None:
+    body = json.dumps(pin(7000.0))
+    first = submit(client, body, **{"Idempotency-Key": "batch-1"})
+    again = submit(client, body, **{"Idempotency-Key": "batch-1"})
+    assert (again.status_code, again.content, again.headers["Location"]) == (
+        202,
+        first.content,
+        first.headers["Location"],
+    )
+    assert submit(client, json.dumps(pin(7001.0)), **{"Idempotency-Key": "batch-1"}).status_code == 409
+    asked = {"Idempotency-Key": "batch-2"}
+    swept = [submit(client, sweep(), "application/json", AT, **asked) for _ in range(2)]
+    assert swept[0].content == swept[1].content
+    ended(client, first)
+
+
+def test_events_tell_progress_and_then_the_end(client: TestClient) -> None:
+    many = sweep(vary={"load.force_n": {"from": 2000.0, "to": 8000.0, "steps": 300}})
+    batch = submit(client, many, "application/json", AT).json()
+    with client.stream("GET", batch["links"]["events"]) as stream:
+        assert stream.headers["content-type"].startswith("text/event-stream")
+        told = [part.split("\n") for part in "".join(stream.iter_text()).strip().split("\n\n")]
+    names = [lines[0].removeprefix("event: ") for lines in told]
+    done = [json.loads(lines[1].removeprefix("data: "))["items"]["done"] for lines in told]
+    assert names[-1] == "ended" and set(names[:-1]) <= {"progress"}
+    assert done == sorted(done) and done[-1] == 300
+
+
+def test_a_batch_is_cancelled_and_keeps_what_is_done(client: TestClient) -> None:
+    example = KINDS["flexible-rod"].example(Mode.DESIGN)
+    vary = {"requirements.min_fatigue_safety": {"from": 1.0, "to": 1.5, "steps": 5000}}
+    body = {"kind": "flexible-rod", "mode": "design", "base": example, "vary": vary}
+    batch = submit(client, body, "application/json", AT).json()
+    cancelled = client.delete(batch["links"]["self"])
+    assert (cancelled.status_code, cancelled.json()["status"]) == (200, "cancelled")
+    items = cancelled.json()["items"]
+    assert items["total"] == 5000
+    assert items["done"] + items["cancelled"] == 5000 and items["cancelled"] > 4000
+    assert client.delete(batch["links"]["self"]).status_code == 409
+    last = client.get("/api/v1/runs", params={"batch_id": batch["id"], "limit": 1}).json()["items"][0]
+    assert last["status"] == "cancelled"
+    assert batch["id"] in [each["id"] for each in client.get(AT, params={"status": "cancelled"}).json()["items"]]
+
+
+def test_lines_are_cut_the_same_however_they_arrive() -> None:
+    data = b'\xef\xbb\xbfa,b\r\n"1\n2",3\n\n4,5'
+    for size in range(1, len(data)):
+        lines = Lines(quotes=True)
+        rows = [row for k in range(0, len(data), size) for row in lines.feed(data[k : k + size])]
+        rows.append(lines.end())
+        assert rows == [Row(1, b"a,b"), Row(2, b'"1\n2",3'), Row(5, b"4,5")] or size < 3
+
+
+def test_no_row_is_lost_between_slices() -> None:
+    async def sizes() -> list[int]:
+        return [len(some) async for some in in_slices(iter([Row(k, b"") for k in range(2500)]))]
+
+    assert asyncio.run(sizes()) == [1000, 1000, 500]
+
+
+def test_rows_come_back_as_they_were_packed() -> None:
+    rows = [Row(3, b'{"a":\r 1}'), Row(None, b""), Row(9, "ä".encode(), "is too long")]
+    assert unpacked_rows(packed_rows(rows)) == rows
+    assert unpacked_rows(packed_rows(rows), 1, 3) == rows[1:]
+    source = Source("csv", ("a.0", "a.1", "b"), frozenset({"b"}))
+    assert Source.from_json(source.to_json()) == source
+    assert source.body(Row(1, b"1,[2],3")) == {"a": [1, [2]], "b": "3"}

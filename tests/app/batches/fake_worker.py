@@ -1,0 +1,49 @@
+"""A worker that only pretends to solve; it imports no solver, so that many can be started.
+
+What a row says happens: {"do": "die"} ends the worker, "hang" never ends, "die once" ends it as long as the file that
+the row names is not there.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from app.batches.task import Solved, Task
+from app.store.batch_inputs import Source, unpacked_rows
+from app.store.batch_items import packed
+from app.store.batch_records import Item
+
+ITEM_S = 2e-4
+
+
+def load(_kind: str, _mode: str) -> None:
+    """Nothing is needed."""
+
+
+def nothing() -> Iterator[None]:
+    return iter(())
+
+
+def load_step_by_step() -> Iterator[None]:
+    return iter(())
+
+
+def answer(_kind: str, _mode: str, payload: bytes, _report: object) -> Solved:
+    task: Task = pickle.loads(payload)
+    source, items = Source.from_json(task.source), []
+    for index, row in enumerate(unpacked_rows(task.block, task.start, task.end), task.first):
+        body = source.body(row)
+        if body.get("do") == "die" or (body.get("do") == "die once" and not Path(body["file"]).exists()):
+            if "file" in body:
+                Path(body["file"]).touch()
+            os._exit(3)
+        if body.get("do") == "hang":
+            time.sleep(1000)
+        parts = {"spec": body, "result": {"x": index}}
+        items.append(Item(index, row.line, "succeeded", None, None, packed(parts, task.dictionary)))
+    time.sleep(ITEM_S * len(items))
+    return Solved(items, ITEM_S * len(items))

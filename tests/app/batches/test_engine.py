@@ -1,0 +1,164 @@
+"""The engine: poison is isolated, the healthy rest is solved, and no kill loses or doubles an item."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.batches import engine as engines
+from app.batches.service import Asked, BatchService
+from app.store.batch_items import unpacked
+from app.store.batch_reads import items_after
+from app.store.batch_records import BatchRecord, Item
+from app.store.migrate import upgrade
+from app.store.repository import RunStore
+from app.store.verify import verify
+from tests.app.batches import fake
+from tests.app.running import descendants, parents, wait_until
+
+KILLS = 1000 if os.environ.get("CRANKWRIGHT_CAMPAIGN") else 3
+ITEMS = 10_000
+
+
+async def submitted(service: BatchService, bodies: list[dict[str, Any]], key: str | None = None) -> str:
+    async def stream() -> AsyncIterator[bytes]:
+        for body in bodies:
+            yield json.dumps(body).encode() + b"\n"
+
+    answer = await service.take_lines(Asked("crank-masses", "analysis"), False, stream(), key)
+    return json.loads(answer)["id"]
+
+
+async def over(service: BatchService, batch_id: str) -> BatchRecord:
+    async for batch in service.progress(batch_id, lambda: False):
+        last = batch
+    return last
+
+
+async def stored(store: RunStore, batch: BatchRecord) -> list[Item]:
+    return await store.query(lambda connection: items_after(connection, batch.number, -1, 10**7))
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engines, "_FIRST_GUESS_S", dict.fromkeys(engines._FIRST_GUESS_S, 1e-3))
+
+
+@pytest.mark.usefixtures("quick")
+def test_poison_is_found_by_splitting_and_stored_as_failed(database_url: str, tmp_path: Path) -> None:
+    bodies: list[dict[str, Any]] = [{"x": k} for k in range(60)]
+    bodies[7] = {"do": "die"}
+    bodies[40] = {"do": "hang"}
+    bodies[23] = {"do": "die once", "file": str(tmp_path / "died")}
+
+    async def story() -> tuple[BatchRecord, list[Item]]:
+        executor = fake.pool()
+        executor.start()
+        try:
+            with RunStore(database_url) as store:
+                service = BatchService(store, executor, 0.5, 2.0)
+                service.start()
+                batch = await asyncio.wait_for(over(service, await submitted(service, bodies)), 100)
+                await service.close()
+                return batch, await stored(store, batch)
+        finally:
+            executor.close()
+
+    batch, items = asyncio.run(story())
+    assert (batch.status, batch.succeeded, batch.failed) == ("ended", 58, 2)
+    assert [item.index for item in items] == list(range(60))
+    failed = {item.index: unpacked(item.content, batch.dictionary) for item in items if item.status == "failed"}
+    assert {k: parts["problem"]["status"] for k, parts in failed.items()} == {7: 500, 40: 504}
+    assert failed[7]["spec"] == bodies[7]
+    assert verify(database_url).sound
+
+
+def test_kills_at_any_moment_lose_and_double_nothing(database_url: str) -> None:
+    """SIGKILL of the service or of one of its workers, some at once after the start."""
+    upgrade(database_url)
+
+    async def submit() -> str:
+        with RunStore(database_url) as store:
+            executor = fake.pool(0)
+            try:
+                service = BatchService(store, executor, 2.0)
+                return await submitted(service, [{"x": k} for k in range(ITEMS)])
+            finally:
+                executor.close()
+
+    batch_id, chance, left = asyncio.run(submit()), random.Random(5), set()
+    # Not as a module that is run: workers know what they run by the name of its module.
+    command = [sys.executable, "-c", "from tests.app.batches.fake import main; main()", database_url, "0.5"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE)
+    for _ in range(KILLS):
+        assert process.stdout is not None
+        process.stdout.readline()
+        time.sleep(chance.uniform(0.0, 1.2))
+        family = descendants(process.pid)
+        if chance.random() < 0.3 and family:
+            os.kill(chance.choice(sorted(family)), signal.SIGKILL)
+            time.sleep(chance.uniform(0.0, 0.3))
+        left |= family
+        process.kill()
+        process.wait()
+        process.stdout.close()
+        process = subprocess.Popen(command, stdout=subprocess.PIPE)
+
+    async def end() -> tuple[BatchRecord, list[Item]]:
+        with RunStore(database_url) as store:
+            service = BatchService(store, fake.pool(0), 2.0)
+            batch = await asyncio.wait_for(over(service, batch_id), 100 + KILLS)
+            return batch, await stored(store, batch)
+
+    try:
+        batch, items = asyncio.run(end())
+    finally:
+        left |= descendants(process.pid)
+        process.kill()
+        process.wait()
+    assert (batch.status, batch.succeeded, batch.failed) == ("ended", ITEMS, 0)
+    assert [item.index for item in items] == list(range(ITEMS))
+    assert [unpacked(item.content, batch.dictionary)["spec"]["x"] for item in items] == list(range(ITEMS))
+    report = verify(database_url)
+    assert (report.damages, report.batch_items) == ((), ITEMS)
+    wait_until(lambda: not left & parents().keys(), 10.0)
+
+
+def test_two_processes_share_a_batch(database_url: str) -> None:
+    """And the work of one that dies is taken over by the other."""
+
+    async def story() -> tuple[BatchRecord, list[Item]]:
+        executors = [fake.pool(1), fake.pool(1)]
+        with RunStore(database_url) as one, RunStore(database_url) as two:
+            services = [BatchService(store, pool, 2.0, 1.0) for store, pool in zip((one, two), executors, strict=True)]
+            try:
+                batch_id = await submitted(services[0], [{"x": k} for k in range(5000)])
+                for service in services:
+                    service.start()
+                batch = await asyncio.wait_for(over(services[0], batch_id), 100)
+                owners = {service.engine.owner for service in services}
+                held = await one.query(
+                    lambda c: {row[0] for row in c.exec_driver_sql("SELECT owner FROM batch_chunks")}
+                )
+                assert held == owners
+                return batch, await stored(one, batch)
+            finally:
+                for service in services:
+                    await service.close()
+                for executor in executors:
+                    executor.close()
+
+    batch, items = asyncio.run(story())
+    assert (batch.succeeded, [item.index for item in items]) == (5000, list(range(5000)))
+    assert verify(database_url).sound

@@ -1,0 +1,238 @@
+"""Batches in the store: leases, exactly one row per item, counters, and what verify sees."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+import pytest
+from sqlalchemy import delete, update
+
+from app.store.batch_inputs import Row, Source, packed_rows
+from app.store.batch_items import packed
+from app.store.batch_operations import (
+    Acknowledge,
+    Cancel,
+    Claim,
+    Drop,
+    DropAbandoned,
+    Finish,
+    Open,
+    Receive,
+    Release,
+    Renew,
+    Split,
+)
+from app.store.batch_reads import get_batch, items_after
+from app.store.batch_records import BatchRecord, Block, Chunk, Item, item_id, new_batch_id, split_item_id
+from app.store.engine import WRITE
+from app.store.errors import IdempotencyConflict, UnknownBatch, UnknownRun
+from app.store.models import batch_items, batches
+from app.store.record import RunFilter, RunOrder, utc_now
+from app.store.repository import RunStore
+from app.store.verify import verify
+
+SPEC = {"name": "pin", "load": {"force_n": 1.0}}
+
+
+def record(**changes: Any) -> BatchRecord:
+    values: dict[str, Any] = {
+        "number": 0, "id": new_batch_id(), "kind": "pin-profile", "mode": "check", "name": "night", "detail": "scalars",
+        "status": "receiving", "source": Source("ndjson").to_json(), "dictionary": b'{"spec":{"load"', "total": 0,
+        "solver_name": "crankwright", "solver_version": "1", "succeeded": 0, "infeasible": 0, "failed": 0,
+        "refused": 0, "created_at": utc_now(), "started_at": None, "ended_at": None,
+    }  # fmt: skip
+    return BatchRecord(**{**values, **changes})
+
+
+async def received(store: RunStore, count: int = 10, key: str | None = None, blocks: int = 2) -> BatchRecord:
+    """A batch of rows that are acknowledged, in blocks of equal size."""
+    new = record()
+    number = await store.write(Open(new))
+    size = count // blocks
+    for first in range(0, count, size):
+        rows = [Row(first + k + 1, b'{"name":"row %d"}' % (first + k)) for k in range(size)]
+        assert await store.write(Receive(number, (Block(first, size, packed_rows(rows)),)))
+    assert await store.write(Acknowledge(number, count, key, "h" * 64, b"{}")) is None
+    return await store.query(lambda connection: get_batch(connection, new.id))
+
+
+def items(batch: BatchRecord, chunk: Chunk, status: str = "succeeded") -> tuple[Item, ...]:
+    def content(index: int) -> bytes:
+        return packed({"spec": SPEC, "result": {"x": index}, "figure_name": "x"}, batch.dictionary)
+
+    return tuple(Item(k, k + 1, status, k % 2 == 0, float(k), content(k)) for k in range(chunk.first, chunk.end))
+
+
+def run(url: str, story: Callable[[RunStore], Awaitable[None]]) -> None:
+    with RunStore(url) as store:
+        asyncio.run(story(store))  # type: ignore[arg-type]
+
+
+def test_every_item_is_stored_once_whoever_solves_it(database_url: str) -> None:
+    async def story(store: RunStore) -> None:
+        batch = await received(store)
+        first = await store.write(Claim(batch.number, "a", 30.0, 2, 3))
+        assert [(c.first, c.count, c.block, c.attempts) for c in first] == [(0, 3, 0, 1), (5, 3, 5, 1)]
+        # Nobody else gets what is leased.
+        second = await store.write(Claim(batch.number, "b", 30.0, 9, 100))
+        assert [(c.first, c.count) for c in second] == [(3, 2), (8, 2)]
+        assert await store.write(Claim(batch.number, "c", 30.0, 9, 100)) == []
+        assert await store.write(Finish(first[0], "a", items(batch, first[0])))
+        # Again, or by somebody who does not hold it: nothing changes.
+        assert not await store.write(Finish(first[0], "a", items(batch, first[0], "failed")))
+        assert not await store.write(Finish(first[1], "b", items(batch, first[1])))
+        for chunk, owner in ((first[1], "a"), (second[0], "b"), (second[1], "b")):
+            assert await store.write(Finish(chunk, owner, items(batch, chunk)))
+        ended = await store.query(lambda connection: get_batch(connection, batch.id))
+        assert (ended.status, ended.succeeded, ended.done) == ("ended", 10, 10)
+        stored = await store.query(lambda connection: items_after(connection, batch.number, -1, 100))
+        assert [(item.index, item.line) for item in stored] == [(k, k + 1) for k in range(10)]
+
+    run(database_url, story)
+    report = verify(database_url)
+    assert (report.damages, report.batch_items) == ((), 10)
+
+
+def test_a_dead_holders_chunks_are_taken_over_and_its_late_answer_is_dropped(database_url: str) -> None:
+    async def story(store: RunStore) -> None:
+        batch = await received(store)
+        [old] = await store.write(Claim(batch.number, "dead", -1.0, 1, 5))
+        [new, *_] = await store.write(Claim(batch.number, "alive", 30.0, 1, 100))
+        assert (new.first, new.count, new.attempts) == (0, 5, 2)
+        assert not await store.write(Finish(old, "dead", items(batch, old)))
+        await store.write(Renew("alive", -1.0))
+        assert [c.first for c in await store.write(Claim(batch.number, "next", 30.0, 1, 100))] == [0]
+        await store.write(Release("next"))
+        again = await store.write(Claim(batch.number, "last", 30.0, 2, 100))
+        assert [(c.first, c.attempts) for c in again] == [(0, 3), (5, 1)]
+
+    run(database_url, story)
+    assert verify(database_url).sound
+
+
+def test_a_chunk_is_split_down_to_one_item(database_url: str) -> None:
+    async def story(store: RunStore) -> None:
+        batch = await received(store, blocks=1)
+        [chunk] = await store.write(Claim(batch.number, "a", 30.0, 1, 5))
+        assert await store.write(Split(chunk, "a"))
+        found = await store.write(Claim(batch.number, "a", 30.0, 9, 100))
+        assert [(c.first, c.count, c.attempts) for c in found] == [(0, 2, 1), (2, 3, 1), (5, 5, 1)]
+        assert await store.write(Split(found[0], "a"))
+        [one, *_] = await store.write(Claim(batch.number, "a", 30.0, 9, 100))
+        assert one.count == 1
+        assert not await store.write(Split(one, "a"))
+
+    run(database_url, story)
+    assert verify(database_url).sound
+
+
+def test_what_was_cancelled_takes_no_more_answers(database_url: str) -> None:
+    async def story(store: RunStore) -> None:
+        batch = await received(store)
+        done, lost = await store.write(Claim(batch.number, "a", 30.0, 2, 3))
+        await store.write(Finish(done, "a", items(batch, done)))
+        assert await store.write(Cancel(batch.number))
+        assert not await store.write(Cancel(batch.number))
+        assert not await store.write(Finish(lost, "a", items(batch, lost)))
+        assert await store.write(Claim(batch.number, "a", 30.0, 9, 9)) == []
+        ended = await store.query(lambda connection: get_batch(connection, batch.id))
+        assert (ended.status, ended.done, ended.cancelled) == ("cancelled", 3, 7)
+        assert (await store.get(item_id(batch.id, 9))).status == "cancelled"
+
+    run(database_url, story)
+    assert verify(database_url).sound
+
+
+def test_a_batch_that_was_not_acknowledged_is_nowhere(database_url: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def story(store: RunStore) -> None:
+        kept, left = record(), record()
+        number = await store.write(Open(kept))
+        await store.write(Receive(number, (Block(0, 1, packed_rows([Row(1, b"{}")])),)))
+        with pytest.raises(UnknownBatch):
+            await store.query(lambda connection: get_batch(connection, kept.id))
+        with pytest.raises(UnknownRun):
+            await store.get(item_id(kept.id, 0))
+        assert await store.write(DropAbandoned()) == 0
+        await store.write(Drop(number))
+        monkeypatch.setattr("app.store.batch_operations.RECEIVING_S", -1.0)
+        number = await store.write(Open(left))
+        assert await store.write(DropAbandoned()) == 1
+        assert not await store.write(Receive(number, (Block(0, 1, packed_rows([Row(1, b"{}")])),)))
+
+    run(database_url, story)
+
+
+def test_a_key_answers_once(database_url: str) -> None:
+    async def story(store: RunStore) -> None:
+        await received(store, key="k")
+        number = await store.write(Open(record()))
+        assert await store.write(Acknowledge(number, 0, "k", "h" * 64, b"other")) == b"{}"
+        number = await store.write(Open(record()))
+        with pytest.raises(IdempotencyConflict):
+            await store.write(Acknowledge(number, 0, "k", "x" * 64, b"other"))
+
+    run(database_url, story)
+
+
+def test_items_are_listed_as_runs_whatever_their_state(database_url: str) -> None:
+    async def listed(store: RunStore, order: RunOrder = RunOrder.NEWEST, **wanted: Any) -> list[tuple[int, str]]:
+        found, cursor = [], None
+        while True:
+            page = await store.list_runs(RunFilter(**wanted), cursor, 2, order)
+            found += [(split_item_id(run.id)[1], run.status) for run in page.items]  # type: ignore[index]
+            cursor = page.next_cursor
+            if cursor is None:
+                return found
+
+    async def story(store: RunStore) -> None:
+        batch = await received(store)
+        good, bad, open_ = await store.write(Claim(batch.number, "a", 30.0, 1, 3)), None, None
+        await store.write(Finish(good[0], "a", items(batch, good[0])))
+        [bad] = await store.write(Claim(batch.number, "a", 30.0, 1, 2))
+        await store.write(Finish(bad, "a", items(batch, bad, "refused")))
+        [open_] = await store.write(Claim(batch.number, "a", 30.0, 1, 2))
+        assert open_.first == 5
+        states = ["succeeded"] * 3 + ["failed"] * 2 + ["running"] * 2 + ["queued"] * 3
+        everything = list(enumerate(states))
+        assert await listed(store, batch_id=batch.id) == everything[::-1]
+        assert await listed(store, RunOrder.OLDEST, batch_id=batch.id) == everything
+        for status in ("succeeded", "failed", "running", "queued", "cancelled"):
+            of_status = [each for each in everything if each[1] == status]
+            assert await listed(store, RunOrder.OLDEST, batch_id=batch.id, status=status) == of_status
+            assert await listed(store, batch_id=batch.id, status=status) == of_status[::-1]
+        assert await listed(store, batch_id=batch.id, holds=True) == [(4, "failed"), (2, "succeeded"), (0, "succeeded")]
+        by_figure = await listed(store, RunOrder.GREATEST, batch_id=batch.id)
+        assert [k for k, _ in by_figure] == [4, 3, 2, 1, 0]
+        assert await listed(store, batch_id=batch.id, kind="flexible-rod") == []
+        assert await listed(store, batch_id=batch.id, text="ROW 7") == [(7, "queued")]
+        done = await store.get(item_id(batch.id, 2))
+        assert (done.result, done.batch_id, done.figure_name) == (b'{"x":2}', batch.id, "x")
+        assert (await store.get(item_id(batch.id, 8))).spec == b'{"name":"row 8"}'
+        with pytest.raises(UnknownRun):
+            await store.get(item_id(batch.id, 10))
+
+    run(database_url, story)
+
+
+def test_verify_sees_what_is_lost_or_changed(database_url: str) -> None:
+    async def story(store: RunStore) -> None:
+        for _ in range(3):
+            batch = await received(store)
+            for chunk in await store.write(Claim(batch.number, "a", 30.0, 2, 100)):
+                await store.write(Finish(chunk, "a", items(batch, chunk)))
+        with store._engine.connect().execution_options(**WRITE) as connection, connection.begin():
+            connection.execute(
+                update(batch_items).where(batch_items.c.batch == 1, batch_items.c.index == 4).values(figure=0.5)
+            )
+            connection.execute(delete(batch_items).where(batch_items.c.batch == 2, batch_items.c.index == 9))
+            connection.execute(update(batches).where(batches.c.number == 3).values(succeeded=9, failed=1))
+
+    run(database_url, story)
+    found = sorted((damage.table, damage.what) for damage in verify(database_url).damages)
+    assert [table for table, _ in found] == ["batch_items", "batch_items", "batches", "batches"]
+    assert [what for _, what in found][:2] == [
+        "1 items of chunks that are done are missing",
+        "the content does not agree with its hash",
+    ]

@@ -1,0 +1,72 @@
+"""Pages of batches: begun by a file or a form, followed, mapped, cancelled."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from starlette.testclient import TestClient
+
+from app.batches.fields import numbers
+from app.designs.registry import KINDS
+
+SWEEP = {
+    "kind": "pin-profile", "mode": "check", "field0": "load.force_n", "from0": "3000", "to0": "9000", "steps0": "4",
+    "field1": "geometry.gap_mm", "from1": "1", "to1": "2", "steps1": "2", "combine": "grid", "name": "a <b> sweep",
+}  # fmt: skip
+
+
+def settled(client: TestClient, place: str) -> str:
+    end = time.monotonic() + 60
+    while "data-events" in (text := client.get(place).text):
+        assert time.monotonic() < end
+        time.sleep(0.1)
+    return text
+
+
+def test_a_sweep_is_begun_followed_and_mapped(client: TestClient) -> None:
+    answer = client.post("/batches/sweep", data=SWEEP, follow_redirects=False)
+    assert answer.status_code == 303, answer.text
+    place = answer.headers["location"]
+    text = settled(client, place)
+    assert "a &lt;b&gt; sweep" in text and "8</span> of 8" in text
+    told = client.get(f"{place}/map", params={"x": "load.force_n", "y": "mass_g", "colour": "holds"}).json()
+    assert told["varied"] == ["load.force_n", "geometry.gap_mm"] and "deflection_um" in told["results"]
+    assert [point[-3] for point in told["points"]] == [3000, 3000, 5000, 5000, 7000, 7000, 9000, 9000]
+    assert client.get(f"/runs/{told['points'][0][1]}").status_code == 200
+    batch_id = place.removeprefix("/batches/")
+    listed = client.get("/runs", params={"batch_id": batch_id}).text
+    assert listed.count('<th scope="row">') == 8
+    assert "a &lt;b&gt; sweep" in client.get("/batches").text
+
+
+def test_the_table_to_fill_in_is_a_batch(client: TestClient) -> None:
+    for kind, mode in (("pin-profile", "check"), ("flexible-rod", "design"), ("crank-masses", "analysis")):
+        table = client.get("/batches/table", params={"kind": kind, "mode": mode})
+        answer = client.post(
+            "/batches/upload",
+            data={"kind": kind, "mode": mode},
+            files={"cases": ("night.csv", table.content, "text/csv")},
+            follow_redirects=False,
+        )
+        assert answer.status_code == 303, answer.text
+        batch = client.get("/api/v1" + answer.headers["location"])
+        settled(client, answer.headers["location"])
+        assert client.get("/api/v1" + answer.headers["location"]).json()["items"]["refused"] == 0
+        assert batch.json()["name"] == "night.csv"
+
+
+@pytest.mark.parametrize("change", [{"field0": "nonsense"}, {"steps0": "many"}, {"to0": "nan"}, {"kind": "x"}])
+def test_a_form_that_cannot_be_says_why(client: TestClient, change: dict[str, str]) -> None:
+    answer = client.post("/batches/sweep", data={**SWEEP, **change}, follow_redirects=False)
+    if change == {"kind": "x"}:  # the first kind there is takes its place
+        assert answer.status_code in (303, 422)
+    else:
+        assert answer.status_code == 422 and 'role="alert"' in answer.text
+    assert client.get("/batches/nothing").status_code == 404
+
+
+def test_what_can_be_varied_is_known_of_every_kind() -> None:
+    for kind in KINDS.values():
+        for mode in kind.jobs:
+            assert len(numbers(kind.slug, mode)) > 2, (kind.slug, mode)

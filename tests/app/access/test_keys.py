@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import time
 from collections.abc import Iterator
@@ -114,6 +115,35 @@ def test_nobody_meets_anothers_runs_on_any_route(service):
     answer = service.client.post("/api/v1/checks/pin-profile", json=reference, headers=bearer(other))
     assert "alone" not in answer.text
     assert service.client.get(f"/api/v1/runs/{run.id}", headers=bearer(mine)).json()["status"] == "failed"
+
+
+def test_nobody_meets_anothers_batches_on_any_route(service):
+    mine, other = (service.key(Scope.DESIGN, Scope.BATCH)[0] for _ in range(2))
+    line = json.dumps(KINDS["pin-profile"].example(Mode.CHECK)).encode() + b"\n"
+
+    def send(key: str):
+        headers = {**bearer(key), "Content-Type": "application/x-ndjson", "Idempotency-Key": "shared"}
+        query = {"kind": "pin-profile", "mode": "check", "name": "the sender's alone"}
+        return service.client.post("/api/v1/batches", content=line, params=query, headers=headers)
+
+    answer = send(mine)
+    assert answer.status_code == 202, answer.text
+    batch = answer.json()["id"]
+    (item,) = service.client.get("/api/v1/runs", params={"batch_id": batch}, headers=bearer(mine)).json()["items"]
+    assert service.client.get(f"/api/v1/batches/{batch}", headers=bearer(mine)).json()["items"]["total"] == 1
+    met = 0
+    for method, path in routes(service):
+        if "batch_id" in path:
+            met += 1
+            refused = ask(service, method, filled(path, batch), bearer(other))
+            assert refused.status_code == 404 and "alone" not in refused.text, (method, path)
+        elif "run_id" in path:
+            assert ask(service, method, filled(path, item["id"]), bearer(other)).status_code == 404, (method, path)
+    assert met >= 5
+    for path in ("/api/v1/batches", "/batches", f"/api/v1/runs?batch_id={batch}"):
+        assert batch[:13] not in ask(service, "GET", path, bearer(other)).text, path
+    assert send(other).json()["id"] != batch, "the same idempotency key of two owners is two"
+    assert send(mine).content == answer.content
 
 
 def test_an_admin_sees_all_and_runs_of_before_keys_are_his_alone(service):

@@ -12,6 +12,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
 from pydantic import ValidationError
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 
 from app.designs.refusals import INVALID, summed_up
 from app.designs.schema import Entry
@@ -136,8 +137,9 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
         entry = {"pointer": "/cursor", "detail": str(error), "allowed": "the next_cursor of an earlier page"}
         return answer(request, Problem(422, INVALID, str(error), [entry]))
 
+    @app.exception_handler(ClientDisconnect)
     @app.exception_handler(Departed)
-    async def _departed(request: Request, error: Departed) -> Response:
+    async def _departed(request: Request, error: Exception) -> Response:
         return Response(status_code=CLIENT_GONE)
 
     @app.exception_handler(Busy)

@@ -1747,6 +1747,8 @@ class RunPage(TypedDict):
 
     items: list[RunLine]
     next_cursor: str | None
+    damaged: list[str]
+    """ids of runs that belong here too, but whose records are damaged"""
 
 
 class RunProgress(TypedDict):

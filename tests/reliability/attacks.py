@@ -72,7 +72,6 @@ def sent(address: tuple[str, int], request: bytes) -> str:
     with socket.create_connection(address, timeout=PATIENCE_S) as connection:
         try:
             connection.sendall(request)
-            connection.shutdown(socket.SHUT_WR)
             first = connection.recv(4096)
         except TimeoutError:
             return "silence"

@@ -1,4 +1,4 @@
-"""The command line: serve, design, check, analyse, accuracy, migrate, warm-up, verify, and `make run`'s first run."""
+"""The command line: serve, solve, report, migrate, warm-up, verify, and `make run`'s first run."""
 
 from __future__ import annotations
 
@@ -127,6 +127,45 @@ def accuracy(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_js
         _refuse({"title": "The request is not valid", "detail": str(error)})
     body = spec if isinstance(spec, dict) and "spec" in spec else {"spec": spec}
     _solve(kind, "accuracy", json.dumps(body).encode(), database_url, as_json)
+
+
+@app.command()
+def report(
+    run_id: str,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="a .pdf or .html; RUN_ID.pdf unless told")
+    ] = None,
+    database_url: DatabaseUrl = _DATABASE,
+) -> None:
+    """Write the report of a stored run: verdict, drawing, the calculation by hand, proof, pictures."""
+    import asyncio
+
+    from app import runs
+    from app.designs.registry import KINDS
+    from app.exports.export import Wishes
+    from app.exports.report import HTML, PDF
+    from app.store.errors import UnknownRun
+    from app.store.migrate import upgrade
+    from app.store.repository import RunStore
+
+    file = output or Path(f"{run_id}.pdf")
+    exports = {".pdf": PDF, ".html": HTML}
+    if file.suffix.lower() not in exports:
+        _refuse({"title": "No such form of report", "detail": "a report ends in " + " or ".join(exports)})
+    upgrade(database_url)
+    with RunStore(database_url) as store:
+        try:
+            run = json.loads(runs.run_json(asyncio.run(store.get(run_id))))
+        except UnknownRun:
+            _refuse({"title": "No such run", "detail": f"no run has the id {run_id}"})
+    if run["result"] is None or run["kind"] not in KINDS:
+        _refuse({"title": "Nothing to report", "detail": f"the run is {run['status']}: it has no result"})
+    made = exports[file.suffix.lower()].file(KINDS[run["kind"]], run, Wishes())
+    try:
+        file.write_bytes(made.content)
+    except OSError as error:
+        _refuse({"title": "The file cannot be written", "detail": str(error)})
+    typer.echo(str(file))
 
 
 @app.command()

@@ -18,9 +18,10 @@ from app.access.keys import KeyRing
 from app.access.protection import check_protected
 from app.access.quotas import Quotas
 from app.access.sessions import Sessions
-from app.api import batches, contract, operation, runs, submissions
+from app.api import batches, catalogue, contract, exports, operation, runs, submissions
 from app.batches import chunk
 from app.batches.service import BatchService
+from app.downloads import Downloads
 from app.edge.asgi import Application
 from app.edge.stack import GuardedFastAPI, edge
 from app.jobs.executor import PoolSettings, ProcessPool
@@ -33,7 +34,7 @@ from app.store.errors import StoreError
 from app.store.lock import ServiceLock
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
-from app.submission import Service, ServiceLimits
+from app.submission import InTurn, Service, ServiceLimits
 from app.version import VERSION
 from app.web import actions, batch_pages, form_pages, login, pages, reference, run_pages
 from app.web.languages import Speaking
@@ -88,6 +89,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         )
         app.state.service = service
         metrics.watch(service.turns, service.accepted)
+        downloads = app.state.downloads = Downloads(InTurn(service), settings.solve_budget_s)
         app.state.batches = many = BatchService(
             store, pool, settings.solve_budget_s, settings.batch_lease_s, settings.max_batch_items
         )
@@ -100,6 +102,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
             yield
         finally:
             upkeep.cancel()
+            await downloads.close()
             await many.close()
             await service.close()
             pool.close()
@@ -137,6 +140,8 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
     for router in (
         operation.router,
         runs.router,
+        exports.router,
+        catalogue.router,
         batches.router,
         submissions.router,
         pages.router,

@@ -14,6 +14,7 @@ from app.designs.kind import Answer, Mode
 from app.designs.progress import Progress
 from app.designs.registry import KINDS, plots_for
 from app.designs.schema import finite
+from app.exports.registry import exports_for
 from app.store.hashing import canonical_json, spec_hash
 from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, RunSummary, new_run_id, utc_now
 from app.store.viewer import viewer
@@ -148,21 +149,17 @@ def run_json(run: RunRecord, progress: Progress | None = None) -> bytes:
 def links(run: RunRecord) -> dict[str, Any]:
     """Where the run, its page and what is drawn of it are found."""
     at = f"/api/v1/runs/{run.id}"
+    kind = KINDS.get(run.kind)
+    result = None if run.result is None else json.loads(run.result)
+    shown = {"kind": run.kind, "mode": run.mode, "status": run.status, "result": result}
+    drawn = kind is not None and run.status == RunStatus.SUCCEEDED and result is not None
+    plots: Iterable[str] = plots_for(kind, shown) if drawn else ()
     return {
         "self": at,
         "page": f"/runs/{run.id}",
-        "plots": {name: f"{at}/plots/{name}" for name in _plots(run)},
-        "exports": {},
+        "plots": {name: f"{at}/plots/{name}" for name in plots},
+        "exports": {name: f"{at}/exports/{name}" for name in exports_for(shown)},
     }
-
-
-def _plots(run: RunRecord) -> Iterable[str]:
-    kind = KINDS.get(run.kind)
-    if kind is None or run.status != RunStatus.SUCCEEDED or run.result is None:
-        return ()
-    # Only a kind with pictures that not every run has must look into the result.
-    result = json.loads(run.result) if kind.drawn_if else None
-    return plots_for(kind, {"mode": run.mode, "result": result})
 
 
 def summary(run: RunRecord | RunSummary) -> dict[str, object]:

@@ -417,3 +417,15 @@ class Service:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
+
+
+@dataclass(frozen=True)
+class InTurn:
+    """What else is computed for a request, as short work in turn with all other."""
+
+    service: Service
+
+    async def run(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> Any:
+        """Like an executor's."""
+        call = partial(self.service.executor.run, kind_slug, mode, payload)
+        return await self.service._in_turn(call, budget_s, short=True)

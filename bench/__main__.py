@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from bench import crank, design, effects, kernels, linkage, pin, random_designs, rod_problems, service, start
+from bench import bulk, crank, design, effects, kernels, linkage, pin, random_designs, rod_problems, service, start
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 
@@ -33,6 +33,7 @@ def main() -> None:
         ("The impact linkage", linkage),
         ("Crank dynamics", crank),
         ("Effects left out", effects),
+        ("Many at once", bulk),
     )
     for title, bench in sections:
         lines += [f"## {title}", "", bench.__doc__.partition("\n\n")[2].strip(), "", *bench.table(), ""]

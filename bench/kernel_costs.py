@@ -76,7 +76,7 @@ def _rows() -> None:
 
     event.register("numba:compile", Listener())
     for job, request in rehearsals():
-        job.run(request)
+        job.rehearse(request)
     for kernel in KERNELS:
         if not kernel.is_compiled:
             print(f"nothing calls {kernel.py_func.__module__}.{kernel.py_func.__name__}", file=sys.stderr)

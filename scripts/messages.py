@@ -30,9 +30,10 @@ from app.designs.kind import Kind, Mode
 from app.designs.pin_profile.verdict import WORDS as PIN
 from app.designs.refusals import ALLOWED_BY_TYPE, LIMITS
 from app.designs.registry import KINDS
+from app.exports.registry import EXPORTS
 from app.store.record import RunStatus
 from app.web import captions, listing, shaping
-from app.web.drawings import in_words
+from app.web.drawings import SENTENCES, in_words
 from app.web.fields import split_unit
 from app.web.forms.faults import SAYS
 from app.web.forms.tree import build
@@ -101,6 +102,8 @@ def registered() -> set[str]:
     found |= {word.label for words in (ROD, PIN, LINKAGE) for word in words.values()}
     found |= {denial for kind in KINDS.values() for denial in kind.denials.values()}
     found |= {*captions.CAPTIONS.values(), *captions.OF_A_KIND.values(), *shaping.SIZES.values()}
+    found |= {part for export in EXPORTS.values() for part in export.title.split(": ", 1)} | set(captions.PART_TITLES)
+    found |= {sentence for caption in captions.PARTS.values() for sentence in SENTENCES.split(caption)}
     found |= {*SAYS.values(), *ALLOWED_BY_TYPE.values(), *(text for text in LIMITS.values() if text != "{}")}
     found |= {words for choices in listing.CHOICES.values() for words in choices.values()}
     found |= {_plain(each) for values in (RunStatus, EffectState, Mode) for each in values}

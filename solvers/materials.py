@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
 
 from solvers.errors import InvalidInput
 
@@ -53,11 +55,59 @@ class Material:
         return self.elastic_modulus / (2.0 * (1.0 + self.poisson))
 
 
-CATALOGUE: dict[str, Material] = {
-    "paper-strip": Material(210e9, 480e6, 1.15, 0.12, 1200e6, 7850.0),
-    "spring-steel-1.1274": Material(206e9, 620e6, 1.25, 0.20, 1450e6, 7850.0, 0.3, 1800e6),
-    "stainless-1.4310": Material(185e9, 550e6, 1.25, 0.25, 1300e6, 7900.0, 0.3, 1600e6),
-}
+@dataclass(frozen=True)
+class Listed(Material):
+    """A material of the catalogue: what it is, and where each of its numbers is from."""
+
+    title: str = field(default="", compare=False)
+    sources: Mapping[str, str] = field(default_factory=dict, compare=False)
+
+
+def _sources(**told: str) -> Mapping[str, str]:
+    return MappingProxyType(told)
+
+
+_SHEETS = "rounded from suppliers' data sheets; 15 % of scatter between heats and finishes is common"
+_ASSUMED = "assumed: the paper prints no material data"
+
+CATALOGUE: dict[str, Listed] = {
+    "paper-strip": Listed(
+        210e9, 480e6, 1.15, 0.12, 1200e6, 7850.0,
+        title="The strip of Obolenskaya and Klochko's machine",
+        sources=_sources(
+            elastic_modulus=_ASSUMED, fatigue_limit=_ASSUMED, fatigue_reduction=_ASSUMED,
+            mean_stress_sensitivity=_ASSUMED, yield_strength=_ASSUMED, density=_ASSUMED, poisson=_ASSUMED,
+        ),
+    ),
+    "spring-steel-1.1274": Listed(
+        206e9, 620e6, 1.25, 0.20, 1450e6, 7850.0, 0.3, 1800e6,
+        title="Carbon spring steel strip C100S, 1.1274, hardened, tempered and polished",
+        sources=_sources(
+            elastic_modulus="what design standards for springs take for hardened carbon steel at room temperature",
+            fatigue_limit=_SHEETS,
+            fatigue_reduction="assumed for polished surfaces and rounded edges, with little more than bending",
+            mean_stress_sensitivity="typical of steels of this strength (FKM guideline: M rises with it)",
+            yield_strength=_SHEETS,
+            density="typical of carbon steel",
+            poisson="typical of steel",
+            ultimate_strength=_SHEETS,
+        ),
+    ),
+    "stainless-1.4310": Listed(
+        185e9, 550e6, 1.25, 0.25, 1300e6, 7900.0, 0.3, 1600e6,
+        title="Stainless spring strip X10CrNi18-8, 1.4310, cold rolled to EN 10151 +C1500",
+        sources=_sources(
+            elastic_modulus="cold rolled strip as suppliers tell it after EN 10151: 179 GPa at 1300, 185 at 1800 MPa",
+            fatigue_limit=_SHEETS,
+            fatigue_reduction="assumed for polished surfaces and rounded edges, with little more than bending",
+            mean_stress_sensitivity="typical of austenitic strip of this strength",
+            yield_strength=_SHEETS,
+            density="typical of austenitic steel",
+            poisson="typical of steel",
+            ultimate_strength="EN 10151 +C1500: 1500 to 1700 MPa",
+        ),
+    ),
+}  # fmt: skip
 """Typical values for orientation, not for release of a part.
 
 ``paper-strip`` completes the machine of Obolenskaya and Klochko, who print no material data. The other two are

@@ -62,11 +62,31 @@ ABOVE = {
     "solvers.pin.check": ("solvers.pin.design", "solvers.pin.bushing"),
     "solvers.pin": ("solvers.rod", "solvers.crank", "solvers.linkage"),
     "app.logging": ("app.designs", "app.store", "app.jobs", "app.submission", "app.settings", *_EDGE),
-    "app.designs": ("app.store", "app.jobs", "app.submission", "app.batches", "app.settings", *_EDGE),
-    "app.store": ("app.designs", "app.jobs", "app.submission", "app.batches", *_EDGE, "solvers"),
-    "app.jobs": ("app.store", "app.submission", "app.batches", *_EDGE),
-    "app.batches": ("app.submission", *_EDGE),
+    "app.designs": (
+        "app.store",
+        "app.jobs",
+        "app.exports",
+        "app.submission",
+        "app.downloads",
+        "app.batches",
+        "app.settings",
+        *_EDGE,
+    ),
+    "app.store": (
+        "app.designs",
+        "app.jobs",
+        "app.exports",
+        "app.submission",
+        "app.downloads",
+        "app.batches",
+        *_EDGE,
+        "solvers",
+    ),
+    "app.exports": ("app.store", "app.jobs", "app.runs", "app.submission", "app.downloads", "app.batches", *_EDGE),
+    "app.jobs": ("app.store", "app.submission", "app.downloads", "app.batches", *_EDGE),
+    "app.batches": ("app.submission", "app.downloads", *_EDGE),
     "app.submission": _EDGE,
+    "app.downloads": _EDGE,
     "app.api": ("app.web", "app.cli", "app.main"),
     "app.web": ("app.cli", "app.main"),
 }
@@ -82,7 +102,7 @@ def test_nothing_points_back_up(lower, above):
 
 
 ROD = (
-    "scene", "load", "strip", "piston", "cycle", "vibration", "effect_bounds", "effects", "check", "rows",
+    "scene", "load", "strip", "piston", "cycle", "vibration", "effect_bounds", "effects", "check", "bulk", "rows",
     "constraints", "problem", "verdict", "optimum", "design",
 )  # fmt: skip
 """The rooms of the rod in the order in which the data flows: each may import those before it."""

@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 COMPILER = {"numba", "llvmlite"}
 NUMERICS = {"scipy", "cvxpy", "mpmath", "clarabel"}
 STORE = {"alembic", "mako"}
-OTHERS = {"matplotlib", "pandas", "openmdao", "httpx", "playwright", "IPython"}
+OTHERS = {"ezdxf", "build123d", "OCP", "typst", "matplotlib", "pandas", "openmdao", "httpx", "playwright", "IPython"}
 WEB = {"fastapi", "starlette", "uvicorn", "sqlalchemy", "pydantic", "numpy"}
 
 

@@ -15,6 +15,7 @@ from fastapi.openapi.utils import get_openapi
 from pydantic import BaseModel, ConfigDict, Field, create_model
 from pydantic.json_schema import models_json_schema
 
+from app.api.descriptions import describe
 from app.batches.results import MEDIA_TYPES, Format
 from app.batches.sweep import Sweep
 from app.designs.kind import Detail, Kind, Mode
@@ -27,6 +28,9 @@ from app.store.record import RunStatus
 PATHS = {Mode.DESIGN: "designs", Mode.CHECK: "checks", Mode.ANALYSIS: "analyses", Mode.ACCURACY: "accuracy"}
 """The part of the path that stands for a mode."""
 
+
+_NOT_OURS = ("HTTPValidationError", "ValidationError")
+"""The framework's own refusals, which the service does not send."""
 
 _ROWS = ("application/x-ndjson", "text/csv", MEDIA_TYPES[Format.PARQUET])
 """Forms in which the rows of a batch are sent."""
@@ -246,9 +250,10 @@ def document(app: FastAPI) -> dict[str, Any]:
     for long, short in _named(definitions["$defs"]).items():
         references, definitions = _renamed((references, definitions), long, short)
     found = get_openapi(title=app.title, version=app.version, summary=app.summary, routes=app.routes)
-    # The framework knows the words that parameters can be.
-    words = {name: schema for name, schema in found["components"]["schemas"].items() if "enum" in schema}
-    found["components"] = {"schemas": words | definitions["$defs"]}
+    # The framework knows the words that parameters can be, and what routes with a model of their own answer.
+    known = {name: schema for name, schema in found["components"]["schemas"].items() if name not in _NOT_OURS}
+    found["components"] = {"schemas": known | definitions["$defs"]}
+    describe(found["components"]["schemas"])
 
     def content(model: type[BaseModel], way: str = "serialization") -> dict[str, Any]:
         return {"application/json": {"schema": references[(model, way)]}}

@@ -44,6 +44,74 @@ class Circle:
 
 
 @dataclass(frozen=True)
+class Straight:
+    """A piece of an outline: straight on to its end."""
+
+    end: Place
+
+
+@dataclass(frozen=True)
+class Arc:
+    """An arc of a circle on to its end; ``bulge`` is the tangent of a quarter of the angle, positive to the left."""
+
+    end: Place
+    bulge: float
+
+
+@dataclass(frozen=True)
+class Bezier:
+    """A cubic by its two control points and its end."""
+
+    first: Place
+    second: Place
+    end: Place
+
+
+Piece = Straight | Arc | Bezier
+
+
+@dataclass(frozen=True)
+class Outline:
+    """Pieces one after the other from a start, which closed ones come back to by themselves."""
+
+    start: Place
+    pieces: tuple[Piece, ...]
+    layer: Layer = Layer.OUTLINE
+    closed: bool = True
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Where pieces begin and end."""
+        return (self.start, *(piece.end for piece in self.pieces))
+
+
+Shape = Line | Circle | Outline
+
+
+def middle_of(start: Place, arc: Arc) -> Place:
+    """The point half way along an arc."""
+    (x1, y1), (x2, y2) = start, arc.end
+    return 0.5 * (x1 + x2 + arc.bulge * (y2 - y1)), 0.5 * (y1 + y2 - arc.bulge * (x2 - x1))
+
+
+def extent(shape: Shape) -> tuple[Place, ...]:
+    """Points whose box holds the shape; arcs of more than a half turn are for circles."""
+    if isinstance(shape, Circle):
+        (x, y), r = shape.center, shape.radius
+        return ((x - r, y - r), (x + r, y + r))
+    if isinstance(shape, Line):
+        return shape.points
+    found = [shape.start]
+    for piece in shape.pieces:
+        if isinstance(piece, Arc):
+            found.append(middle_of(found[-1], piece))
+        elif isinstance(piece, Bezier):
+            found += [piece.first, piece.second]
+        found.append(piece.end)
+    return tuple(found)
+
+
+@dataclass(frozen=True)
 class Note:
     """Words in the middle of a place."""
 
@@ -74,7 +142,7 @@ class Drawing:
     """A part to scale, and what is to be said below it."""
 
     title: str
-    shapes: tuple[Line | Circle, ...]
+    shapes: tuple[Shape, ...]
     dimensions: tuple[Dimension, ...] = ()
     notes: tuple[Note, ...] = ()
     caption: str = ""

@@ -14,8 +14,10 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from app.designs.calculation.chain import Chain
 from app.designs.drawing import Drawing
 from app.designs.form import FormWords
+from app.designs.part import Part
 from app.designs.progress import Report, to_nobody
 from solvers.accuracy import Reference
 from solvers.effects import Effect
@@ -73,8 +75,16 @@ def _no_reference(_request: Any, _answer: Answer) -> None:
     return None
 
 
+def _no_calculation(_run: Mapping[str, Any], _chain: Chain) -> None:
+    return None
+
+
 def _no_drawing(_request: dict[str, Any]) -> None:
     return None
+
+
+def _no_part(_run: Mapping[str, Any]) -> bool:
+    return False
 
 
 @dataclass(frozen=True)
@@ -111,6 +121,12 @@ class Job:
         """The answer, told of on the way where the job is a long one."""
         return self.run(request) if self.in_steps is None else self.in_steps(request, report)
 
+    def rehearse(self, request: Any) -> None:
+        """Have in memory what its calls need, for one request and for many."""
+        self.run(request)
+        if self.run_many is not None:
+            self.run_many([request], Detail.SCALARS)
+
 
 @dataclass(frozen=True, eq=False)
 class Kind:
@@ -123,8 +139,11 @@ class Kind:
     ``figure`` is the number of a result that matters most, with its name and unit as a field would be named.
     ``drawn_if`` names the plots that only some runs have, and how to tell from the run.
     ``form`` words the kind's forms; ``drawing`` is the part with its dimensions, from a request as JSON tells it, which
-    may still lack much: None where nothing can be drawn yet. ``denials`` has what a verdict says of a criterion, by its
-    name, where a yes is a no.
+    may still lack much: None where nothing can be drawn yet. ``part`` is what can be made, from a run with a result
+    that ``has_part``, at an angle of its crank in degrees where it has one. ``denials`` has what a verdict says of a
+    criterion, by its name, where a yes is a no. ``calculation`` fills a chain with how a person checks a succeeded
+    run by
+    hand; it raises NotANumber where that cannot go on. ``followed`` names the effects that it has in it.
     """
 
     slug: str
@@ -139,6 +158,10 @@ class Kind:
     figure: Callable[[Mode, Mapping[str, Any]], tuple[str, float | None]] = _no_figure
     form: FormWords = field(default_factory=FormWords)
     drawing: Callable[[dict[str, Any]], Drawing | None] = _no_drawing
+    calculation: Callable[[Mapping[str, Any], Chain], None] = _no_calculation
+    followed: frozenset[str] = frozenset()
+    part: Callable[[Mapping[str, Any], float | None], Part] | None = None
+    has_part: Callable[[Mapping[str, Any]], bool] = _no_part
     denials: Mapping[str, str] = field(default_factory=dict)
 
     def judged(self, mode: Mode) -> tuple[str, ...]:

@@ -7,12 +7,13 @@ turns the path of a refused quantity into the JSON pointer of the field that the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
-from typing import Annotated, Any, Literal, Protocol, Union
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Annotated, Any, Literal, Protocol, TypeVar, Union
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
-from app.designs.kind import Answer
+from app.designs.kind import REFUSED, Answer
 from app.designs.names import Cleaned
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.errors import EffectConflict, InvalidInput
@@ -335,6 +336,50 @@ def refusal_problem(request: BaseModel, refusal: InvalidInput) -> dict[str, Any]
         "detail": refusal.reason,
         "errors": errors,
     }
+
+
+def refused(request: BaseModel, refusal: InvalidInput) -> Answer:
+    """The answer to an input that only the solver could see through."""
+    return Answer(REFUSED, None, [], None, {}, refusal_problem(request, refusal))
+
+
+R = TypeVar("R", bound=BaseModel)
+C = TypeVar("C")
+T = TypeVar("T")
+
+
+def bulk_answers(
+    requests: Sequence[R],
+    case_of: Callable[[R], C],
+    solve: Callable[[Sequence[C]], Sequence[Outcome[T] | InvalidInput]],
+    answer: Callable[[R, C, Outcome[T]], Answer],
+    without: Container[str] = (),
+) -> list[Answer]:
+    """One answer for every request, solved all at once, ``without`` these results; ``case_of`` may refuse a request,
+    ``solve`` a case."""
+    cases: list[C] = []
+    told: list[Answer | C] = []
+    for request in requests:
+        try:
+            cases.append(case_of(request))
+            told.append(cases[-1])
+        except InvalidInput as refusal:
+            told.append(refused(request, refusal))
+    outcomes = iter(solve(cases))
+    answers = []
+    for request, case in zip(requests, told, strict=True):
+        if isinstance(case, Answer):
+            answers.append(case)
+            continue
+        outcome = next(outcomes)
+        if isinstance(outcome, InvalidInput):
+            answers.append(refused(request, outcome))
+            continue
+        found = answer(request, case, outcome)
+        if found.result is not None and without:
+            found = replace(found, result={name: v for name, v in found.result.items() if name not in without})
+        answers.append(found)
+    return answers
 
 
 def finite(value: Any) -> bool:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from app.designs.kind import Answer, Mode
 from app.designs.progress import Report
 from app.jobs import marks
+
+if TYPE_CHECKING:
+    from app.exports.export import File, Refusal
 
 _loaded: set[tuple[str, str]] = set()
 """What this process, or the one it was forked from, has the kernels of in memory."""
@@ -16,11 +20,17 @@ _loaded: set[tuple[str, str]] = set()
 PICTURE = "picture:"
 """Before the name of a plot: draw it from a run given as JSON, in the place of a mode."""
 
+EXPORT = "export:"
+"""Before the name of an export: make its file from a run and the wishes beside it, given as JSON."""
 
-def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer | str:
-    """Run one job of the registry on a request given as JSON; a long one reports how far it is. Or draw a plot."""
+
+def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer | str | File | Refusal:
+    """Run one job of the registry on a request given as JSON; a long one reports how far it is. Or draw a plot, or make
+    a file."""
     from app.designs.registry import KINDS, job_of, plots_of
 
+    if mode.startswith(EXPORT):
+        return _file(kind_slug, mode.removeprefix(EXPORT), payload)
     if mode.startswith(PICTURE):
         run = json.loads(payload)
         return plots_of(KINDS[kind_slug], Mode(run["mode"]))[mode.removeprefix(PICTURE)](run)
@@ -28,17 +38,31 @@ def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer 
     return job.solve(job.request.model_validate_json(payload), report)
 
 
+def _file(kind_slug: str, name: str, payload: bytes) -> File | Refusal:
+    from app.designs.registry import KINDS
+    from app.exports.export import Tool, Wishes
+    from app.exports.registry import EXPORTS
+
+    asked = json.loads(payload)
+    wishes = Wishes(Tool(asked["tool"]), asked["angle_deg"])
+    return EXPORTS[name].file(KINDS[kind_slug], asked["run"], wishes)
+
+
 def load(kind_slug: str, mode: str) -> None:
     """Have the kernels of one kind and mode in memory, by solving its example loosely."""
     from app.designs.rehearsals import example
 
-    if mode.startswith(PICTURE) or (kind_slug, mode) in _loaded:
+    if mode.startswith((PICTURE, EXPORT)) or (kind_slug, mode) in _loaded:
         return
     _loaded.add((kind_slug, mode))
     found = example(kind_slug, mode)
     if found is not None:
         job, request = found
-        job.run(request)
+        job.rehearse(request)
+
+
+def load_nothing(_kind_slug: str, _mode: str) -> None:
+    """Of a worker whose calls need no kernels."""
 
 
 def nothing() -> Iterator[None]:

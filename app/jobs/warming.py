@@ -270,7 +270,7 @@ def compile_part(connection: Connection, part: Part) -> None:
     reporter = threading.Thread(target=_report, args=(connection, ended), daemon=True)
     reporter.start()
     for job, request in rehearsals_of(*part):
-        job.run(request)
+        job.rehearse(request)
     marks.leave(part)
     ended.set()
     reporter.join()

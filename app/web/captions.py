@@ -33,6 +33,28 @@ OF_A_KIND = {
     ("flexible-rod", "forces-over-angle"): "Axial force in the strip and side force on the piston over the cycle"
 }
 
+PARTS = {
+    "flexible-rod": "The free strip from its broad face and from its edge; dashed, the ends by which clamp and head "
+    "hold it. mm, to scale.",
+    "pin-profile": "The part as the files have it, cut along its axis. mm, to scale.",
+    "impact-linkage": "The four links as they stand at the blow; dashed, the convex outline of what they sweep. Below, "
+    "each by itself. mm, to scale.",
+}
+"""What the drawing of a part by itself shows, by kind."""
+PART_TITLES = (
+    "The strip, to scale",
+    "The pin, cut along its axis, to scale",
+    "The bushing, cut along its axis, to scale",
+    "The four links, to scale",
+    "clamp",
+    "head",
+    "base",
+    "crank",
+    "coupler",
+    "rocker",
+)
+"""Words in these drawings."""
+
 
 def captioned(kind: str, names: Iterable[str]) -> list[tuple[str, str]]:
     """Names of pictures with what they show."""

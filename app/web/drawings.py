@@ -14,7 +14,7 @@ from app.designs.kind import Kind
 from app.designs.pictures.drawing_svg import drawing_svg
 from app.web.languages import gettext as _
 
-_SENTENCES = re.compile(r"(?<=\.) ")
+SENTENCES = re.compile(r"(?<=\.) ")
 
 
 def drawn(kind: Kind, spec: Mapping[str, Any]) -> tuple[Markup, str]:
@@ -32,7 +32,7 @@ def in_words(drawing: Drawing) -> Drawing:
     return replace(
         drawing,
         title=_(drawing.title),
-        caption=" ".join(map(_, _SENTENCES.split(drawing.caption))),
+        caption=" ".join(map(_, SENTENCES.split(drawing.caption))),
         notes=tuple(replace(note, words=_(note.words)) for note in drawing.notes),
         dimensions=tuple(replace(each, words=_dimension(each.words)) for each in drawing.dimensions),
     )

@@ -1,13 +1,16 @@
-"""The part that a run is about, drawn to scale."""
+"""The part that a run is about, drawn to scale: in its machine, and by itself as the files to take away show it."""
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
 from app.designs.kind import Kind
-from app.web.drawings import drawn
+from app.designs.pictures.drawing_svg import drawing_svg
+from app.web.captions import PARTS
+from app.web.drawings import drawn, in_words
 
 _FOUND = ("dimensions", "profile", "type", "lengths_mm")
 """Results of a design that a check of the same part is asked with."""
@@ -24,3 +27,19 @@ def part_of(kind: Kind, run: dict[str, Any]) -> tuple[Markup, str]:
     # What was to be found is known now.
     given = {name: value for name, value in run["spec"].items() if not found or name not in _SOUGHT}
     return drawn(kind, {**given, **found})
+
+
+class MadePart(NamedTuple):
+    """A part by itself as SVG, and its caption."""
+
+    svg: Markup
+    caption: str
+
+
+def made_part(kind: Kind, run: dict[str, Any]) -> MadePart | None:
+    """The part as drawings, solids and parameters have it; None where the run tells of none."""
+    if kind.part is None or run["result"] is None or not kind.has_part(run):
+        return None
+    drawing = replace(kind.part(run, None).drawing, caption=PARTS.get(kind.slug, ""))
+    spoken = in_words(drawing)
+    return MadePart(Markup(drawing_svg(spoken)), spoken.caption)

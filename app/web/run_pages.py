@@ -15,10 +15,11 @@ from app.store.record import OPEN_STATUSES, RunFilter, RunStatus
 from app.submission import Service
 from app.web.captions import captioned
 from app.web.comparison import compare
+from app.web.downloads import downloads_of
 from app.web.effects import effect_rows
 from app.web.inputs import groups
 from app.web.listing import Listing, asked_of
-from app.web.part import part_of
+from app.web.part import made_part, part_of
 from app.web.rendering import page
 from app.web.shaping import sentences
 from app.web.stock import stock_offer
@@ -121,4 +122,6 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
         stock=stock_offer(run),
         drawing=drawing,
         caption=caption,
+        downloads=downloads_of(run),
+        part=made_part(kind, run),
     )

@@ -7,6 +7,7 @@ outcome = linkage.check(scene, linkage.of_ratio(scene, linkage.LARGEST_BASE, 3.0
 """
 
 from solvers.effects import ALL, AUTO, EffectSelection
+from solvers.linkage.bulk import Case, LinkageTable, check_family, check_many
 from solvers.linkage.check import check, of_lengths, of_ratio, tool_speed
 from solvers.linkage.design import LinkageDesign, design
 from solvers.linkage.effects import EFFECTS
@@ -28,6 +29,7 @@ __all__ = [
     "LARGEST_ROCKER",
     "MOST_POINTS",
     "OBJECTIVES",
+    "Case",
     "Drive",
     "EffectSelection",
     "FrontPoint",
@@ -37,11 +39,14 @@ __all__ = [
     "LinkageCheck",
     "LinkageDesign",
     "LinkageProblem",
+    "LinkageTable",
     "Mechanism",
     "Motor",
     "Restitution",
     "Scene",
     "check",
+    "check_family",
+    "check_many",
     "demands_of",
     "design",
     "front",

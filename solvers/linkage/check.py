@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +17,10 @@ from solvers.linkage import tolerances
 from solvers.linkage.effects import Situation, choose_for
 from solvers.linkage.elasticity import worst_elastic_peak
 from solvers.linkage.envelope import Box, enclosing_radius, least_box, sweep
-from solvers.linkage.four_bar import FourBar, of_family
+from solvers.linkage.four_bar import FourBar, greatest_transfers, of_family
 from solvers.linkage.impact import steady_running
 from solvers.linkage.kinds import ChangePoint, Ratios
-from solvers.linkage.loads import Peaks, peaks
+from solvers.linkage.loads import SHARP, Peaks, peaks_of, unit_peaks
 from solvers.linkage.result import Lengths, LinkageCheck, Mechanism, Strike
 from solvers.linkage.scene import STRENGTH_SPEED, Limits, Scene
 from solvers.linkage.tolerances import Closure
@@ -95,21 +97,63 @@ def check(
     1e-1; ``demands`` are effects that somebody's limits call for. Raises InvalidInput where the request makes no
     sense, EffectConflict for an excluded effect in demand.
     """
+    own = unit_figures([mechanism])[0]
+    return check_with(own, scene, mechanism, limits, effects, effect_tolerance, accuracy, demands)
+
+
+@dataclass(frozen=True)
+class UnitFigures:
+    """What the ratios of a mechanism alone settle: whether it can strike, whether its crank turns fully, and of one
+    that does both the row of ``loads.unit_peaks`` and the greatest |u31| of the cycle."""
+
+    strikes: bool
+    rotatable: bool
+    peaks: tuple[float, ...] | None = None
+    greatest: float = math.inf
+
+
+def unit_figures(mechanisms: Sequence[Mechanism]) -> list[UnitFigures]:
+    """Of many mechanisms, in one call of each kernel."""
+    found = []
+    for mechanism in mechanisms:
+        rotatable, links = mechanism.bar.rotatable, mechanism.lengths
+        if not mechanism.closure.closes:
+            rotatable = tolerances.turns_fully(links.base, links.crank, links.coupler, links.rocker)
+        found.append(UnitFigures(can_strike(mechanism), rotatable))
+    full = [i for i, figures in enumerate(found) if figures.strikes and figures.rotatable]
+    if full:
+        bars = [mechanisms[i].bar for i in full]
+        rows, ends = np.stack([bar.coefficients for bar in bars]), np.array([bar.end for bar in bars])
+        loads, tops = unit_peaks(rows, ends, SHARP).tolist(), greatest_transfers(rows).tolist()
+        for i, row, top in zip(full, loads, tops, strict=True):
+            bar = mechanisms[i].bar
+            found[i] = UnitFigures(True, True, tuple(row), max(top, bar.start, bar.end))
+    return found
+
+
+def check_with(
+    figures: UnitFigures,
+    scene: Scene,
+    mechanism: Mechanism,
+    limits: Limits = PLAIN,
+    effects: EffectSelection = AUTO,
+    effect_tolerance: float = 1e-2,
+    accuracy: float = 1e-6,
+    demands: tuple[Demand, ...] = (),
+) -> Outcome[LinkageCheck]:
+    """``check`` of a mechanism whose own figures are known."""
     started = time.perf_counter()
     require_accuracy(accuracy)
     bar, closes = mechanism.bar, mechanism.closure.closes
     play = float(bar.coefficients[4])
-    strikes, links = can_strike(mechanism), mechanism.lengths
-    rotatable = bar.rotatable
-    if not closes:
-        rotatable = tolerances.turns_fully(links.base, links.crank, links.coupler, links.rocker)
+    strikes, rotatable = figures.strikes, figures.rotatable
     full = strikes and rotatable
-    loads = peaks(bar, mechanism.crank, scene.impact_energy) if full else None
+    loads = peaks_of(figures.peaks, mechanism.crank, scene.impact_energy) if figures.peaks else None
     choice = choose_for(Situation(scene, bar, mechanism.crank, loads), effects, effect_tolerance, demands)
     confined = None if closes else tolerances.confinement(bar)
     if closes and play < 0:
         confined = 2.0 * math.atan(math.sqrt(float(np.prod(bar.coefficients[:3])) / -play))
-    strike = _strike(scene, mechanism, loads, confined) if strikes else None
+    strike = _strike(scene, mechanism, loads, confined, figures.greatest) if strikes else None
     box = radius = running = coupler_peak = restitution_error = tolerance_window = None
     error, unresolved = _ROUNDING, False
     settings: dict[str, float | int | str] = {"transfer_points": TRANSFER_POINTS}
@@ -168,7 +212,7 @@ def _warned(value: LinkageCheck, scene: Scene) -> LinkageCheck:
     return replace(value, warnings=value.warnings + warnings_of(value, scene, STRENGTH_SPEED))
 
 
-def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: float | None) -> Strike:
+def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: float | None, greatest: float) -> Strike:
     bar = mechanism.bar
     if confined is None:
         angles = np.linspace(0.0, 2.0 * math.pi, TRANSFER_POINTS)
@@ -188,28 +232,15 @@ def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: f
         peaks=loads,
         angles=angles,
         transfer=transfer,
-        greatest=greatest_transfer(bar) if confined is None else math.inf,
+        greatest=_greatest(bar, greatest) if confined is None else math.inf,
     )
 
 
-def greatest_transfer(bar: FourBar) -> float:
-    """Greatest |u31| of the cycle, ends included, where u31' = 0 within it found by bisection of s X.
-
-    X changes sign at an inner extreme; the samples are dense near the second change point too.
-    """
-    from scipy.optimize import brentq
-
-    stretch = math.sqrt(max(float(bar.coefficients[4]), 1e-30) / float(np.prod(bar.coefficients[:3])))
-    opened = np.pi * (np.arange(256) + 0.5) / 256
-    near = 2 * np.arctan2(np.sin(opened), stretch * np.cos(opened))
-    # Angles beyond pi counted back from 2 pi, so from -pi to pi through the middle of the cycle at +-pi.
-    phi = np.sort(np.concatenate([np.linspace(0, 2 * np.pi, 257)[1:-1], near]))
-    slope = bar.transfer_slope(_signed(phi))
-    best = max(bar.start, bar.end)
-    for k in np.flatnonzero(slope[:-1] * slope[1:] < 0):
-        at = brentq(lambda x: float(bar.transfer_slope(_signed(x))), phi[k], phi[k + 1])
-        best = max(best, abs(float(bar.transfer(_signed(at)))))
-    return best
+def _greatest(bar: FourBar, known: float) -> float:
+    """Greatest |u31| of the cycle where it is not known yet: of a mechanism that closes and does not turn."""
+    if math.isfinite(known):
+        return known
+    return max(bar.start, bar.end, float(greatest_transfers(bar.coefficients[None])[0]))
 
 
 def _signed(phi: Array | float) -> Array:

@@ -32,7 +32,7 @@ _EVEN = 1.0 / np.tan(math.pi * np.arange(1, _SAMPLES) / _SAMPLES)
 _BETWEEN = 1.0 / np.tan(math.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES)
 _MISSED = 0.05
 """What a hump may rise above its highest sample, as a share: in mechanisms of all kinds it was 0.0094 at the most."""
-_SHARP = 1e-14
+SHARP = 1e-14
 """Relative tolerance of a peak's height."""
 
 
@@ -48,7 +48,12 @@ class Peaks:
 
 def peaks(bar: FourBar, crank: float, energy: float) -> Peaks:
     """Peak crank torque [N m] and pin force [N] of a mechanism with its crank's length [m] and impact energy [J]."""
-    torque, at_torque, force, at_force = unit_peaks(bar.coefficients[None], np.array([bar.end]), _SHARP)[0].tolist()
+    return peaks_of(tuple(unit_peaks(bar.coefficients[None], np.array([bar.end]), SHARP)[0].tolist()), crank, energy)
+
+
+def peaks_of(row: tuple[float, ...], crank: float, energy: float) -> Peaks:
+    """The same from a row of ``unit_peaks``."""
+    torque, at_torque, force, at_force = row
     return Peaks(energy * torque, at_torque, energy / crank * force, at_force)
 
 

@@ -13,6 +13,7 @@ from solvers.errors import InvalidInput
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
 from solvers.pin.certificate import told_apart
 from solvers.pin.check import PinCheck, assess, on_profile
+from solvers.pin.contour import Cubic, contour
 from solvers.pin.diagnosis import Diagnosis, diagnose
 from solvers.pin.effects import choose_for, compose, demands_of
 from solvers.pin.flexibility import cowper
@@ -48,13 +49,15 @@ class PinProblem:
 class PinDesign:
     """The pin found, as a check sees it, and beside it what other forms weigh under the same limits [kg].
 
-    ``corners`` are the bore's points where it is made of straight lines, else None.
+    ``corners`` are the bore's points where it is made of straight lines, else None; ``contour`` the bore as cubics
+    where it is not.
     """
 
     check: PinCheck
     form: str
     free_mass: float
     corners: tuple[tuple[float, float], ...] | None
+    contour: tuple[Cubic, ...] | None
 
 
 def design(
@@ -99,6 +102,9 @@ def design(
         form=problem.form.name,
         free_mass=program.solid_mass * free.volume,
         corners=best.corners,
+        contour=None if best.corners else contour(
+            shown.stations, scene.geometry.outer_diameter * (1.0 - wall), scene.geometry.length
+        ),
     )  # fmt: skip
     evidence = dict(best.evidence)
     if limits.max_deflection is not None:

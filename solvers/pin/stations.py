@@ -43,14 +43,15 @@ def _interpolatory(nodes: Array) -> Array:
     return np.linalg.solve(powers.T, exact)
 
 
-_X, _W = _lobatto(NODES)
+NODE_PLACES, _W = _lobatto(NODES)
+"""Where the nodes lie on [-1, 1]."""
 
 
 def _without(dropped: tuple[int, ...]) -> Array:
     """Weights of the rule on the other nodes."""
     kept = [i for i in range(NODES) if i not in dropped]
     weights = np.zeros(NODES)
-    weights[kept] = _interpolatory(_X[kept])
+    weights[kept] = _interpolatory(NODE_PLACES[kept])
     return weights
 
 
@@ -82,7 +83,7 @@ class Stations:
     @cached_property
     def _places(self) -> tuple[Array, Array]:
         """The nodes, and what rounding left out of them."""
-        along = 0.5 * self.width[:, None] * (1.0 + _X)
+        along = 0.5 * self.width[:, None] * (1.0 + NODE_PLACES)
         x, rest = _sum(self.left[:, None], along + np.reshape(self.left_rest, (-1, 1)))
         x[:, 0], x[:, -1] = self.left, self.right
         rest[:, 0], rest[:, -1] = self.left_rest, self.right_rest

@@ -8,9 +8,10 @@ outcome = rod.check(scene, rod.Dimensions(b=9e-3, h=0.46e-3, l=23e-3))
 
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.materials import CATALOGUE, Material
+from solvers.rod.bulk.many import Case, RodTable, check_many, check_strips
 from solvers.rod.check import RodCheck, check
 from solvers.rod.design import RodDesign, design
-from solvers.rod.effects import EFFECTS
+from solvers.rod.effects import EFFECTS, choose_for, compose
 from solvers.rod.load.gas import ConstantLoad, SchmidtLoad, TableLoad
 from solvers.rod.load.indicator import IndicatorLoad, mended
 from solvers.rod.problem import OBJECTIVES, Bounds, Requirements, RodProblem
@@ -24,6 +25,7 @@ __all__ = [
     "EFFECTS",
     "OBJECTIVES",
     "Bounds",
+    "Case",
     "ConstantLoad",
     "Dimensions",
     "EffectSelection",
@@ -35,10 +37,15 @@ __all__ = [
     "RodCheck",
     "RodDesign",
     "RodProblem",
+    "RodTable",
     "Scene",
     "SchmidtLoad",
     "TableLoad",
     "check",
+    "check_many",
+    "check_strips",
+    "choose_for",
+    "compose",
     "design",
     "judge",
     "mended",

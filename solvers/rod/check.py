@@ -91,8 +91,7 @@ def check(
     started = time.perf_counter()
     if not 1e-12 <= accuracy <= 1e-1:
         raise InvalidInput("accuracy", "lies outside what can be asked for", "[1e-12, 1e-1]")
-    if dimensions.l > scene.mechanism.rod_length:
-        raise InvalidInput("dimensions.l", "the free length exceeds the rod", "at most mechanism.rod_length")
+    require_within_rod(scene, dimensions)
     choice = choose_for(scene, dimensions, effects, effect_tolerance, demands)
     composition = compose(choice)
     criterion = criterion or serensen(scene.material)
@@ -126,7 +125,7 @@ def check(
         natural_frequency=natural_frequency(scene, dimensions, mean_force),
         criterion=criterion.name,
         stresses=stresses,
-        warnings=_warnings(scene, stresses, safety, choice.has("large_displacement")),
+        warnings=warnings_of(scene, stresses, safety, choice.has("large_displacement")),
     )
     settings = {"angles": sampled.force.size, "stations": STATIONS, "tolerance": sampled.tolerance}
     return Outcome(
@@ -136,6 +135,12 @@ def check(
         accuracy=Accuracy(accuracy, error, settings),
         timing={"solve_s": time.perf_counter() - started},
     )
+
+
+def require_within_rod(scene: Scene, dimensions: Dimensions) -> None:
+    """Raise InvalidInput for a strip longer than its rod."""
+    if dimensions.l > scene.mechanism.rod_length:
+        raise InvalidInput("dimensions.l", "the free length exceeds the rod", "at most mechanism.rod_length")
 
 
 def _forces(linear: SampledCycle, critical: float) -> tuple[Extreme, Extreme]:
@@ -248,7 +253,7 @@ def _guide_error(cycle: Cycle, side: float, moment: float, pressure: float, powe
     )
 
 
-def _warnings(scene: Scene, stresses: Stresses | None, safety: float | None, large: bool) -> tuple[str, ...]:
+def warnings_of(scene: Scene, stresses: Stresses | None, safety: float | None, large: bool) -> tuple[str, ...]:
     out = []
     if stresses is None:
         cause = "the greatest compression of the cycle" if safety < 1 else "what friction adds to its compression"

@@ -96,3 +96,16 @@ def test_a_file_that_is_not_there(tmp_path):
     answer = runner.invoke(app, ["check", "flexible-rod", str(tmp_path / "none.json")])
     assert answer.exit_code == 2
     assert "cannot be read" in answer.output
+
+
+def test_a_report_is_written_where_it_is_wanted(call, tmp_path):
+    run = json.loads(call("check", "pin-profile", KINDS["pin-profile"].example(Mode.CHECK), "--json").output)
+    database = f"sqlite:///{tmp_path}/runs.sqlite3"
+    for name, begin in (("report.pdf", b"%PDF-"), ("report.html", b"<!doctype html>")):
+        options = ["-o", str(tmp_path / name), "--database-url", database]
+        written = runner.invoke(app, ["report", run["id"], *options])
+        assert written.exit_code == 0, written.output
+        assert (tmp_path / name).read_bytes().startswith(begin)
+    for run_id, name in ((run["id"], "report.txt"), ("no-such-run", "report.pdf")):
+        refused = runner.invoke(app, ["report", run_id, "-o", str(tmp_path / name), "--database-url", database])
+        assert refused.exit_code == 2

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
+from app.designs.crank_dynamics.chain import FOLLOWED, calculation
 from app.designs.crank_dynamics.drawing import drawing
 from app.designs.crank_dynamics.form import FORM
 from app.designs.crank_dynamics.pictures import PLOTS
@@ -264,4 +265,6 @@ CRANK_DYNAMICS = Kind(
     ),
     form=FORM,
     drawing=drawing,
+    calculation=calculation,
+    followed=frozenset(FOLLOWED),
 )

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, RootModel
 
+from app.designs.crank_masses.chain import calculation
 from app.designs.crank_masses.drawing import drawing
 from app.designs.crank_masses.form import FORM
 from app.designs.kind import Answer, Job, Kind, Mode
@@ -252,4 +253,5 @@ CRANK_MASSES = Kind(
     figure=lambda _mode, result: ("rod_mass_at_pin_kg", result["rod_mass_at_pin_kg"]),
     form=FORM,
     drawing=drawing,
+    calculation=calculation,
 )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pydantic import Field
 
 from app.designs.claims import of_rod
+from app.designs.flexible_rod.chain import FOLLOWED, calculation
 from app.designs.flexible_rod.cycle_pictures import (
     forces_over_angle,
     has_stresses,
@@ -17,21 +18,23 @@ from app.designs.flexible_rod.cycle_pictures import (
 from app.designs.flexible_rod.drawing import drawing
 from app.designs.flexible_rod.feasible_region import feasible_region, is_design
 from app.designs.flexible_rod.form import FORM
+from app.designs.flexible_rod.part import has_part, part
 from app.designs.flexible_rod.pictures import stability_map
 from app.designs.flexible_rod.reference import check_reference, design_reference
 from app.designs.flexible_rod.request import CheckRequest, DesignRequest, Dimensions
 from app.designs.flexible_rod.verdict import WORDS
-from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.kind import Answer, Detail, Job, Kind, Mode
 from app.designs.schema import (
     MEGA,
     MILLI,
     CertificateResult,
     RepairDone,
     Strict,
+    bulk_answers,
     certificate_json,
     diagnosis_json,
     envelope,
-    refusal_problem,
+    refused,
     repairs_json,
     scaled,
 )
@@ -39,6 +42,7 @@ from app.designs.verdict import denials, verdict_json
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
+from solvers.outcome import Outcome
 
 
 class RodResult(Strict):
@@ -97,20 +101,28 @@ def result_of(check: rod.RodCheck, repairs: list[dict[str, str]]) -> dict[str, A
     }
 
 
+def case_of(request: CheckRequest) -> rod.Case:
+    """The check that a request asks for. Raises InvalidInput for what only the solver can see."""
+    scene = request.scene()
+    criterion = CRITERIA[request.fatigue_criterion](scene.material)
+    return rod.Case(scene, request.strip(), request.selection(), request.effect_tolerance, request.accuracy, criterion)
+
+
 def run_check(request: CheckRequest) -> Answer:
     """Evaluate the strip."""
     try:
-        scene = request.scene()
-        outcome = rod.check(
-            scene,
-            request.strip(),
-            request.selection(),
-            request.effect_tolerance,
-            request.accuracy,
-            CRITERIA[request.fatigue_criterion](scene.material),
-        )
+        case = case_of(request)
+        return _answer(request, case, case.alone())
     except InvalidInput as refusal:
-        return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
+        return refused(request, refusal)
+
+
+def run_checks(requests: Sequence[CheckRequest], _detail: Detail) -> list[Answer]:
+    """Evaluate many strips."""
+    return bulk_answers(requests, case_of, rod.check_many, _answer)
+
+
+def _answer(request: CheckRequest, _case: rod.Case, outcome: Outcome[rod.RodCheck]) -> Answer:
     verdict = verdict_json(rod.judge(outcome.value, outcome.accuracy, effects=outcome.effects), WORDS, outcome.accuracy)
     return envelope(outcome, result_of(outcome.value, repairs_json(request, request.repairs())), verdict)
 
@@ -155,7 +167,7 @@ def run_design(request: DesignRequest) -> Answer:
             request.time_budget_s,
         )
     except InvalidInput as refusal:
-        return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
+        return refused(request, refusal)
     unit = _UNIT_OF_OBJECTIVE.get(request.objective, 1.0)
     certificate = certificate_json(outcome.certificate, unit)
     if certificate is not None:
@@ -218,7 +230,7 @@ FLEXIBLE_ROD = Kind(
     summary="the strip rod of a crank-slider machine: width, thickness and free length",
     jobs={
         Mode.DESIGN: Job(DesignRequest, DesignResult, run_design, reference=design_reference, best_in_time=True),
-        Mode.CHECK: Job(CheckRequest, RodResult, run_check, reference=check_reference),
+        Mode.CHECK: Job(CheckRequest, RodResult, run_check, reference=check_reference, run_many=run_checks),
     },
     known_effects=rod.EFFECTS,
     plots={
@@ -238,5 +250,9 @@ FLEXIBLE_ROD = Kind(
     figure=figure,
     form=FORM,
     drawing=drawing,
+    calculation=calculation,
+    followed=frozenset(FOLLOWED),
+    part=part,
+    has_part=has_part,
     denials=denials(WORDS),
 )

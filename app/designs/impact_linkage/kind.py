@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from pydantic import Field
 
 from app.designs.claims import of_linkage, with_claim
+from app.designs.impact_linkage.chain import FOLLOWED, calculation
 from app.designs.impact_linkage.drawing import drawing
 from app.designs.impact_linkage.form import FORM
 from app.designs.impact_linkage.mechanism_picture import has_size, mechanism_picture
+from app.designs.impact_linkage.part import has_part, part
 from app.designs.impact_linkage.pictures import (
     front_picture,
     has_front,
@@ -22,211 +22,63 @@ from app.designs.impact_linkage.pictures import (
     transfer_picture,
 )
 from app.designs.impact_linkage.reference import check_reference, design_reference
-from app.designs.impact_linkage.request import CheckRequest, DesignRequest, LinkageRequest
+from app.designs.impact_linkage.request import CheckRequest, DesignRequest
+from app.designs.impact_linkage.result import (
+    SQUARE_MILLI,
+    Lengths,
+    LinkageResult,
+    Ratios,
+    lengths_json,
+    ratios_json,
+    result_of,
+)
 from app.designs.impact_linkage.verdict import WORDS
-from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.kind import Answer, Detail, Job, Kind, Mode
 from app.designs.progress import Count, Report, to_nobody
 from app.designs.schema import (
     MILLI,
     CertificateResult,
     Strict,
+    bulk_answers,
     certificate_json,
     diagnosis_json,
     envelope,
-    refusal_problem,
+    refused,
     scaled,
 )
 from app.designs.verdict import denials, verdict_json
 from solvers import linkage
 from solvers.errors import InvalidInput
-from solvers.linkage.result import Mechanism, Strike
-from solvers.linkage.tolerances import Window
-
-SQUARE_MILLI = MILLI**2
+from solvers.outcome import Outcome
 
 
-class Lengths(Strict):
-    base: float
-    crank: float
-    coupler: float
-    rocker: float
-
-
-class Ratios(Strict):
-    """Links over crank."""
-
-    lambda0: float
-    lambda2: float
-    lambda3: float
-
-
-class SweptBox(Strict):
-    """The least box around all that links and joints sweep; ``angle_deg`` from the base line to its width."""
-
-    width: float
-    height: float
-    angle_deg: float
-
-
-class Sample(Strict):
-    phi_deg: float
-    u31: float
-
-
-class ClosureResult(Strict):
-    """How well the lengths close; the surplus is 0 for a change-point mechanism."""
-
-    surplus_mm: float
-    relative: float = Field(description="surplus over the longest link")
-    closes: bool
-
-
-class WindowResult(Strict):
-    """What a missed closure does about the blow."""
-
-    angle_deg: float = Field(description="half width of the crank angles concerned")
-    blocked: bool = Field(description="true: the crank cannot enter; false: the rocker turns back early")
-    short_stop_deg: float
-
-
-class LinkageResult(Strict):
-    """What a linkage does; null where a result does not exist (it cannot strike, an effect or an input is missing)."""
-
-    type: str
-    lengths_mm: Lengths | None
-    ratios: Ratios
-    closure: ClosureResult
-    rotatable: bool
-    confined_deg: float | None = Field(description="a crank that cannot turn stays within ± this of the blow")
-    u31_start: float | None = Field(description="magnitude, just after the blow")
-    u31_end: float | None = Field(description="magnitude, just before it")
-    u31_max: float | None = Field(description="greatest magnitude over the cycle")
-    kinematic_restitution: float | None
-    restitution_mismatch: float | None = Field(description="worst |R - R_k| over the range asked for")
-    rocker_swing_deg: float | None
-    transmission_angle_deg: float | None = Field(description="between coupler and rocker in mid-cycle")
-    blow_frequency_hz: float | None
-    impact_speed_m_s: float | None
-    longest_link_mm: float | None
-    box_mm: SweptBox | None
-    box_area_mm2: float | None
-    enclosing_radius_mm: float | None
-    peak_torque_nm: float | None = Field(description="at the crank, from the rocker's inertia alone")
-    peak_torque_at_deg: float | None
-    pin_force_n: float | None = Field(description="peak along the coupler, likewise")
-    pin_force_at_deg: float | None
-    coupler_peak_n: float | None = Field(description="peak after a blow that mismatches, from the coupler's elasticity")
-    window: WindowResult | None = Field(description="null: the lengths close")
-    restitution_error: float | None = Field(description="relative, for lengths off by their tolerance")
-    tolerance_window: WindowResult | None
-    running_frequency_hz: float | None = Field(description="with the drive: blows per second in steady running")
-    running_speed_m_s: float | None
-    irregularity: float | None = Field(description="(greatest - least)/mean speed of the crank")
-    crank_speed_jump: float | None = Field(description="relative, at the blow")
-    motor_power_w: float | None
-    transfer: list[Sample]
-    warnings: list[str]
-
-
-def _degrees(angle: float | None) -> float | None:
-    return None if angle is None else math.degrees(angle)
-
-
-def _lengths(mechanism: Mechanism) -> dict[str, float]:
-    found = mechanism.lengths
-    return {name: getattr(found, name) / MILLI for name in ("base", "crank", "coupler", "rocker")}
-
-
-def _ratios(mechanism: Mechanism) -> dict[str, float]:
-    r = mechanism.bar.ratios
-    return {"lambda0": float(r.base), "lambda2": float(r.coupler), "lambda3": float(r.rocker)}
-
-
-def _window(found: Window | None) -> dict[str, Any] | None:
-    return found and {
-        "angle_deg": math.degrees(found.angle),
-        "blocked": found.blocked,
-        "short_stop_deg": math.degrees(found.short_stop),
-    }
-
-
-def _strike(strike: Strike | None) -> dict[str, Any]:
-    names = ("u31_start", "u31_end", "kinematic_restitution", "restitution_mismatch")
-    if strike is None:
-        return dict.fromkeys((*names, "u31_max", "transmission_angle_deg"), None) | {"transfer": []}
-    shown = np.degrees(strike.angles).tolist()
-    return {
-        **dict(zip(names, (strike.start, strike.end, strike.restitution, strike.mismatch), strict=True)),
-        "u31_max": strike.greatest if math.isfinite(strike.greatest) else None,
-        "transmission_angle_deg": math.degrees(strike.transmission_angle),
-        "transfer": [{"phi_deg": p, "u31": u} for p, u in zip(shown, strike.transfer.tolist(), strict=True)],
-    }
-
-
-def result_of(
-    check: linkage.LinkageCheck, scene: linkage.Scene, request: LinkageRequest, sized: bool = True
-) -> dict[str, Any]:
-    """A check in the names and units of the contract; what the request leaves open is null."""
-    mechanism, strike, running = check.mechanism, check.strike, check.running
-    peaks = (strike and request.impact_energy_j is not None and strike.peaks) or None
-    seeks = getattr(request, "objective", None)
-    timed = request.blow_frequency_hz is not None or seeks == "blow_frequency"
-    box = check.box if sized else None
-    return {
-        "type": mechanism.bar.kind.name,
-        "lengths_mm": _lengths(mechanism) if sized else None,
-        "ratios": _ratios(mechanism),
-        "closure": {
-            "surplus_mm": mechanism.closure.surplus * mechanism.crank / MILLI if sized else 0.0,
-            "relative": mechanism.closure.relative,
-            "closes": mechanism.closure.closes,
-        },
-        "rotatable": check.rotatable,
-        "confined_deg": _degrees(check.confined),
-        **_strike(strike),
-        "rocker_swing_deg": math.degrees(mechanism.bar.swing) if strike and check.rotatable else None,
-        "blow_frequency_hz": scene.blow_frequency if timed else None,
-        "impact_speed_m_s": strike.impact_speed if strike and timed and sized else None,
-        "longest_link_mm": mechanism.crank * mechanism.bar.longest / MILLI if sized else None,
-        "box_mm": box
-        and {"width": box.width / MILLI, "height": box.height / MILLI, "angle_deg": math.degrees(box.angle)},
-        "box_area_mm2": box and box.area / SQUARE_MILLI,
-        "enclosing_radius_mm": scaled(check.enclosing_radius, MILLI) if sized else None,
-        "peak_torque_nm": peaks and peaks.torque,
-        "peak_torque_at_deg": peaks and math.degrees(peaks.torque_angle),
-        "pin_force_n": peaks.force if peaks and sized else None,
-        "pin_force_at_deg": peaks and math.degrees(peaks.force_angle),
-        "coupler_peak_n": check.coupler_peak,
-        "window": _window(check.window),
-        "restitution_error": check.restitution_error if sized else None,
-        "tolerance_window": _window(check.tolerance_window) if sized else None,
-        "running_frequency_hz": running and running.blow_frequency,
-        "running_speed_m_s": running and running.impact_speed,
-        "irregularity": running and running.irregularity,
-        "crank_speed_jump": running and running.jump,
-        "motor_power_w": running and running.power,
-        "warnings": list(check.warnings),
-    }
+def case_of(request: CheckRequest) -> linkage.Case:
+    """The check that a request asks for. Raises InvalidInput for what only the solver can see."""
+    scene, mechanism = request.mechanism()
+    limits = request.limits.to_solver()
+    demands = linkage.demands_of(limits)
+    return linkage.Case(
+        scene, mechanism, limits, request.selection(), request.effect_tolerance, request.accuracy, demands
+    )
 
 
 def run_check(request: CheckRequest) -> Answer:
     """Evaluate the linkage."""
     try:
-        scene, mechanism = request.mechanism()
-        limits = request.limits.to_solver()
-        outcome = linkage.check(
-            scene,
-            mechanism,
-            limits,
-            request.selection(),
-            request.effect_tolerance,
-            request.accuracy,
-            linkage.demands_of(limits),
-        )
+        case = case_of(request)
+        return _answer(request, case, case.alone())
     except InvalidInput as refusal:
-        return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
-    verdict = linkage.judge(outcome.value, scene, outcome.accuracy, limits, request.given())
-    result = result_of(outcome.value, scene, request, request.sized)
+        return refused(request, refusal)
+
+
+def run_checks(requests: Sequence[CheckRequest], detail: Detail) -> list[Answer]:
+    """Evaluate many linkages."""
+    return bulk_answers(requests, case_of, linkage.check_many, _answer, () if detail is Detail.FULL else CHECK_TABLES)
+
+
+def _answer(request: CheckRequest, case: linkage.Case, outcome: Outcome[linkage.LinkageCheck]) -> Answer:
+    verdict = linkage.judge(outcome.value, case.scene, outcome.accuracy, case.limits, request.given())
+    result = result_of(outcome.value, case.scene, request, request.sized)
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
@@ -312,7 +164,7 @@ def design_in_steps(request: DesignRequest, report: Report) -> Answer:
         outcome = linkage.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
         traded = _traded(request, problem, report) if outcome.value is not None else ()
     except InvalidInput as refusal:
-        return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
+        return refused(request, refusal)
     words, unit = _UNITS[request.objective]
     claim = of_linkage(outcome, request.objective, problem.objective.sign, request.types)
     certificate = with_claim(certificate_json(outcome.certificate, unit), claim)
@@ -329,8 +181,8 @@ def design_in_steps(request: DesignRequest, report: Report) -> Answer:
             {
                 "type": other.kind.name,
                 "value": scaled(other.value, unit),
-                "lengths_mm": other.mechanism and _lengths(other.mechanism),
-                "ratios": other.mechanism and _ratios(other.mechanism),
+                "lengths_mm": other.mechanism and lengths_json(other.mechanism),
+                "ratios": other.mechanism and ratios_json(other.mechanism),
                 "reason": other.reason,
             }
             for other in found.alternatives
@@ -365,7 +217,7 @@ def _front(request: DesignRequest, points: tuple[linkage.FrontPoint, ...]) -> di
                 "against": point.against / other_unit,
                 "gap": point.gap,
                 "type": point.check.mechanism.bar.kind.name,
-                "lengths_mm": _lengths(point.check.mechanism),
+                "lengths_mm": lengths_json(point.check.mechanism),
                 "box_area_mm2": point.check.box.area / SQUARE_MILLI,
                 "longest_link_mm": point.check.mechanism.crank * point.check.mechanism.bar.longest / MILLI,
                 "enclosing_radius_mm": point.check.enclosing_radius / MILLI,
@@ -376,6 +228,9 @@ def _front(request: DesignRequest, points: tuple[linkage.FrontPoint, ...]) -> di
         ],
     }
 
+
+CHECK_TABLES = ("transfer",)
+"""What a batch leaves out of the results of checks."""
 
 MAIN_RESULTS = (
     "u31_start",
@@ -428,7 +283,14 @@ IMPACT_LINKAGE = Kind(
             in_steps=design_in_steps,
             tables=("transfer", "front"),
         ),
-        Mode.CHECK: Job(CheckRequest, LinkageResult, run_check, reference=check_reference, tables=("transfer",)),
+        Mode.CHECK: Job(
+            CheckRequest,
+            LinkageResult,
+            run_check,
+            reference=check_reference,
+            run_many=run_checks,
+            tables=CHECK_TABLES,
+        ),
     },
     known_effects=linkage.EFFECTS,
     plots={
@@ -442,5 +304,9 @@ IMPACT_LINKAGE = Kind(
     figure=figure,
     form=FORM,
     drawing=drawing,
+    calculation=calculation,
+    followed=frozenset(FOLLOWED),
+    part=part,
+    has_part=has_part,
     denials=denials(WORDS),
 )

@@ -3,10 +3,25 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Callable
 from html import escape
 from zlib import crc32
 
-from app.designs.drawing import Circle, Dimension, Drawing, Layer, Line, Note, Place
+from app.designs.drawing import (
+    Arc,
+    Bezier,
+    Circle,
+    Dimension,
+    Drawing,
+    Layer,
+    Line,
+    Note,
+    Outline,
+    Place,
+    Shape,
+    extent,
+)
 
 WIDTH, HEIGHT = 430.0, 360.0
 _STEP, _GAP, _ARROW, _LETTER = 25.0, 4.0, 7.0, 7.6
@@ -18,6 +33,7 @@ _STYLES = {
     Layer.CENTER: 'fill="none" stroke="currentColor" stroke-opacity="0.5" stroke-dasharray="14 3 3 3"',
     Layer.CONTEXT: 'fill="currentColor" fill-opacity="0.06" stroke="currentColor" stroke-opacity="0.45"',
 }
+_STROKES = re.compile(r'(stroke-(?:width|dasharray)=")([^"]*)"')
 _HATCH = (
     '<defs><pattern id="HATCH" width="7" height="7" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
     '<line x1="0" y1="0" x2="0" y2="7" stroke="currentColor" stroke-opacity="0.45"/></pattern></defs>'
@@ -28,7 +44,7 @@ class _Sheet:
     """From millimetres to the picture, and how much of the picture is used."""
 
     def __init__(self, drawing: Drawing) -> None:
-        xs, ys = zip(*(place for shape in drawing.shapes for place in _extent(shape)), strict=True)
+        xs, ys = zip(*(place for shape in drawing.shapes for place in extent(shape)), strict=True)
         wide, high = max(max(xs) - min(xs), 1e-9), max(max(ys) - min(ys), 1e-9)
         self.scale = min(WIDTH / wide, HEIGHT / high)
         self._left, self._top = min(xs), max(ys)
@@ -64,22 +80,89 @@ def drawing_svg(drawing: Drawing) -> str:
     ).replace("HATCH", f"hatch-{crc32(drawing.title.encode()):08x}")
 
 
-def _extent(shape: Line | Circle) -> tuple[Place, ...]:
-    if isinstance(shape, Circle):
-        (x, y), r = shape.center, shape.radius
-        return ((x - r, y - r), (x + r, y + r))
-    return shape.points
+def drawing_to_scale(drawing: Drawing) -> str:
+    """The drawing as SVG in its true size: a unit is a millimetre, and its shapes are exact to nine digits.
+
+    Words and dimensions are as large against it as on a page.
+    """
+    sheet = _Sheet(drawing)
+    marks = [_note(sheet, note) for note in drawing.notes]
+    marks += [_dimension(sheet, dimension) for dimension in drawing.dimensions]
+    scale = sheet.scale
+    left, top, right, bottom = (value / scale for value in sheet.box)
+    room = _ROOM / scale
+    wide, high = right - left + 2.0 * room, bottom - top + 2.0 * room
+
+    def place(point: Place) -> Place:
+        x, y = sheet(point)
+        return x / scale, y / scale
+
+    shapes = []
+    for shape in drawing.shapes:
+        style = _STYLES[shape.layer]
+        if shape.layer is Layer.CONTEXT:
+            style = style.replace('fill="currentColor"', 'fill="none"')
+        data = path_of(_as_path(shape), place, 1.0, ".9g")
+        shapes.append(f'<path d="{data}" {_in_millimetres(style, scale)}/>')
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide:.9g}mm" height="{high:.9g}mm" '
+        f'viewBox="{left - room:.9g} {top - room:.9g} {wide:.9g} {high:.9g}" color="black">'
+        f"<title>{escape(drawing.title)}</title>"
+        + _HATCH.replace("rotate(45)", f"scale({1.0 / scale:.9g}) rotate(45)")
+        + f'<g id="part">{"".join(shapes)}</g>'
+        + f'<g id="marks" transform="scale({1.0 / scale:.9g})" font-family="sans-serif" font-size="14">'
+        + "".join(marks)
+        + "</g></svg>\n"
+    )
 
 
-def _shape(sheet: _Sheet, shape: Line | Circle) -> str:
+def _in_millimetres(style: str, scale: float) -> str:
+    """Widths of strokes and lengths of dashes, told for a page, in the drawing's own unit."""
+    style = style if "stroke-width" in style else f'{style} stroke-width="1"'
+    return _STROKES.sub(
+        lambda found: found[1] + " ".join(f"{float(n) / scale:.6g}" for n in found[2].split()) + '"', style
+    )
+
+
+def _as_path(shape: Shape) -> Line | Outline:
+    """A circle as two arcs, so that all shapes are paths."""
+    if not isinstance(shape, Circle):
+        return shape
+    (x, y), r = shape.center, shape.radius
+    return Outline((x - r, y), (Arc((x + r, y), 1.0), Arc((x - r, y), 1.0)), shape.layer)
+
+
+def _shape(sheet: _Sheet, shape: Shape) -> str:
     style = _STYLES[shape.layer]
     if isinstance(shape, Circle):
         x, y = sheet(shape.center)
         return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{shape.radius * sheet.scale:.1f}" {style}/>'
     if not shape.closed and shape.layer is Layer.CONTEXT:
         style = style.replace('fill="currentColor"', 'fill="none"')
-    told = "L".join(f"{x:.1f},{y:.1f}" for x, y in map(sheet, shape.points))
-    return f'<path d="M{told}{"Z" if shape.closed else ""}" {style}/>'
+    return f'<path d="{path_of(shape, sheet, sheet.scale, ".1f")}" {style}/>'
+
+
+def path_of(shape: Line | Outline, to: Callable[[Place], Place], scale: float, digits: str) -> str:
+    """A shape's outline as SVG's path data, its places taken ``to`` the picture, y down."""
+
+    def at(*places: Place) -> str:
+        return " ".join(f"{x:{digits}},{y:{digits}}" for x, y in map(to, places))
+
+    end = "Z" if shape.closed else ""
+    if isinstance(shape, Line):
+        return f"M{'L'.join(at(place) for place in shape.points)}{end}"
+    told, here = [f"M{at(shape.start)}"], shape.start
+    for piece in shape.pieces:
+        if isinstance(piece, Arc):
+            chord = math.dist(here, piece.end)
+            radius = f"{0.25 * chord * (piece.bulge + 1.0 / piece.bulge) * scale:{digits}}".lstrip("-")
+            told.append(f"A{radius} {radius} 0 {int(abs(piece.bulge) > 1.0)} {int(piece.bulge < 0.0)} {at(piece.end)}")
+        elif isinstance(piece, Bezier):
+            told.append(f"C{at(piece.first, piece.second, piece.end)}")
+        else:
+            told.append(f"L{at(piece.end)}")
+        here = piece.end
+    return "".join(told) + end
 
 
 def _note(sheet: _Sheet, note: Note) -> str:

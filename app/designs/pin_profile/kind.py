@@ -7,8 +7,10 @@ from typing import Any
 
 from app.designs.claims import Claim, of_pin
 from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.pin_profile.chain import FOLLOWED, calculation
 from app.designs.pin_profile.drawing import drawing
 from app.designs.pin_profile.form import FORM
+from app.designs.pin_profile.part import has_part, part
 from app.designs.pin_profile.pictures import (
     bore_picture,
     forces_picture,
@@ -146,5 +148,9 @@ PIN_PROFILE = Kind(
     figure=figure,
     form=FORM,
     drawing=drawing,
+    calculation=calculation,
+    followed=frozenset(FOLLOWED),
+    part=part,
+    has_part=has_part,
     denials=denials(WORDS),
 )

@@ -173,12 +173,26 @@ class Corner(Strict):
     outer_diameter_mm: float
 
 
+class Piece(Strict):
+    """A diameter along a part of the pin: the cubic polynomial with these values and slopes at its ends."""
+
+    x_from_mm: float
+    x_to_mm: float
+    diameter_from_mm: float
+    diameter_to_mm: float
+    slope_from: float = Field(description="change of the diameter per length")
+    slope_to: float
+
+
 class DesignResult(PinResult):
     """The pin found, what other forms weigh beside it, and how it is known to be the lightest."""
 
     form: str
     free_mass_g: float = Field(description="the lightest of any form under the same limits, but for the slope")
     corners: list[Corner] | None = Field(description="where the shape is made of straight lines: its points")
+    contour: list[Piece] | None = Field(
+        description="where it is not: the bore's diameter, of a bushing the outer one, piece by piece"
+    )
     certificate: PinCertificate | None
 
 
@@ -212,6 +226,18 @@ def design_json(
         "form": outcome.value.form,
         "free_mass_g": outcome.value.free_mass / MILLI,
         "corners": corners,
+        "contour": outcome.value.contour
+        and [
+            {
+                "x_from_mm": p.start / MILLI,
+                "x_to_mm": p.end / MILLI,
+                "diameter_from_mm": p.first / MILLI,
+                "diameter_to_mm": p.last / MILLI,
+                "slope_from": p.slope_first,
+                "slope_to": p.slope_last,
+            }
+            for p in outcome.value.contour
+        ],
         "certificate": certificate and {**certificate, "lower_bound_g": certificate["bound"]},
     }
 

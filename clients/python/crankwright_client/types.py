@@ -11,10 +11,13 @@ class AccuracyResult(TypedDict):
     """What was asked for, the estimate of what was reached, and the settings that did it."""
 
     requested: float
+    """relative accuracy asked for"""
     estimated: float
+    """estimated relative error of the results"""
     met: bool
     """whether estimated is at most requested"""
     settings: dict[str, float | int | str]
+    """numerical settings by name"""
 
 
 class Active(TypedDict):
@@ -28,31 +31,45 @@ class AlternativeResult(TypedDict):
     """The best linkage of a type, or why the type has none."""
 
     type: str
+    """which of the change-point linkages, or a URI of the kind of problem"""
     value: float | None
     """of the objective, in the unit of the certificate"""
     lengths_mm: Lengths | None
+    """the four links, in mm; null: only ratios were given"""
     ratios: Ratios | None
+    """links over crank"""
     reason: str
+    """why the type has none; empty where it has one"""
 
 
 class Batch(TypedDict):
     """Many requests of one kind and mode as one job; each of its items is a run."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     name: str
+    """its name"""
     detail: Detail
+    """what is wrong"""
     status: Literal["queued", "running", "ended", "cancelled"]
+    """how the solve stands or ended"""
     created_at: str
+    """when the run was asked for, UTC"""
     ended_at: str | None
     items: BatchItems
+    """the entries"""
     rate_per_s: float | None
     """items a second since the first was begun"""
     remaining_s: float | None
     """null: nothing is known yet"""
     solver: Solver
+    """who solved"""
     links: BatchLinks
+    """where the run and what belongs to it are found"""
 
 
 class BatchItems(TypedDict):
@@ -72,17 +89,22 @@ class BatchLinks(TypedDict):
     """Where a batch and what belongs to it are found."""
 
     self: str
+    """the run as JSON"""
     page: str
+    """the run for people"""
     results: str
     events: str
     runs: str
+    """how often it was timed"""
 
 
 class BatchPage(TypedDict):
     """A page of the list of batches; ``next_cursor`` asks for the next one."""
 
     items: list[Batch]
+    """the entries"""
     next_cursor: str | None
+    """asks for the next page; null: this is the last"""
 
 BatchStatus = Literal["receiving", "queued", "running", "ended", "cancelled"]
 
@@ -91,6 +113,7 @@ class BoreForm(TypedDict):
     """The shapes that the bore may have."""
 
     kind: NotRequired[Literal["free", "drillable", "constant", "stepped", "double_cone", "cone_cylinder"]]
+    """which of its forms this is, or the kind of design"""
     steps: NotRequired[float | None]
     """bores from each end to the middle; stepped only"""
 
@@ -110,6 +133,7 @@ class CertificateResult(TypedDict):
     gap: float | None
     """relative distance of the answer, as it is told, from the bound; null: no bound is known"""
     evidence: dict[str, float | int | str]
+    """the figures behind the proof, by name"""
     proven: str
     """what is proven"""
     physics: str
@@ -126,24 +150,31 @@ class ClosureResult(TypedDict):
     """How well the lengths close; the surplus is 0 for a change-point mechanism."""
 
     surplus_mm: float
+    """surplus, in mm"""
     relative: float
     """surplus over the longest link"""
     closes: bool
+    """whether the four links come to lie on one line"""
 
 
 class ConstantLoad(TypedDict):
     """One pressure at all angles, as a press or a test bench applies it."""
 
     kind: Literal["constant"]
+    """which of its forms this is, or the kind of design"""
     constant_pressure_mpa: float
+    """constant pressure, in MPa"""
     back_pressure_mpa: NotRequired[float | None]
     """null: none"""
 
 
 class Corner(TypedDict):
     x_mm: float
+    """x, in mm"""
     bore_mm: float
+    """bore, in mm"""
     outer_diameter_mm: float
+    """outer diameter, in mm"""
 
 
 class CrankDynamicsAccuracyRun(TypedDict):
@@ -151,28 +182,45 @@ class CrankDynamicsAccuracyRun(TypedDict):
     is and what it took. ``status`` says only how the solve ended."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
+    """how the solve stands or ended"""
     name: str
+    """its name"""
     created_at: str
+    """when the run was asked for, UTC"""
     spec_hash: str
+    """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
+    """whether it was answered from an earlier run of the same request by the same solver"""
     batch_id: str | None
+    """the batch that the run belongs to; null: none"""
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
     figure: Figure | None
     """null: there is no result, or the run is of before figures"""
     solver: Solver
+    """who solved"""
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
     spec: CrankDynamicsStudyRequest
+    """the request as understood, defaults filled in"""
     result: StudyResult | Infeasible | None
+    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
     problem: ProblemDetails | None
+    """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
+    """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
+    """wanted, estimated, and whether it was met; null where nothing was solved"""
     timing: dict[str, float]
+    """seconds by what took them"""
     links: Links
+    """where the run and what belongs to it are found"""
     progress: RunProgress | None
     """of a run under way, where it is a long one"""
 
@@ -182,28 +230,45 @@ class CrankDynamicsAnalysisRun(TypedDict):
     is and what it took. ``status`` says only how the solve ended."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
+    """how the solve stands or ended"""
     name: str
+    """its name"""
     created_at: str
+    """when the run was asked for, UTC"""
     spec_hash: str
+    """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
+    """whether it was answered from an earlier run of the same request by the same solver"""
     batch_id: str | None
+    """the batch that the run belongs to; null: none"""
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
     figure: Figure | None
     """null: there is no result, or the run is of before figures"""
     solver: Solver
+    """who solved"""
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
     spec: DynamicsRequest
+    """the request as understood, defaults filled in"""
     result: DynamicsResult | Infeasible | None
+    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
     problem: ProblemDetails | None
+    """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
+    """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
+    """wanted, estimated, and whether it was met; null where nothing was solved"""
     timing: dict[str, float]
+    """seconds by what took them"""
     links: Links
+    """where the run and what belongs to it are found"""
     progress: RunProgress | None
     """of a run under way, where it is a long one"""
 
@@ -237,28 +302,45 @@ class CrankMassesAnalysisRun(TypedDict):
     is and what it took. ``status`` says only how the solve ended."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
+    """how the solve stands or ended"""
     name: str
+    """its name"""
     created_at: str
+    """when the run was asked for, UTC"""
     spec_hash: str
+    """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
+    """whether it was answered from an earlier run of the same request by the same solver"""
     batch_id: str | None
+    """the batch that the run belongs to; null: none"""
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
     figure: Figure | None
     """null: there is no result, or the run is of before figures"""
     solver: Solver
+    """who solved"""
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
     spec: MassesRequest
+    """the request as understood, defaults filled in"""
     result: MassesResult | Infeasible | None
+    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
     problem: ProblemDetails | None
+    """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
+    """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
+    """wanted, estimated, and whether it was met; null where nothing was solved"""
     timing: dict[str, float]
+    """seconds by what took them"""
     links: Links
+    """where the run and what belongs to it are found"""
     progress: RunProgress | None
     """of a run under way, where it is a long one"""
 
@@ -273,9 +355,11 @@ class CriterionResult(TypedDict):
     sense: Literal["at_least", "at_most", "equal", "yes"]
     """how reached must stand to required; yes: 1 for yes, 0 for no"""
     required: float
+    """what is asked for"""
     reached: float | None
     """null: nothing acts, or where it does not hold, nothing is known or it has no bound"""
     unit: str
+    """its unit; empty: none"""
     margin: float | None
     """how many times more it could bear, less 1: reached/required - 1 of a least value, required/reached - 1 of a
     greatest one; 0: all of it is used; negative where it does not hold; null where nothing acts or nothing is
@@ -288,6 +372,7 @@ class CriterionResult(TypedDict):
 
 class CustomMaterial(TypedDict):
     elastic_modulus_gpa: float
+    """elastic modulus, in GPa"""
     fatigue_limit_mpa: float
     """alternating bending of a smooth specimen"""
     fatigue_reduction: float
@@ -295,8 +380,11 @@ class CustomMaterial(TypedDict):
     mean_stress_sensitivity: float
     """psi"""
     yield_strength_mpa: float
+    """yield strength, in MPa"""
     density_kg_m3: float
+    """density, in kg/m³"""
     poisson: NotRequired[float]
+    """Poisson's ratio"""
     ultimate_strength_mpa: NotRequired[float | None]
     """for Goodman and Gerber"""
 
@@ -305,13 +393,18 @@ class CyclePoints(TypedDict):
     """The pressures as used: what a rod design takes when it names this run as its load."""
 
     strokes: int
+    """strokes of a cycle"""
     angle_deg: list[float]
+    """angle, in °"""
     pressure_mpa: list[float]
+    """pressure, in MPa"""
     crankcase_pressure_mpa: float
+    """crankcase pressure, in MPa"""
 
 
 class Cylinder(TypedDict):
     bore_mm: float
+    """bore, in mm"""
     clearance_volume_cm3: NotRequired[float]
     """volume at the upper dead centre"""
     crankcase_pressure_mpa: NotRequired[float]
@@ -354,10 +447,15 @@ class DynamicsRequest(TypedDict):
     accuracy: NotRequired[float]
     """wanted relative numerical accuracy"""
     mechanism: CrankDynamicsMechanism
+    """crank, rod and speed"""
     cylinder: Cylinder
+    """bore, clearance, crankcase and strokes"""
     pressure: TablePressure | IndicatorPressure
+    """what drives it"""
     masses: Masses
+    """piston, rod and crank"""
     engine: NotRequired[Engine | None]
+    """several cylinders on one shaft; null: one"""
     series_angles: NotRequired[int]
     """equally spaced angles of the series"""
 
@@ -366,12 +464,19 @@ class DynamicsResult(TypedDict):
     """Forces over the cycle; torque and power at the top are those of one cylinder, irregularity that of the shaft."""
 
     reciprocating_mass_kg: float
+    """reciprocating mass, in kg"""
     rotating_mass_kg: float
+    """rotating mass, in kg"""
     rod_mass_at_pin_kg: float
+    """rod mass at pin, in kg"""
     rod_mass_at_crank_kg: float
+    """rod mass at crank, in kg"""
     inertia_defect_kg_m2: float
+    """inertia defect, in kg·m²"""
     mean_torque_nm: float
+    """mean torque, in N·m"""
     indicated_power_w: float
+    """indicated power, in W"""
     irregularity: float | None
     """(greatest - least speed)/mean for the inertia there is; null: none"""
     torque_irregularity: float | None
@@ -379,6 +484,7 @@ class DynamicsResult(TypedDict):
     work_fluctuation_j: float
     """work between the extremes of the speed"""
     shaft_inertia_kg_m2: float
+    """shaft inertia, in kg·m²"""
     flywheel_inertia_wanted_kg_m2: float | None
     """null: no irregularity was asked for"""
     brix_error: float
@@ -386,61 +492,100 @@ class DynamicsResult(TypedDict):
     two_harmonic_error: float
     """greatest error of the two-harmonic acceleration, of its greatest"""
     brix_pressure_error_mpa: float | None
+    """brix pressure error, in MPa"""
     gas_force_max_n: float
+    """gas force max, in N"""
     rod_compression_max_n: float
+    """rod compression max, in N"""
     rod_tension_max_n: float
     """negative where the rod is never in tension"""
     side_force_max_n: float
+    """side force max, in N"""
     wrist_pin_load_max_n: float
+    """wrist pin load max, in N"""
     crank_pin_load_max_n: float
+    """crank pin load max, in N"""
     main_bearing_load_max_n: float
+    """main bearing load max, in N"""
     stroke_mm: float
+    """stroke, in mm"""
     upper_dead_centre_deg: float
+    """upper dead centre, in °"""
     lower_dead_centre_deg: float
+    """lower dead centre, in °"""
     worst: list[WorstInstant]
+    """instants at which a load is greatest"""
     engine: EngineResult | None
+    """several cylinders on one shaft; null: one"""
     dead_centre_jumps: list[Jump]
+    """where the pressure jumps"""
     repairs: list[RepairDone]
+    """what was done to the points; empty unless asked for"""
     cycle: CyclePoints
+    """the pressures as used, over one cycle"""
     series: Series
+    """forces over the crank angle"""
     warnings: list[str]
+    """what to know beside the results"""
 
 
 class EffectChoice(TypedDict):
     """Effects that the user settles; all others follow their bounds."""
 
     include: NotRequired[list[str]]
+    """names of effects that must run"""
     exclude: NotRequired[list[str]]
+    """names of effects that must not run"""
 
 
 class EffectCostResult(TypedDict):
     """What one effect changes and costs here; null where there is no answer without it, or the time was over."""
 
     name: str
+    """its name"""
     active: bool
+    """whether the effect ran in the request itself"""
     change: float | None
     """greatest relative change of the main results between with and without"""
     brings: list[str]
     """main results that exist only with it"""
     time_with_s: float | None
+    """time with, in s"""
     time_without_s: float | None
+    """time without, in s"""
     runs: int
+    """how often it was timed"""
+
+
+class EffectInfo(TypedDict):
+    """An effect that a scene of the kind can call for."""
+
+    name: str
+    """its name"""
+    summary: str
+    """what it is"""
+    measure: str
+    """how its influence is measured beforehand"""
 
 
 class EffectResult(TypedDict):
     """One line of the effects manifest."""
 
     name: str
+    """name of the effect"""
     state: Literal["active", "skipped"]
+    """active or skipped"""
     influence: float
     """bound on the relative change of the main results; 1e9 stands for unbounded"""
     why: str
+    """why it ran or did not"""
 
 
 class Engine(TypedDict):
     """Several like cylinders on one shaft."""
 
     cylinders: int
+    """number of cylinders"""
     phases_deg: list[float]
     """crank angle by which each cylinder's cycle follows the first one's"""
     bank_deg: NotRequired[float | list[float]]
@@ -448,6 +593,7 @@ class Engine(TypedDict):
     positions_mm: NotRequired[list[float] | None]
     """along the shaft; null: no couples are wanted"""
     flywheel_inertia_kg_m2: NotRequired[float]
+    """flywheel inertia, in kg·m²"""
     wanted_irregularity: NotRequired[float | None]
     """(greatest - least speed)/mean speed; gives the flywheel for it"""
 
@@ -456,14 +602,23 @@ class EngineResult(TypedDict):
     """All cylinders together."""
 
     mean_torque_nm: float
+    """mean torque, in N·m"""
     torque_max_nm: float
+    """torque max, in N·m"""
     torque_min_nm: float
+    """torque min, in N·m"""
     indicated_power_w: float
+    """indicated power, in W"""
     reciprocating_unbalance: list[Unbalance]
+    """forces and couples of the moving masses, by order"""
     rotating_unbalance_n: float
+    """rotating unbalance, in N"""
     rotating_couple_nm: float | None
+    """rotating couple, in N·m"""
     shared_crank_pin_load_max_n: float | None
+    """shared crank pin load max, in N"""
     shared_main_bearing_load_max_n: float | None
+    """shared main bearing load max, in N"""
 
 
 class EstimateRequest(TypedDict):
@@ -478,27 +633,92 @@ class EstimateRequest(TypedDict):
     accuracy: NotRequired[float]
     """wanted relative numerical accuracy"""
     method: Literal["estimate"]
+    """how the masses are found"""
     bore_mm: float
+    """bore, in mm"""
     piston_kg_m2: float
     """piston group per piston area"""
     rod_kg_m2: float
     """rod per piston area"""
     uncertainty: NotRequired[EstimateUncertainty]
+    """standard uncertainties of what was measured"""
 
 
 class EstimateUncertainty(TypedDict):
     """Standard uncertainties of what was assumed."""
 
     bore_mm: NotRequired[float]
+    """bore, in mm"""
     piston_kg_m2: NotRequired[float]
+    """piston, in kg·m²"""
     rod_kg_m2: NotRequired[float]
+    """rod, in kg·m²"""
+
+
+class ExportInfo(TypedDict):
+    """A file that runs of the kind can be taken away as."""
+
+    name: str
+    """its name"""
+    title: str
+    """what it is, in words"""
+    media_type: str
+    """of the file"""
+    extension: str
+    """ending of the file's name"""
+    tools: list[str]
+    """of parameters: what ?for= can be; empty for all others"""
+    available: bool
+    """false: this installation lacks what it needs"""
+
+
+class FieldInfo(TypedDict):
+    """One value of a request. Limits are null where there are none."""
+
+    path: str
+    """dotted names; [] for the items of a list"""
+    label: str
+    """the name in words"""
+    unit: str
+    """its unit; empty: none"""
+    type: str
+    """number, integer, string, boolean, choice, list, or form: a choice that is no field of its own"""
+    required: bool
+    """of the object it is in; a form that is chosen needs its own only"""
+    nullable: bool
+    """whether null is a value"""
+    default: Any
+    """null where there is none"""
+    minimum: float | None
+    """least value; null: no such bound"""
+    maximum: float | None
+    """greatest value; null: no such bound"""
+    exclusive_minimum: bool
+    """values lie above it; null: no such bound"""
+    exclusive_maximum: bool
+    """values lie below it; null: no such bound"""
+    items: str | None
+    """of a list: the type of its items, whose limits are told here"""
+    least_items: int | None
+    """least number of entries; null: no such bound"""
+    most: int | None
+    """characters of a string, items of a list"""
+    choices: list[str | float] | None
+    """the words that the field takes; null: any"""
+    when: str
+    """the forms in which the field exists, such as load.kind=schmidt, or material=custommaterial where a form is
+    told by its fields alone; empty: always there"""
+    help: str
+    """what the field means"""
 
 
 class Figure(TypedDict):
     """The number that matters most of a run: what a design was after, a part's mass, an engine's power."""
 
     name: str
+    """name of the number, as in the result"""
     value: float
+    """its value"""
 
 
 class FlexibleRodAccuracyRun(TypedDict):
@@ -506,28 +726,45 @@ class FlexibleRodAccuracyRun(TypedDict):
     is and what it took. ``status`` says only how the solve ended."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
+    """how the solve stands or ended"""
     name: str
+    """its name"""
     created_at: str
+    """when the run was asked for, UTC"""
     spec_hash: str
+    """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
+    """whether it was answered from an earlier run of the same request by the same solver"""
     batch_id: str | None
+    """the batch that the run belongs to; null: none"""
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
     figure: Figure | None
     """null: there is no result, or the run is of before figures"""
     solver: Solver
+    """who solved"""
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
     spec: FlexibleRodStudyRequest
+    """the request as understood, defaults filled in"""
     result: StudyResult | Infeasible | None
+    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
     problem: ProblemDetails | None
+    """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
+    """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
+    """wanted, estimated, and whether it was met; null where nothing was solved"""
     timing: dict[str, float]
+    """seconds by what took them"""
     links: Links
+    """where the run and what belongs to it are found"""
     progress: RunProgress | None
     """of a run under way, where it is a long one"""
 
@@ -544,12 +781,17 @@ class FlexibleRodCheckRequest(TypedDict):
     accuracy: NotRequired[float]
     """wanted relative numerical accuracy"""
     mechanism: FlexibleRodMechanism
+    """crank, rod and speed"""
     piston: Piston
+    """diameter, skirt, mass and friction"""
     load: SchmidtLoad | TableLoad | ConstantLoad | IndicatorLoad | RunLoad
+    """what acts on the part"""
     material: CustomMaterial | CatalogueMaterial
+    """strengths, stiffness and density, or a name of the catalogue"""
     fatigue_criterion: NotRequired[Literal["serensen", "goodman", "gerber", "soderberg", "fkm"]]
     """the convention of the fatigue safety"""
     dimensions: Dimensions
+    """width, thickness and free length of the strip"""
 
 
 class FlexibleRodCheckRun(TypedDict):
@@ -557,28 +799,45 @@ class FlexibleRodCheckRun(TypedDict):
     is and what it took. ``status`` says only how the solve ended."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
+    """how the solve stands or ended"""
     name: str
+    """its name"""
     created_at: str
+    """when the run was asked for, UTC"""
     spec_hash: str
+    """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
+    """whether it was answered from an earlier run of the same request by the same solver"""
     batch_id: str | None
+    """the batch that the run belongs to; null: none"""
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
     figure: Figure | None
     """null: there is no result, or the run is of before figures"""
     solver: Solver
+    """who solved"""
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
     spec: FlexibleRodCheckRequest
+    """the request as understood, defaults filled in"""
     result: RodResult | Infeasible | None
+    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
     problem: ProblemDetails | None
+    """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
+    """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
+    """wanted, estimated, and whether it was met; null where nothing was solved"""
     timing: dict[str, float]
+    """seconds by what took them"""
     links: Links
+    """where the run and what belongs to it are found"""
     progress: RunProgress | None
     """of a run under way, where it is a long one"""
 
@@ -599,48 +858,80 @@ class FlexibleRodDesignRequest(TypedDict):
     accuracy: NotRequired[float]
     """wanted relative numerical accuracy"""
     mechanism: FlexibleRodMechanism
+    """crank, rod and speed"""
     piston: Piston
+    """diameter, skirt, mass and friction"""
     load: SchmidtLoad | TableLoad | ConstantLoad | IndicatorLoad | RunLoad
+    """what acts on the part"""
     material: CustomMaterial | CatalogueMaterial
+    """strengths, stiffness and density, or a name of the catalogue"""
     fatigue_criterion: NotRequired[Literal["serensen", "goodman", "gerber", "soderberg", "fkm"]]
     """the convention of the fatigue safety"""
     requirements: NotRequired[Requirements]
+    """least safeties and greatest loads"""
     bounds: RodBounds
+    """least and greatest dimensions"""
     stock_h_mm: NotRequired[list[float] | None]
     """the thicknesses to be had; null: any"""
     step_mm: NotRequired[Steps]
+    """steps to whose multiples the dimensions are rounded, in mm"""
     objective: NotRequired[Literal["mass", "friction_power", "contact_pressure", "side_force", "fatigue_safety", "stability_safety"]]
+    """what a design makes least or greatest, or its value at this point"""
 
 
 class FlexibleRodDesignResult(TypedDict):
     """The strip found, the constraints that shape it, and how it is known to be the best."""
 
     dimensions: Dimensions
+    """width, thickness and free length of the strip"""
     fatigue_safety: float | None
+    """against fatigue, by the convention named; null: nothing alternates, or no stresses exist"""
     stability_safety: float | None
+    """critical force over the greatest compression; null: nothing presses"""
     yield_safety: float | None
+    """yield strength over the greatest stress; null: no stresses exist"""
     critical_force_n: float
+    """critical force, in N"""
     buckles_sideways: bool
+    """whether the strip is thinner across the crank's plane than in it, and buckles that way"""
     axial_force_min_n: float
+    """axial force min, in N"""
     axial_force_max_n: float
+    """axial force max, in N"""
     stress_amplitude_mpa: float | None
+    """stress amplitude, in MPa"""
     stress_mean_mpa: float | None
+    """stress mean, in MPa"""
     worst_section_mm: float | None
+    """worst section, in mm"""
     worst_fibre: int | None
+    """side of the strip that governs: 1 at +h/2, -1 at -h/2"""
     side_force_max_n: float | None
+    """side force max, in N"""
     clamp_moment_max_nmm: float | None
+    """clamp moment max, in N·mm"""
     contact_pressure_max_mpa: float | None
+    """contact pressure max, in MPa"""
     friction_power_w: float | None
+    """friction power, in W"""
     deflection_ratio: float | None
+    """greatest deflection over the free length; null: no shape"""
     natural_frequency_hz: float
+    """natural frequency, in Hz"""
     mass_g: float
+    """mass, in g"""
     fatigue_criterion: str
+    """the convention of the fatigue safety"""
     repairs: list[RepairDone]
     """what was done to the load's points; empty unless asked for"""
     warnings: list[str]
+    """what to know beside the results"""
     objective: str
+    """what a design makes least or greatest, or its value at this point"""
     active_constraints: list[Active]
+    """requirements and bounds that shape the design, with what they are worth"""
     certificate: CertificateResult | None
+    """how the answer is known to be the best, or that there is none; null: it is not"""
 
 
 class FlexibleRodDesignRun(TypedDict):
@@ -648,28 +939,45 @@ class FlexibleRodDesignRun(TypedDict):
     is and what it took. ``status`` says only how the solve ended."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
+    """how the solve stands or ended"""
     name: str
+    """its name"""
     created_at: str
+    """when the run was asked for, UTC"""
     spec_hash: str
+    """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
+    """whether it was answered from an earlier run of the same request by the same solver"""
     batch_id: str | None
+    """the batch that the run belongs to; null: none"""
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
     figure: Figure | None
     """null: there is no result, or the run is of before figures"""
     solver: Solver
+    """who solved"""
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
     spec: FlexibleRodDesignRequest
+    """the request as understood, defaults filled in"""
     result: FlexibleRodDesignResult | Infeasible | None
+    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
     problem: ProblemDetails | None
+    """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
+    """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
+    """wanted, estimated, and whether it was met; null where nothing was solved"""
     timing: dict[str, float]
+    """seconds by what took them"""
     links: Links
+    """where the run and what belongs to it are found"""
     progress: RunProgress | None
     """of a run under way, where it is a long one"""
 
@@ -701,15 +1009,25 @@ class FrontPointResult(TypedDict):
     """A linkage of the front: none is better in both quantities, up to the gap."""
 
     objective: float
+    """what a design makes least or greatest, or its value at this point"""
     against: float
+    """the quantity that the objective is traded against"""
     gap: float
+    """how far the point may be from the best, relative"""
     type: str
+    """which of the change-point linkages, or a URI of the kind of problem"""
     lengths_mm: Lengths
+    """the four links, in mm; null: only ratios were given"""
     box_area_mm2: float
+    """box area, in mm²"""
     longest_link_mm: float
+    """longest link, in mm"""
     enclosing_radius_mm: float
+    """enclosing radius, in mm"""
     peak_torque_nm: float | None
+    """peak torque, in N·m"""
     pin_force_n: float | None
+    """pin force, in N"""
 
 
 class FrontRequest(TypedDict):
@@ -718,16 +1036,22 @@ class FrontRequest(TypedDict):
     against: NotRequired[Literal["none", "longest_link", "enclosing_radius", "pin_force"]]
     """the other quantity"""
     points: NotRequired[float]
+    """the points, or how many of them"""
 
 
 class FrontResult(TypedDict):
     """What the objective costs in another quantity, by rising values of that quantity."""
 
     objective: str
+    """what a design makes least or greatest, or its value at this point"""
     objective_unit: str
+    """unit of the objective"""
     against: str
+    """the quantity that the objective is traded against"""
     against_unit: str
+    """unit of the other quantity"""
     points: list[FrontPointResult]
+    """the points, or how many of them"""
 
 
 class Geometry(TypedDict):
@@ -746,28 +1070,45 @@ class ImpactLinkageAccuracyRun(TypedDict):
     is and what it took. ``status`` says only how the solve ended."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
+    """how the solve stands or ended"""
     name: str
+    """its name"""
     created_at: str
+    """when the run was asked for, UTC"""
     spec_hash: str
+    """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
+    """whether it was answered from an earlier run of the same request by the same solver"""
     batch_id: str | None
+    """the batch that the run belongs to; null: none"""
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
     figure: Figure | None
     """null: there is no result, or the run is of before figures"""
     solver: Solver
+    """who solved"""
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
     spec: ImpactLinkageStudyRequest
+    """the request as understood, defaults filled in"""
     result: StudyResult | Infeasible | None
+    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
     problem: ProblemDetails | None
+    """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
+    """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
+    """wanted, estimated, and whether it was met; null where nothing was solved"""
     timing: dict[str, float]
+    """seconds by what took them"""
     links: Links
+    """where the run and what belongs to it are found"""
     progress: RunProgress | None
     """of a run under way, where it is a long one"""
 
@@ -795,7 +1136,9 @@ class ImpactLinkageCheckRequest(TypedDict):
     tool_radius_mm: NotRequired[float | None]
     """null: the rocker's length"""
     limits: NotRequired[LinkageLimits]
+    """what must be kept besides"""
     drive: NotRequired[Drive | None]
+    """the motor and what it turns; null: the crank turns evenly"""
     coupler_stiffness_n_m: NotRequired[float | None]
     """calls up the effect coupler_elasticity"""
     length_tolerance_mm: NotRequired[float | None]
@@ -803,7 +1146,9 @@ class ImpactLinkageCheckRequest(TypedDict):
     type: NotRequired[Literal["largest_coupler", "largest_rocker", "largest_base"] | None]
     """null: recognised from the lengths"""
     ratios: NotRequired[RatioGiven | None]
+    """links over crank"""
     lengths_mm: NotRequired[LinkLengths | None]
+    """the four links, in mm; null: only ratios were given"""
 
 
 class ImpactLinkageCheckRun(TypedDict):
@@ -811,28 +1156,45 @@ class ImpactLinkageCheckRun(TypedDict):
     is and what it took. ``status`` says only how the solve ended."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
+    """how the solve stands or ended"""
     name: str
+    """its name"""
     created_at: str
+    """when the run was asked for, UTC"""
     spec_hash: str
+    """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
+    """whether it was answered from an earlier run of the same request by the same solver"""
     batch_id: str | None
+    """the batch that the run belongs to; null: none"""
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
     figure: Figure | None
     """null: there is no result, or the run is of before figures"""
     solver: Solver
+    """who solved"""
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
     spec: ImpactLinkageCheckRequest
+    """the request as understood, defaults filled in"""
     result: LinkageResult | Infeasible | None
+    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
     problem: ProblemDetails | None
+    """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
+    """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
+    """wanted, estimated, and whether it was met; null where nothing was solved"""
     timing: dict[str, float]
+    """seconds by what took them"""
     links: Links
+    """where the run and what belongs to it are found"""
     progress: RunProgress | None
     """of a run under way, where it is a long one"""
 
@@ -863,7 +1225,9 @@ class ImpactLinkageDesignRequest(TypedDict):
     tool_radius_mm: NotRequired[float | None]
     """null: the rocker's length"""
     limits: NotRequired[LinkageLimits]
+    """what must be kept besides"""
     drive: NotRequired[Drive | None]
+    """the motor and what it turns; null: the crank turns evenly"""
     coupler_stiffness_n_m: NotRequired[float | None]
     """calls up the effect coupler_elasticity"""
     length_tolerance_mm: NotRequired[float | None]
@@ -871,6 +1235,7 @@ class ImpactLinkageDesignRequest(TypedDict):
     types: NotRequired[list[Literal["largest_coupler", "largest_rocker", "largest_base"]]]
     """the types allowed"""
     objective: NotRequired[Literal["box_area", "longest_link", "enclosing_radius", "peak_torque", "pin_force", "impact_speed", "blow_frequency"]]
+    """what a design makes least or greatest, or its value at this point"""
     front: NotRequired[FrontRequest]
     """against none: the best linkage alone"""
 
@@ -879,10 +1244,15 @@ class ImpactLinkageDesignResult(TypedDict):
     """The linkage found, the limits that shape it, the best of every allowed type, and how it is known to be best."""
 
     type: str
+    """which of the change-point linkages, or a URI of the kind of problem"""
     lengths_mm: Lengths | None
+    """the four links, in mm; null: only ratios were given"""
     ratios: Ratios
+    """links over crank"""
     closure: ClosureResult
+    """how well the lengths close"""
     rotatable: bool
+    """whether the crank turns fully"""
     confined_deg: float | None
     """a crank that cannot turn stays within ± this of the blow"""
     u31_start: float | None
@@ -892,23 +1262,33 @@ class ImpactLinkageDesignResult(TypedDict):
     u31_max: float | None
     """greatest magnitude over the cycle"""
     kinematic_restitution: float | None
+    """the restitution for which the crank feels no jolt, R_k; null: it cannot strike"""
     restitution_mismatch: float | None
     """worst |R - R_k| over the range asked for"""
     rocker_swing_deg: float | None
+    """rocker swing, in °"""
     transmission_angle_deg: float | None
     """between coupler and rocker in mid-cycle"""
     blow_frequency_hz: float | None
+    """blow frequency, in Hz"""
     impact_speed_m_s: float | None
+    """impact speed, in m/s"""
     longest_link_mm: float | None
+    """longest link, in mm"""
     box_mm: SweptBox | None
+    """box, in mm"""
     box_area_mm2: float | None
+    """box area, in mm²"""
     enclosing_radius_mm: float | None
+    """enclosing radius, in mm"""
     peak_torque_nm: float | None
     """at the crank, from the rocker's inertia alone"""
     peak_torque_at_deg: float | None
+    """peak torque at, in °"""
     pin_force_n: float | None
     """peak along the coupler, likewise"""
     pin_force_at_deg: float | None
+    """pin force at, in °"""
     coupler_peak_n: float | None
     """peak after a blow that mismatches, from the coupler's elasticity"""
     window: WindowResult | None
@@ -916,23 +1296,35 @@ class ImpactLinkageDesignResult(TypedDict):
     restitution_error: float | None
     """relative, for lengths off by their tolerance"""
     tolerance_window: WindowResult | None
+    """what lengths off by their tolerance do about the blow"""
     running_frequency_hz: float | None
     """with the drive: blows per second in steady running"""
     running_speed_m_s: float | None
+    """running speed, in m/s"""
     irregularity: float | None
     """(greatest - least)/mean speed of the crank"""
     crank_speed_jump: float | None
     """relative, at the blow"""
     motor_power_w: float | None
+    """motor power, in W"""
     transfer: list[Sample]
+    """u31 over the crank angle"""
     warnings: list[str]
+    """what to know beside the results"""
     objective: str
+    """what a design makes least or greatest, or its value at this point"""
     value: float
+    """its value"""
     value_unit: str
+    """unit of the value"""
     active_limits: list[str]
+    """names of the limits that are used up"""
     alternatives: list[AlternativeResult]
+    """the best linkage of every allowed type, or why it has none"""
     front: FrontResult | None
+    """what the objective costs in another quantity; null: not asked for"""
     certificate: CertificateResult | None
+    """how the answer is known to be the best, or that there is none; null: it is not"""
 
 
 class ImpactLinkageDesignRun(TypedDict):
@@ -940,28 +1332,45 @@ class ImpactLinkageDesignRun(TypedDict):
     is and what it took. ``status`` says only how the solve ended."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
+    """how the solve stands or ended"""
     name: str
+    """its name"""
     created_at: str
+    """when the run was asked for, UTC"""
     spec_hash: str
+    """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
+    """whether it was answered from an earlier run of the same request by the same solver"""
     batch_id: str | None
+    """the batch that the run belongs to; null: none"""
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
     figure: Figure | None
     """null: there is no result, or the run is of before figures"""
     solver: Solver
+    """who solved"""
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
     spec: ImpactLinkageDesignRequest
+    """the request as understood, defaults filled in"""
     result: ImpactLinkageDesignResult | Infeasible | None
+    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
     problem: ProblemDetails | None
+    """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
+    """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
+    """wanted, estimated, and whether it was met; null where nothing was solved"""
     timing: dict[str, float]
+    """seconds by what took them"""
     links: Links
+    """where the run and what belongs to it are found"""
     progress: RunProgress | None
     """of a run under way, where it is a long one"""
 
@@ -982,6 +1391,7 @@ class IndicatorLoad(TypedDict):
     """An indicator diagram of a two-stroke cycle on the piston's own bore, unrolled by the machine's motion."""
 
     kind: Literal["indicator"]
+    """which of its forms this is, or the kind of design"""
     strokes: list[Stroke]
     """four strokes: intake, compression, expansion, exhaust; two strokes: expansion, compression"""
     repair: NotRequired[bool]
@@ -996,6 +1406,7 @@ class IndicatorPressure(TypedDict):
     """An indicator diagram of the cylinder."""
 
     kind: Literal["indicator"]
+    """which of its forms this is, or the kind of design"""
     strokes: list[Stroke]
     """four strokes: intake, compression, expansion, exhaust; two strokes: expansion, compression"""
     repair: NotRequired[bool]
@@ -1006,7 +1417,9 @@ class Infeasible(TypedDict):
     """Why there is no design."""
 
     diagnosis: list[ShortfallResult]
+    """which requirements cannot be met, how far the best is from them, and what would help"""
     certificate: NotRequired[CertificateResult | None]
+    """how the answer is known to be the best, or that there is none; null: it is not"""
     repairs: NotRequired[list[RepairDone]]
     """what was done to the request's points"""
 
@@ -1015,32 +1428,89 @@ class InfeasibleResult(TypedDict):
     """Why no pin of this outer diameter will do, and what would."""
 
     diagnosis: list[ShortfallResult]
+    """which requirements cannot be met, how far the best is from them, and what would help"""
     force_limit_n: float | None
+    """force limit, in N"""
     infeasible_from_mm: float | None
+    """infeasible from, in mm"""
     infeasible_to_mm: float | None
+    """infeasible to, in mm"""
     least_outer_diameter_mm: float | None
     """all else equal; null where no diameter helps"""
     certificate: NotRequired[CertificateResult | None]
+    """how the answer is known to be the best, or that there is none; null: it is not"""
 
 
 class Jump(TypedDict):
     angle_deg: float
+    """angle, in °"""
     jump_mpa: float
     """pressure just behind the dead centre less that just before it"""
 
 
+class KindInfo(TypedDict):
+    """All that can be asked of a kind."""
+
+    kind: str
+    """which of its forms this is, or the kind of design"""
+    title: str
+    """what it is, in words"""
+    summary: str
+    """what it is"""
+    modes: list[Mode]
+    """what can be asked of the kind"""
+    links: dict[str, str]
+    """where the run and what belongs to it are found"""
+    objectives: list[str]
+    """what a design can be after; empty where there is but one thing"""
+    effects: list[EffectInfo]
+    """every effect with its state and its bound"""
+    exports: list[ExportInfo]
+    """what the run offers to take away, by name"""
+    requests: list[ModeInfo]
+    """what can be sent, by mode"""
+
+
+class KindLine(TypedDict):
+    """A kind in the list."""
+
+    kind: str
+    """which of its forms this is, or the kind of design"""
+    title: str
+    """what it is, in words"""
+    summary: str
+    """what it is"""
+    modes: list[Mode]
+    """what can be asked of the kind"""
+    links: dict[str, str]
+    """where the run and what belongs to it are found"""
+
+
+class KindList(TypedDict):
+    """All kinds."""
+
+    items: list[KindLine]
+    """the entries"""
+
+
 class Lengths(TypedDict):
     base: float
+    """length of the base, crank pivot to rocker pivot"""
     crank: float
+    """length of the crank"""
     coupler: float
+    """length of the coupler"""
     rocker: float
+    """length of the rocker"""
 
 
 class LevelResult(TypedDict):
     """One rung of the ladder."""
 
     accuracy: float
+    """wanted, estimated, and whether it was met; null where nothing was solved"""
     settings: dict[str, float | int | str]
+    """numerical settings by name"""
     error: float | None
     """greatest relative error over the main results; null: the level failed"""
     errors: dict[str, float]
@@ -1050,15 +1520,22 @@ class LevelResult(TypedDict):
     proven_gap: float | None
     """how far a proof leaves the best design there may be; null: no proof"""
     time_min_s: float
+    """time min, in s"""
     time_median_s: float
+    """time median, in s"""
     runs: int
+    """how often it was timed"""
 
 
 class LinkLengths(TypedDict):
     base: NotRequired[float | None]
+    """length of the base, crank pivot to rocker pivot"""
     crank: NotRequired[float | None]
+    """length of the crank"""
     coupler: NotRequired[float | None]
+    """length of the coupler"""
     rocker: NotRequired[float | None]
+    """length of the rocker"""
 
 
 class LinkageLimits(TypedDict):
@@ -1069,6 +1546,7 @@ class LinkageLimits(TypedDict):
     joint_radius_mm: NotRequired[float | None]
     """room around every joint, added on all sides"""
     longest_link_mm: NotRequired[float | None]
+    """longest link, in mm"""
     width_mm: NotRequired[float | None]
     """of the swept box; calls for the effect envelope"""
     height_mm: NotRequired[float | None]
@@ -1076,6 +1554,7 @@ class LinkageLimits(TypedDict):
     enclosing_radius_mm: NotRequired[float | None]
     """of a circle (a pipe) around all it sweeps"""
     max_pin_force_n: NotRequired[float | None]
+    """max pin force, in N"""
     transmission_angle_deg: NotRequired[list[float] | None]
     """range of the angle between coupler and rocker in mid-cycle; null: any"""
 
@@ -1084,10 +1563,15 @@ class LinkageResult(TypedDict):
     """What a linkage does; null where a result does not exist (it cannot strike, an effect or an input is missing)."""
 
     type: str
+    """which of the change-point linkages, or a URI of the kind of problem"""
     lengths_mm: Lengths | None
+    """the four links, in mm; null: only ratios were given"""
     ratios: Ratios
+    """links over crank"""
     closure: ClosureResult
+    """how well the lengths close"""
     rotatable: bool
+    """whether the crank turns fully"""
     confined_deg: float | None
     """a crank that cannot turn stays within ± this of the blow"""
     u31_start: float | None
@@ -1097,23 +1581,33 @@ class LinkageResult(TypedDict):
     u31_max: float | None
     """greatest magnitude over the cycle"""
     kinematic_restitution: float | None
+    """the restitution for which the crank feels no jolt, R_k; null: it cannot strike"""
     restitution_mismatch: float | None
     """worst |R - R_k| over the range asked for"""
     rocker_swing_deg: float | None
+    """rocker swing, in °"""
     transmission_angle_deg: float | None
     """between coupler and rocker in mid-cycle"""
     blow_frequency_hz: float | None
+    """blow frequency, in Hz"""
     impact_speed_m_s: float | None
+    """impact speed, in m/s"""
     longest_link_mm: float | None
+    """longest link, in mm"""
     box_mm: SweptBox | None
+    """box, in mm"""
     box_area_mm2: float | None
+    """box area, in mm²"""
     enclosing_radius_mm: float | None
+    """enclosing radius, in mm"""
     peak_torque_nm: float | None
     """at the crank, from the rocker's inertia alone"""
     peak_torque_at_deg: float | None
+    """peak torque at, in °"""
     pin_force_n: float | None
     """peak along the coupler, likewise"""
     pin_force_at_deg: float | None
+    """pin force at, in °"""
     coupler_peak_n: float | None
     """peak after a blow that mismatches, from the coupler's elasticity"""
     window: WindowResult | None
@@ -1121,25 +1615,34 @@ class LinkageResult(TypedDict):
     restitution_error: float | None
     """relative, for lengths off by their tolerance"""
     tolerance_window: WindowResult | None
+    """what lengths off by their tolerance do about the blow"""
     running_frequency_hz: float | None
     """with the drive: blows per second in steady running"""
     running_speed_m_s: float | None
+    """running speed, in m/s"""
     irregularity: float | None
     """(greatest - least)/mean speed of the crank"""
     crank_speed_jump: float | None
     """relative, at the blow"""
     motor_power_w: float | None
+    """motor power, in W"""
     transfer: list[Sample]
+    """u31 over the crank angle"""
     warnings: list[str]
+    """what to know beside the results"""
 
 
 class Links(TypedDict):
     """Where a run and what belongs to it are found."""
 
     self: str
+    """the run as JSON"""
     page: str
+    """the run for people"""
     plots: dict[str, str]
+    """pictures by name"""
     exports: dict[str, str]
+    """what the run offers to take away, by name"""
 
 
 class Load(TypedDict):
@@ -1151,17 +1654,21 @@ class Masses(TypedDict):
     piston_kg: float
     """piston group: piston, rings, wrist pin"""
     rod_kg: float
+    """rod, in kg"""
     rod_cg_from_pin_mm: float
     """wrist pin to the rod's centre of mass"""
     rod_inertia_kg_m2: NotRequired[float | None]
     """about the centre of mass; null: that of the two-mass model"""
     crank_pin_kg: NotRequired[float]
+    """crank pin, in kg"""
     web_kg: NotRequired[float]
     """one of the throw's two webs"""
     web_radius_mm: NotRequired[float]
+    """web radius, in mm"""
     counterweight_kg: NotRequired[float]
     """all counterweights of the throw together"""
     counterweight_radius_mm: NotRequired[float]
+    """counterweight radius, in mm"""
     rods_per_pin: NotRequired[Literal[1, 2]]
     """2 where the rods of a V share a crank pin"""
 
@@ -1172,35 +1679,109 @@ class MassesResult(TypedDict):
     """What was found, null where the method cannot tell; ``_u`` are standard uncertainties, null where unknown."""
 
     rod_cg_from_pin_mm: float | None
+    """rod cg from pin, in mm"""
     rod_cg_from_pin_mm_u: float | None
+    """standard uncertainty of the rod cg from pin, in mm"""
     rod_mass_at_pin_kg: float | None
+    """rod mass at pin, in kg"""
     rod_mass_at_pin_kg_u: float | None
+    """standard uncertainty of the rod mass at pin, in kg"""
     rod_mass_at_crank_kg: float | None
+    """rod mass at crank, in kg"""
     rod_mass_at_crank_kg_u: float | None
+    """standard uncertainty of the rod mass at crank, in kg"""
     rod_inertia_kg_m2: float | None
+    """rod inertia, in kg·m²"""
     rod_inertia_kg_m2_u: float | None
+    """standard uncertainty of the rod inertia, in kg·m²"""
     inertia_defect_kg_m2: float | None
+    """inertia defect, in kg·m²"""
     inertia_defect_kg_m2_u: float | None
+    """standard uncertainty of the inertia defect, in kg·m²"""
     piston_mass_kg: float | None
+    """piston mass, in kg"""
     piston_mass_kg_u: float | None
+    """standard uncertainty of the piston mass, in kg"""
     rod_mass_kg: float | None
+    """rod mass, in kg"""
     rod_mass_kg_u: float | None
+    """standard uncertainty of the rod mass, in kg"""
     uncertainty_method: str | None
     """linear, or Monte Carlo where the linear law fails"""
     intervals: dict[str, list[float]]
     """the middle 95 % by Monte Carlo, where that was needed"""
     warnings: list[str]
+    """what to know beside the results"""
 
 
 class Material(TypedDict):
     allowable_stress_mpa: float
+    """allowable stress, in MPa"""
     allowable_shear_mpa: NotRequired[float | None]
     """null: the criterion alone"""
     elastic_modulus_gpa: float
+    """elastic modulus, in GPa"""
     poisson: NotRequired[float]
+    """Poisson's ratio"""
     density_kg_m3: float
+    """density, in kg/m³"""
+
+
+class MaterialInfo(TypedDict):
+    """A material of the catalogue, and where its numbers are from."""
+
+    name: str
+    """its name in the catalogue"""
+    title: str
+    """what it is, in words"""
+    elastic_modulus_gpa: float
+    """elastic modulus, in GPa"""
+    shear_modulus_gpa: float
+    """shear modulus, in GPa"""
+    poisson: float
+    """Poisson's ratio"""
+    density_kg_m3: float
+    """density, in kg/m³"""
+    fatigue_limit_mpa: float
+    """smooth, in alternating bending"""
+    fatigue_reduction: float
+    """K: notch, size and surface together"""
+    mean_stress_sensitivity: float
+    """ψ of Serensen"""
+    yield_strength_mpa: float
+    """yield strength, in MPa"""
+    ultimate_strength_mpa: float | None
+    """ultimate strength, in MPa"""
+    sources: dict[str, str]
+    """of every number, by its name"""
+    kinds: list[str]
+    """whose requests take the name"""
+
+
+class MaterialList(TypedDict):
+    """All materials of the catalogue."""
+
+    items: list[MaterialInfo]
+    """the entries"""
 
 Mode = Literal["design", "check", "analysis", "accuracy"]
+
+
+class ModeInfo(TypedDict):
+    """One thing that can be asked of a kind: where, in which words, and an example."""
+
+    mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
+    path: str
+    """where a request is posted to"""
+    fields: list[FieldInfo]
+    """every field of the request"""
+    example: dict[str, Any]
+    """a request that works"""
+    examples: dict[str, Any]
+    """more of them by their titles"""
+    plots: list[str]
+    """pictures that its runs can have; each run lists its own"""
 
 
 class PendulumRequest(TypedDict):
@@ -1215,6 +1796,7 @@ class PendulumRequest(TypedDict):
     accuracy: NotRequired[float]
     """wanted relative numerical accuracy"""
     method: Literal["pendulum"]
+    """how the masses are found"""
     pivot_distance_mm: float
     """between the two knife edges"""
     period_small_end_s: float
@@ -1222,26 +1804,55 @@ class PendulumRequest(TypedDict):
     period_big_end_s: float
     """hung at the big end"""
     rod_mass_kg: float
+    """rod mass, in kg"""
     amplitude_deg: NotRequired[float]
     """how far the rod swings to either side"""
     gravity_m_s2: NotRequired[float]
+    """gravity, in m/s²"""
     small_end_bore_radius_mm: NotRequired[float]
     """where the edge carries the bore's inside"""
     big_end_bore_radius_mm: NotRequired[float]
+    """big end bore radius, in mm"""
     uncertainty: NotRequired[PendulumUncertainty]
+    """standard uncertainties of what was measured"""
 
 
 class PendulumUncertainty(TypedDict):
     """Standard uncertainties of what was measured."""
 
     pivot_distance_mm: NotRequired[float]
+    """pivot distance, in mm"""
     period_small_end_s: NotRequired[float]
+    """period small end, in s"""
     period_big_end_s: NotRequired[float]
+    """period big end, in s"""
     rod_mass_kg: NotRequired[float]
+    """rod mass, in kg"""
     amplitude_deg: NotRequired[float]
+    """amplitude, in °"""
     gravity_m_s2: NotRequired[float]
+    """gravity, in m/s²"""
     small_end_bore_radius_mm: NotRequired[float]
+    """small end bore radius, in mm"""
     big_end_bore_radius_mm: NotRequired[float]
+    """big end bore radius, in mm"""
+
+
+class Piece(TypedDict):
+    """A diameter along a part of the pin: the cubic polynomial with these values and slopes at its ends."""
+
+    x_from_mm: float
+    """x from, in mm"""
+    x_to_mm: float
+    """x to, in mm"""
+    diameter_from_mm: float
+    """diameter from, in mm"""
+    diameter_to_mm: float
+    """diameter to, in mm"""
+    slope_from: float
+    """change of the diameter per length"""
+    slope_to: float
+    """slope at its end"""
 
 
 class PinCertificate(TypedDict):
@@ -1254,6 +1865,7 @@ class PinCertificate(TypedDict):
     gap: float | None
     """relative distance of the answer, as it is told, from the bound; null: no bound is known"""
     evidence: dict[str, float | int | str]
+    """the figures behind the proof, by name"""
     proven: str
     """what is proven"""
     physics: str
@@ -1289,28 +1901,45 @@ class PinProfileAccuracyRun(TypedDict):
     is and what it took. ``status`` says only how the solve ended."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
+    """how the solve stands or ended"""
     name: str
+    """its name"""
     created_at: str
+    """when the run was asked for, UTC"""
     spec_hash: str
+    """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
+    """whether it was answered from an earlier run of the same request by the same solver"""
     batch_id: str | None
+    """the batch that the run belongs to; null: none"""
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
     figure: Figure | None
     """null: there is no result, or the run is of before figures"""
     solver: Solver
+    """who solved"""
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
     spec: PinProfileStudyRequest
+    """the request as understood, defaults filled in"""
     result: StudyResult | InfeasibleResult | None
+    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
     problem: ProblemDetails | None
+    """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
+    """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
+    """wanted, estimated, and whether it was met; null where nothing was solved"""
     timing: dict[str, float]
+    """seconds by what took them"""
     links: Links
+    """where the run and what belongs to it are found"""
     progress: RunProgress | None
     """of a run under way, where it is a long one"""
 
@@ -1327,11 +1956,15 @@ class PinProfileCheckRequest(TypedDict):
     accuracy: NotRequired[float]
     """wanted relative numerical accuracy"""
     geometry: Geometry
+    """diameters and lengths"""
     load: Load | RunForce
+    """what acts on the part"""
     material: Material
+    """strengths, stiffness and density, or a name of the catalogue"""
     criterion: NotRequired[Literal["tresca_paper", "fibre", "saint_venant", "von_mises"]]
     """how bending and shear join in one equivalent stress"""
     limits: NotRequired[PinLimits]
+    """what must be kept besides"""
     form: NotRequired[BoreForm]
     """of what a design seeks; a drillable outside does not narrow toward the middle"""
     variable: NotRequired[Literal["bore", "outer"]]
@@ -1348,28 +1981,45 @@ class PinProfileCheckRun(TypedDict):
     is and what it took. ``status`` says only how the solve ended."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
+    """how the solve stands or ended"""
     name: str
+    """its name"""
     created_at: str
+    """when the run was asked for, UTC"""
     spec_hash: str
+    """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
+    """whether it was answered from an earlier run of the same request by the same solver"""
     batch_id: str | None
+    """the batch that the run belongs to; null: none"""
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
     figure: Figure | None
     """null: there is no result, or the run is of before figures"""
     solver: Solver
+    """who solved"""
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
     spec: PinProfileCheckRequest
+    """the request as understood, defaults filled in"""
     result: PinResult | Infeasible | None
+    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
     problem: ProblemDetails | None
+    """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
+    """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
+    """wanted, estimated, and whether it was met; null where nothing was solved"""
     timing: dict[str, float]
+    """seconds by what took them"""
     links: Links
+    """where the run and what belongs to it are found"""
     progress: RunProgress | None
     """of a run under way, where it is a long one"""
 
@@ -1390,11 +2040,15 @@ class PinProfileDesignRequest(TypedDict):
     accuracy: NotRequired[float]
     """wanted relative numerical accuracy"""
     geometry: Geometry
+    """diameters and lengths"""
     load: Load | RunForce
+    """what acts on the part"""
     material: Material
+    """strengths, stiffness and density, or a name of the catalogue"""
     criterion: NotRequired[Literal["tresca_paper", "fibre", "saint_venant", "von_mises"]]
     """how bending and shear join in one equivalent stress"""
     limits: NotRequired[PinLimits]
+    """what must be kept besides"""
     form: NotRequired[BoreForm]
     """of what a design seeks; a drillable outside does not narrow toward the middle"""
     variable: NotRequired[Literal["bore", "outer"]]
@@ -1407,23 +2061,35 @@ class PinProfileDesignResult(TypedDict):
     """The pin found, what other forms weigh beside it, and how it is known to be the lightest."""
 
     mass_g: float
+    """mass, in g"""
     solid_mass_g: float | None
     """of the same pin without a bore; null for a bushing"""
     constant_bore_mass_g: float | None
     """the best pin of one bore (bushing: of one outer diameter) under the same limits"""
     min_bore_mm: float
+    """min bore, in mm"""
     bore_mid_mm: float
+    """bore mid, in mm"""
     outer_max_mm: float
+    """outer max, in mm"""
     outer_mid_mm: float
+    """outer mid, in mm"""
     least_wall_mm: float
+    """least wall, in mm"""
     max_moment_nmm: float
+    """max moment, in N·mm"""
     max_shear_n: float
+    """max shear, in N"""
     equivalent_stress_max_mpa: float | None
+    """equivalent stress max, in MPa"""
     worst_section_mm: float
+    """worst section, in mm"""
     shear_stress_max_mpa: float | None
     """null without an allowable shear"""
     strength_utilisation: float | None
+    """greatest share of the allowable stress; null: load where there is no wall"""
     deflection_um: float | None
+    """deflection, in µm"""
     ovalization_um: float | None
     """in the middle of the pin"""
     ovalization_max_um: float | None
@@ -1431,18 +2097,27 @@ class PinProfileDesignResult(TypedDict):
     ovalization_stress_max_mpa: float | None
     """greatest hoop stress of the ring, where the wall is thinnest; null where the wall runs out"""
     ring_model: str | None
+    """by which model the ring is judged; null: the effect did not run"""
     ring_stresses_mpa: RingStressesResult | None
+    """ring stresses, in MPa"""
     contact_pressures_mpa: PressuresResult | None
+    """contact pressures, in MPa"""
     force_limit_n: float | None
     """the greatest force that a solid pin carries; null for a bushing, which has none"""
     profile: list[Section]
+    """the part along its axis"""
     warnings: list[str]
+    """what to know beside the results"""
     form: str
+    """the form that was sought"""
     free_mass_g: float
     """the lightest of any form under the same limits, but for the slope"""
     corners: list[Corner] | None
     """where the shape is made of straight lines: its points"""
+    contour: list[Piece] | None
+    """where it is not: the bore's diameter, of a bushing the outer one, piece by piece"""
     certificate: PinCertificate | None
+    """how the answer is known to be the best, or that there is none; null: it is not"""
 
 
 class PinProfileDesignRun(TypedDict):
@@ -1450,28 +2125,45 @@ class PinProfileDesignRun(TypedDict):
     is and what it took. ``status`` says only how the solve ended."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
+    """how the solve stands or ended"""
     name: str
+    """its name"""
     created_at: str
+    """when the run was asked for, UTC"""
     spec_hash: str
+    """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
+    """whether it was answered from an earlier run of the same request by the same solver"""
     batch_id: str | None
+    """the batch that the run belongs to; null: none"""
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
     figure: Figure | None
     """null: there is no result, or the run is of before figures"""
     solver: Solver
+    """who solved"""
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
     spec: PinProfileDesignRequest
+    """the request as understood, defaults filled in"""
     result: PinProfileDesignResult | InfeasibleResult | None
+    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
     problem: ProblemDetails | None
+    """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
+    """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
+    """wanted, estimated, and whether it was met; null where nothing was solved"""
     timing: dict[str, float]
+    """seconds by what took them"""
     links: Links
+    """where the run and what belongs to it are found"""
     progress: RunProgress | None
     """of a run under way, where it is a long one"""
 
@@ -1492,23 +2184,35 @@ class PinResult(TypedDict):
     """What a pin does under its load; null where a result does not exist (an effect that did not run, no wall)."""
 
     mass_g: float
+    """mass, in g"""
     solid_mass_g: float | None
     """of the same pin without a bore; null for a bushing"""
     constant_bore_mass_g: float | None
     """the best pin of one bore (bushing: of one outer diameter) under the same limits"""
     min_bore_mm: float
+    """min bore, in mm"""
     bore_mid_mm: float
+    """bore mid, in mm"""
     outer_max_mm: float
+    """outer max, in mm"""
     outer_mid_mm: float
+    """outer mid, in mm"""
     least_wall_mm: float
+    """least wall, in mm"""
     max_moment_nmm: float
+    """max moment, in N·mm"""
     max_shear_n: float
+    """max shear, in N"""
     equivalent_stress_max_mpa: float | None
+    """equivalent stress max, in MPa"""
     worst_section_mm: float
+    """worst section, in mm"""
     shear_stress_max_mpa: float | None
     """null without an allowable shear"""
     strength_utilisation: float | None
+    """greatest share of the allowable stress; null: load where there is no wall"""
     deflection_um: float | None
+    """deflection, in µm"""
     ovalization_um: float | None
     """in the middle of the pin"""
     ovalization_max_um: float | None
@@ -1516,46 +2220,65 @@ class PinResult(TypedDict):
     ovalization_stress_max_mpa: float | None
     """greatest hoop stress of the ring, where the wall is thinnest; null where the wall runs out"""
     ring_model: str | None
+    """by which model the ring is judged; null: the effect did not run"""
     ring_stresses_mpa: RingStressesResult | None
+    """ring stresses, in MPa"""
     contact_pressures_mpa: PressuresResult | None
+    """contact pressures, in MPa"""
     force_limit_n: float | None
     """the greatest force that a solid pin carries; null for a bushing, which has none"""
     profile: list[Section]
+    """the part along its axis"""
     warnings: list[str]
+    """what to know beside the results"""
 
 
 class Piston(TypedDict):
     diameter_mm: float
+    """diameter, in mm"""
     skirt_length_mm: float
+    """skirt length, in mm"""
     reciprocating_mass_kg: NotRequired[float]
     """piston and the rod's upper share"""
     clamp_offset_mm: NotRequired[float]
     """e, clamp from mid-skirt toward the crank"""
     friction_coefficient: NotRequired[float]
+    """between piston and cylinder"""
 
 
 class Point(TypedDict):
     """A place, and what is sought there: a pin's bore or a bushing's outer diameter."""
 
     x_mm: float
+    """x, in mm"""
     bore_mm: NotRequired[float | None]
+    """bore, in mm"""
     outer_diameter_mm: NotRequired[float | None]
+    """outer diameter, in mm"""
 
 
 class PressuresResult(TypedDict):
     small_end: float
+    """mean in the rod's small end"""
     boss_mean: float
+    """mean over a boss"""
     boss_peak: float
+    """greatest, at the boss's inner edge"""
 
 
 class ProblemDetails(TypedDict):
     """A refusal (RFC 9457)."""
 
     type: str
+    """URI of the kind of problem; about:blank: the status says it"""
     title: str
+    """the kind of problem in words"""
     status: int
+    """HTTP status"""
     detail: str
+    """what is wrong"""
     errors: NotRequired[list[ProblemEntry]]
+    """one entry for every bad field"""
 
 
 class ProblemEntry(TypedDict):
@@ -1564,29 +2287,38 @@ class ProblemEntry(TypedDict):
     pointer: str
     """JSON pointer of the field (RFC 6901)"""
     detail: str
+    """what is wrong"""
     allowed: str
+    """what would be accepted"""
 
 
 class RatioGiven(TypedDict):
     """The free ratio of the type: lambda2 (coupler/crank), or lambda0 (base/crank) for largest_base."""
 
     lambda0: NotRequired[float | None]
+    """base over crank"""
     lambda2: NotRequired[float | None]
+    """coupler over crank"""
 
 
 class Ratios(TypedDict):
     """Links over crank."""
 
     lambda0: float
+    """base over crank"""
     lambda2: float
+    """coupler over crank"""
     lambda3: float
+    """rocker over crank"""
 
 
 class RepairDone(TypedDict):
     """What was done to a user's points, and where the fault was first seen."""
 
     pointer: str
+    """JSON pointer of the field (RFC 6901)"""
     what: str
+    """what was done"""
 
 
 class Requirements(TypedDict):
@@ -1608,16 +2340,22 @@ class RestitutionRange(TypedDict):
     """Where the restitution is not known better: the mechanism is made for the middle."""
 
     low: float
+    """least value of the range"""
     high: float
+    """greatest value of the range"""
 
 
 class RingStressesResult(TypedDict):
     """Hoop stresses in the middle of the pin: at the side and under the load, outside and inside."""
 
     outer_side: float
+    """at the outer fibre, in the mean plane"""
     inner_side: float
+    """at the inner fibre, in the mean plane"""
     outer_top: float
+    """at the outer fibre, under the load"""
     inner_top: float
+    """at the inner fibre, under the load"""
 
 
 class RodBounds(TypedDict):
@@ -1633,28 +2371,49 @@ class RodResult(TypedDict):
     """What a strip does in its machine; null where a result does not exist (no load, no effect, no stability)."""
 
     dimensions: Dimensions
+    """width, thickness and free length of the strip"""
     fatigue_safety: float | None
+    """against fatigue, by the convention named; null: nothing alternates, or no stresses exist"""
     stability_safety: float | None
+    """critical force over the greatest compression; null: nothing presses"""
     yield_safety: float | None
+    """yield strength over the greatest stress; null: no stresses exist"""
     critical_force_n: float
+    """critical force, in N"""
     buckles_sideways: bool
+    """whether the strip is thinner across the crank's plane than in it, and buckles that way"""
     axial_force_min_n: float
+    """axial force min, in N"""
     axial_force_max_n: float
+    """axial force max, in N"""
     stress_amplitude_mpa: float | None
+    """stress amplitude, in MPa"""
     stress_mean_mpa: float | None
+    """stress mean, in MPa"""
     worst_section_mm: float | None
+    """worst section, in mm"""
     worst_fibre: int | None
+    """side of the strip that governs: 1 at +h/2, -1 at -h/2"""
     side_force_max_n: float | None
+    """side force max, in N"""
     clamp_moment_max_nmm: float | None
+    """clamp moment max, in N·mm"""
     contact_pressure_max_mpa: float | None
+    """contact pressure max, in MPa"""
     friction_power_w: float | None
+    """friction power, in W"""
     deflection_ratio: float | None
+    """greatest deflection over the free length; null: no shape"""
     natural_frequency_hz: float
+    """natural frequency, in Hz"""
     mass_g: float
+    """mass, in g"""
     fatigue_criterion: str
+    """the convention of the fatigue safety"""
     repairs: list[RepairDone]
     """what was done to the load's points; empty unless asked for"""
     warnings: list[str]
+    """what to know beside the results"""
 
 
 class Run(TypedDict):
@@ -1662,28 +2421,45 @@ class Run(TypedDict):
     is and what it took. ``status`` says only how the solve ended."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
+    """how the solve stands or ended"""
     name: str
+    """its name"""
     created_at: str
+    """when the run was asked for, UTC"""
     spec_hash: str
+    """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
+    """whether it was answered from an earlier run of the same request by the same solver"""
     batch_id: str | None
+    """the batch that the run belongs to; null: none"""
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
     figure: Figure | None
     """null: there is no result, or the run is of before figures"""
     solver: Solver
+    """who solved"""
     verdict: VerdictResult | None
     """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
     spec: dict[str, Any]
+    """the request as understood, defaults filled in"""
     result: dict[str, Any] | None
+    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
     problem: ProblemDetails | None
+    """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
+    """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
+    """wanted, estimated, and whether it was met; null where nothing was solved"""
     timing: dict[str, float]
+    """seconds by what took them"""
     links: Links
+    """where the run and what belongs to it are found"""
     progress: RunProgress | None
     """of a run under way, where it is a long one"""
 
@@ -1692,6 +2468,7 @@ class RunForce(TypedDict):
     """The force at a worst instant of a stored crank-dynamics run; the service fills in what it takes from there."""
 
     kind: Literal["run"]
+    """which of its forms this is, or the kind of design"""
     run_id: str
     """the id of a stored run"""
     instant: NotRequired[Literal["gas_force_max", "rod_compression_max", "rod_tension_max", "side_force_max", "wrist_pin_load_max", "crank_pin_load_max", "main_bearing_load_max"]]
@@ -1706,19 +2483,29 @@ class RunLine(TypedDict):
     """A line of the listing."""
 
     id: str
+    """the run's own name, for its address"""
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Mode
+    """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
+    """how the solve stands or ended"""
     name: str
+    """its name"""
     created_at: str
+    """when the run was asked for, UTC"""
     spec_hash: str
+    """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
+    """whether it was answered from an earlier run of the same request by the same solver"""
     batch_id: str | None
+    """the batch that the run belongs to; null: none"""
     holds: bool | None
     """the verdict's own; null: there is no verdict"""
     figure: Figure | None
     """null: there is no result, or the run is of before figures"""
     solver: Solver
+    """who solved"""
 
 
 class RunLoad(TypedDict):
@@ -1726,6 +2513,7 @@ class RunLoad(TypedDict):
     service fills in what it takes from the run."""
 
     kind: Literal["run"]
+    """which of its forms this is, or the kind of design"""
     run_id: str
     """the id of a stored run"""
     instant: NotRequired[Literal["gas_force_max", "rod_compression_max", "rod_tension_max", "side_force_max", "wrist_pin_load_max", "crank_pin_load_max", "main_bearing_load_max"] | None]
@@ -1746,7 +2534,9 @@ class RunPage(TypedDict):
     """A page of the listing; ``next_cursor`` asks for the next one."""
 
     items: list[RunLine]
+    """the entries"""
     next_cursor: str | None
+    """asks for the next page; null: this is the last"""
     damaged: list[str]
     """ids of runs that belong here too, but whose records are damaged"""
 
@@ -1759,20 +2549,25 @@ class RunProgress(TypedDict):
     of: int
     """at most; a time budget may end the run before"""
     doing: str
+    """what is done just now"""
 
 RunStatus = Literal["queued", "running", "succeeded", "infeasible", "failed", "cancelled"]
 
 
 class Sample(TypedDict):
     phi_deg: float
+    """phi, in °"""
     u31: float
+    """speed of the rocker over that of the crank"""
 
 
 class SchmidtLoad(TypedDict):
     """p = p_min (1 + delta)/(1 - delta cos(phi - theta)): the isothermal Stirling cycle."""
 
     kind: Literal["schmidt"]
+    """which of its forms this is, or the kind of design"""
     p_min_mpa: float
+    """p min, in MPa"""
     delta: float
     """compression parameter"""
     theta_rad: float
@@ -1785,10 +2580,15 @@ class Section(TypedDict):
     """The pin at one place."""
 
     x_mm: float
+    """x, in mm"""
     bore_mm: float
+    """bore, in mm"""
     outer_diameter_mm: float
+    """outer diameter, in mm"""
     moment_nmm: float
+    """moment, in N·mm"""
     shear_n: float
+    """shear, in N"""
     equivalent_stress_mpa: float | None
     """null: a load where there is no wall"""
 
@@ -1797,49 +2597,69 @@ class Series(TypedDict):
     """One column per quantity; compression of the rod is positive, the radial force points to the shaft."""
 
     angle_deg: list[float]
+    """angle, in °"""
     pressure_mpa: list[float]
+    """pressure, in MPa"""
     brix_pressure_mpa: list[float] | None
     """unrolled by Brix's construction; null: not unrolled"""
     gas_force_n: list[float]
+    """gas force, in N"""
     inertia_force_n: list[float]
+    """inertia force, in N"""
     side_force_n: list[float]
+    """side force, in N"""
     rod_force_n: list[float]
+    """rod force, in N"""
     tangential_force_n: list[float]
+    """tangential force, in N"""
     radial_force_n: list[float]
+    """radial force, in N"""
     torque_nm: list[float]
+    """torque, in N·m"""
     wrist_pin_load_n: list[float]
+    """wrist pin load, in N"""
     crank_pin_load_n: list[float]
+    """crank pin load, in N"""
     main_bearing_load_n: list[float]
+    """main bearing load, in N"""
 
 
 class ShortfallResult(TypedDict):
     """A requirement that cannot be met."""
 
     requirement: str
+    """name of the field or limit"""
     required: float
+    """what is asked for"""
     attainable: float | None
     """the best to be had; null: nothing"""
     advice: str
+    """what would have to change"""
 
 
 class Solver(TypedDict):
     """Who solved."""
 
     name: str
+    """name of the program"""
     version: str
+    """of the solver"""
 
 
 class Steps(TypedDict):
     """Steps to whose multiples width and free length are rounded; null: not rounded."""
 
     b: NotRequired[float | None]
+    """width of the strip"""
     l: NotRequired[float | None]
+    """free length of the strip"""
 
 
 class Stroke(TypedDict):
     """The points of one stroke; volumes with the clearance volume, in either order."""
 
     volume_cm3: list[float]
+    """volume, in cm³"""
     pressure_mpa: list[float]
     """one for each volume"""
 
@@ -1848,6 +2668,7 @@ class StudyResult(TypedDict):
     """Error against time, from loose to tight; and the effects, each turned about in turn."""
 
     levels: list[LevelResult]
+    """settings from loose to tight, with their errors and times"""
     reference: str
     """how the reference was made"""
     reference_accuracy: float
@@ -1858,15 +2679,20 @@ class StudyResult(TypedDict):
     """the cheapest level whose design is proven to be the best to the spec's accuracy, or else the one with the
     closest proof; null: nothing is proven"""
     effect_costs: list[EffectCostResult]
+    """what each effect changes and costs in this case"""
 
 
 class Sweep(TypedDict):
     """A request of which some fields are varied."""
 
     kind: str
+    """which of its forms this is, or the kind of design"""
     mode: Literal["design", "check", "analysis", "accuracy"]
+    """what is asked: design, check, analysis or accuracy"""
     name: NotRequired[str]
+    """its name"""
     detail: NotRequired[Literal["scalars", "full"]]
+    """what is wrong"""
     base: dict[str, Any]
     """what every request has"""
     vary: dict[str, Vary]
@@ -1881,14 +2707,18 @@ class SweptBox(TypedDict):
     """The least box around all that links and joints sweep; ``angle_deg`` from the base line to its width."""
 
     width: float
+    """one side of the box"""
     height: float
+    """its other side"""
     angle_deg: float
+    """angle, in °"""
 
 
 class TableLoad(TypedDict):
     """Pressures at crank angles, joined by a monotone periodic cubic."""
 
     kind: Literal["table"]
+    """which of its forms this is, or the kind of design"""
     angle_deg: list[float]
     """rising, within one turn"""
     pressure_mpa: list[float]
@@ -1901,6 +2731,7 @@ class TablePressure(TypedDict):
     """Pressures at crank angles of one cycle, joined by a monotone periodic cubic."""
 
     kind: Literal["table"]
+    """which of its forms this is, or the kind of design"""
     angle_deg: list[float]
     """rising, within one cycle"""
     pressure_mpa: list[float]
@@ -1908,11 +2739,16 @@ class TablePressure(TypedDict):
     repair: NotRequired[bool]
     """mend what is wrong with the points, and record it"""
 
+Tool = Literal["freecad", "fusion", "onshape", "solidworks", "inventor"]
+
 
 class Unbalance(TypedDict):
     order: int
+    """of the harmonic, in turns of the crank"""
     force_n: float
+    """force, in N"""
     couple_nm: float | None
+    """couple, in N·m"""
 
 Vary = TypedDict(
     "Vary",
@@ -1930,11 +2766,13 @@ class VerdictResult(TypedDict):
     """Whether the part holds: true only if every criterion does."""
 
     holds: bool
+    """whether the part holds: true only if every criterion does"""
     summary: str
     """one sentence with the figure that governs"""
     governed_by: str | None
     """the criterion that fails most, or has least to spare; null: none acts"""
     criteria: list[CriterionResult]
+    """every requirement, limit and criterion of strength"""
     cautions: list[str]
     """what to know beside the criteria"""
 
@@ -1951,31 +2789,44 @@ class WeighingRequest(TypedDict):
     accuracy: NotRequired[float]
     """wanted relative numerical accuracy"""
     method: Literal["weighing"]
+    """how the masses are found"""
     length_mm: float
     """between the pin centres"""
     small_end_reading_kg: float
+    """small end reading, in kg"""
     big_end_reading_kg: float
+    """big end reading, in kg"""
     rod_mass_kg: NotRequired[float | None]
     """weighed by itself, to see whether the readings close"""
     period_small_end_s: NotRequired[float | None]
     """hung at the small end; null: no inertia"""
     small_end_bore_radius_mm: NotRequired[float]
+    """small end bore radius, in mm"""
     amplitude_deg: NotRequired[float]
     """how far the rod swings to either side"""
     gravity_m_s2: NotRequired[float]
+    """gravity, in m/s²"""
     uncertainty: NotRequired[WeighingUncertainty]
+    """standard uncertainties of what was measured"""
 
 
 class WeighingUncertainty(TypedDict):
     """Standard uncertainties of what was measured."""
 
     length_mm: NotRequired[float]
+    """length, in mm"""
     small_end_reading_kg: NotRequired[float]
+    """small end reading, in kg"""
     big_end_reading_kg: NotRequired[float]
+    """big end reading, in kg"""
     period_small_end_s: NotRequired[float]
+    """period small end, in s"""
     amplitude_deg: NotRequired[float]
+    """amplitude, in °"""
     gravity_m_s2: NotRequired[float]
+    """gravity, in m/s²"""
     small_end_bore_radius_mm: NotRequired[float]
+    """small end bore radius, in mm"""
 
 
 class WindowResult(TypedDict):
@@ -1986,14 +2837,19 @@ class WindowResult(TypedDict):
     blocked: bool
     """true: the crank cannot enter; false: the rocker turns back early"""
     short_stop_deg: float
+    """short stop, in °"""
 
 
 class WorstInstant(TypedDict):
     """The instant at which one force is greatest."""
 
     name: str
+    """its name"""
     angle_deg: float
+    """angle, in °"""
     force_n: float
+    """force, in N"""
     pressure_mpa: float
+    """pressure, in MPa"""
     feeds: str | None
     """the kind of design that this instant loads"""

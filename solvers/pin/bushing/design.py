@@ -18,6 +18,7 @@ from solvers.pin.bushing.forms import Constant, Stepped, Turned, lightest_consta
 from solvers.pin.bushing.program import BushingProgram, assemble, gap_floor, opening_stations, refined
 from solvers.pin.bushing.scene import BushingScene
 from solvers.pin.certificate import told_apart
+from solvers.pin.contour import Cubic, contour
 from solvers.pin.effects import compose
 from solvers.pin.form import Found
 from solvers.pin.loads import ROUNDING
@@ -43,12 +44,16 @@ class BushingProblem:
 
 @dataclass(frozen=True)
 class BushingDesign:
-    """The bushing found, as a check sees it, and what the free outside weighs under the same limits [kg]."""
+    """The bushing found, as a check sees it, and what the free outside weighs under the same limits [kg].
+
+    ``corners`` are the outside's points where it is made of straight lines, ``contour`` it as cubics where not.
+    """
 
     check: BushingCheck
     form: str
     free_mass: float
     corners: tuple[tuple[float, float], ...] | None
+    contour: tuple[Cubic, ...] | None
 
 
 def design(
@@ -73,11 +78,14 @@ def design(
             diagnosis=(_too_soft_a_ring(scene, limits),), timing={"solve_s": time.perf_counter() - started},
         )  # fmt: skip
     program, best, doubt = _on_refined_stations(problem, physics, accuracy)
+    curve = None
     constant = lightest_constant(program, physics, accuracy).volume * program.mass_unit
     mass = program.mass_unit * best.volume
     free = TURNED.find(replace(program, limits=replace(limits, max_slope=None)), accuracy)
     if best.corners is None:
-        value = assess(program, program.gap_of(best.solidity), physics, limits, mass, constant)
+        gap = program.gap_of(best.solidity)
+        value = assess(program, gap, physics, limits, mass, constant)
+        curve = contour(program.stations, scene.geometry.bore + gap, scene.geometry.length)
     else:
         outside = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
         value = check(scene, outside, problem.criterion, limits, effects, effect_tolerance, accuracy).value
@@ -91,7 +99,7 @@ def design(
     gap = (volume - bound) / bound if bound > 0 else (0.0 if volume == 0 else 1.0)
     return Outcome(
         Status.SUCCEEDED,
-        BushingDesign(value, problem.form.name, free.volume * program.mass_unit, best.corners),
+        BushingDesign(value, problem.form.name, free.volume * program.mass_unit, best.corners, curve),
         choice.manifest,
         Accuracy(accuracy, doubt + ROUNDING, {"stations": int(best.solidity.size)}),
         certificate=Certificate(best.method, program.mass_unit * max(bound, 0.0), gap, evidence),

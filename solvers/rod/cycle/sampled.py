@@ -36,7 +36,7 @@ _SMOOTH, _PIECES, _MANY = 16, 8, 6
 _SOME, _MOST_SOME = 24, 256
 _MOST_PANELS = 6000
 _CHECKED = 5
-_NOTHING = Rippling(no_ripple(1, radau(10)), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros(1), np.zeros(1), 0)
+NO_RINGING = Rippling(no_ripple(1, radau(10)), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros(1), np.zeros(1), 0)
 
 
 @dataclass(frozen=True)
@@ -133,13 +133,13 @@ class _Sampler:
     def __init__(self, cycle: Cycle, strip: Strip, rule: Rule) -> None:
         self.strip, self._cycle, self._rule = strip, cycle, rule
         self._corrections = [refinement.quiet for refinement in cycle.refinements]
-        self.ringing = next((r.ringing for r in cycle.refinements if r.ringing is not None), _NOTHING)
+        self.ringing = next((r.ringing for r in cycle.refinements if r.ringing is not None), NO_RINGING)
         self.bent_terms = max((c.bent_terms for c in self._corrections), default=0)
         self.sunk_terms = max((c.sunk_terms for c in self._corrections), default=0)
         self.inclined = any(c.inclines for c in self._corrections)
 
     def __call__(self, angle: Array) -> Array:
-        if self.ringing is not _NOTHING:
+        if self.ringing is not NO_RINGING:
             # What does not ring jumps at corners.
             angle = inside(angle, self._rule)
         rows = np.zeros((_CHECKED + ROWS + self.bent_terms + self.sunk_terms, angle.size))

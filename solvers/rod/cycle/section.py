@@ -48,7 +48,7 @@ _POWERS = np.vander(_STEPS, 5, increasing=True)
 _QUARTIC = np.ascontiguousarray(np.linalg.pinv(_POWERS))
 _WIDEST, _NARROWEST = 2e-3, 1e-6
 _NEWTON_STEPS = 20
-_NEARLY = 1e-6
+NEARLY = 1e-6
 """How far below the greatest a peak may lie that is climbed to its end."""
 
 
@@ -104,7 +104,7 @@ def worst(
     field: Field, table: Array, layers: tuple[int, int], severity: Diagram, tolerance: float, located: bool = False
 ) -> Worst:
     """Where a severity of some layers is greatest along the strip, from a ``station_table``."""
-    found = peaks(field, table, *layers, *severity, _NEARLY, tolerance, located)
+    found = peaks(field, table, *layers, *severity, NEARLY, tolerance, located)
     best = found[int(found[:, VALUE].argmax())]
     # A lower peak matters as far as its own error lets it reach above the highest.
     error = max(float(np.max(found[:, VALUE] + found[:, ERROR]) - best[VALUE]), float(best[ERROR]))

@@ -15,7 +15,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -128,16 +129,84 @@ def strip_basis(length: float, rod_length: float, polynomials: int = POLYNOMIALS
     )
 
 
+class Energies(NamedTuple):
+    """Of the polynomials over a strip of unit length: int psi_i psi_j dz and int psi_i' psi_j' dz, (n, n), value and
+    slope at the far end, (n,). The first so many of them are those of a smaller basis."""
+
+    mass: Array
+    geometric: Array
+    end: Array
+    slope: Array
+
+
+@cache
+def energies() -> Energies:
+    """Of as many polynomials as any force asks for."""
+    _, weights, value, first = _quadrature(_MOST_POLYNOMIALS)
+    end, slope = (_derivatives(np.array([1.0]), _MOST_POLYNOMIALS, order)[0] for order in (0, 1))
+    mass, geometric = (np.ascontiguousarray(f.T @ (weights[:, None] * f)) for f in (value, first))
+    return Energies(mass, geometric, end, slope)
+
+
 def natural_frequency(scene: Scene, dimensions: Dimensions, axial_force: float) -> float:
     """First natural frequency [Hz] of the strip in place under a constant axial force [N]; 0 where it buckles."""
     stiffness = scene.material.elastic_modulus * dimensions.b * dimensions.h**3 / 12.0
-    # Under tension the strip bends in layers at its ends, 1/decay of its length.
-    decay = math.sqrt(max(axial_force, 0.0) / stiffness) * dimensions.l
-    polynomials = min(POLYNOMIALS + math.ceil(0.5 * decay), _MOST_POLYNOMIALS)
-    basis = strip_basis(dimensions.l, scene.mechanism.rod_length, polynomials)
     line_mass = scene.material.density * dimensions.b * dimensions.h
-    square = line_mass * greatest_ratio(basis.mass, stiffness * basis.bending + axial_force * basis.geometric)
-    return 1.0 / (2.0 * math.pi * math.sqrt(square)) if square > 0 else 0.0
+    return frequency_under(
+        energies(), stiffness, line_mass, dimensions.l, scene.mechanism.rod_length, float(axial_force)
+    )
+
+
+@kernel
+def _reflected(matrix: Array, mirror: Array, scale: float) -> Array:
+    """(I - scale v v') A (I - scale v v') for symmetric A, without its first row and column."""
+    n = mirror.size
+    image, both = np.zeros(n), 0.0
+    for i in range(n):
+        for j in range(n):
+            image[i] += matrix[i, j] * mirror[j]
+        both += image[i] * mirror[i]
+    out = np.empty((n - 1, n - 1))
+    for i in range(1, n):
+        for j in range(1, n):
+            cross = image[i] * mirror[j] + mirror[i] * image[j]
+            out[i - 1, j - 1] = matrix[i, j] - scale * (cross - scale * both * mirror[i] * mirror[j])
+    return out
+
+
+@kernel
+def frequency_under(
+    table: Energies, stiffness: float, line_mass: float, length: float, rod_length: float, axial_force: float
+) -> float:
+    """First natural frequency [Hz] under an axial force [N], from EI [N m^2], rho A [kg/m], l and L [m].
+
+    Householder's reflection of the constraint onto the first polynomial leaves the others free.
+    """
+    # Under tension the strip bends in layers at its ends, 1/decay of its length.
+    decay = math.sqrt(max(axial_force, 0.0) / stiffness) * length
+    n = int(min(POLYNOMIALS + math.ceil(0.5 * decay), _MOST_POLYNOMIALS))
+    lever, mirror, size, tip = rod_length / length - 1.0, np.empty(n), 0.0, 0.0
+    for j in range(n):
+        mirror[j] = table.end[j] + lever * table.slope[j]
+        size += mirror[j] * mirror[j]
+    mirror[0] += math.copysign(math.sqrt(size), mirror[0])
+    square = 0.0
+    for j in range(n):
+        square += mirror[j] * mirror[j]
+        tip += mirror[j] * table.slope[j]
+    scale = 2.0 / square
+    mass = _reflected(table.mass[:n, :n], mirror, scale)
+    system = _reflected(table.geometric[:n, :n], mirror, scale)
+    bending = stiffness / length**3
+    for i in range(n - 1):
+        turned = table.slope[i + 1] - scale * tip * mirror[i + 1]
+        for j in range(n - 1):
+            other = table.slope[j + 1] - scale * tip * mirror[j + 1]
+            system[i, j] = axial_force / length * (system[i, j] + lever * turned * other)
+            mass[i, j] *= length
+        system[i, i] += bending
+    square = line_mass * greatest_ratio(mass, system)
+    return 1.0 / (2.0 * math.pi * math.sqrt(square)) if square > 0.0 else 0.0
 
 
 @kernel

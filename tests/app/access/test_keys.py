@@ -21,6 +21,7 @@ from tests.app.store.records import make_record
 
 FILLED = {
     "code": "en",
+    "export": "csv",
     "kind": "flexible-rod", "slug": "flexible-rod", "plot": "stability-map", "name": "csv", "collection": "checks",
 }  # fmt: skip
 FORM = {"name": "shear", "state": "on", "sizes": "0.5"}

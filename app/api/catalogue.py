@@ -1,0 +1,214 @@
+"""GET /api/v1/kinds and /api/v1/materials: what there is, so that a client can build its dialog from the service."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from fastapi import APIRouter, Response
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.api.contract import PATHS
+from app.designs.fields import FieldInfo, fields_of, objectives_of
+from app.designs.kind import Kind, Mode
+from app.designs.registry import KINDS, example_of, modes_of, plots_of
+from app.errors import Problem
+from app.exports.export import Tool, of_a_part
+from app.exports.registry import EXPORTS
+from solvers.materials import CATALOGUE
+
+router = APIRouter(prefix="/api/v1", tags=["catalogue"])
+
+
+class _Shown(BaseModel):
+    model_config = ConfigDict(json_schema_serialization_defaults_required=True)
+
+
+class EffectInfo(_Shown):
+    """An effect that a scene of the kind can call for."""
+
+    name: str
+    summary: str
+    measure: str
+
+
+class ExportInfo(_Shown):
+    """A file that runs of the kind can be taken away as."""
+
+    name: str
+    title: str
+    media_type: str
+    extension: str
+    tools: list[str] = Field(description="of parameters: what ?for= can be; empty for all others")
+    available: bool = Field(description="false: this installation lacks what it needs")
+
+
+class ModeInfo(_Shown):
+    """One thing that can be asked of a kind: where, in which words, and an example."""
+
+    mode: Mode
+    path: str = Field(description="where a request is posted to")
+    fields: list[FieldInfo]
+    example: dict[str, Any]
+    examples: dict[str, Any] = Field(description="more of them by their titles")
+    plots: list[str] = Field(description="pictures that its runs can have; each run lists its own")
+
+
+class KindLine(_Shown):
+    """A kind in the list."""
+
+    kind: str
+    title: str
+    summary: str
+    modes: list[Mode]
+    links: dict[str, str]
+
+
+class KindList(_Shown):
+    """All kinds."""
+
+    items: list[KindLine]
+
+
+class KindInfo(KindLine):
+    """All that can be asked of a kind."""
+
+    objectives: list[str] = Field(description="what a design can be after; empty where there is but one thing")
+    effects: list[EffectInfo]
+    exports: list[ExportInfo]
+    requests: list[ModeInfo]
+
+
+class MaterialInfo(_Shown):
+    """A material of the catalogue, and where its numbers are from."""
+
+    name: str
+    title: str
+    elastic_modulus_gpa: float
+    shear_modulus_gpa: float
+    poisson: float
+    density_kg_m3: float
+    fatigue_limit_mpa: float = Field(description="smooth, in alternating bending")
+    fatigue_reduction: float = Field(description="K: notch, size and surface together")
+    mean_stress_sensitivity: float = Field(description="ψ of Serensen")
+    yield_strength_mpa: float
+    ultimate_strength_mpa: float | None
+    sources: dict[str, str] = Field(description="of every number, by its name")
+    kinds: list[str] = Field(description="whose requests take the name")
+
+
+class MaterialList(_Shown):
+    """All materials of the catalogue."""
+
+    items: list[MaterialInfo]
+
+
+@router.get("/kinds", summary="What can be designed, checked and analysed", response_model=KindList)
+async def list_kinds() -> Response:
+    """Every kind with its modes."""
+    return _json(_all_kinds())
+
+
+@router.get(
+    "/kinds/{kind}",
+    summary="A kind: its requests field by field, effects, objectives, plots, exports, examples",
+    response_model=KindInfo,
+    responses={404: {"description": "there is no such kind"}},
+)
+async def one_kind(kind: str) -> Response:
+    """All that a dialog needs."""
+    if kind not in KINDS:
+        raise Problem(404, "No such kind", "there are " + ", ".join(KINDS))
+    return _json(_one_kind(kind))
+
+
+@router.get("/materials", summary="Materials with the sources of their numbers", response_model=MaterialList)
+async def list_materials() -> Response:
+    """The catalogue: typical values for orientation, not for release of a part."""
+    return _json(_all_materials())
+
+
+def _json(content: bytes) -> Response:
+    return Response(content, media_type="application/json", headers={"Cache-Control": "public, max-age=300"})
+
+
+@cache
+def _all_kinds() -> bytes:
+    return KindList(items=[KindLine(**_line(kind)) for kind in KINDS.values()]).model_dump_json().encode()
+
+
+def _line(kind: Kind) -> dict[str, Any]:
+    modes = list(modes_of(kind))
+    links = {"self": f"/api/v1/kinds/{kind.slug}", "page": f"/designs/{kind.slug}?mode={modes[0]}"}
+    return {"kind": kind.slug, "title": kind.title, "summary": kind.summary, "modes": modes, "links": links}
+
+
+@cache
+def _one_kind(slug: str) -> bytes:
+    kind = KINDS[slug]
+    return KindInfo(
+        **_line(kind),
+        objectives=objectives_of(kind),
+        effects=[EffectInfo(**effect) for effect in kind.effects()],
+        exports=[
+            ExportInfo(
+                name=e.name, title=e.title, media_type=e.media_type, extension=e.extension,
+                tools=[str(tool) for tool in Tool] if e.name == "parameters" else [], available=not e.missing,
+            )
+            for e in EXPORTS.values()
+            if kind.part is not None or e.applies is not of_a_part
+        ],
+        requests=[
+            ModeInfo(
+                mode=mode,
+                path=f"/api/v1/{PATHS[mode]}/{slug}",
+                fields=list(fields_of(kind, mode)),
+                example=dict(example_of(kind, mode)),
+                examples={} if mode is Mode.ACCURACY else kind.others(mode),
+                plots=list(plots_of(kind, mode)),
+            )
+            for mode in modes_of(kind)
+        ],
+    ).model_dump_json().encode()  # fmt: skip
+
+
+@cache
+def _all_materials() -> bytes:
+    found = []
+    for name, entry in CATALOGUE.items():
+        takers = [
+            kind.slug
+            for kind in KINDS.values()
+            if any(name in (field.choices or ()) for mode in kind.jobs for field in fields_of(kind, mode))
+        ]
+        found.append(
+            MaterialInfo(
+                name=name,
+                title=entry.title,
+                elastic_modulus_gpa=entry.elastic_modulus / 1e9,
+                shear_modulus_gpa=entry.shear_modulus / 1e9,
+                poisson=entry.poisson,
+                density_kg_m3=entry.density,
+                fatigue_limit_mpa=entry.fatigue_limit / 1e6,
+                fatigue_reduction=entry.fatigue_reduction,
+                mean_stress_sensitivity=entry.mean_stress_sensitivity,
+                yield_strength_mpa=entry.yield_strength / 1e6,
+                ultimate_strength_mpa=None if entry.ultimate_strength is None else entry.ultimate_strength / 1e6,
+                sources={_UNITED[quantity]: source for quantity, source in entry.sources.items()},
+                kinds=takers,
+            )
+        )
+    return MaterialList(items=found).model_dump_json().encode()
+
+
+_UNITED = {
+    "elastic_modulus": "elastic_modulus_gpa",
+    "density": "density_kg_m3",
+    "poisson": "poisson",
+    "fatigue_limit": "fatigue_limit_mpa",
+    "fatigue_reduction": "fatigue_reduction",
+    "mean_stress_sensitivity": "mean_stress_sensitivity",
+    "yield_strength": "yield_strength_mpa",
+    "ultimate_strength": "ultimate_strength_mpa",
+}
+"""Quantities of a material as the contract names them."""

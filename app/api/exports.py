@@ -1,0 +1,74 @@
+"""GET /api/v1/runs/{id}/exports/{name}: what a CAD tool or a person takes away from a run."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query, Request, Response
+from fastapi.responses import HTMLResponse
+
+from app import runs
+from app.downloads import Downloads
+from app.exports.export import Tool, Wishes
+from app.submission import Service
+
+router = APIRouter(prefix="/api/v1/runs", tags=["runs"])
+_RETRY_S = 2
+_RESPONSES: dict[int | str, dict[str, Any]] = {
+    200: {
+        "description": "the file; its name is made from the run's kind and id",
+        "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+    },
+    202: {"description": "the file is being made: ask again after `Retry-After` seconds"},
+    404: {"description": "there is no such run, or no such export"},
+    409: {"description": "the run has no result, or nothing for this format"},
+    501: {"description": "this installation lacks what the format needs; the problem names it"},
+}
+
+
+class FileResponse(Response):
+    """A file."""
+
+    media_type = "application/octet-stream"
+
+
+@router.get(
+    "/{run_id}/exports/{export}", summary="A file made from a run", response_class=FileResponse, responses=_RESPONSES
+)
+async def run_export(
+    request: Request,
+    run_id: str,
+    export: str,
+    tool: Annotated[Tool, Query(alias="for", description="of parameters: the CAD program that reads them")] = (
+        Tool.FREECAD
+    ),
+    angle_deg: Annotated[
+        float | None,
+        Query(ge=-3600, le=3600, allow_inf_nan=False, description="of a linkage: the crank's angle; none: at the blow"),
+    ] = None,
+) -> Response:
+    """One of the run's exports, as its `links.exports` lists them."""
+    service: Service = request.app.state.service
+    downloads: Downloads = request.app.state.downloads
+    run = json.loads(runs.run_json(await service.store.get(run_id)))
+    made = await downloads.file(run, export, Wishes(tool, angle_deg))
+    if made is None:
+        return _later(request)
+    name = f"{run['kind']}-{run['id']}.{made.extension}"
+    headers = {
+        "Content-Disposition": f'attachment; filename="{name}"',
+        "Cache-Control": "private, max-age=3600",
+        "X-Content-Type-Options": "nosniff",
+    }
+    return Response(made.content, media_type=made.media_type, headers=headers)
+
+
+def _later(request: Request) -> Response:
+    """Come again; a browser does so by itself."""
+    headers = {"Retry-After": str(_RETRY_S), "Cache-Control": "no-store"}
+    if "text/html" in request.headers.get("accept", ""):
+        words = "<!doctype html><title>One moment</title><p>The file is being made; it comes by itself."
+        return HTMLResponse(words, 202, headers | {"Refresh": str(_RETRY_S)})
+    told = {"status": "being made", "retry_after_s": _RETRY_S}
+    return Response(json.dumps(told), 202, headers, "application/json")

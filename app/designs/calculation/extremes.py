@@ -1,0 +1,21 @@
+"""Where a smooth function of one or two quantities is greatest, closely enough for a calculation to be shown there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+_POINTS, _ROUNDS = 721, 4
+
+
+def greatest_at(function: Callable[[Array], Array], low: float, high: float, points: int = _POINTS) -> float:
+    """The argument of the greatest value found: a first look at many points, then finer and finer about the best."""
+    best, reach = 0.5 * (low + high), 0.5 * (high - low)
+    for _ in range(_ROUNDS):
+        at = np.linspace(max(best - reach, low), min(best + reach, high), points)
+        best = float(at[int(np.argmax(function(at)))])
+        reach, points = 2.0 * (at[1] - at[0]), 41
+    return best

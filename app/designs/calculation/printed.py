@@ -1,0 +1,63 @@
+"""Numbers as they are printed: what a person reads is what the next step is calculated with."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+GIVEN, FOUND = 10, 6
+"""Significant digits of what was given, and of what is calculated."""
+_SMALL, _GREAT = -4, 7
+"""Powers of ten between which a number is written out."""
+
+
+class NotANumber(ArithmeticError):
+    """A step that has no finite value."""
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A number in print: ``digits`` times ten to the ``power``; an angle in degrees where ``degrees`` is true."""
+
+    digits: str
+    power: int = 0
+    degrees: bool = False
+
+    @property
+    def negative(self) -> bool:
+        return self.digits.startswith("-")
+
+    @property
+    def shown(self) -> float:
+        """What is printed, an angle in degrees."""
+        return float(f"{self.digits}e{self.power}")
+
+    @property
+    def value(self) -> float:
+        """What is calculated with, an angle in radians."""
+        return math.radians(self.shown) if self.degrees else self.shown
+
+    def __str__(self) -> str:
+        """As plain text, with a minus sign and superscript digits."""
+        text = self.digits.replace("-", "−") + ("°" if self.degrees else "")
+        if not self.power:
+            return text
+        return f"{text} · 10{str(self.power).translate(str.maketrans('-0123456789', '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'))}"
+
+
+def printed(value: float, digits: int = FOUND, degrees: bool = False) -> Printed:
+    """A value rounded to significant digits; ``value`` in radians where it is to be shown in degrees.
+
+    Raises NotANumber for what is not finite.
+    """
+    shown = math.degrees(value) if degrees else float(value)
+    if not math.isfinite(shown):
+        raise NotANumber(str(value))
+    mantissa, _, exponent = f"{shown:.{digits - 1}e}".partition("e")
+    power = int(exponent)
+    if float(mantissa) == 0.0:
+        return Printed("0", 0, degrees)
+    if _SMALL < power < _GREAT:
+        text = f"{float(f'{mantissa}e{power}'):.{max(digits - 1 - power, 0)}f}"
+        return Printed(text.rstrip("0").rstrip(".") if "." in text else text, 0, degrees)
+    return Printed(mantissa.rstrip("0").rstrip("."), power, degrees)

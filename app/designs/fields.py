@@ -1,0 +1,172 @@
+"""What a kind's requests are made of, field by field: from the request model's own JSON schema and the forms' words.
+
+One description for clients that build a dialog of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import Any
+
+from pydantic import BaseModel, Field
+
+from app.designs.form import COMMON, looked_up
+from app.designs.kind import Kind, Mode
+from app.designs.registry import job_of
+from app.designs.units import split_unit
+
+_TAGS = ("kind", "method")
+_DEEPEST = 6
+
+
+class FieldInfo(BaseModel):
+    """One value of a request. Limits are null where there are none."""
+
+    path: str = Field(description="dotted names; [] for the items of a list")
+    label: str
+    unit: str
+    type: str = Field(
+        description="number, integer, string, boolean, choice, list, or form: a choice that is no field of its own"
+    )
+    required: bool = Field(description="of the object it is in; a form that is chosen needs its own only")
+    nullable: bool
+    default: Any = Field(description="null where there is none")
+    minimum: float | None
+    maximum: float | None
+    exclusive_minimum: bool
+    exclusive_maximum: bool
+    items: str | None = Field(description="of a list: the type of its items, whose limits are told here")
+    least_items: int | None
+    most: int | None = Field(description="characters of a string, items of a list")
+    choices: list[str | float] | None
+    when: str = Field(
+        description="the forms in which the field exists, such as load.kind=schmidt, or material=custommaterial where "
+        "a form is told by its fields alone; empty: always there"
+    )
+    help: str
+
+
+@cache
+def fields_of(kind: Kind, mode: Mode) -> tuple[FieldInfo, ...]:
+    """Every field of that mode's requests, in the order of the models; a choice of form before its fields."""
+    schema = job_of(kind, mode).request.model_json_schema()
+    return tuple(_Reader(kind, schema).object_fields(schema, "", "", 0))
+
+
+def objectives_of(kind: Kind) -> list[str]:
+    """What a design of the kind can be after; empty where there is but one thing."""
+    if Mode.DESIGN not in kind.jobs:
+        return []
+    return next(
+        ([str(choice) for choice in f.choices or ()] for f in fields_of(kind, Mode.DESIGN) if f.path == "objective"), []
+    )
+
+
+class _Reader:
+    def __init__(self, kind: Kind, root: Mapping[str, Any]) -> None:
+        self._words, self._definitions = kind.form, root.get("$defs", {})
+
+    def object_fields(self, schema: Mapping[str, Any], path: str, when: str, depth: int) -> Iterator[FieldInfo]:
+        """The fields of an object, or of the one of several objects that is chosen."""
+        if "oneOf" in schema:
+            yield from self._forms(schema, path, when, True, depth)
+            return
+        required = schema.get("required", ())
+        for name, part in schema.get("properties", {}).items():
+            here = f"{path}.{name}" if path else name
+            yield from self._fields(part, here, when, name in required, depth + 1)
+
+    def _fields(
+        self, schema: Mapping[str, Any], path: str, when: str, required: bool, depth: int
+    ) -> Iterator[FieldInfo]:
+        schema, nullable = self._plain(schema)
+        if depth > _DEEPEST or schema.get("description", "").startswith("filled in"):
+            return
+        if "oneOf" in schema:
+            yield from self._forms(schema, path, when, required, depth)
+        elif "properties" in schema:
+            yield from self.object_fields(schema, path, when, depth)
+        else:
+            yield self._field(schema, path, when, required, nullable)
+            items, _ = self._plain(schema.get("items", {}))
+            if "properties" in items:
+                yield from self.object_fields(items, f"{path}[]", when, depth)
+
+    def _plain(self, schema: Mapping[str, Any]) -> tuple[Mapping[str, Any], bool]:
+        """The schema without references and without null among its forms; whether null was there."""
+        if "$ref" in schema:
+            schema = {**self._definitions[schema["$ref"].rpartition("/")[2]], **_without(schema, "$ref")}
+        if "anyOf" not in schema:
+            return schema, False
+        members = [member for member in schema["anyOf"] if member.get("type") != "null"]
+        found, _ = self._plain({**members[0], **_without(schema, "anyOf")})
+        return found, len(members) < len(schema["anyOf"])
+
+    def _forms(
+        self, schema: Mapping[str, Any], path: str, when: str, required: bool, depth: int
+    ) -> Iterator[FieldInfo]:
+        """The choice of a form, and the fields of each."""
+        forms: dict[str, Mapping[str, Any]] = {}
+        for member in schema["oneOf"]:
+            found, _ = self._plain(member)
+            forms |= dict.fromkeys(_names(found), found)
+        tag = next((tag for tag in _TAGS if all(_const(member, tag) for member in forms.values())), "")
+        place = f"{path}.{tag}".strip(".") if tag else path
+        choice = {"type": "string" if tag else "form", "enum": list(forms), **_kept(schema)}
+        yield self._field(choice, place, when, required, False)
+        for name, member in forms.items():
+            if "properties" in member:
+                told = {**member, "properties": {n: p for n, p in member["properties"].items() if n != tag}}
+                inner = f"{when}, {place}={name}" if when else f"{place}={name}"
+                yield from self.object_fields(told, path, inner, depth)
+
+    def _field(self, schema: Mapping[str, Any], path: str, when: str, required: bool, nullable: bool) -> FieldInfo:
+        place = path.replace("[]", "")
+        words, unit = split_unit(place.rpartition(".")[2])
+        choices = schema.get("enum") or ([schema["const"]] if "const" in schema else None)
+        told = schema.get("type", "string")
+        kind = told if told == "form" else "choice" if choices else "list" if told == "array" else told
+        items, _ = self._plain(schema.get("items", {}))
+        limits = items if kind == "list" else schema
+        return FieldInfo(
+            path=path,
+            label=looked_up(self._words.labels, COMMON.labels, place) or words,
+            unit=unit,
+            type=kind,
+            required=required,
+            nullable=nullable,
+            default=schema.get("default", schema.get("const")),
+            minimum=limits.get("minimum", limits.get("exclusiveMinimum")),
+            maximum=limits.get("maximum", limits.get("exclusiveMaximum")),
+            exclusive_minimum="exclusiveMinimum" in limits,
+            exclusive_maximum="exclusiveMaximum" in limits,
+            items=items.get("type", "object") if kind == "list" else None,
+            least_items=schema.get("minItems"),
+            most=schema.get("maxLength", schema.get("maxItems")),
+            choices=choices,
+            when=when,
+            help=looked_up(self._words.helps, COMMON.helps, place) or schema.get("description", ""),
+        )
+
+
+def _without(schema: Mapping[str, Any], name: str) -> dict[str, Any]:
+    return {key: value for key, value in schema.items() if key != name}
+
+
+def _kept(schema: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: schema[key] for key in ("default", "description") if key in schema}
+
+
+def _const(member: Mapping[str, Any], tag: str) -> Any:
+    return member.get("properties", {}).get(tag, {}).get("const")
+
+
+def _names(member: Mapping[str, Any]) -> list[str]:
+    """What a form is called in a request: its tag, the words it can be, or its model's name."""
+    if "enum" in member:
+        return [str(word) for word in member["enum"]]
+    for tag in _TAGS:
+        if _const(member, tag):
+            return [str(_const(member, tag))]
+    return [str(member.get("title", member.get("type", ""))).lower()]

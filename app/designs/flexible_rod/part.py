@@ -1,0 +1,74 @@
+"""The strip: its free length, with the ends by which it is held shown beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from app.designs.drawing import Dimension, Drawing, Layer, Line, Note, Outline, Straight, rectangle, words_of
+from app.designs.part import Extrusion, Parameter, Part
+from solvers.materials import CATALOGUE
+
+_HELD = 0.14
+"""How much of an end is shown, in free lengths: how far it reaches is the machine's."""
+
+
+def has_part(run: Mapping[str, Any]) -> bool:
+    """Whether the run found or was given a strip."""
+    return bool(run["status"] == "succeeded" and run["mode"] != "accuracy" and run["result"].get("dimensions"))
+
+
+def part(run: Mapping[str, Any], _angle_deg: float | None = None) -> Part:
+    """The strip as an extrusion of its broad face: x along it from the clamp, y across, z through its thickness."""
+    found = run["result"]["dimensions"]
+    b, h, l = (float(found[name]) for name in ("b_mm", "h_mm", "l_mm"))
+    corners = ((0.0, -0.5 * b), (l, -0.5 * b), (l, 0.5 * b), (0.0, 0.5 * b))
+    face = Outline(corners[0], tuple(Straight(corner) for corner in (*corners[1:], corners[0])))
+    material = run["spec"].get("material") or {}
+    return Part(
+        title="Flexible rod",
+        solids=(Extrusion("strip", face, (), -0.5 * h, h),),
+        parameters=(
+            Parameter("b_mm", b, "mm", "width"),
+            Parameter("h_mm", h, "mm", "thickness"),
+            Parameter("l_mm", l, "mm", "free length between clamp and head"),
+        ),
+        drawing=_drawing(face, b, h, l),
+        mass_g=run["result"].get("mass_g"),
+        density_kg_m3=_density(material),
+        remarks=("free length; the held ends come on top",),
+    )
+
+
+def _density(material: Mapping[str, Any]) -> float | None:
+    if material.get("name"):
+        return CATALOGUE[material["name"]].density
+    return material.get("density_kg_m3")
+
+
+def _drawing(face: Outline, b: float, h: float, l: float) -> Drawing:
+    """The broad face, and below it the strip from its edge."""
+    held, size = _HELD * l, max(b, l)
+    below = -0.5 * b - 0.22 * size - 0.5 * h
+    edge = rectangle(0.0, below - 0.5 * h, l, below + 0.5 * h)
+    shapes: list[Line | Outline] = [face, edge]
+    for start, end in ((-held, 0.0), (l, l + held)):
+        # The strip goes on there; its cut is open.
+        outer = start if end == 0.0 else end
+        inner = end if end == 0.0 else start
+        for middle, half in ((0.0, 0.5 * b), (below, 0.5 * h)):
+            shapes += [
+                Line(((inner, middle + side * half), (outer, middle + side * half)), Layer.HIDDEN) for side in (-1, 1)
+            ]
+    shapes += [Line(((-held, y), (l + held, y)), Layer.CENTER) for y in (0.0, below)]
+    dimensions = (
+        Dimension((0.0, 0.5 * b), (l, 0.5 * b), words_of("l", l), "x", 0.5 * b, 1, "l_mm"),
+        Dimension((-held, -0.5 * b), (-held, 0.5 * b), words_of("b", b), "y", -held, -1, "b_mm"),
+        Dimension((l + held, below - 0.5 * h), (l + held, below + 0.5 * h), words_of("h", h), "y", l + held, 1, "h_mm"),
+    )
+    notes = (Note((-0.5 * held, 0.18 * b), "clamp"), Note((l + 0.5 * held, 0.18 * b), "head"))
+    return Drawing(
+        "The strip, to scale", tuple(shapes), dimensions, notes,
+        "The free strip from its broad face and from its edge; dashed, the ends by which clamp and head hold it. "
+        "mm, to scale.",
+    )  # fmt: skip

@@ -1,0 +1,18 @@
+"""Names of fields as people read them: words and a unit."""
+
+from __future__ import annotations
+
+UNITS = {
+    "_m_s2": "m/s²", "_n_m2": "N/m²", "_kg_m3": "kg/m³", "_kg_m2": "kg·m²", "_n_m": "N/m", "_mm2": "mm²", "_cm3": "cm³",
+    "_nm": "N·m",
+    "_m_s": "m/s", "_nmm": "N·mm", "_mpa": "MPa", "_gpa": "GPa", "_rad": "rad", "_deg": "°", "_hz": "Hz",
+    "_kg": "kg", "_mm": "mm", "_um": "µm", "_g": "g", "_n": "N", "_w": "W", "_j": "J", "_s": "s",
+}  # fmt: skip
+
+
+def split_unit(name: str) -> tuple[str, str]:
+    """A field's name as words and its unit: ``crank_radius_mm`` → (crank radius, mm)."""
+    for ending, unit in UNITS.items():
+        if name.endswith(ending) and len(name) > len(ending):
+            return name.removesuffix(ending).replace("_", " "), unit
+    return name.replace("_", " "), ""

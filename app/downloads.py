@@ -1,0 +1,184 @@
+"""From a stored run to a file: made where it does no harm, waited for a moment, kept for a while."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from app.designs.registry import KINDS
+from app.designs.schema import entry
+from app.errors import INVALID, Problem
+from app.exports.export import Export, File, Refusal, Run, Where, Wishes
+from app.exports.registry import EXPORTS, exports_for
+from app.jobs import calls
+from app.jobs.errors import BudgetExceeded, MemoryExceeded, SolveFailed, WorkerCrashed
+from app.jobs.executor import PoolSettings, ProcessPool
+from app.jobs.worker import Entry
+from app.logging import get_logger
+
+logger = get_logger(__name__)
+
+PATIENCE_S = 3.0
+"""How long a request waits for its file before it is told to come again."""
+IDLE_S = 900.0
+"""So long nobody must have asked for a solid before the process with the modeller, 800 MB, is ended."""
+MOST_KEPT_BYTES = 64 << 20
+_SOLIDS_MEMORY_BYTES = 4 << 30
+_SOLIDS_BUDGET_S = 60.0
+
+Key = tuple[str, str, Wishes]
+
+
+def solid_pool(entry: Entry = calls.answer) -> ProcessPool:
+    """One worker with the solid modeller in memory."""
+    return ProcessPool(
+        PoolSettings(
+            workers=1,
+            entry=entry,
+            memory_bytes=_SOLIDS_MEMORY_BYTES,
+            load=calls.load_nothing,
+            preload="app.exports.solids_preload",
+            idle_work=calls.nothing,
+            kernels=False,
+        )
+    )
+
+
+class Solids:
+    """The executor that makes solids: started when first asked for, ended when long unused."""
+
+    def __init__(self, start: Callable[[], ProcessPool] = solid_pool, idle_s: float = IDLE_S) -> None:
+        self._start, self._idle_s = start, idle_s
+        self._pool: ProcessPool | None = None
+        self._used, self._calls = 0.0, 0
+        self._timer: asyncio.TimerHandle | None = None
+
+    @property
+    def running(self) -> bool:
+        return self._pool is not None
+
+    async def run(self, kind_slug: str, mode: str, payload: bytes) -> File | Refusal:
+        """Like an executor's; the first call waits until the modeller is imported."""
+        if self._pool is None:
+            self._pool = self._start()
+        self._calls += 1
+        try:
+            return await self._pool.run(kind_slug, mode, payload, _SOLIDS_BUDGET_S)
+        finally:
+            self._calls -= 1
+            self._used = time.monotonic()
+            self._watch()
+
+    def _watch(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = asyncio.get_running_loop().call_later(self._idle_s, self._end_if_idle)
+
+    def _end_if_idle(self) -> None:
+        pool = self._pool
+        if pool is None or self._calls or time.monotonic() - self._used < 0.9 * self._idle_s:
+            return
+        self._pool = None
+        # Its end is waited for, which is nothing for the event loop.
+        threading.Thread(target=pool.close, name="solids-end", daemon=True).start()
+
+    def close(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        if self._pool is not None:
+            self._pool.close()
+            self._pool = None
+
+
+def _settled(made: File | Refusal) -> File:
+    """The file; raises Problem where it could not be made as wished."""
+    if isinstance(made, Refusal):
+        raise Problem(422, INVALID, made.detail, [entry(made.pointer, made.detail, made.allowed)])
+    return made
+
+
+class Runs(Protocol):
+    """What computes a file that takes a moment."""
+
+    async def run(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> Any:
+        """Like an executor's."""
+
+
+class Downloads:
+    """Files of runs. A run with a result never changes, so neither does its file."""
+
+    def __init__(self, executor: Runs, budget_s: float, solids: Solids | None = None) -> None:
+        self._executor, self._budget_s = executor, budget_s
+        self._solids = solids or Solids()
+        self._tasks: dict[Key, asyncio.Task[File | Refusal]] = {}
+        self._kept: OrderedDict[Key, File] = OrderedDict()
+
+    async def file(self, run: Run, name: str, wishes: Wishes, patience_s: float | None = None) -> File | None:
+        """The file; None while it is still being made. Raises Problem where there is none."""
+        export = self._export(run, name)
+        key = (run["id"], name, wishes)
+        if (kept := self._kept.get(key)) is not None:
+            self._kept.move_to_end(key)
+            return kept
+        if export.where is Where.HERE:
+            return _settled(export.file(KINDS[run["kind"]], run, wishes))
+        task = self._tasks.get(key)
+        if task is None:
+            task = self._tasks[key] = asyncio.create_task(self._make(export, run, wishes))
+        done, _ = await asyncio.wait({task}, timeout=PATIENCE_S if patience_s is None else patience_s)
+        if not done:
+            return None
+        self._tasks.pop(key, None)
+        made = _settled(task.result())
+        self._keep(key, made)
+        return made
+
+    def _export(self, run: Run, name: str) -> Export:
+        export = EXPORTS.get(name)
+        if export is None:
+            raise Problem(404, "No such export", "there are " + ", ".join(EXPORTS))
+        if run["result"] is None:
+            raise Problem(409, "Nothing to export", f"the run is {run['status']}: it has no result")
+        if name not in (there := exports_for(run)):
+            raise Problem(409, "Nothing to export", f"this run has no such file; it has {', '.join(there)}")
+        if export.missing:
+            raise Problem(
+                501,
+                "This installation cannot make it",
+                f"{name} needs the extra [{export.extra}]: pip install 'crankwright[{export.extra}]'",
+            )
+        return export
+
+    async def _make(self, export: Export, run: Run, wishes: Wishes) -> File | Refusal:
+        payload = json.dumps({"run": run, "tool": wishes.tool, "angle_deg": wishes.angle_deg}).encode()
+        mode = f"{calls.EXPORT}{export.name}"
+        try:
+            if export.where is Where.SOLIDS:
+                return await self._solids.run(run["kind"], mode, payload)
+            return await self._executor.run(run["kind"], mode, payload, self._budget_s)
+        except BudgetExceeded as error:
+            raise Problem(504, "The file took too long to make", str(error)) from error
+        except MemoryExceeded as error:
+            raise Problem(507, "The memory bound was reached", str(error)) from error
+        except (SolveFailed, WorkerCrashed) as error:
+            detail = getattr(error, "detail", "")
+            logger.error("export_failed", run_id=run["id"], export=export.name, reason=str(error), exception=detail)
+            raise Problem(500, "The file could not be made", "the run is there; the fault is in making it") from error
+
+    def _keep(self, key: Key, made: File) -> None:
+        self._kept[key] = made
+        while len(self._kept) > 1 and sum(len(file.content) for file in self._kept.values()) > MOST_KEPT_BYTES:
+            self._kept.popitem(last=False)
+
+    async def close(self) -> None:
+        """Give up what is being made."""
+        tasks = list(self._tasks.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        await asyncio.to_thread(self._solids.close)

@@ -1,0 +1,23 @@
+"""The only list of exports. Importing it brings no library that a format needs: those come when a file is made."""
+
+from __future__ import annotations
+
+from app.designs.registry import KINDS
+from app.exports.csv_file import CSV
+from app.exports.dxf import DXF
+from app.exports.export import Export, Run
+from app.exports.parameters import PARAMETERS
+from app.exports.report import HTML, PDF
+from app.exports.run_json import JSON
+from app.exports.step import STEP
+from app.exports.svg import SVG
+
+EXPORTS: dict[str, Export] = {export.name: export for export in (HTML, PDF, JSON, CSV, SVG, DXF, STEP, PARAMETERS)}
+
+
+def exports_for(run: Run) -> dict[str, Export]:
+    """The exports of a run with a result; none of one without, or of a kind that is no more."""
+    kind = KINDS.get(run["kind"])
+    if kind is None or run.get("result") is None:
+        return {}
+    return {name: export for name, export in EXPORTS.items() if export.applies(kind, run)}

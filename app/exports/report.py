@@ -1,0 +1,28 @@
+"""The report of a run, to read and to print: verdict, calculation by hand, proof."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from app.designs.kind import Kind
+from app.exports.export import Export, Run, Wishes
+
+
+def make_html(_kind: Kind, run: Run, _wishes: Wishes) -> bytes:
+    """One HTML file that asks nobody for anything."""
+    from app.reports.build import report_of
+    from app.reports.html import html
+
+    return html(report_of(run)).encode()
+
+
+def make_pdf(_kind: Kind, run: Run, _wishes: Wishes) -> bytes:
+    """The same as PDF, with the request attached."""
+    from app.reports.build import report_of
+    from app.reports.pdf import pdf
+
+    return pdf(report_of(run), datetime.fromisoformat(run["created_at"]))
+
+
+HTML = Export("html", "HTML: the report, with the calculation by hand", "text/html; charset=utf-8", "html", make_html)
+PDF = Export("pdf", "PDF: the same report to print, its request attached", "application/pdf", "pdf", make_pdf)

@@ -1,0 +1,16 @@
+"""The run itself, as the API tells it."""
+
+from __future__ import annotations
+
+import json
+
+from app.designs.kind import Kind
+from app.exports.export import Export, Run, Where, Wishes
+
+
+def make(_kind: Kind, run: Run, _wishes: Wishes) -> bytes:
+    """The run as indented JSON."""
+    return json.dumps(run, indent=2, ensure_ascii=False).encode() + b"\n"
+
+
+JSON = Export("json", "JSON: everything that is known of the run", "application/json", "json", make, where=Where.HERE)

@@ -1,0 +1,86 @@
+"""The part as STEP: solids in millimetres, each with its name; made by OpenCASCADE through build123d."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING
+
+from app.designs.drawing import Arc, Bezier, Outline, extent, middle_of
+from app.designs.kind import Kind
+from app.designs.part import Extrusion, Part, Revolution, Solid
+from app.exports.export import Export, Refusal, Run, Where, Wishes, of_a_part
+from app.exports.parts import part_of
+
+if TYPE_CHECKING:
+    import build123d
+
+_LEAST_MM, _GREATEST_MM = 1e-5, 1e6
+"""The modeller takes places closer than 1e-7 mm for one."""
+
+
+def make(kind: Kind, run: Run, wishes: Wishes) -> bytes | Refusal:
+    """The solids, or why the modeller cannot hold such a part."""
+    part = part_of(kind, run, wishes)
+    if isinstance(part, Refusal):
+        return part
+    sizes = [size for solid in part.solids for size in _sizes(solid)]
+    if min(sizes) < _LEAST_MM or max(sizes) > _GREATEST_MM:
+        allowed = f"sizes from {_LEAST_MM:g} to {_GREATEST_MM:g} mm"
+        return Refusal("", "the part has sizes that a solid model cannot hold", allowed)
+    return written(part, str(run["created_at"])[:19])
+
+
+def _sizes(solid: Solid) -> tuple[float, ...]:
+    outline = solid.outline if isinstance(solid, Extrusion) else solid.profile
+    xs, ys = zip(*extent(outline), strict=True)
+    sides = max(xs) - min(xs), max(ys) - min(ys)
+    return (*sides, solid.height) if isinstance(solid, Extrusion) else sides
+
+
+def written(part: Part, when: str) -> bytes:
+    """The part as a STEP file; ``when`` stands for the time of writing, so that a run has one file."""
+    import build123d as b
+
+    solids = [modelled(solid) for solid in part.solids]
+    for shape, solid in zip(solids, part.solids, strict=True):
+        shape.label = solid.name
+    whole = solids[0] if len(solids) == 1 else b.Compound(children=solids, label=part.title)
+    out = io.BytesIO()
+    if not b.export_step(whole, out, unit=b.Unit.MM, timestamp=when):
+        raise RuntimeError("the STEP file could not be written")
+    return out.getvalue()
+
+
+def modelled(solid: Solid) -> build123d.Solid:
+    """One solid of the part."""
+    import build123d as b
+
+    if isinstance(solid, Revolution):
+        face = b.Face(_wire(solid.profile))
+        return b.Solid.revolve(face, 360.0, b.Axis.X)
+    holes = [b.Wire.make_circle(hole.radius, b.Plane((*hole.center, 0.0))) for hole in solid.holes]
+    face = b.Face(_wire(solid.outline), holes)
+    body = b.Solid.extrude(face, b.Vector(0.0, 0.0, solid.height))
+    place = b.Location((*solid.shift, solid.bottom), (0.0, 0.0, solid.turn_deg))
+    return body.moved(place)
+
+
+def _wire(outline: Outline) -> build123d.Wire:
+    import build123d as b
+
+    edges, here = [], outline.start
+    for piece in outline.pieces:
+        if isinstance(piece, Bezier):
+            edges.append(b.Edge.make_bezier(here, piece.first, piece.second, piece.end))
+        elif isinstance(piece, Arc):
+            edges.append(b.Edge.make_three_point_arc(here, middle_of(here, piece), piece.end))
+        elif here != piece.end:
+            edges.append(b.Edge.make_line(here, piece.end))
+        here = piece.end
+    return b.Wire(edges)
+
+
+STEP = Export(
+    "step", "STEP: the solid", "model/step", "step", make, of_a_part, where=Where.SOLIDS,
+    module="build123d", extra="cad",
+)  # fmt: skip

@@ -1,0 +1,37 @@
+"""What a run's page offers to take away."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from app.exports.export import Tool
+from app.exports.registry import EXPORTS
+from app.web.languages import gettext as _
+
+_TOOLS = {
+    Tool.FREECAD: "FreeCAD",
+    Tool.FUSION: "Fusion",
+    Tool.ONSHAPE: "Onshape",
+    Tool.SOLIDWORKS: "SolidWorks",
+    Tool.INVENTOR: "Inventor",
+}
+
+
+class Download(NamedTuple):
+    """A link: where to, its name, and what is said beside it."""
+
+    href: str
+    name: str
+    words: str
+
+
+def downloads_of(run: dict[str, Any]) -> list[Download]:
+    """The run's exports in the order of their list; parameters once for every program."""
+    found = []
+    for name, href in run["links"]["exports"].items():
+        head, words = (_(part) for part in EXPORTS[name].title.partition(": ")[::2])
+        if name == "parameters":
+            found += [Download(f"{href}?for={tool}", f"{head}: {shown}", words) for tool, shown in _TOOLS.items()]
+        else:
+            found.append(Download(href, head, words))
+    return found

@@ -1,0 +1,148 @@
+"""Many checks at once: microseconds of processor time for each, beside a loop over single checks and joblib.
+
+Tables are arrays in, arrays out, by one compiled loop on one core, at an accuracy of 1e-6. The loop over single checks
+is what a user would write; joblib spreads that loop over two processes, timed by the clock. Lists are what batches use:
+one case with its own scene and settings for each item, answered by objects; answers are the service's JSON without
+tables. Least of three runs. Scenes: the worked examples with dimensions drawn about theirs.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.designs.kind import Detail, Mode
+from app.designs.many import answer_many
+from app.designs.registry import KINDS
+from solvers import linkage, rod
+from solvers.effects import AUTO, EffectSelection
+
+COUNT, FEW = 2000, 100
+_RUNS, _TIMES = 3, 10
+"""Of every measurement, the least counts; how often joblib is given the list, so that its start does not count."""
+_BEAM = ("beam_column", "reciprocating_inertia")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One subject: microseconds for each item, by table, by single checks, by joblib's two processes."""
+
+    name: str
+    table_us: float | None
+    list_us: float | None
+    loop_us: float | None
+    joblib_us: float | None = None
+
+
+def _per_item(run: Callable[[], object], count: int, clock: Callable[[], float] = time.process_time) -> float:
+    """Least time for each item [us]."""
+    run()
+    best = np.inf
+    for _ in range(_RUNS):
+        began = clock()
+        run()
+        best = min(best, clock() - began)
+    return 1e6 * best / count
+
+
+def _only(known: tuple, *names: str) -> EffectSelection:
+    every = frozenset(effect.name for effect in known)
+    return EffectSelection(include=frozenset(names), exclude=every - set(names))
+
+
+def _joblib(check: Callable[[object], object], items: list[object]) -> float:
+    from joblib import Parallel, delayed
+
+    with Parallel(n_jobs=2) as pool:
+        many = items * _TIMES
+        return _per_item(lambda: pool(delayed(check)(item) for item in many), len(many), time.perf_counter)
+
+
+def _alone(case: rod.Case | linkage.Case) -> object:
+    return case.alone().status
+
+
+def _rods(name: str, effects: EffectSelection) -> Row:
+    request = KINDS["flexible-rod"].jobs[Mode.CHECK].request.model_validate(KINDS["flexible-rod"].example(Mode.CHECK))
+    scene, strip = request.scene(), request.strip()
+    rng = np.random.default_rng(0)
+    sizes = np.array([strip.b, strip.h, strip.l]) * rng.uniform(0.95, 1.1, (COUNT, 3))
+    sizes[:, 2] = np.minimum(sizes[:, 2], scene.mechanism.rod_length)
+    cases = [rod.Case(scene, rod.Dimensions(*row), effects) for row in sizes[:FEW].tolist()]
+    table = None
+    if effects is not AUTO:
+        choice = rod.choose_for(scene, strip, effects)
+        table = _per_item(lambda: rod.check_strips(scene, sizes, rod.compose(choice), choice.has("friction")), COUNT)
+    return Row(
+        name,
+        table,
+        _per_item(lambda: rod.check_many(cases), FEW),
+        _per_item(lambda: [case.alone() for case in cases], FEW),
+        _joblib(_alone, cases),
+    )
+
+
+def _linkages(name: str, envelope: bool) -> Row:
+    kind, rng = linkage.LARGEST_COUPLER, np.random.default_rng(1)
+    restitution, ratio = rng.uniform(0.2, 0.4, COUNT), rng.uniform(2.5, 4.0, COUNT)
+    effects = _only(linkage.EFFECTS, *(["envelope"] if envelope else []))
+    scenes = [linkage.Scene(linkage.Restitution(r, r), 20.0, 5.0, 10.0) for r in restitution[:FEW].tolist()]
+    cases = [
+        linkage.Case(scene, linkage.of_ratio(scene, kind, p), effects=effects)
+        for scene, p in zip(scenes, ratio.tolist(), strict=False)
+    ]
+    pad = 0.0 if envelope else None
+    return Row(
+        name,
+        _per_item(lambda: linkage.check_family(kind, restitution, ratio, 0.1, 10.0, pad), COUNT),
+        _per_item(lambda: linkage.check_many(cases), FEW),
+        _per_item(lambda: [case.alone() for case in cases], FEW),
+        _joblib(_alone, cases),
+    )
+
+
+def _answers(slug: str, mode: Mode) -> Row:
+    job, example = KINDS[slug].jobs[mode], KINDS[slug].example(mode)
+    bodies = [{**example, "name": str(k)} for k in range(20)]
+    requests = [job.request.model_validate(body) for body in bodies]
+    return Row(
+        f"{slug}, answers to its example",
+        None,
+        _per_item(lambda: answer_many(slug, mode, bodies, Detail.SCALARS), len(bodies)),
+        _per_item(lambda: [job.run(request) for request in requests], len(bodies)),
+    )
+
+
+def measure() -> list[Row]:
+    """Every subject."""
+    return [
+        _rods("rod, core physics", _only(rod.EFFECTS)),
+        _rods("rod, bent by its axial force", _only(rod.EFFECTS, *_BEAM)),
+        _rods("rod, with shear, friction and its feedback", _only(
+            rod.EFFECTS, *_BEAM, "shear", "friction_feedback", "friction"
+        )),
+        _rods("rod, auto", AUTO),
+        _linkages("linkage, core physics", envelope=False),
+        _linkages("linkage with box and circle", envelope=True),
+        _answers("flexible-rod", Mode.CHECK),
+        _answers("pin-profile", Mode.CHECK),
+        _answers("impact-linkage", Mode.CHECK),
+        _answers("crank-dynamics", Mode.ANALYSIS),
+    ]  # fmt: skip
+
+
+def table(rows: list[Row] | None = None) -> list[str]:
+    """The rows as a table."""
+    lines = ["| | table | list | loop over single ones | joblib, 2 processes |", "|---|---|---|---|---|"]
+    for row in measure() if rows is None else rows:
+        told = (row.table_us, row.list_us, row.loop_us, row.joblib_us)
+        cells = " | ".join("—" if us is None else f"{us:.3g} µs" for us in told)
+        lines.append(f"| {row.name} | {cells} |")
+    return lines
+
+
+if __name__ == "__main__":
+    print("\n".join(table()))

@@ -1,0 +1,164 @@
+"""Many linkages checked at once: the same numbers as ``check`` gives one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.effects import AUTO, Demand, EffectSelection
+from solvers.errors import InvalidInput, require
+from solvers.linkage.check import PLAIN, check, check_with, unit_figures
+from solvers.linkage.envelope import outlines
+from solvers.linkage.figures import enclosing_radii, least_areas
+from solvers.linkage.four_bar import coefficients, greatest_transfers, swing
+from solvers.linkage.kinds import ChangePoint, Gain, Ratios
+from solvers.linkage.loads import SHARP, unit_peaks
+from solvers.linkage.result import LinkageCheck, Mechanism
+from solvers.linkage.scene import Limits, Scene
+from solvers.outcome import Outcome
+
+Array = NDArray[np.float64]
+
+_NEAR = 1e-2
+"""Next to the least free ratio differences are taken exactly, number by number."""
+_ORIENTATION = 1e-13
+
+
+@dataclass(frozen=True)
+class Case:
+    """One check as ``check`` would be asked for it."""
+
+    scene: Scene
+    mechanism: Mechanism
+    limits: Limits = PLAIN
+    effects: EffectSelection = AUTO
+    effect_tolerance: float = 1e-2
+    accuracy: float = 1e-6
+    demands: tuple[Demand, ...] = ()
+
+    def alone(self) -> Outcome[LinkageCheck]:
+        """The single check."""
+        return check(
+            self.scene, self.mechanism, self.limits, self.effects, self.effect_tolerance, self.accuracy, self.demands
+        )
+
+
+def check_many(cases: Iterable[Case]) -> list[Outcome[LinkageCheck] | InvalidInput]:
+    """An outcome for every case, in their order; in the place of one that makes no sense, what is wrong with it.
+
+    Peak loads and the greatest transfer are found in one compiled loop; box, running and what else effects bring are
+    found for each by itself.
+    """
+    cases = list(cases)
+    found: list[Outcome[LinkageCheck] | InvalidInput] = []
+    for case, figures in zip(cases, unit_figures([case.mechanism for case in cases]), strict=True):
+        try:
+            outcome = check_with(
+                figures, case.scene, case.mechanism, case.limits, case.effects, case.effect_tolerance, case.accuracy,
+                case.demands,
+            )  # fmt: skip
+        except InvalidInput as refusal:
+            found.append(refusal)
+        else:
+            found.append(outcome)
+    return found
+
+
+@dataclass(frozen=True)
+class LinkageTable:
+    """Results of many linkages of one kind, SI units, (n,) each, ``lengths`` (n, 4): base, crank, coupler, rocker.
+
+    ``torque`` and ``force`` are the peaks at the crank and along the coupler; box and circle are NaN where they were
+    not asked for, and everything that a full turn takes where the crank does not turn.
+    """
+
+    lengths: Array
+    rotatable: NDArray[np.bool_]
+    u31_start: Array
+    u31_end: Array
+    u31_max: Array
+    restitution: Array
+    swing: Array
+    transmission_angle: Array
+    torque: Array
+    force: Array
+    box_area: Array
+    enclosing_radius: Array
+
+
+def check_family(
+    kind: ChangePoint,
+    restitution: Array,
+    parameter: Array,
+    crank: Array,
+    energy: Array,
+    joint_radius: float | None = None,
+    threads: int = 1,
+) -> LinkageTable:
+    """Linkages of one kind from R_k, free ratio, crank [m] and impact energy [J], each (n,) or one for all.
+
+    With a ``joint_radius`` [m] the least box and circle are found as well. Threads share the linkages; none holds the
+    interpreter's lock. Raises InvalidInput for a free ratio that gives no mechanism.
+    """
+    restitution, parameter, crank, energy = (
+        np.ascontiguousarray(values, dtype=float)
+        for values in np.broadcast_arrays(*(np.atleast_1d(v) for v in (restitution, parameter, crank, energy)))
+    )
+    require(bool(np.all(parameter > 1e-6)), f"ratios.{kind.parameter}", "must be positive", "(0, inf)")
+    ratios = _ratios(kind, restitution, parameter)
+    rows = coefficients(kind, ratios)
+    gain = np.sqrt(rows[:, 0] * rows[:, 1] / rows[:, 2])
+    less = rows[:, 5] / rows[:, 2] / (gain + 1.0)
+    reach = np.asarray(kind.reach(ratios), dtype=float)
+    require(bool(np.all(reach > 0.0)), f"ratios.{kind.parameter}", "gives no mechanism of this type", "above g²")
+    start, end, turned = less / reach, (gain + 1.0) / reach, swing(kind, ratios)
+    rotatable, none = rows[:, 4] >= 0.0, np.full(parameter.size, np.nan)
+    full = np.flatnonzero(rotatable)
+    own, own_end = np.ascontiguousarray(rows[full]), np.ascontiguousarray(end[full])
+    loads = _shared(lambda a, b: unit_peaks(own[a:b], own_end[a:b], SHARP), full.size, threads)
+    tops = _shared(lambda a, b: greatest_transfers(own[a:b]), full.size, threads)
+    most, torque, force, area, radius = (none.copy() for _ in range(5))
+    most[full] = np.maximum(tops, np.maximum(start, end)[full])
+    torque[full], force[full] = energy[full] * loads[:, 0], energy[full] / crank[full] * loads[:, 2]
+    if joint_radius is not None:
+        swept = np.ascontiguousarray(outlines(kind, ratios, crank, turned)[full])
+        zero, one = np.zeros(full.size), np.ones(full.size)
+        area[full] = _shared(
+            lambda a, b: least_areas(
+                swept[a:b], one[a:b], zero[a:b], zero[a:b], 2.0 * joint_radius, np.inf, np.inf, _ORIENTATION, np.inf
+            ),
+            full.size,
+            threads,
+        )
+        radius[full] = _shared(lambda a, b: enclosing_radii(swept[a:b]), full.size, threads) + joint_radius
+    middle = 2.0 * np.arctan2(rows[:, 0], np.sqrt(np.maximum(rows[:, 4], 0.0)))
+    lengths = crank[:, None] * np.stack([rows[:, 0], np.ones_like(crank), rows[:, 1], rows[:, 2]], axis=1)
+    return LinkageTable(
+        lengths, rotatable, start, end, most, less / (gain + 1.0), turned, middle, torque, force, area, radius
+    )
+
+
+def _ratios(kind: ChangePoint, restitution: Array, parameter: Array) -> Ratios:
+    """The family's ratios as arrays, exact next to the least free ratio too."""
+    gain = Gain(restitution)
+    found = {
+        n: np.array(np.broadcast_to(v, parameter.shape), float) for n, v in vars(kind.family(gain, parameter)).items()
+    }
+    for i in np.flatnonzero(parameter < np.maximum(gain.square, gain.value) * (1.0 + _NEAR)).tolist():
+        exact = kind.family(Gain(float(restitution[i])), float(parameter[i]))
+        for name, values in found.items():
+            values[i] = getattr(exact, name)
+    return Ratios(**found)
+
+
+def _shared(solve: Callable[[int, int], Array], count: int, threads: int) -> Array:
+    """What a kernel gives for rows 0 … count - 1, in so many slices at the same time."""
+    if threads == 1 or count < threads:
+        return solve(0, count)
+    ends = np.linspace(0, count, threads + 1).astype(int).tolist()
+    with ThreadPoolExecutor(threads) as pool:
+        return np.concatenate(list(pool.map(solve, ends[:-1], ends[1:])))

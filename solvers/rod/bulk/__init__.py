@@ -1,0 +1,1 @@
+"""Checks of many strips in one compiled loop."""

@@ -1,0 +1,68 @@
+"""Runs of every kind as their JSON tells them, in any size, and with any name."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from typing import Any
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+
+HOSTILE = (
+    '=cmd|"/c calc"!A1', "+1+1", "-2+3", "@SUM(A1)", "\t=1", "a,b;c\"d\"\r\ne", "</svg><script>alert(1)</script>",
+    "%%c %%u ^J \\P {\\fArial}", "]]>&amp;\u202e gnp.exe", "Kröpfung № 7 曲軸", "x" * 200,
+)  # fmt: skip
+
+
+@cache
+def _solved(slug: str, mode: Mode, more: str) -> str:
+    kind = KINDS[slug]
+    job = kind.jobs[mode]
+    request = job.request.model_validate_json(json.dumps({**kind.example(mode), **json.loads(more)}))
+    answer = job.run(request)
+    return json.dumps(
+        {
+            "id": "0123456789abcdef", "kind": slug, "mode": str(mode), "status": answer.status, "name": "a part",
+            "created_at": "2026-01-31T12:00:00+00:00", "spec_hash": "f" * 64,
+            "spec": json.loads(request.model_dump_json()), "result": answer.result, "verdict": answer.verdict,
+            "effects": answer.effects, "accuracy": answer.accuracy, "problem": None, "timing": {}, "links": {},
+            "solver": {"name": "crankwright", "version": "1"},
+        }
+    )  # fmt: skip
+
+
+def solved(slug: str, mode: Mode, **more: Any) -> dict[str, Any]:
+    """A run of the kind's example, with some fields exchanged."""
+    return json.loads(_solved(slug, mode, json.dumps(more)))
+
+
+def bushing(**more: Any) -> dict[str, Any]:
+    geometry = {**KINDS["pin-profile"].example(Mode.DESIGN)["geometry"], "outer_diameter_mm": None}
+    form = {"kind": "free"}
+    return solved("pin-profile", Mode.DESIGN, variable="outer", bore_mm=14, geometry=geometry, form=form, **more)
+
+
+def parts() -> dict[str, dict[str, Any]]:
+    """One run for every shape that a part can have."""
+    pins = {
+        form: solved("pin-profile", Mode.DESIGN, form={"kind": form}) for form in ("free", "constant", "double_cone")
+    }
+    return {
+        "strip": solved("flexible-rod", Mode.CHECK),
+        **pins,
+        "stepped": solved("pin-profile", Mode.DESIGN),
+        "bushing": bushing(),
+        "linkage": solved("impact-linkage", Mode.CHECK),
+    }
+
+
+def scaled(found: Any, factor: float, name: str = "") -> Any:
+    """The same run of a part so many times as large: lengths grow, slopes stay, the mass goes with the cube."""
+    if isinstance(found, dict):
+        return {key: scaled(value, factor, name if name == "lengths_mm" else key) for key, value in found.items()}
+    if isinstance(found, list):
+        return [scaled(value, factor, name) for value in found]
+    if isinstance(found, float | int) and not isinstance(found, bool):
+        return found * (factor if name.endswith("_mm") else factor**3 if name == "mass_g" else 1)
+    return found

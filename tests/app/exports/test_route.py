@@ -1,0 +1,98 @@
+"""The route of exports: file names, waiting, and every way to be refused."""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import replace
+
+import pytest
+
+from app.exports import registry
+from app.exports.export import Export, Where
+
+
+def stored(client, request, path="/api/v1/checks/flexible-rod"):
+    answer = client.post(path, json=request)
+    assert answer.status_code == 201, answer.text
+    return answer.json()
+
+
+@pytest.fixture
+def run(client, check_request):
+    return stored(client, check_request)
+
+
+def test_every_link_is_a_file_named_by_kind_and_id(client, run):
+    assert "json" in run["links"]["exports"]
+    for link in run["links"]["exports"].values():
+        assert link.startswith(f"/api/v1/runs/{run['id']}/exports/")
+    got = client.get(run["links"]["exports"]["json"])
+    assert got.headers["content-disposition"] == f'attachment; filename="flexible-rod-{run["id"]}.json"'
+    assert json.loads(got.content)["result"] == run["result"]
+
+
+def test_the_page_offers_them(client, run):
+    page = client.get(run["links"]["page"]).text
+    for name, link in run["links"]["exports"].items():
+        assert f'href="{link}' in page, name
+
+
+def test_no_such_run_or_export(client, run):
+    assert client.get("/api/v1/runs/nothing/exports/json").status_code == 404
+    refused = client.get(f"/api/v1/runs/{run['id']}/exports/dwg")
+    assert refused.status_code == 404
+    assert "json" in refused.json()["detail"]
+
+
+def test_a_run_without_a_result_has_none(client, design_request):
+    queued = client.post(
+        "/api/v1/designs/flexible-rod", json={**design_request, "name": "to be given up"},
+        headers={"Prefer": "respond-async"},
+    ).json()  # fmt: skip
+    client.delete(queued["links"]["self"])
+    ended = client.get(queued["links"]["self"]).json()
+    if ended["result"] is not None:
+        pytest.skip("it was solved before it could be cancelled")
+    assert ended["links"]["exports"] == {}
+    refused = client.get(f"{queued['links']['self']}/exports/json")
+    assert refused.status_code == 409
+    assert refused.headers["content-type"] == "application/problem+json"
+
+
+def slow(_kind, _run, _wishes):
+    return b"made at last"
+
+
+def test_what_the_installation_lacks_is_named(client, run, monkeypatch):
+    lacking = Export("odd", "Odd: one", "text/plain", "odd", slow, module="no_such_module_at_all", extra="oddities")
+    monkeypatch.setitem(registry.EXPORTS, "odd", lacking)
+    refused = client.get(f"/api/v1/runs/{run['id']}/exports/odd")
+    assert refused.status_code == 501
+    assert "crankwright[oddities]" in refused.json()["detail"]
+
+
+def test_a_slow_file_is_promised_then_there(client, run, monkeypatch):
+    """Made in a worker, whose registry is its own: the format is a real one, only patience is gone."""
+    monkeypatch.setattr("app.downloads.PATIENCE_S", 0.0)
+    in_a_worker = replace(registry.EXPORTS["json"], where=Where.WORKER)
+    monkeypatch.setitem(registry.EXPORTS, "json", in_a_worker)
+    first = client.get(f"/api/v1/runs/{run['id']}/exports/json")
+    assert first.status_code == 202
+    assert float(first.headers["retry-after"]) > 0
+    end = time.monotonic() + 30
+    while (answer := client.get(f"/api/v1/runs/{run['id']}/exports/json")).status_code == 202:
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    assert answer.status_code == 200
+    assert answer.json()["id"] == run["id"]
+    browser = client.get(f"/api/v1/runs/{run['id']}/exports/json?angle_deg=1", headers={"Accept": "text/html"})
+    assert browser.status_code == 202
+    assert "refresh" in browser.headers
+
+
+def test_angles_are_numbers_and_tools_are_known(client, run):
+    for query in ("angle_deg=nan", "angle_deg=1e9", "for=paintbrush"):
+        refused = client.get(f"/api/v1/runs/{run['id']}/exports/json?{query}")
+        assert refused.status_code == 422, query
+        assert refused.json()["errors"]

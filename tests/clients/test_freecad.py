@@ -1,0 +1,96 @@
+"""FreeCAD without a window asks the service, builds the part, and its solid weighs what the result says."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+from tests.clients.bridge import on_a_port
+
+FOLDER = Path(__file__).parents[2] / "clients" / "freecad"
+FREECAD = shutil.which("freecadcmd") or shutil.which("FreeCADCmd")
+PIN = KINDS["pin-profile"].example(Mode.DESIGN)
+
+
+def asked(address: str, folder: Path, kind: str, mode: str, request: dict) -> str:
+    (folder / "request.json").write_text(json.dumps(request))
+    told = {"URL": address, "KIND": kind, "MODE": mode, "REQUEST": folder / "request.json", "OUT": folder / "part"}
+    environment = {**os.environ, "HOME": str(folder), **{f"CRANKWRIGHT_{k}": str(v) for k, v in told.items()}}
+    done = subprocess.run(
+        [str(FREECAD), str(FOLDER / "headless.py")], env=environment, capture_output=True, text=True, timeout=150
+    )
+    return done.stdout.strip().splitlines()[-1]
+
+
+@pytest.mark.skipif(FREECAD is None, reason="FreeCAD is not installed")
+@pytest.mark.parametrize(
+    ("kind", "mode", "request_"),
+    [
+        ("flexible-rod", "check", KINDS["flexible-rod"].example(Mode.CHECK)),
+        ("pin-profile", "design", PIN),
+        ("pin-profile", "design", {**PIN, "form": {"kind": "double_cone"}}),
+        ("pin-profile", "design", {**PIN, "form": {"kind": "free"}}),
+        ("impact-linkage", "check", KINDS["impact-linkage"].example(Mode.CHECK)),
+    ],
+    ids=["strip", "stepped", "cones", "curve", "links"],
+)
+def test_a_part_is_built_and_driven(client, tmp_path, kind, mode, request_):
+    with on_a_port(client) as address:
+        said = asked(address, tmp_path, kind, mode, request_)
+    assert said.startswith("CRANKWRIGHT-OK "), said
+    made = json.loads(said.removeprefix("CRANKWRIGHT-OK "))
+    assert (tmp_path / "part.FCStd").stat().st_size and (tmp_path / "part.step").stat().st_size
+    if kind == "impact-linkage":
+        assert made["solids"] == 4
+        limits, lengths = request_["limits"], client.get(f"/api/v1/runs/{made['run']}").json()["result"]["lengths_mm"]
+        r = limits["joint_radius_mm"]
+        flat = sum(2 * r * length + math.pi * r * r * (1 - 2 * 0.25) for length in lengths.values())
+        assert made["volume_mm3"] == pytest.approx(flat * r, rel=1e-6)
+    else:
+        assert abs(made["mass_off"]) < 1e-6
+    curve = request_.get("form", {}).get("kind") == "free"
+    assert (made["driven"] == 0.0) if curve else (made["driven"] > 0.01)
+
+
+@pytest.mark.skipif(FREECAD is None, reason="FreeCAD is not installed")
+def test_what_goes_wrong_is_said_in_the_last_line(client, tmp_path):
+    with on_a_port(client) as address:
+        said = asked(address, tmp_path, "pin-profile", "design", {**PIN, "load": {"force_n": -1}})
+        assert said.startswith("CRANKWRIGHT-FAILED")
+        assert "/load/force_n" in said
+        said = asked(address, tmp_path, "pin-profile", "design", {**PIN, "load": {"force_n": 1e6}})
+        assert "There is no such part" in said
+
+
+def test_the_way_to_the_service_needs_no_freecad(client, monkeypatch):
+    """What the dialog is made from: kinds, fields, an example that solves, parameters."""
+    monkeypatch.syspath_prepend(str(FOLDER))
+    import crankwright_freecad as cw
+
+    with on_a_port(client) as address:
+        service = cw.Service(address)
+        assert [kind["kind"] for kind in service.kinds()] == ["flexible-rod", "pin-profile", "impact-linkage"]
+        asked = next(r for r in service.kind("flexible-rod")["requests"] if r["mode"] == "check")
+        run = service.solve("flexible-rod", "check", asked["example"])
+        assert cw.verdict(run) == run["verdict"]["summary"]
+        assert [name for name, _, _ in service.parameters(run)] == ["b_mm", "h_mm", "l_mm"]
+        with pytest.raises(cw.Refused, match="/dimensions/b_mm"):
+            service.solve("flexible-rod", "check", {**asked["example"], "dimensions": {"b_mm": -1}})
+    with pytest.raises(cw.Refused, match="no service answers"):
+        cw.Service(address).kinds()
+    with pytest.raises(cw.Refused):
+        cw.Service("file:///etc")
+    assert "FreeCAD" not in sys.modules
+
+
+def test_the_macro_is_python():
+    compile((FOLDER / "Crankwright.FCMacro").read_text("utf-8"), "Crankwright.FCMacro", "exec")

@@ -43,6 +43,7 @@ def test_a_damaged_record_is_a_500_that_says_so_and_shows_nothing(tmp_path):
 
 def test_a_deleted_database_is_told_by_every_route_and_by_readiness(tmp_path):
     with keyed(tmp_path) as service:
+        service.warm()
         assert service.client.post(MASSES, json=BODY).status_code == 201
         assert service.client.get("/readyz").json()["database"] == "ok"
         (tmp_path / "runs.sqlite3").unlink()
@@ -56,6 +57,7 @@ def test_a_deleted_database_is_told_by_every_route_and_by_readiness(tmp_path):
 
 def test_a_full_database_is_507(tmp_path):
     with keyed(tmp_path) as service:
+        service.warm()
         connections = [service.store._engine.connect() for _ in range(6)]
         for connection in connections:
             connection.exec_driver_sql("PRAGMA max_page_count = 1")
@@ -90,6 +92,7 @@ def test_requests_have_ids_in_answers_and_in_the_log(tmp_path):
 
 def test_the_metrics_tell_solves_queues_and_the_store(tmp_path):
     with keyed(tmp_path) as service:
+        service.warm()
         before = service.client.get("/metrics").text
         assert service.client.post(MASSES, json=BODY).status_code == 201
         after = service.client.get("/metrics").text

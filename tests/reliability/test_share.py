@@ -48,6 +48,7 @@ def test_what_was_acknowledged_survives_kills(tmp_path: Path):
     rng, acknowledged = random.Random(1), {}
     for kill in range(KILLS):
         with Running(tmp_path) as running, running.client() as client:
+            wait_until(lambda: running.ready(client), 170.0)
             end = time.monotonic() + rng.uniform(0.3, 2.0)
             number = 0
             while time.monotonic() < end:
@@ -58,6 +59,7 @@ def test_what_was_acknowledged_survives_kills(tmp_path: Path):
                 number += 1
             running.end(signal.SIGKILL)
     with Running(tmp_path) as running, running.client() as client:
+        wait_until(lambda: running.ready(client), 170.0)
         for key, content in acknowledged.items():
             again = client.post("/api/v1/analyses/crank-masses", json=CHECK, headers={"Idempotency-Key": key})
             assert again.content == content

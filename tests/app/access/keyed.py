@@ -28,6 +28,10 @@ class Keyed:
     def store(self) -> RunStore:
         return self.client.app.state.service.store
 
+    def warm(self) -> None:
+        """Wait until what a test asks for can be solved."""
+        self.client.app.state.service.executor.wait_until_warm()
+
     def key(self, *scopes: Scope) -> tuple[str, str]:
         """A new key and its id."""
         shown, record = new_key("of a test", scopes)

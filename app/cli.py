@@ -271,15 +271,15 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
 
     from app import runs
     from app.api.bodies import parse
-    from app.designs.kind import Mode
+    from app.designs.kind import REFUSED, Mode
     from app.designs.registry import KINDS, job_of, modes_of
     from app.designs.schema import OUT_OF_TIME
     from app.errors import Problem
     from app.jobs.errors import BudgetExceeded
     from app.printing import print_run, shown_progress
+    from app.referring import resolved
     from app.store.migrate import upgrade
     from app.store.repository import RunStore
-    from app.submission import REFUSED, resolved
 
     mode = Mode(mode_name)
     known = [name for name, kind in KINDS.items() if mode in modes_of(kind)]

@@ -30,6 +30,9 @@ class Settings(BaseSettings):
     )
     log_format: LogFormat = Field(default=LogFormat.CONSOLE, description="console for people, json for a collector")
     log_level: LogLevel = Field(default=LogLevel.WARNING, description="the least severe records that are written")
+    form_patience_s: float = Field(
+        default=2.0, ge=0.0, le=GREATEST_TIME_S, description="how long a sent form waits for its answer"
+    )
     max_body_bytes: int = Field(default=1_000_000, ge=1_000, description="the largest request body accepted")
     max_batch_bytes: int = Field(default=4_000_000_000, ge=1_000, description="the largest body of a batch accepted")
     max_batch_items: int = Field(default=10_000_000, ge=1, le=2_000_000_000, description="the most items of a batch")

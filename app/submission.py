@@ -5,11 +5,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import math
 import threading
 import time
 from collections import Counter
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Coroutine
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -20,8 +19,7 @@ from app import metrics, runs
 from app.access.caller import caller
 from app.designs.kind import REFUSED, Answer, Job, Kind, Mode
 from app.designs.progress import Progress, Report, to_nobody
-from app.designs.references import UnfitRun, references, replaced
-from app.designs.refusals import INVALID, json_pointer
+from app.designs.refusals import INVALID
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import OUT_OF_TIME, DesignSettings, entry
 from app.errors import Problem
@@ -40,7 +38,10 @@ from app.jobs.errors import (
 from app.jobs.executor import Executor
 from app.jobs.turns import Length, TurnLimits, Turns
 from app.logging import get_logger
+from app.referring import resolved
+from app.sameness import same
 from app.single_flight import Flights
+from app.solve_ends import cut, named
 from app.store.errors import DamagedRecord, StoreClosed, UnknownRun
 from app.store.faults import StoreFault
 from app.store.hashing import canonical_json
@@ -59,61 +60,11 @@ _RETRY_S, _LONGEST_PAUSE_S = 0.2, 10.0
 _SHORT = (Mode.CHECK, Mode.ANALYSIS)
 """Modes that usually end in a moment."""
 _MOST_COMPLETED = 64
-_LAST_DIGITS = 1e-9
-
-
-async def resolved(store: RunStore, request: BaseModel) -> BaseModel:
-    """The request with every stored run that it names filled in. Raises Problem for a run that cannot serve."""
-    for path, reference in list(references(request)):
-        at = json_pointer((*path, "run_id"))
-        try:
-            run = json.loads(runs.run_json(await store.get(reference.run_id)))
-            request = replaced(request, path, reference.filled(run))
-        except UnknownRun:
-            found = entry(at, "no run has this id", "the id of a stored run")
-        except UnfitRun as unfit:
-            found = entry(at, unfit.reason, unfit.allowed)
-        else:
-            continue
-        raise Problem(422, INVALID, found["detail"], [found])
-    return request
 
 
 def time_asked(request: BaseModel) -> float | None:
     """What the request says that it may take [s], where it is one that can."""
     return request.time_budget_s if isinstance(request, DesignSettings) else None
-
-
-def same(one: Any, other: Any) -> bool:
-    """Whether two JSON values are the same but for the last digits of their numbers: many checks in one loop may round
-    otherwise than one."""
-    if isinstance(one, dict) and isinstance(other, dict):
-        return one.keys() == other.keys() and all(same(one[name], other[name]) for name in one)
-    if isinstance(one, list) and isinstance(other, list):
-        return len(one) == len(other) and all(map(same, one, other))
-    if isinstance(one, float) and isinstance(other, (int, float)):
-        return math.isclose(one, other, rel_tol=_LAST_DIGITS, abs_tol=_LAST_DIGITS)
-    return one == other
-
-
-def _named(run: RunRecord) -> dict[str, str]:
-    """What the log says of a run."""
-    return {"run_id": run.id, "kind": run.kind, "mode": run.mode}
-
-
-_CUT = {
-    "overrun": (logger.warning, "solve_overran"),
-    "memory": (logger.warning, "solve_out_of_memory"),
-    "crash": (logger.error, "worker_crashed"),
-    "failure": (logger.error, "solve_failed"),
-}
-
-
-def _cut(reason: str, run: RunRecord, error: Exception, **more: str) -> None:
-    """Log and count a solve that ended without an answer."""
-    log, event = _CUT[reason]
-    log(event, **_named(run), reason=str(error), **more)
-    metrics.ENDED.labels(reason).inc()
 
 
 @dataclass(frozen=True)
@@ -155,11 +106,16 @@ class Service:
         request = await self._acceptable(request)
         job = job_of(kind, mode)
         run = runs.queued(kind.slug, mode, request)
-        if job.repeatable:
-            earlier = await self.store.find_answer(run.spec_hash, run.solver_name, run.solver_version)
-            if earlier is not None and runs.complete(earlier) and (runs.met(earlier) or not job.best_in_time):
-                return runs.repeated(run, earlier, started)
-        return await self._solve(run, job, request, started)
+        return await self._repeated(run, job, started) or await self._solve(run, job, request, started)
+
+    async def _repeated(self, run: RunRecord, job: Job, started: float) -> RunRecord | None:
+        """The run with the answer of an earlier one that was asked the same, if there is one that will do."""
+        if not job.repeatable:
+            return None
+        earlier = await self.store.find_answer(run.spec_hash, run.solver_name, run.solver_version)
+        if earlier is None or not runs.complete(earlier) or (job.best_in_time and not runs.met(earlier)):
+            return None
+        return runs.repeated(run, earlier, started)
 
     async def _acceptable(self, request: BaseModel) -> BaseModel:
         """The request with the runs that it names filled in. Raises Problem for what this service cannot do."""
@@ -185,16 +141,16 @@ class Service:
         try:
             answer = await self._run(run, job, request, begun)
         except BudgetExceeded as error:
-            _cut("overrun", run, error)
+            cut("overrun", run, error)
             return runs.failed(run, 504, OUT_OF_TIME, str(error), started)
         except MemoryExceeded as error:
-            _cut("memory", run, error)
+            cut("memory", run, error)
             return runs.failed(run, 507, "The memory bound was reached", str(error), started)
         except WorkerCrashed as error:
-            _cut("crash", run, error)
+            cut("crash", run, error)
             return runs.failed(run, 500, "The solver failed", "the solve ended without an answer", started)
         except SolveFailed as error:
-            _cut("failure", run, error, exception=error.detail)
+            cut("failure", run, error, exception=error.detail)
             return runs.failed(run, 500, "The solver failed", "the solve ended without an answer", started)
         if answer.status == REFUSED and answer.problem is not None:
             problem = answer.problem
@@ -257,7 +213,7 @@ class Service:
             except JobError:
                 return run
             if answer.result is None or not same(kept, {name: answer.result.get(name) for name in kept}):
-                logger.warning("item_solved_differently", **_named(run))
+                logger.warning("item_solved_differently", **named(run))
                 return run
             self.completed[run_id] = canonical_json({**answer.result, **kept})
             while len(self.completed) > _MOST_COMPLETED:
@@ -324,6 +280,44 @@ class Service:
         if not self.accepted[who]:
             del self.accepted[who]
 
+    async def submit_within(self, kind: Kind, mode: Mode, request: BaseModel, patience_s: float) -> str:
+        """Answer a request and store the run; where that takes longer than one waits, store it as queued, and go on
+        with the same solve in the background. The run's id."""
+        started = time.perf_counter()
+        request = await self._acceptable(request)
+        job = job_of(kind, mode)
+        run = runs.queued(kind.slug, mode, request)
+        answered = await self._repeated(run, job, started)
+        if answered is None:
+            solve = asyncio.create_task(self._solve(run, job, request, started))
+            place: contextlib.ExitStack | None = None
+            try:
+                done, _ = await asyncio.wait({solve}, timeout=patience_s)
+                with contextlib.suppress(Busy):  # without a place for one more promise it is waited for
+                    place = None if done else self._place()
+                answered = await solve if place is None else None
+            except asyncio.CancelledError:  # the client is gone
+                solve.cancel()
+                raise
+            if place is not None:
+                going_on = self._go_on(run, self._insisted(solve, run, job, request), place)
+                return await asyncio.shield(asyncio.create_task(going_on))
+        return (await self._keep(answered, 201, None, "")).run_id
+
+    async def _go_on(self, run: RunRecord, solve: Awaitable[RunRecord], place: contextlib.ExitStack) -> str:
+        """Store a run as queued whose solve has begun; its id."""
+        with place:
+            await self._keep(run, 202, None, "")
+            self._follow(run, self._finish(run, solve), place.pop_all())
+        return run.id
+
+    async def _insisted(self, solve: Awaitable[RunRecord], run: RunRecord, job: Job, request: BaseModel) -> RunRecord:
+        """What the solve gives; begun again where it waited in vain for a worker, for now it is promised."""
+        try:
+            return await solve
+        except Busy:
+            return await self._solve_once_warm(run, job, request, time.perf_counter())
+
     async def cancel(self, run_id: str) -> bytes:
         """End a queued or running run as cancelled, and its solve; the run as JSON. Raises UnknownRun, and Problem once
         the run has ended."""
@@ -351,7 +345,11 @@ class Service:
                 self._begin(run, job, request, contextlib.ExitStack())
 
     def _begin(self, run: RunRecord, job: Job, request: BaseModel, place: contextlib.ExitStack) -> None:
-        task = asyncio.create_task(self._finish(run, job, request))
+        solve = self._solve_once_warm(run, job, request, time.perf_counter())
+        self._follow(run, self._finish(run, solve), place)
+
+    def _follow(self, run: RunRecord, work: Coroutine[Any, Any, None], place: contextlib.ExitStack) -> None:
+        task = asyncio.create_task(work)
         self.background[run.id] = task
 
         def ended(_task: asyncio.Task[None]) -> None:
@@ -368,17 +366,17 @@ class Service:
         first = await self.store.put(run, response if key else None)
         return first or response
 
-    async def _finish(self, run: RunRecord, job: Job, request: BaseModel) -> None:
-        """Solve a queued run and write down how it ended, whatever happens."""
+    async def _finish(self, run: RunRecord, solve: Awaitable[RunRecord]) -> None:
+        """Wait for the solve of a queued run and write down how it ended, whatever happens."""
         started = time.perf_counter()
         try:
-            ended = await self._solve_once_warm(run, job, request, started)
+            ended = await solve
         except Problem as problem:
             ended = runs.refused(run, problem.body, started)
         except ExecutorClosed:  # it stays open, and the next start takes it up
             return
         except Exception as error:
-            logger.exception("background_solve_failed", **_named(run))
+            logger.exception("background_solve_failed", **named(run))
             ended = runs.failed(run, 500, "The solver failed", type(error).__name__, started)
         await self._write_down(run, ended)
 
@@ -390,9 +388,9 @@ class Service:
                 await self.store.finish(run.id, runs.end_of(ended))
                 return
             except StoreFault as fault:
-                logger.error("end_not_stored", **_named(run), reason=str(fault))
+                logger.error("end_not_stored", **named(run), reason=str(fault))
             except (DamagedRecord, UnknownRun, StoreClosed) as error:
-                logger.error("end_not_stored", **_named(run), reason=str(error))
+                logger.error("end_not_stored", **named(run), reason=str(error))
                 return
             await asyncio.sleep(pause_s)
             pause_s = min(_LONGEST_PAUSE_S, 2.0 * pause_s)

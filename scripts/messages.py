@@ -24,6 +24,7 @@ from babel.messages.mofile import write_mo
 from babel.messages.pofile import read_po, write_po
 from pydantic import BaseModel
 
+from app.designs import claims
 from app.designs.flexible_rod.verdict import WORDS as ROD
 from app.designs.impact_linkage.verdict import WORDS as LINKAGE
 from app.designs.kind import Kind, Mode
@@ -46,8 +47,28 @@ TEMPLATES = ROOT / "app" / "web" / "templates"
 SOURCES = (*sorted((ROOT / "app" / "web").rglob("*.py")), ROOT / "app" / "designs" / "verdict.py")
 # The second argument of a Problem is its title.
 KEYWORDS: dict[str, Any] = {"_": None, "gettext": None, "ngettext": (1, 2), "Problem": (2,)}
-_ELSEWHERE = ("Not Found", "no run has this id", "there is no such kind or mode", "Internal Server Error")
-"""What frameworks and other parts of the service say on pages."""
+_ELSEWHERE = (
+    "Not Found",
+    "Internal Server Error",
+    "no run has this id",
+    "there is no such kind or mode",
+    claims.NOT_IN_THE_GAP,
+    "strips of rectangular section",
+    "all within the bounds, on the stock and steps asked for",
+    "no pin of this form that keeps strength and limits is lighter than lower_bound_g",
+    "no bushing of this form that keeps strength and limits is lighter than lower_bound_g",
+    "trust-region SQP on the full model, from the proven optimum of its core",
+    "local searches for the least violation on the full model",
+    "dynamic programming through cells of the break points, cut until bound and best meet",
+    "branch and bound over the cone's shape, narrowing and widening",
+    "branch and bound over the free ratio of every type, orientation included",
+    "Lagrangian dual, tangents at the answer",
+    "one unknown",
+    "thin ring with load factor",
+    "the ring's hoop stress is not judged: the effect ovalization is left out",
+    "the speed would swing by more than a tenth: forces at constant speed are not what will happen",
+)
+"""What frameworks, solvers and other parts of the service say on pages; what has figures in it stays English."""
 _FIELDS_DEEP = 5
 _WORD = re.compile(r"[^\W\d_]{3}")
 """What has no three letters in a row is a symbol, the same in every language."""
@@ -102,6 +123,7 @@ def registered() -> set[str]:
     found |= {word.label for words in (ROD, PIN, LINKAGE) for word in words.values()}
     found |= {denial for kind in KINDS.values() for denial in kind.denials.values()}
     found |= {*captions.CAPTIONS.values(), *captions.OF_A_KIND.values(), *shaping.SIZES.values()}
+    found |= {text for texts in claims.FIXED for text in texts.values()}
     found |= {part for export in EXPORTS.values() for part in export.title.split(": ", 1)} | set(captions.PART_TITLES)
     found |= {sentence for caption in captions.PARTS.values() for sentence in SENTENCES.split(caption)}
     found |= {*SAYS.values(), *ALLOWED_BY_TYPE.values(), *(text for text in LIMITS.values() if text != "{}")}
@@ -134,7 +156,7 @@ def _names() -> Iterator[str]:
             for root in (job.request, job.result):
                 for name, annotation in _fields(root, 0):
                     words = split_unit(name)[0]
-                    yield from (words, words.removeprefix("min ").removeprefix("max "))
+                    yield from (words, words.removeprefix("min ").removeprefix("max "), words.removesuffix(" max"))
                     yield from (_plain(value) for value in _values(annotation))
 
 

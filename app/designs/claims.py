@@ -53,6 +53,10 @@ _PIN_RANGES = {
 }
 
 
+FIXED = (_PIN_FORMS, _BUSHING_FORMS, _PIN_RANGES)
+"""What claims say that depends on no figure."""
+
+
 def of_pin(outcome: Outcome[Any], form: str, outside: bool, limited: Sequence[str]) -> Claim:
     """Of the lightest pin or bushing of a form; ``limited`` are the names of the limits asked for."""
     part, ran = ("bushing" if outside else "pin"), _ran(outcome)

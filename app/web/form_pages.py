@@ -22,10 +22,11 @@ from app.web.drawings import drawn
 from app.web.forms.faults import Faults, placed
 from app.web.forms.groups import Group
 from app.web.forms.nodes import Texts, applies
-from app.web.forms.numbers import others, shown
+from app.web.forms.numbers import others
 from app.web.forms.tree import form_of
 from app.web.forms.words import script_words
 from app.web.languages import gettext as _
+from app.web.part import checked_as
 from app.web.rendering import page, templates
 
 router = APIRouter(include_in_schema=False)
@@ -117,12 +118,14 @@ async def _texts_of_run(
     if run["kind"] != kind.slug or run["mode"] not in kind.jobs:
         raise Problem(409, "Another form", f"the run is of {run['kind']}, {run['mode']}")
     asked: dict[str, str] = {}
-    form_of(kind, Mode(run["mode"])).take(run["spec"], asked)
     if run["mode"] == mode:
+        form_of(kind, mode).take(run["spec"], asked)
         return asked
-    texts = _carried(kind, Mode(run["mode"]), mode, asked, example)
-    found = {f"dimensions.{name}": value for name, value in ((run["result"] or {}).get("dimensions") or {}).items()}
-    return texts | {name: shown(value) for name, value in found.items() if name in texts}
+    if mode is Mode.CHECK:
+        form_of(kind, mode).take({**kind.example(mode), **run["spec"], **checked_as(run)}, asked)
+        return asked
+    form_of(kind, Mode(run["mode"])).take(run["spec"], asked)
+    return _carried(kind, Mode(run["mode"]), mode, asked, example)
 
 
 def _carried(kind: Kind, old: Mode, new: Mode, filled: Texts, example: dict[str, str]) -> dict[str, str]:
@@ -145,8 +148,9 @@ async def submit(request: Request, slug: str, mode: str = "design", was: str | N
         return await _shown(request, kind, chosen, _carried(kind, old, chosen, texts, _example(form, kind, chosen)))
     service: Service = request.app.state.service
     try:
-        work = service.submit(kind, chosen, _asked(kind, chosen, form.value(texts)), None, "")
-        stored = await while_here(request.receive, work)
+        asked = _asked(kind, chosen, form.value(texts))
+        work = service.submit_within(kind, chosen, asked, request.app.state.settings.form_patience_s)
+        run_id = await while_here(request.receive, work)
     except Problem as problem:
         return await _shown(request, kind, chosen, texts, placed(form, texts, problem), 422)
     except Busy as error:
@@ -154,7 +158,7 @@ async def submit(request: Request, slug: str, mode: str = "design", was: str | N
         shown = await _shown(request, kind, chosen, texts, status=refused.status, notice=why)
         shown.headers.update(refused.headers)
         return shown
-    return RedirectResponse(f"/runs/{stored.run_id}", status_code=303)
+    return RedirectResponse(f"/runs/{run_id}", status_code=303)
 
 
 def _asked(kind: Kind, mode: Mode, spec: Mapping[str, Any]) -> Any:

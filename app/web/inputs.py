@@ -11,7 +11,9 @@ from pydantic import BaseModel, ValidationError
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, job_of
 from app.web.fields import named, split_unit
+from app.web.forms.tree import form_of
 from app.web.languages import gettext as _
+from app.web.languages import language
 
 _MOST_SHOWN = 6
 """Numbers of a list that are shown one by one; of a longer one the ends."""
@@ -37,15 +39,26 @@ def groups(run: Mapping[str, Any]) -> list[Group]:
     """The run's spec without what was not given, single values of the request last."""
     spec = run["spec"].get("spec", run["spec"]) if run["mode"] == Mode.ACCURACY else run["spec"]
     model = _model(run, spec)
+    told = _helps(run)
     ordered = _ordered(spec, model)
     found: dict[str, list[Input]] = {}
     for path, value, help in _leaves(ordered, model):
         if value is not None and value != [] and path != ("name",):
-            found.setdefault(path[0] if len(path) > 1 else "", []).append(_input(path, value, help))
+            found.setdefault(path[0] if len(path) > 1 else "", []).append(
+                _input(path, value, told.get(".".join(path), "") if told else help)
+            )
     rest = found.pop("", [])
     return [Group(named(name)[0], tuple(items)) for name, items in found.items()] + (
         [Group(_("request"), tuple(rest))] * bool(rest)
     )
+
+
+def _helps(run: Mapping[str, Any]) -> dict[str, str]:
+    """What the form says of its fields, by path, where the page is not in English: the model's own descriptions are."""
+    mode = Mode(run["mode"])
+    if language() == "en" or mode not in KINDS[run["kind"]].jobs:
+        return {}
+    return {part.path: part.help for part in form_of(KINDS[run["kind"]], mode).every() if part.path}
 
 
 def differing(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[tuple[Input, str, str]]:
@@ -102,7 +115,7 @@ def _input(path: tuple[str, ...], value: Any, help: str) -> Input:
         unit = split_unit(path[0])[1]
     numbered = [part for part in path[1:-1] if part.isdigit()]
     words = " ".join([*(named(part)[0] for part in path[1:-1] if not part.isdigit()), words, *numbered])
-    return Input(".".join(path), words, f"{_shown(value)} {unit}".rstrip(), _(help))
+    return Input(".".join(path), words, f"{_shown(value)} {unit}".rstrip(), help)
 
 
 def _shown(value: Any) -> str:

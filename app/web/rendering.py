@@ -10,6 +10,7 @@ from typing import Any
 from fastapi import Request, Response
 from fastapi.responses import HTMLResponse
 from fastapi.templating import Jinja2Templates
+from markupsafe import Markup
 
 from app.access.forgery import FIELD
 from app.access.sessions import session
@@ -60,6 +61,12 @@ def spoken(text: str) -> str:
     return gettext(text)
 
 
+def foreign(text: str) -> Markup:
+    """The attribute that says that a text made elsewhere is English, where the page is not and the catalogue has no
+    translation."""
+    return Markup(' lang="en"') if language() != "en" and gettext(text) == text else Markup()
+
+
 def first_upper(text: str) -> str:
     """With a capital letter in front, all else as it is."""
     return text[:1].upper() + text[1:]
@@ -83,6 +90,7 @@ templates.env.filters["short"] = short
 templates.env.filters["plain"] = plain
 templates.env.filters["summary"] = summary
 templates.env.filters["spoken"] = spoken
+templates.env.filters["foreign"] = foreign
 templates.env.filters["first_upper"] = first_upper
 templates.env.globals["back_of"] = back_of
 templates.env.globals["language"] = language

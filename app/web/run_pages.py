@@ -18,6 +18,7 @@ from app.web.comparison import compare
 from app.web.downloads import downloads_of
 from app.web.effects import effect_rows
 from app.web.inputs import groups
+from app.web.languages import gettext as _
 from app.web.listing import Listing, asked_of
 from app.web.part import made_part, part_of
 from app.web.rendering import page
@@ -100,7 +101,7 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
         if isinstance(value, (int, float, str)) and not isinstance(value, bool) and name not in _SAID_ELSEWHERE
     }
     if "worst_fibre" in numbers:
-        numbers["worst_fibre"] = "outer, +h/2" if numbers["worst_fibre"] > 0 else "inner, −h/2"
+        numbers["worst_fibre"] = _("outer, +h/2") if numbers["worst_fibre"] > 0 else _("inner, −h/2")
     succeeded = run["status"] == RunStatus.SUCCEEDED
     own = run["mode"] in kind.jobs
     drawing, caption = part_of(kind, run) if own else ("", "")
@@ -115,8 +116,9 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
         plots=captioned(run["kind"], plots_for(kind, run)) if succeeded else [],
         studied=own and succeeded and Mode.ACCURACY in modes_of(kind),
         again=own,
+        checkable=run["mode"] == Mode.DESIGN and succeeded and Mode.CHECK in kind.jobs,
         inputs=groups(run),
-        shaped=sentences(result),
+        shaped=sentences(run),
         effects=effect_rows(kind, run),
         switchable=own and run["status"] not in OPEN_STATUSES,
         stock=stock_offer(run),

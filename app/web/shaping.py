@@ -14,15 +14,25 @@ _LITTLE = 5e-4
 """A sensitivity that moves the objective by less than a two-thousandth of the change is not told in figures."""
 
 
-def sentences(result: Mapping[str, Any]) -> list[dict[str, str]]:
-    """For every active constraint its name, and what one per cent of it is worth."""
+def sentences(run: Mapping[str, Any]) -> list[dict[str, str]]:
+    """For every active constraint of a found design its name, and what one per cent of it is worth where that is
+    known."""
+    result = run["result"] or {}
     objective = str(result.get("objective", "mass"))
     told = [
         {"name": _allowed(item["name"]), "worth": _worth(item["name"], item["sensitivity"], objective)}
         for item in result.get("active_constraints") or ()
     ]
     limits = result.get("active_limits") or ()
-    return told + [{"name": _allowed(name), "worth": _("used up: more of it gives a better one")} for name in limits]
+    used_up = _("just met; a looser one would give a better design")
+    criteria = run["verdict"]["criteria"] if run["verdict"] else ()
+    labels = {item["name"]: _(item["label"]) for item in criteria}
+    told += [{"name": labels.get(name) or _allowed(name), "worth": used_up} for name in limits]
+    if told or run["mode"] != "design" or not run["verdict"] or "active_limits" in result:
+        return told
+    # Where the solver names none, those that leave nothing to spare.
+    spent = (item for item in criteria if item["margin"] is not None and item["margin"] < _LITTLE)
+    return [{"name": _(item["label"]), "worth": used_up} for item in spent]
 
 
 def _allowed(name: str) -> str:

@@ -44,6 +44,9 @@ def send(page: Page, button: str) -> str:
     """Submit, and the verdict's sentence or, of an analysis, nothing."""
     page.get_by_role("button", name=button, exact=True).click()
     page.wait_for_url("**/runs/*", timeout=60_000)
+    # What takes longer is followed by its page, and told there once it is done.
+    page.wait_for_selector("text=This run as JSON >> visible=true", timeout=60_000)
+    expect(page.locator("[data-live]")).to_have_count(0, timeout=60_000)
     verdict = page.locator(".verdict .summary")
     return verdict.first.inner_text() if verdict.count() else ""
 

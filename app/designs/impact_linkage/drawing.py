@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,8 @@ _TURNED = np.radians(56.0)
 _PARAMETERS = (3.0, 6.0, 1.5, 12.0)
 _CLOSED = 1e-3
 """A closure missed by more is drawn as it stands."""
+_MOST_ROOM = 2.5
+"""The greatest room that is drawn around known links, times what they take."""
 _LINKS = ("base", "crank", "coupler", "rocker")
 
 
@@ -69,7 +72,7 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
         for name in _LINKS
         if paths
     ]
-    room, more = _room(request, shapes)
+    room, more = _room(request, shapes, math.inf if not paths else _MOST_ROOM)
     return Drawing(
         "The four links, to scale", (*shapes, *room), (*dimensions, *more),
         caption=caption + (" Dashed: at the blow." if ways else " These lengths do not close.") + " mm, to scale.",
@@ -127,7 +130,9 @@ def _scene(request: dict[str, Any]) -> linkage.Scene | None:
     )
 
 
-def _room(request: dict[str, Any], shapes: list[Line | Circle]) -> tuple[list[Line | Circle], list[Dimension]]:
+def _room(
+    request: dict[str, Any], shapes: list[Line | Circle], most: float
+) -> tuple[list[Line | Circle], list[Dimension]]:
     """The box or the pipe that it must keep within, around the middle of what it sweeps."""
     wide, high = length(request, "limits.width_mm"), length(request, "limits.height_mm")
     pipe = length(request, "limits.enclosing_radius_mm")
@@ -136,6 +141,12 @@ def _room(request: dict[str, Any], shapes: list[Line | Circle]) -> tuple[list[Li
     own_wide, own_high = max(xs) - min(xs), max(ys) - min(ys)
     out: list[Line | Circle] = []
     dimensions: list[Dimension] = []
+    # Room beside which known links could not be seen is not drawn.
+    seen = most * max(own_wide, own_high)
+    if max(wide or 0.0, high or 0.0) > seen:
+        wide = high = None
+    if pipe and 2.0 * pipe > seen:
+        pipe = None
     if wide or high:
         w, h = 0.5 * (wide or own_wide), 0.5 * (high or own_high)
         out.append(rectangle(x - w, y - h, x + w, y + h, Layer.HIDDEN))

@@ -22,6 +22,6 @@ WORDS = {
     "enclosing_radius": Word("enclosing_radius_mm", "radius around all it sweeps", "mm", MILLI),
     "max_pin_force": Word("max_pin_force_n", "pin force", "N"),
     "coupler_peak": Word("coupler_peak_n", "pin force after a blow that mismatches", "N"),
-    "least_transmission_angle": Word("transmission_angle_deg.0", "transmission angle", "°", _DEGREE),
-    "greatest_transmission_angle": Word("transmission_angle_deg.1", "transmission angle", "°", _DEGREE),
+    "least_transmission_angle": Word("transmission_angle_deg.0", "least transmission angle", "°", _DEGREE),
+    "greatest_transmission_angle": Word("transmission_angle_deg.1", "greatest transmission angle", "°", _DEGREE),
 }

@@ -79,6 +79,11 @@ class Group(Node):
                 for child in self.children:
                     yield from child.parts(texts)
 
+    def every(self) -> Iterator[Node]:
+        yield self
+        for child in self.children:
+            yield from child.every()
+
     def names(self) -> Iterator[str]:
         if self.toggled:
             yield self.box
@@ -131,6 +136,11 @@ class Union(Node):
         if applies(self.when, texts):
             yield self
             yield from self.chosen(texts).part.parts(texts)
+
+    def every(self) -> Iterator[Node]:
+        yield self
+        for member in self.members:
+            yield from member.part.every()
 
     def names(self) -> Iterator[str]:
         yield self.name

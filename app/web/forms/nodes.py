@@ -85,6 +85,10 @@ class Node:
         if applies(self.when, texts):
             yield self
 
+    def every(self) -> Iterator[Node]:
+        """Itself and all below, whether it applies or not."""
+        yield self
+
     def names(self) -> Iterator[str]:
         """The names of all inputs."""
         yield self.name

@@ -282,8 +282,8 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
     from app.store.repository import RunStore
 
     mode = Mode(mode_name)
-    known = [name for name, kind in KINDS.items() if mode in modes_of(kind)]
-    if slug not in known:
+    if slug not in KINDS or mode not in modes_of(KINDS[slug]):
+        known = [name for name, kind in KINDS.items() if mode in modes_of(kind)]
         _refuse({"title": "No such kind", "detail": "there are " + ", ".join(known)})
     job = job_of(KINDS[slug], mode)
     try:

@@ -5,14 +5,9 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from fastapi import FastAPI, Request
-from fastapi.exceptions import RequestValidationError
-from fastapi.responses import Response
 from pydantic import ValidationError
-from starlette.exceptions import HTTPException
-from starlette.requests import ClientDisconnect
 
 from app.designs.refusals import INVALID, summed_up
 from app.designs.schema import Entry
@@ -21,6 +16,10 @@ from app.jobs.errors import Busy, ExecutorClosed, ShareUsed, Warming
 from app.logging import get_logger
 from app.store.errors import DamagedRecord, IdempotencyConflict, InvalidCursor, StoreClosed, UnknownBatch, UnknownRun
 from app.store.faults import StoreFault, Trouble
+
+if TYPE_CHECKING:  # the command line refuses without a web framework
+    from fastapi import FastAPI, Request, Response
+
 
 logger = get_logger(__name__)
 
@@ -50,6 +49,8 @@ class Problem(Exception):
 
 def problem_response(problem: Problem) -> Response:
     """The problem as a response."""
+    from fastapi import Response
+
     # ASCII only: a lone surrogate in a field's name cannot be encoded as UTF-8, but can be escaped.
     body = json.dumps(problem.body, allow_nan=False)
     return Response(body, status_code=problem.status, headers=problem.headers, media_type=MEDIA_TYPE)
@@ -89,6 +90,10 @@ _BUSY: dict[type[Busy], tuple[int, str]] = {
 
 def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -> None:
     """Answer every refusal of the service with problem details, or with ``page`` where that makes one."""
+    from fastapi.exceptions import RequestValidationError
+    from starlette.exceptions import HTTPException
+    from starlette.requests import ClientDisconnect
+    from starlette.responses import Response
 
     def answer(request: Request, problem: Problem) -> Response:
         return page(request, problem) or problem_response(problem)

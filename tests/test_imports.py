@@ -14,14 +14,22 @@ COMPILER = {"numba", "llvmlite"}
 NUMERICS = {"scipy", "cvxpy", "mpmath", "clarabel"}
 STORE = {"alembic", "mako"}
 OTHERS = {"ezdxf", "build123d", "OCP", "typst", "matplotlib", "pandas", "openmdao", "httpx", "playwright", "IPython"}
+MOST_MODULES = 1400
+"""Of a check on the command line, of which numba and numpy are three hundred."""
 WEB = {"fastapi", "starlette", "uvicorn", "sqlalchemy", "pydantic", "numpy"}
+
+
+def modules(code: str, *arguments: str) -> set[str]:
+    """The modules that are loaded after the code has run."""
+    told = f"{code}\nimport sys; print('', *sys.modules, sep=chr(10))"
+    command = [sys.executable, "-c", told, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=True)
+    return set(done.stdout.split())
 
 
 def imported(code: str) -> set[str]:
     """The packages that are loaded after the code has run."""
-    told = f"{code}; import sys; print(*sorted({{name.partition('.')[0] for name in sys.modules}}))"
-    done = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, cwd=ROOT, check=True)
-    return set(done.stdout.split())
+    return {name.partition(".")[0] for name in modules(code)}
 
 
 @pytest.mark.parametrize(
@@ -37,3 +45,28 @@ def imported(code: str) -> set[str]:
 )
 def test_an_import_brings_nothing_that_is_not_needed(code: str, unwanted: set[str]) -> None:
     assert not imported(code) & unwanted
+
+
+def test_a_kind_brings_no_other() -> None:
+    loaded = modules("from app.designs.registry import KINDS; KINDS['pin-profile']")
+    assert "solvers.pin.check" in loaded
+    assert not {"solvers.rod.check", "solvers.linkage.check", "app.designs.flexible_rod.kind"} & loaded
+
+
+CHECK = """
+from app.cli import main
+try:
+    main()
+except SystemExit as ended:
+    assert ended.code == 0
+"""
+
+
+def test_a_check_on_the_command_line_brings_its_wing_and_no_compiler(tmp_path: Path) -> None:
+    """Neither what numba compiles by nor what serves; the budget is for packages to come, which take time as well."""
+    file = str(ROOT / "app/designs/examples/pin-profile-check.json")
+    command = ("check", "pin-profile", file, "--database-url", f"sqlite:///{tmp_path}/runs.sqlite3")
+    modules(CHECK, *command)  # the database is made, and kernels are there
+    loaded = modules(CHECK, *command)
+    assert not {"numba.typed.dictimpl", "fastapi", "starlette", "uvicorn", "alembic", "solvers.rod.check"} & loaded
+    assert len(loaded) < MOST_MODULES

@@ -7,7 +7,7 @@ import json
 import tempfile
 from collections.abc import AsyncIterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Header, Query, Request, Response
 from fastapi.responses import StreamingResponse
@@ -99,13 +99,15 @@ async def list_batches(
     request: Request,
     kind: str | None = None,
     mode: Mode | None = None,
-    status: BatchStatus | None = None,
+    status: Literal["queued", "running", "ended", "cancelled"] | None = None,
     name: Annotated[str | None, Query(max_length=200, description="the whole name")] = None,
     cursor: Annotated[str | None, Query(max_length=36)] = None,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> dict[str, Any]:
     """Batches that satisfy all filters, newest first; ``next_cursor`` asks for the next page."""
-    found, cursor = await _service(request).list(BatchFilter(kind, mode, status, name), cursor, limit)
+    found, cursor = await _service(request).list(
+        BatchFilter(kind, mode, status and BatchStatus(status), name), cursor, limit
+    )
     return {"items": [batch_json(batch) for batch in found], "next_cursor": cursor}
 
 

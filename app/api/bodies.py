@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from typing import Any, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
-from fastapi import Request
 from pydantic import ValidationError
 
 from app.designs.refusals import INVALID, json_pointer
 from app.designs.schema import Entry, entry
 from app.errors import Problem, invalid
+
+if TYPE_CHECKING:
+    from fastapi import Request
 
 
 class Body(Protocol):

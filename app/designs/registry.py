@@ -1,23 +1,46 @@
-"""The only list of kinds."""
+"""The only list of kinds. A kind is imported when it is asked for: a check of a pin needs nothing of a rod."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib import import_module
 from typing import Any
 
 from app.designs.accuracy import study_job
-from app.designs.crank_dynamics.kind import CRANK_DYNAMICS
-from app.designs.crank_masses.kind import CRANK_MASSES
-from app.designs.flexible_rod.kind import FLEXIBLE_ROD
-from app.designs.impact_linkage.kind import IMPACT_LINKAGE
 from app.designs.kind import Job, Kind, Mode, Plot
 from app.designs.pictures.effect_bars import effect_bars
 from app.designs.pictures.work_precision import work_precision
-from app.designs.pin_profile.kind import PIN_PROFILE
 
-KINDS: dict[str, Kind] = {
-    kind.slug: kind for kind in (FLEXIBLE_ROD, PIN_PROFILE, IMPACT_LINKAGE, CRANK_DYNAMICS, CRANK_MASSES)
-}
+_SLUGS = ("flexible-rod", "pin-profile", "impact-linkage", "crank-dynamics", "crank-masses")
+"""Each names its package and the object of its module ``kind``."""
+
+
+class _Kinds(Mapping[str, Kind]):
+    def __getitem__(self, slug: str) -> Kind:
+        if slug not in _SLUGS:
+            raise KeyError(slug)
+        return _kind(slug)
+
+    def __contains__(self, slug: object) -> bool:
+        return slug in _SLUGS
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_SLUGS)
+
+    def __len__(self) -> int:
+        return len(_SLUGS)
+
+
+@cache
+def _kind(slug: str) -> Kind:
+    name = slug.replace("-", "_")
+    found = getattr(import_module(f"app.designs.{name}.kind"), name.upper())
+    assert isinstance(found, Kind) and found.slug == slug
+    return found
+
+
+KINDS: Mapping[str, Kind] = _Kinds()
 
 
 def job_of(kind: Kind, mode: Mode) -> Job:

@@ -52,7 +52,8 @@ def _digest() -> str:
     import solvers
     from app.designs import rehearsals
 
-    processor = f"{numba.config.CPU_NAME or get_host_cpu_name()} {get_host_cpu_features().flatten()}"
+    name, features = numba.config.CPU_NAME, numba.config.CPU_FEATURES
+    processor = f"{name or get_host_cpu_name()} {get_host_cpu_features().flatten() if features is None else features}"
     versions = f"{sys.version} {numba.__version__} {platform.machine()} {numba.config.CACHE_DIR}"
     digest = hashlib.sha256(f"{versions} {processor}".encode())
     root = Path(solvers.__file__).parent

@@ -1,21 +1,19 @@
 """Kernels are compiled before they are asked for: part by part, in processes of their own, told how far it is.
 
-A part is a kind and a mode (`app.designs.rehearsals.PARTS`). What one process has compiled the next one finds on disk.
+A part is a kind and a mode (`app.designs.rehearsals.PARTS`). First the kernels that it is known to call are compiled by
+themselves (`app.designs.entries`), in bundles that two processes share out; then its rehearsals are solved, which finds
+these on disk, compiles what was not known, and leaves the mark.
 """
 
 from __future__ import annotations
 
-import gc
-import os
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from multiprocessing.connection import Connection
-from typing import Any
 
-from app.jobs import marks
+from app.jobs.compiling import Unit, compile_units, solve_rehearsals, tell_what_is_there
 from app.jobs.errors import Warming, WorkerCrashed
 from app.jobs.marks import Part
 from app.jobs.template import Child, Template
@@ -25,7 +23,6 @@ logger = get_logger(__name__)
 
 PROCESSES = 2
 _ATTEMPTS = 3
-_NICENESS = 5
 _BETWEEN_REPORTS_S = 0.25
 _USUAL_S, _WEIGHT = 0.25, 10
 """Seconds that a kernel takes as long as nothing was measured, and how many kernels outweigh that guess."""
@@ -51,6 +48,14 @@ class _Progress:
     attempts: int = 0
 
 
+@dataclass(frozen=True)
+class _Step:
+    """A bundle of entries to compile, or without one, a part's rehearsals."""
+
+    part: Part
+    unit: Unit = ()
+
+
 @dataclass
 class _Wing:
     """The kernels of one kind: all there are, and those that are there."""
@@ -73,8 +78,10 @@ class KernelWarming:
         self._template, self._told, self._processes = template, told, processes
         self._parts: dict[Part, _Progress] = {}
         self._wings: dict[str, _Wing] = {}
-        self._waiting: deque[Part] = deque()
-        self._lock = threading.Lock()
+        self._waiting: deque[_Step] = deque()
+        self._running: list[_Step] = []
+        self._lock = threading.RLock()
+        self._changed = threading.Condition(self._lock)
         self._children: list[Child] = []
         self._closed = False
         self._done = threading.Event()
@@ -174,7 +181,7 @@ class KernelWarming:
             try:
                 child = self._template.fork(tell_what_is_there)
                 try:
-                    there, kernels = child.connection.recv()
+                    there, kernels, units = child.connection.recv()
                 finally:
                     child.kill()
                     self._template.exit_code(child)
@@ -190,49 +197,110 @@ class KernelWarming:
             self._began = time.monotonic()
             self._parts = {part: _Progress("warm" if warm else "waiting") for part, warm in there.items()}
             self._wings = {kind: _Wing(frozenset(names)) for kind, names in kernels.items()}
-            self._waiting.extend(part for part, warm in there.items() if not warm)
-        for kind in {kind for kind, _ in self._waiting}:
+            for part in (part for part, warm in there.items() if not warm):
+                self._waiting.extend(_Step(part, unit) for unit in units[part])
+                self._waiting.append(_Step(part))
+        for kind in {step.part[0] for step in self._waiting}:
             self._told(self.warmth(kind))
 
     def _compile_in_turn(self) -> None:
-        while not self._closed:
-            with self._lock:
-                if not self._waiting:
-                    return
-                part = self._waiting.popleft()
-                progress = self._parts[part]
-                progress.state = "compiling"
-                progress.attempts += 1
-            state = "warm" if self._compile(part) else "failed"
-            with self._lock:
-                if state == "failed" and progress.attempts < _ATTEMPTS and not self._closed:
-                    state = "waiting"
-                    self._waiting.append(part)
-                progress.state = state
-            if state == "waiting":
-                time.sleep(1.0)
-            elif not self._closed:
-                now = self.warmth(part[0])
-                (logger.error if state == "failed" else logger.info)("kernels", kind=part[0], mode=part[1], state=state)
-                self._told(now)
-
-    def _compile(self, part: Part) -> bool:
+        """One of the processes' turns: the next step that can be done, until there is none."""
+        compiler = _Compiler(self._template, self._hear)
         try:
-            child = self._template.fork(compile_part, part)
+            while (step := self._next()) is not None:
+                try:
+                    if step.unit:
+                        compiler.compile(step)
+                    else:
+                        self._rehearse(step)
+                finally:
+                    with self._changed:
+                        self._running.remove(step)
+                        self._changed.notify_all()
+        finally:
+            compiler.close()
+
+    def _next(self) -> _Step | None:
+        """The first step that waits for nothing: rehearsals wait for the entries ahead of them."""
+        with self._changed:
+            while self._waiting and not self._closed:
+                order = list(self._parts)
+                busy = min((order.index(step.part) for step in self._running if step.unit), default=len(order))
+                found = next((s for s in self._waiting if s.unit or order.index(s.part) < busy), None)
+                if found is not None:
+                    self._waiting.remove(found)
+                    self._running.append(found)
+                    self._parts[found.part].state = "compiling"
+                    return found
+                self._changed.wait(_BETWEEN_REPORTS_S)
+        return None
+
+    def _hear(self, part: Part, names: list[str]) -> None:
+        with self._lock:
+            for wing in self._wings.values():
+                wing.compiled.update(name for name in names if name in wing.kernels)
+        self._told(self.warmth(part[0]))
+
+    def _rehearse(self, step: _Step) -> None:
+        part, progress = step.part, self._parts[step.part]
+        progress.attempts += 1
+        state = "warm" if self._solve(part) else "failed"
+        with self._lock:
+            if state == "failed" and progress.attempts < _ATTEMPTS and not self._closed:
+                state = "waiting"
+                self._waiting.append(step)
+            progress.state = state
+        if state == "waiting":
+            time.sleep(1.0)
+        elif not self._closed:
+            now = self.warmth(part[0])
+            (logger.error if state == "failed" else logger.info)("kernels", kind=part[0], mode=part[1], state=state)
+            self._told(now)
+
+    def _solve(self, part: Part) -> bool:
+        try:
+            child = self._template.fork(solve_rehearsals, part)
         except WorkerCrashed:
             return False
         try:
             while (told := child.connection.recv()) is not None:
-                with self._lock:
-                    for wing in self._wings.values():
-                        wing.compiled.update(name for name in told if name in wing.kernels)
-                self._told(self.warmth(part[0]))
+                self._hear(part, told)
             return True
         except (EOFError, OSError):
             return False
         finally:
             child.kill()
             self._template.exit_code(child)
+
+
+class _Compiler:
+    """A process that compiles one bundle after the other, of one kind: it knows the inner kernels that they share."""
+
+    def __init__(self, template: Template, hear: Callable[[Part, list[str]], None]) -> None:
+        self._template, self._hear = template, hear
+        self._child: Child | None = None
+        self._kind = ""
+
+    def compile(self, step: _Step) -> None:
+        """Compile a bundle; whatever cannot be compiled here is left to the rehearsals."""
+        if step.part[0] != self._kind:
+            self.close()
+            self._kind = step.part[0]
+        try:
+            if self._child is None:
+                self._child = self._template.fork(compile_units)
+            self._child.connection.send(step.unit)
+            while (told := self._child.connection.recv()) is not None:
+                self._hear(step.part, told)
+        except (WorkerCrashed, EOFError, OSError):
+            self.close()
+
+    def close(self) -> None:
+        """End the process."""
+        if self._child is not None:
+            self._child.kill()
+            self._template.exit_code(self._child)
+            self._child = None
 
 
 def in_words(warmth: Warmth) -> str:
@@ -245,60 +313,3 @@ def in_words(warmth: Warmth) -> str:
         "failed": "its kernels could not be compiled beforehand; each is compiled when it is asked for",
     }
     return f"{warmth.kind:16} {told[warmth.state]}"
-
-
-def tell_what_is_there(connection: Connection) -> None:
-    """In a child: which parts are compiled, and the names of the kernels of each kind."""
-    from app.designs.rehearsals import PARTS, WINGS
-    from solvers.numerics.jit import KERNELS
-
-    names = [_named(kernel) for kernel in KERNELS]
-    kernels = {kind: [name for name in names if name.startswith(wing + ".")] for kind, wing in WINGS.items()}
-    connection.send(({part: marks.is_left(part) for part in PARTS}, kernels))
-    _wait_for_the_end(connection)
-
-
-def compile_part(connection: Connection, part: Part) -> None:
-    """In a child: solve the part's rehearsals, telling which kernels are there, and leave a mark."""
-    from app.designs.rehearsals import rehearsals_of
-
-    os.nice(_NICENESS)
-    # The compiler makes millions of objects that live on: looking through them again and again is a fifth of its time.
-    gc.freeze()
-    gc.set_threshold(200_000, 50, 100)
-    ended = threading.Event()
-    reporter = threading.Thread(target=_report, args=(connection, ended), daemon=True)
-    reporter.start()
-    for job, request in rehearsals_of(*part):
-        job.rehearse(request)
-    marks.leave(part)
-    ended.set()
-    reporter.join()
-    connection.send(None)
-    _wait_for_the_end(connection)
-
-
-def _report(connection: Connection, ended: threading.Event) -> None:
-    from solvers.numerics.jit import KERNELS
-
-    told: set[str] = set()
-    while True:
-        last = ended.wait(_BETWEEN_REPORTS_S)
-        now = {_named(kernel) for kernel in list(KERNELS) if kernel.is_compiled}
-        if now - told:
-            connection.send(sorted(now - told))
-            told |= now
-        if last:
-            return
-
-
-def _named(kernel: Any) -> str:
-    return f"{kernel.py_func.__module__}.{kernel.py_func.__name__}"
-
-
-def _wait_for_the_end(connection: Connection) -> None:
-    """The service has read everything when it kills this process or closes the connection."""
-    try:
-        connection.recv()
-    except (EOFError, OSError):
-        return

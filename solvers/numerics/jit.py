@@ -18,6 +18,8 @@ from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from solvers.numerics import linking, loading
+
 F = TypeVar("F", bound=Callable[..., object])
 
 _ROOT = Path(__file__).parents[2]
@@ -39,7 +41,9 @@ class Kernel:
     @cached_property
     def compiled(self) -> Any:
         """As Python calls it: compiled for the types it is called with, or loaded from the disk."""
-        return _kept(self._dispatcher(cache=True))
+        dispatcher = _kept(self._dispatcher(cache=True))
+        dispatcher.compile = linking.once(dispatcher.compile)
+        return dispatcher
 
     @cached_property
     def inner(self) -> Any:
@@ -99,7 +103,9 @@ def fusing_kernel(function: F) -> F:
 def _kept(compiled: Any) -> Any:
     """The same kernel, its cache good for as long as no source it may hold code of has changed."""
     # There is no public way to name what a cache depends on; without this attribute numba's own rule holds.
-    file = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
+    cache = getattr(compiled, "_cache", None)
+    loading.load_alone(cache)
+    file = getattr(cache, "_cache_file", None)
     if file is not None and _file(compiled.py_func.__module__) is not None:
         file._source_stamp = stamp(compiled.py_func.__module__)
     return compiled

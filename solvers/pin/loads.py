@@ -196,12 +196,12 @@ def forces_at(case: LoadCase, x: Array, side_of: Array, rest: Array | float = 0.
     A term acts where it starts at or before ``side_of`` (same shape as x): a station on a point force belongs to the
     side on which its panel lies.
     """
-    rest = np.broadcast_to(np.asarray(rest, dtype=float), x.shape)
+    rest = np.array(np.broadcast_to(rest, x.shape), dtype=float, order="C")
     moment, shear = np.zeros((2, x.size)), np.zeros((2, x.size))
     for plane, pieces in enumerate(case.pieces):
         if pieces.start.size:
             _evaluate(
-                x, np.ascontiguousarray(rest), side_of, pieces.start, pieces.rest, pieces.shear, pieces.moment,
+                x, rest, side_of, pieces.start, pieces.rest, pieces.shear, pieces.moment,
                 moment[plane], shear[plane],
             )  # fmt: skip
     return InternalForces(moment, shear, case.axial_force, case.torque)

@@ -17,8 +17,11 @@ from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.main import create_app
 
-# Pictures are bytes to a client; the generator knows no type for them.
-_CONFIG = {"content_type_overrides": {"image/svg+xml": "application/octet-stream"}, "post_hooks": []}
+_FILES = (
+    "image/svg+xml", "application/x-ndjson", "text/csv", "application/vnd.apache.parquet", "text/event-stream",
+)  # fmt: skip
+"""Bytes to a client: the generator knows no type for them."""
+_CONFIG = {"content_type_overrides": dict.fromkeys(_FILES, "application/octet-stream"), "post_hooks": []}
 
 
 @pytest.fixture(scope="module")

@@ -46,22 +46,23 @@ class Batch(TypedDict):
     """Many requests of one kind and mode as one job; each of its items is a run."""
 
     id: str
-    """the run's own name, for its address"""
+    """the batch's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     name: str
     """its name"""
     detail: Detail
-    """what is wrong"""
+    """whether curves and tables are stored too"""
     status: Literal["queued", "running", "ended", "cancelled"]
-    """how the solve stands or ended"""
+    """how the batch stands"""
     created_at: str
     """when the run was asked for, UTC"""
     ended_at: str | None
+    """when the last item ended; null: not yet"""
     items: BatchItems
-    """the entries"""
+    """how many items there are, and how they stand"""
     rate_per_s: float | None
     """items a second since the first was begun"""
     remaining_s: float | None
@@ -69,31 +70,39 @@ class Batch(TypedDict):
     solver: Solver
     """who solved"""
     links: BatchLinks
-    """where the run and what belongs to it are found"""
+    """where the batch and what belongs to it are found"""
 
 
 class BatchItems(TypedDict):
     """How many items there are, and how those that are done ended."""
 
     total: int
+    """all items"""
     done: int
+    """items that have ended"""
     succeeded: int
+    """items that were answered"""
     infeasible: int
+    """items that have no answer, with a diagnosis"""
     failed: int
+    """items that ended without an answer"""
     refused: int
     """rows that are no valid request"""
     cancelled: int
+    """items that were cancelled"""
 
 
 class BatchLinks(TypedDict):
     """Where a batch and what belongs to it are found."""
 
     self: str
-    """the run as JSON"""
+    """the batch as JSON"""
     page: str
-    """the run for people"""
+    """the batch for people"""
     results: str
+    """the answers row by row"""
     events: str
+    """progress as server-sent events"""
     runs: str
     """how often it was timed"""
 
@@ -105,8 +114,6 @@ class BatchPage(TypedDict):
     """the entries"""
     next_cursor: str | None
     """asks for the next page; null: this is the last"""
-
-BatchStatus = Literal["receiving", "queued", "running", "ended", "cancelled"]
 
 
 class BoreForm(TypedDict):
@@ -2686,7 +2693,7 @@ class Sweep(TypedDict):
     """A request of which some fields are varied."""
 
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """kind of design"""
     mode: Literal["design", "check", "analysis", "accuracy"]
     """what is asked: design, check, analysis or accuracy"""
     name: NotRequired[str]
@@ -2698,9 +2705,11 @@ class Sweep(TypedDict):
     vary: dict[str, Vary]
     """dotted field: its values"""
     combine: NotRequired[Literal["grid", "zip", "latin_hypercube", "sobol"]]
+    """how the values come together: grid, zip, latin_hypercube or sobol"""
     samples: NotRequired[int | None]
     """of latin_hypercube and sobol"""
     seed: NotRequired[int]
+    """of the samples: the same seed gives the same ones"""
 
 
 class SweptBox(TypedDict):

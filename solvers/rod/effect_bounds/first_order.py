@@ -59,6 +59,13 @@ _LIVELY, _LIVELIEST, _NEAR_BUCKLING, _UNBOUNDED = 2.0, 1.2, 0.2, 2.0
 """How much inertia that changes the results by a share of themselves magnifies what others change, per share; up to
 which share, how much more per 1/(1 - P/P_cr), and how many times that where nothing bounds inertia itself."""
 
+_SLOW, _RESONANT, _MOVED_LITTLE = 8.0, 0.2, 0.5
+"""Where nothing bounds inertia, and the first mode is slower than that and as far from the harmonics by |sin| of half
+its phase: it magnifies no more than where it is bounded, and so much less of the phase counts."""
+
+_STRONG, _OVERTHROWN = 0.25, 3.0
+"""Influence of inertia from which on it may multiply a change that is greater than the results, and by how much."""
+
 
 def reciprocating_inertia(situation: Situation) -> float:
     """Without the reciprocating mass."""
@@ -174,11 +181,17 @@ def _beside_inertia(situation: Situation, change: float, stiffens: bool = True) 
     left = max(1.0 - situation.turn.compression / situation.critical, 1e-3)
     own = influence / (_OF_JUMPS if situation.sharp.size else 1.0)
     own = min(own, _LIVELIEST + _NEAR_BUCKLING / left)
-    lively = _LIVELY * own * (_UNBOUNDED if math.isinf(influence) else 1.0)
-    phase = min(1.0, change * pace)
+    lively, phase = _LIVELY * own, min(1.0, change * pace)
     moved = (own * share if stiffens else 0.0) * phase * (_MOVED + _MOVED_FAR * phase)
+    if math.isinf(influence):
+        if pace < _SLOW and abs(math.sin(math.pi * pace)) > _RESONANT:
+            moved *= _MOVED_LITTLE
+        else:
+            lively *= _UNBOUNDED
     found = _MARGIN * change * (1.0 + lively) + moved
     if found <= 1.0 or not stiffens:
         return found
     # What is larger than the results themselves is not told by one turn beside the others.
-    return math.inf if math.isinf(influence) else found * found
+    if math.isinf(influence):
+        return math.inf
+    return found * min(found, _OVERTHROWN) if own > _STRONG else found

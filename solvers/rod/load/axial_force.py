@@ -43,7 +43,13 @@ def drive_of(scene: Scene, mass: float) -> Drive:
     """The drive of a scene whose axial force holds the inertia of this mass [kg] beside the gas force."""
     m, load = scene.mechanism, scene.load
     return Drive(
-        *load.curve(), load.reference_pressure(), scene.piston.area, mass, m.crank_radius, m.rod_length, m.angular_speed
+        *load.curve(),
+        load.reference_pressure(),
+        scene.piston.area,
+        float(mass),
+        m.crank_radius,
+        m.rod_length,
+        m.angular_speed,
     )
 
 

@@ -31,6 +31,7 @@ _MOST_LOOKED_AT = 40
 """Sizes looked at on the full model around one strip."""
 _WRONG = 0.05
 """Of the distance in logarithms: what the corrected core may be wrong by, per unit of distance."""
+_SAME = 1e-9
 _STEPS = 2
 """So many steps to each side are next to a strip."""
 
@@ -61,12 +62,23 @@ def discrete_optimum(context: Context, start: Dimensions) -> Optimum | None:
     ripple = 0.0
     if context.model.ripples:
         found = look_around(context.task, context.bounds, best.best, _conditions(context, best))
-        ripple = found.height
+        ripple = _uncovered(context, best, found.height)
         for strip in found.promising:
             if _key(context, strip) not in tried:
                 _at(context, strip, tried)
         best = context.best()
     return Optimum(best, _conditions(context, best), starts=context.starts, ends=len(context.ends), ripple=ripple)
+
+
+def _uncovered(context: Context, best: Local, height: float) -> float:
+    """The ripple between sizes that may be chosen at will, if what sizes next to a strip's may be wrong by is more than
+    that between all sizes; else that."""
+    strip = best.best.outcome.value.dimensions
+    apart = [float(np.max(np.abs(logarithms(beside) - best.best.x))) for beside in _neighbours(context, strip)]
+    if height > _WRONG * min((one for one in apart if one > _SAME), default=math.inf):
+        return height
+    within = _within(context, strip)
+    return min(height, look_around(context.task, within, best.best, _conditions(context, best)).height)
 
 
 def _conditions(context: Context, best: Local) -> Stationarity:

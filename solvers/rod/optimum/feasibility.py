@@ -11,7 +11,7 @@ from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.core_optimum import within
 from solvers.rod.optimum.full_model import logarithms
-from solvers.rod.optimum.full_optimum import Context
+from solvers.rod.optimum.full_optimum import Context, near
 from solvers.rod.optimum.local_search import Iterate, Local, excess_of
 from solvers.rod.optimum.peaks import Wanted
 from solvers.rod.optimum.sqp import Memory, feasibility_program, run, wanted_of
@@ -21,6 +21,8 @@ from solvers.rod.scene import Dimensions
 SPREAD = 3
 """Starts beside the core's least violating strip."""
 _ROUNDS, _ITERATIONS, _TOLERANCE = 4, 30, 1e-3
+_SAME_END = 0.05
+"""In ln b, ln h, ln l: up to there two ends are one."""
 _HOPELESS = 0.1
 """Beyond this excess, in logarithms, no further starts are tried."""
 
@@ -73,9 +75,13 @@ def least_violating(context: Context, start: Dimensions, hopeless: bool = False)
     if best is not None and (best.found is not None or best.best.excess > _HOPELESS):
         return best
     for strip in spread(context.cycle, context.task.limits, context.bounds):
-        context.search_from(strip, context.bounds)
+        known = list(context.ends)
+        end = context.search_from(strip, context.bounds)
         best = context.best()
         if best is not None and best.found is not None:
+            break
+        if end is not None and near(end.best.x, known, _SAME_END):
+            # Two ways led to the same strip.
             break
     return best
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -36,6 +36,10 @@ _STEP, _CORRECTION_STEP = 1e-6, 2e-3
 """Of differences in ln b, ln h, ln l: of closed forms, and of corrections, whose time meshes change between strips."""
 _LOOSER = 5.0
 """Times the accuracy of checks: the rows of a strip, which its check corrects."""
+_FINE_LOOSER, _FINE_STEP, _CLOSEST = 0.5, 2e-4, 1e-5
+"""The same for a closer look at ripples, and the radius that no trust is left in then."""
+_RIPPLE, _SMOOTH = 2e-3, 1e-7
+"""Radii that no trust is left in where results ripple, and where they do not."""
 _KEPT = 6
 _LEAST = 1e-300
 
@@ -62,6 +66,7 @@ class FullModel:
     accuracy: float
     wanted: Wanted
     watch: Watch = no_watch
+    fine: bool = False
     strips: int = 0
     checks: int = 0
     _strips: dict[tuple[Dimensions, bool], FullStrip] = field(default_factory=dict)
@@ -71,6 +76,20 @@ class FullModel:
     def ripples(self) -> bool:
         """Whether results ripple from strip to strip: the strip's inertia rings undamped."""
         return any(isinstance(part, RodInertia) for part in self.composition.corrections)
+
+    @property
+    def closest(self) -> float:
+        """A trust region smaller than that, in ln b, ln h, ln l, is not worth a step."""
+        return _SMOOTH if not self.ripples else _CLOSEST if self.fine else _RIPPLE
+
+    @property
+    def correction_step(self) -> float:
+        """Of differences of corrections, in ln b, ln h, ln l."""
+        return _FINE_STEP if self.fine else _CORRECTION_STEP
+
+    def finer(self) -> FullModel:
+        """The same with rows as good as checks, for steps among ripples; its checks are the same."""
+        return replace(self, fine=True, strips=0, checks=0, _strips={})
 
     @property
     def corrected(self) -> bool:
@@ -85,7 +104,8 @@ class FullModel:
             self.strips += 1
             while len(self._strips) >= _KEPT:
                 del self._strips[next(iter(self._strips))]
-            cycle = Cycle(self.scene, d, self.composition, _LOOSER * self.accuracy)
+            looser = _FINE_LOOSER if self.fine else _LOOSER
+            cycle = Cycle(self.scene, d, self.composition, looser * self.accuracy)
             self._strips[key] = FullStrip(cycle if corrected else cycle.without_corrections())
         return self._strips[key]
 
@@ -205,9 +225,9 @@ class FullRows:
     @cached_property
     def _added_slopes(self) -> Array:
         """Its derivatives by x, shape (rows, 3), by differences to one side; zero where there is no strip there."""
-        out, x = np.zeros((self.layout.size, 3)), logarithms(self.home)
+        out, x, size = np.zeros((self.layout.size, 3)), logarithms(self.home), self.model.correction_step
         for v, unit in enumerate(np.eye(3)):
-            step = -_CORRECTION_STEP if v == 2 and self._ends(x + _CORRECTION_STEP * unit) else _CORRECTION_STEP
+            step = -size if v == 2 and self._ends(x + size * unit) else size
             beside = self._correction(dimensions_of(x + step * unit, self.model.scene))
             out[:, v] = (beside - self._added) / step
         return out

@@ -21,9 +21,16 @@ from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
 from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of, logarithms
-from solvers.rod.optimum.local_search import Iterate, Local, Task, local_search
+from solvers.rod.optimum.local_search import ROUNDS, Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
-from solvers.rod.optimum.ripples import RIPPLE_RADIUS, Ripple, look_around
+from solvers.rod.optimum.ripples import (
+    FINE_RADIUS,
+    RIPPLE_RADIUS,
+    RIPPLE_ROUNDS,
+    Ripple,
+    look_around,
+    rises_all_around,
+)
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 
@@ -86,13 +93,23 @@ class Context:
         b = self.sizes.bounds
         return Bounds(b.b, b.h, (b.l[0], min(b.l[1], self.cycle.rod_length)))
 
-    def search_from(self, start: Dimensions, bounds: Bounds, radius: float = 0.15) -> Local | None:
+    def search_from(
+        self, start: Dimensions, bounds: Bounds, radius: float = 0.15, rounds: int = ROUNDS
+    ) -> Local | None:
         """One local search, kept among the ends."""
         self.started.append(logarithms(start))
-        local = local_search(self.model, self.task, bounds, logarithms(start), radius)
+        local = local_search(self.model, self.task, bounds, logarithms(start), radius, rounds)
         if local is not None:
             self.ends.append(local)
         return local
+
+    def search_closer(self) -> None:
+        """From the best end on among ripples, with rows as good as checks."""
+        best = self.best()
+        model, x = self.model.finer(), best.best.x
+        local = local_search(model, self.task, self.bounds, x, FINE_RADIUS, RIPPLE_ROUNDS)
+        if local is not None and local.found is not None and local.best.log_cost <= best.best.log_cost:
+            self.ends = [*(end for end in self.ends if end is not best), local]
 
     def best(self) -> Local | None:
         """The best end: admissible before not, cheaper before dearer."""
@@ -149,7 +166,7 @@ def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
         if other is None:
             break
         end = context.search_from(other, context.bounds)
-        if end is None or _near(end.best.x, context.ends[:known], _SAME):
+        if end is None or near(end.best.x, context.ends[:known], _SAME):
             break
     local = context.best()
     if local is None or local.found is None:
@@ -177,9 +194,12 @@ def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
 def _rippled(context: Context, ripple: Ripple) -> Optimum:
     """The best of several optima close to each other: curvatures mean nothing there."""
     for strip in ripple.promising:
-        context.search_from(strip, context.bounds, RIPPLE_RADIUS)
+        context.search_from(strip, context.bounds, RIPPLE_RADIUS, RIPPLE_ROUNDS)
+    context.search_closer()
     best = context.best()
     conditions = conditions_at(context, best.best, context.bounds, context.bounds)
+    if best.gain <= context.task.enough and rises_all_around(context.task, context.bounds, best.best, conditions):
+        return Optimum(best, conditions, None, context.starts, _different(context.ends))
     height = max(ripple.height, _next_best(best, context.ends))
     # What the rows still promise there has been tried over steps as small as can be made.
     return Optimum(replace(best, gain=0.0), conditions, None, context.starts, _different(context.ends), height)
@@ -208,7 +228,8 @@ def _other_start(context: Context) -> Dimensions | None:
     return None if any(np.max(np.abs(x - other)) < _ELSEWHERE for other in known) else best.dimensions
 
 
-def _near(x: Array, ends: list[Local], within: float) -> bool:
+def near(x: Array, ends: list[Local], within: float) -> bool:
+    """Whether one of the ends lies so close to x."""
     return any(np.max(np.abs(x - end.best.x)) < within for end in ends)
 
 

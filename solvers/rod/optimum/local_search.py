@@ -23,16 +23,16 @@ from solvers.rod.problem import Bounds, Objective, Requirements
 from solvers.rod.scene import Dimensions, Scene
 
 ROUNDS = 10
-_FIRST_RADIUS, _LEAST_RADIUS, _GREATEST_RADIUS = 0.15, 1e-7, 0.3
-_RIPPLE = 2e-3
-"""A radius that no trust is left in where results ripple: a strip that needs closer sizes cannot be made."""
+_FIRST_RADIUS, _GREATEST_RADIUS = 0.15, 0.3
 _POOR, _GOOD = 0.1, 0.75
 _PENALTY = 10.0
 """Of a violation against the cost: more than the multipliers of rods are."""
 _FAR, _ROUGH = 1e-2, 1e-3
 """Beyond this excess a strip is first made admissible; to this share of the excess."""
+_STRAY = 1e-3
+"""Beyond this excess a search that no longer lessens it is over."""
 _LEAST_EXCESS = 1e-16
-_STUCK = 0.02
+_STUCK = 0.05
 """A promise to lessen the excess by a smaller share is none."""
 _ITERATIONS = 12
 """Of the optimizer in one round."""
@@ -85,24 +85,24 @@ class Local:
 
 
 def local_search(
-    model: FullModel, task: Task, bounds: Bounds, start: Array, radius: float = _FIRST_RADIUS
+    model: FullModel, task: Task, bounds: Bounds, start: Array, radius: float = _FIRST_RADIUS, rounds: int = ROUNDS
 ) -> Local | None:
     """The best strip near ``start`` = ln(b, h, l) within the bounds; None where no strip near it stands up."""
     box = np.log([bounds.b, bounds.h, bounds.l])
     at = _standing(model, task, bounds, np.clip(start, box[:, 0], box[:, 1]))
     if at is None:
         return None
-    best, gain, least = at, math.inf, _RIPPLE if model.ripples else _LEAST_RADIUS
-    for turn in range(1, ROUNDS + 1):
+    best, gain = at, math.inf
+    for turn in range(1, rounds + 1):
         step, promised = _promised(model, task, box, at, radius)
         if at is best:
             gain = max(promised, 0.0) if at.admissible else math.inf
             if gain <= task.enough:
                 return Local(best, gain, turn)
-        if at.excess > _FAR and promised < _STUCK * _PENALTY * at.excess:
+        if at.excess > _STRAY and promised < _STUCK * _PENALTY * at.excess:
             break
         moved = float(np.max(np.abs(step - at.x)))
-        if moved == 0.0 or radius < least:
+        if moved == 0.0 or radius < model.closest:
             break
         trial = iterate(model, task, within(bounds, step), at.memory.active, at.excess > _FAR)
         actual = -math.inf if trial is None else _merit(at) - _merit(trial)
@@ -116,7 +116,7 @@ def local_search(
             at = trial
         if _better(trial, best):
             best = trial
-    return Local(best, gain, ROUNDS)
+    return Local(best, gain, rounds)
 
 
 def iterate(

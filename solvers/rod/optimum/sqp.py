@@ -22,7 +22,8 @@ from solvers.rod.rows import Layout
 
 Array = NDArray[np.float64]
 
-TOLERANCE, ITERATIONS = 1e-13, 60
+TOLERANCE, ITERATIONS = 1e-10, 60
+"""Slopes by differences tell no less; line searches for less than that go on for hundreds of evaluations."""
 _FAR = 700.0
 
 

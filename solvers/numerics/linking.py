@@ -1,0 +1,106 @@
+"""Machine code is made once: in the kernels that Python calls, which hold the code of all those that they call.
+
+numba optimizes every kernel and makes machine code of it, links its optimized code into each of its callers, and there
+optimizes it again: in a chain of six, the last one six times. Nothing but its callers ever calls an inner kernel,
+though. Here it stays as it was lowered until a kernel with an entry from Python takes it in, and is optimized with it.
+
+This reaches into numba's ``JITCodeLibrary``; where that one looks otherwise than expected, numba goes its own way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache, wraps
+from typing import Any, TypeVar
+
+R = TypeVar("R")
+
+_NEEDED = ("finalize", "_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals",
+           "_verify_declare_only_symbols", "_get_module_for_linking", "codegen")  # fmt: skip
+_ENTRY, _ENVIRONMENT = "_ZN7cpython", "_ZN08NumbaEnv"
+"""What the names of the functions that Python calls, and of every function's environment, begin with."""
+
+
+def once(compile_: Callable[..., R]) -> Callable[..., R]:
+    """``compile_``, a dispatcher's method, with all that it calls for linked into one piece before any optimization."""
+
+    @wraps(compile_)
+    def compiling(*arguments: Any) -> R:
+        with _linking():
+            return compile_(*arguments)
+
+    return compiling
+
+
+@contextmanager
+def _linking() -> Iterator[None]:
+    from numba.core.compiler_lock import global_compiler_lock
+    from numba.core.registry import cpu_target
+
+    library = _library()
+    generator = cpu_target.target_context.codegen()
+    if library is None or not hasattr(generator, "_library_class"):
+        yield
+        return
+    with global_compiler_lock:
+        before = generator._library_class
+        generator._library_class = library
+        try:
+            yield
+        finally:
+            generator._library_class = before
+
+
+@cache
+def _library() -> type | None:
+    """numba's library of code, which leaves alone what has no entry of its own."""
+    from numba.core.codegen import JITCodeLibrary
+
+    if not all(hasattr(JITCodeLibrary, name) for name in _NEEDED):
+        return None
+
+    class Library(JITCodeLibrary):
+        _inner = False
+
+        def finalize(self) -> None:
+            self._inner = not any(
+                function.name.startswith(_ENTRY) and not function.is_declaration
+                for function in self._final_module.functions
+            )
+            super().finalize()
+
+        def _optimize_final_module(self) -> None:
+            if not self._inner:
+                super()._optimize_final_module()
+
+        def _finalize_final_module(self) -> None:
+            if not self._inner:
+                super()._finalize_final_module()
+                return
+            self._finalize_dynamic_globals()
+            self._verify_declare_only_symbols()
+            self._finalized = True
+
+        def _get_module_for_linking(self) -> Any:
+            module = super()._get_module_for_linking()
+            if self._inner:
+                # What numba keeps for a function's use of Python, and would look up again wherever it is loaded.
+                for variable in module.global_variables:
+                    if variable.name.startswith(_ENVIRONMENT) and not variable.is_declaration:
+                        variable.linkage = "internal"
+            return module
+
+        @property
+        def codegen(self) -> Any:
+            return _Nowhere if self._inner else super().codegen
+
+    return Library
+
+
+class _Nowhere:
+    """Where the environment of an inner kernel is put: nothing that it does looks into it."""
+
+    @staticmethod
+    def set_env(_name: str, _environment: Any) -> None:
+        """Leave it."""

@@ -1,0 +1,44 @@
+"""The list of kernels by which a machine compiles: one that no longer fits would cost the newcomer his patience."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from app.designs.entries import _type, compile_entry, units_of, word_of
+from app.designs.rehearsals import PARTS
+from app.designs.signatures import ENTRIES, TUPLES
+
+ROOT = Path(__file__).parents[3]
+
+
+def test_the_list_is_what_the_rehearsals_call_for() -> None:
+    code = "from scripts.kernel_signatures import FILE, written; assert FILE.read_text() == written()"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, "run python scripts/kernel_signatures.py\n" + done.stderr[-2000:]
+
+
+def test_every_kernel_has_one_signature() -> None:
+    names = [name for entries in ENTRIES.values() for name, _ in entries]
+    assert len(names) == len(set(names))
+
+
+def test_every_type_is_written_as_it_is_read() -> None:
+    words = {word for entries in ENTRIES.values() for _, types in entries for word in types.split()} | set(TUPLES)
+    assert all(word_of(_type(word), {}) == word for word in words)
+
+
+def test_the_bundles_hold_every_entry_once() -> None:
+    for part in PARTS:
+        bundled = [entry for unit in units_of(part) for entry in unit]
+        assert sorted(bundled) == sorted(ENTRIES.get(part, ()))
+
+
+@pytest.mark.parametrize(
+    "entry", [("solvers.pin.ring.no_such_kernel", "f"), ("solvers.pin.ring._bending", "f no.Such")]
+)
+def test_what_no_longer_fits_is_left_to_whoever_calls_it(entry: tuple[str, str]) -> None:
+    assert not compile_entry(entry)

@@ -8,6 +8,7 @@ import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Protocol
 
 from app.designs.registry import KINDS
@@ -28,6 +29,7 @@ PATIENCE_S = 3.0
 IDLE_S = 900.0
 """So long nobody must have asked for a solid before the process with the modeller, 800 MB, is ended."""
 MOST_KEPT_BYTES = 64 << 20
+MOST_FAILURES = 100
 _SOLIDS_MEMORY_BYTES = 4 << 30
 _SOLIDS_BUDGET_S = 60.0
 
@@ -117,6 +119,7 @@ class Downloads:
         self._solids = solids or Solids()
         self._tasks: dict[Key, asyncio.Task[File | Refusal]] = {}
         self._kept: OrderedDict[Key, File] = OrderedDict()
+        self._failed: dict[Key, BaseException] = {}
 
     async def file(self, run: Run, name: str, wishes: Wishes, patience_s: float | None = None) -> File | None:
         """The file; None while it is still being made. Raises Problem where there is none."""
@@ -127,16 +130,30 @@ class Downloads:
             return kept
         if export.where is Where.HERE:
             return _settled(export.file(KINDS[run["kind"]], run, wishes))
+        if (failure := self._failed.pop(key, None)) is not None:
+            raise failure
         task = self._tasks.get(key)
         if task is None:
             task = self._tasks[key] = asyncio.create_task(self._make(export, run, wishes))
+            task.add_done_callback(partial(self._ended, key))
         done, _ = await asyncio.wait({task}, timeout=PATIENCE_S if patience_s is None else patience_s)
         if not done:
             return None
+        self._failed.pop(key, None)
+        return _settled(task.result())
+
+    def _ended(self, key: Key, task: asyncio.Task[File | Refusal]) -> None:
+        """Keep what was made, or why it was not, for whoever asks again after a 202."""
         self._tasks.pop(key, None)
-        made = _settled(task.result())
-        self._keep(key, made)
-        return made
+        if task.cancelled():
+            return
+        failure = task.exception()
+        if failure is not None:
+            self._failed[key] = failure
+            while len(self._failed) > MOST_FAILURES:
+                self._failed.pop(next(iter(self._failed)))
+        elif isinstance(made := task.result(), File):
+            self._keep(key, made)
 
     def _export(self, run: Run, name: str) -> Export:
         export = EXPORTS.get(name)

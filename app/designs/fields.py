@@ -116,10 +116,12 @@ class _Reader:
         choice = {"type": "string" if tag else "form", "enum": list(forms), **_kept(schema)}
         yield self._field(choice, place, when, required, False)
         for name, member in forms.items():
+            inner = f"{when}, {place}={name}" if when else f"{place}={name}"
             if "properties" in member:
                 told = {**member, "properties": {n: p for n, p in member["properties"].items() if n != tag}}
-                inner = f"{when}, {place}={name}" if when else f"{place}={name}"
                 yield from self.object_fields(told, path, inner, depth)
+            elif "enum" not in member:
+                yield self._field({**_kept(schema), **member}, path, inner, required, False)
 
     def _field(self, schema: Mapping[str, Any], path: str, when: str, required: bool, nullable: bool) -> FieldInfo:
         place = path.replace("[]", "")

@@ -141,8 +141,8 @@ class Kind:
     ``form`` words the kind's forms; ``drawing`` is the part with its dimensions, from a request as JSON tells it, which
     may still lack much: None where nothing can be drawn yet. ``part`` is what can be made, from a run with a result
     that ``has_part``, at an angle of its crank in degrees where it has one. ``denials`` has what a verdict says of a
-    criterion, by its name, where a yes is a no. ``calculation`` fills a chain with how a person checks a succeeded
-    run by hand; it raises NotANumber where that cannot go on. ``followed`` names the effects that it has in it.
+    criterion, by its name, where a yes is a no. ``calculation`` fills a chain with how a person checks a succeeded run
+    by hand; it raises NotANumber where that cannot go on. ``followed`` names the effects that it has in it.
     """
 
     slug: str

@@ -1,0 +1,81 @@
+"""A found curve as cubics: against the function that it was sampled from."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from solvers.pin.contour import contour
+from solvers.pin.stations import Stations
+
+LENGTH = 0.08
+HALF = np.linspace(0.0, 0.5 * LENGTH, 9)
+
+
+def smooth(x):
+    return 0.012 + 0.004 * np.cos(90.0 * x) * np.exp(-20.0 * x)
+
+
+def bent(x):
+    """Flat, then a slope, from a panel's end on."""
+    return 0.014 - 0.3 * np.maximum(x - 0.02, 0.0)
+
+
+def stations(edges):
+    return Stations(np.asarray(edges[:-1]), np.asarray(edges[1:]))
+
+
+def at(pieces, x):
+    """The piece on whose span each place lies, evaluated."""
+    return np.array([next(p for p in pieces if p.start <= place <= p.end).at(np.array(place)) for place in x])
+
+
+@pytest.mark.parametrize("shape", [smooth, bent])
+def test_it_is_the_function_within_its_tolerance(shape):
+    panels = stations(HALF)
+    pieces = contour(panels, shape(panels.x), LENGTH)
+    x = np.linspace(0.0, LENGTH, 801)
+    found, wanted = at(pieces, x), shape(np.minimum(x, LENGTH - x))
+    assert np.abs(found - wanted).max() < 3e-7 * wanted.max()
+    assert pieces[0].start == 0.0
+    assert pieces[-1].end == pytest.approx(LENGTH, rel=1e-14)
+    assert all(a.end == pytest.approx(b.start, rel=1e-13) for a, b in pairwise(pieces))
+
+
+def test_straight_parts_are_one_piece_each():
+    panels = stations(HALF)
+    assert len(contour(panels, bent(panels.x), LENGTH)) == 4
+    assert len(contour(panels, np.full_like(panels.x, 0.01), LENGTH)) == 2
+
+
+def test_a_kink_within_a_narrow_panel_is_followed_from_node_to_node():
+    edges = np.sort(np.append(HALF, [0.0201, 0.0201 + 2e-6]))
+    panels = stations(edges)
+    kink = 0.0201 + 0.7e-6
+
+    def shape(x):
+        return 0.014 - 0.3 * np.maximum(x - kink, 0.0)
+
+    pieces = contour(panels, shape(panels.x), LENGTH)
+    x = np.linspace(0.0, 0.5 * LENGTH, 4001)
+    assert np.abs(at(pieces, x) - shape(x)).max() < 1e-7
+
+
+def test_a_step_stays_a_step():
+    """Two values at one place, on either side of a panel's end."""
+    panels = stations(HALF)
+    step = HALF[4]
+    values = np.where(panels.side >= step, 0.010, 0.014)
+    pieces = contour(panels, values, LENGTH)
+    values = [value for p in pieces for value in (p.first, p.last)]
+    assert values == pytest.approx([0.014, 0.014, 0.010, 0.010, 0.010, 0.010, 0.014, 0.014])
+    assert pieces[0].end == pieces[1].start == pytest.approx(step)
+
+
+def test_a_whole_bar_is_not_mirrored():
+    panels = stations(np.linspace(0.0, LENGTH, 17))
+    pieces = contour(panels, smooth(panels.x), LENGTH)
+    x = np.linspace(0.0, LENGTH, 401)
+    assert np.abs(at(pieces, x) - smooth(x)).max() < 3e-7 * 0.016

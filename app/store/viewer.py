@@ -6,6 +6,8 @@ own work: they see all.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 
@@ -20,6 +22,16 @@ class Viewer:
 
 viewer: ContextVar[Viewer] = ContextVar("viewer", default=Viewer())  # noqa: B039 (frozen)
 """Who looks, in this task and those that come from it."""
+
+
+@contextmanager
+def seeing_as(owner: str | None) -> Iterator[None]:
+    """Look with the eyes of an owner, for work that is done for him later; without an owner, with everybody's."""
+    token = viewer.set(Viewer(owner, everything=owner is None))
+    try:
+        yield
+    finally:
+        viewer.reset(token)
 
 
 def own_key(key: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import re
 import time
@@ -15,7 +16,9 @@ from app.access.keys import digest_of, new_key
 from app.access.scopes import PUBLIC, Scope, granted, needed
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from app.store.errors import UnknownRun
 from app.store.keys import RevokeKey, list_keys, read_audit
+from app.store.viewer import seeing_as
 from tests.app.access.keyed import Keyed, bearer, keyed
 from tests.app.store.records import make_record
 
@@ -145,6 +148,20 @@ def test_nobody_meets_anothers_batches_on_any_route(service):
         assert batch[:13] not in ask(service, "GET", path, bearer(other)).text, path
     assert send(other).json()["id"] != batch, "the same idempotency key of two owners is two"
     assert send(mine).content == answer.content
+
+
+def test_work_that_is_done_later_sees_what_its_owner_sees(service):
+    run = make_record(owner="one key", status="failed", result=None)
+    service.put([run])
+
+    async def seen(owner: str | None) -> bool:
+        with seeing_as(owner):
+            try:
+                return (await service.store.get(run.id)).id == run.id
+            except UnknownRun:
+                return False
+
+    assert [asyncio.run(seen(owner)) for owner in ("one key", "another", None)] == [True, False, True]
 
 
 def test_an_admin_sees_all_and_runs_of_before_keys_are_his_alone(service):

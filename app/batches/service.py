@@ -19,6 +19,7 @@ from app.batches.results import Format, Wanted, streamed
 from app.batches.sweep import Sweep
 from app.batches.view import batch_json
 from app.designs.kind import Mode
+from app.designs.names import cleaned
 from app.designs.refusals import INVALID
 from app.designs.registry import KINDS, modes_of
 from app.designs.schema import entry
@@ -165,7 +166,7 @@ class BatchService:
             id=new_batch_id(),
             kind=ask.kind,
             mode=ask.mode,
-            name=ask.name or None,
+            name=cleaned(ask.name) or None,
             detail=ask.detail,
             status=BatchStatus.RECEIVING,
             source=source.to_json(),

@@ -35,6 +35,21 @@ _NOT_OURS = ("HTTPValidationError", "ValidationError")
 _ROWS = ("application/x-ndjson", "text/csv", MEDIA_TYPES[Format.PARQUET])
 """Forms in which the rows of a batch are sent."""
 
+_ALWAYS = {
+    "400": "no HTTP that can be read",
+    "401": "a key is asked for, and none that is valid was sent",
+    "403": "beyond the key's scope, or sent by a page of another site",
+    "408": "the request did not arrive in time",
+    "413": "the body is too large",
+    "421": "the service does not answer under this host name",
+    "429": "the caller's share is used; Retry-After says for how long",
+    "431": "the head is too long",
+    "500": "the fault is here, or the record is damaged",
+    "503": "not now; Retry-After says when",
+    "507": "the store is full",
+}
+"""Refusals that any request may meet before it is looked at, or for the state of the service."""
+
 _REFERENCE = "#/components/schemas/{model}"
 
 
@@ -100,6 +115,7 @@ class RunPage(_Shown):
 
     items: list[RunLine]
     next_cursor: str | None
+    damaged: list[str] = Field(description="ids of runs that belong here too, but whose records are damaged")
 
 
 class RunProgress(_Shown):
@@ -264,8 +280,12 @@ def document(app: FastAPI) -> dict[str, Any]:
         answers = found["paths"][f"/api/v1/batches/{{batch_id}}/{part}"]["get"]["responses"]
         answers["200"]["content"] = {form.partition(";")[0]: {"schema": {"type": "string"}} for form in forms}
     refusal = {MEDIA_TYPE: {"schema": references[(ProblemDetails, "serialization")]}}
-    for operations in found["paths"].values():
+    for path, operations in found["paths"].items():
         for operation in operations.values():
+            if path.startswith("/api/"):
+                operation["responses"] = {status: {"description": why} for status, why in _ALWAYS.items()} | operation[
+                    "responses"
+                ]
             for status, response in operation["responses"].items():
                 if int(status) >= 400:
                     response["content"] = refusal

@@ -30,9 +30,10 @@ from app.store.batch_inputs import Source, unpacked_rows
 from app.store.batch_operations import Claim, DropAbandoned, Finish, Release, Renew, Return, Split
 from app.store.batch_reads import active_batches, block_of
 from app.store.batch_records import BatchRecord, Chunk, Item
-from app.store.errors import UnknownRun
+from app.store.errors import StoreError, UnknownRun
 from app.store.hashing import canonical_json
 from app.store.repository import RunStore
+from app.store.viewer import seeing_as
 
 logger = get_logger(__name__)
 
@@ -90,7 +91,10 @@ class BatchEngine:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-        await self._store.write(Release(self.owner))
+        try:
+            await self._store.write(Release(self.owner))
+        except StoreError as error:  # the leases run out by themselves
+            logger.warning("leases_not_released", reason=str(error))
 
     async def dictionary(self, kind: str, mode: str, detail: str) -> bytes:
         """Text that the items of such a batch resemble; empty where it cannot be had soon, which only costs room."""
@@ -214,17 +218,18 @@ class BatchEngine:
             if not isinstance(found, Needs):
                 self._learn(batch, found.seconds / chunk.count)
                 return found.items
-            task = replace(task, runs={**task.runs, **await self._runs(found)})
+            task = replace(task, runs={**task.runs, **await self._runs(found, batch.owner)})
 
     def _learn(self, batch: BatchRecord, seconds: float) -> None:
         key = (batch.kind, batch.mode, batch.detail)
         self._item_s[key] = 0.5 * self._guess(batch) + 0.5 * max(seconds, 1e-6)
 
-    async def _runs(self, needs: Needs) -> dict[str, bytes | None]:
+    async def _runs(self, needs: Needs, owner: str | None) -> dict[str, bytes | None]:
         found: dict[str, bytes | None] = {}
         for run_id in needs.run_ids:
             try:
-                found[run_id] = runs.run_json(await self._store.get(run_id))
+                with seeing_as(owner):
+                    found[run_id] = runs.run_json(await self._store.get(run_id))
             except UnknownRun:
                 found[run_id] = None
         return found

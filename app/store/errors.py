@@ -35,13 +35,20 @@ class UnknownBatch(StoreError):
         self.batch_id = batch_id
 
 
-class StoreFull(StoreError):
-    """The disk has no room; nothing of the write was kept, everything before it is."""
-
-
-class StoreBusy(StoreError):
-    """Another process held the database for longer than a write waits; nothing of the write was kept."""
-
-
 class StoreClosed(StoreError):
     """The store is shutting down and takes no more writes."""
+
+
+class UnknownKey(StoreError):
+    """No key has this id."""
+
+    def __init__(self, key_id: str) -> None:
+        super().__init__(f"no key has the id {key_id!r}")
+
+
+class DamagedRecord(StoreError):
+    """A row no longer says what was written. Its content is not to be shown."""
+
+    def __init__(self, table: str, key: str) -> None:
+        super().__init__(f"the record {key} of {table} is damaged")
+        self.table, self.key = table, key

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import sqlite3
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -14,13 +14,13 @@ from itertools import groupby
 from typing import Any
 
 from sqlalchemy import Connection, Engine
-from sqlalchemy.exc import DBAPIError, IntegrityError
+from sqlalchemy.exc import IntegrityError
 
 from app.store.engine import WRITE
-from app.store.errors import StoreBusy, StoreClosed, StoreFull
+from app.store.errors import StoreClosed
+from app.store.faults import StoreFault, Trouble, fault_of
 
-_DISK_FULL = "53100"
-"""PostgreSQL's code."""
+_WAITED_FOR = (Trouble.BUSY, Trouble.UNREACHABLE)
 
 Operation = Callable[[Connection], Any]
 """A write: runs inside a transaction, returns what the submitter gets after the commit.
@@ -47,8 +47,16 @@ class GroupWriter:
     of the event loop wait at once; further submitters wait their turn.
     """
 
-    def __init__(self, engine: Engine, capacity: int = 4096, group_limit: int = 256) -> None:
-        self._engine = engine
+    def __init__(
+        self,
+        engine: Engine,
+        capacity: int = 4096,
+        group_limit: int = 256,
+        check: Callable[[], None] = lambda: None,
+        seen: Callable[[float, StoreFault | None], None] = lambda _seconds, _fault: None,
+    ) -> None:
+        """``check`` raises where writes would be lost; ``seen`` hears what each group took, and what was wrong."""
+        self._engine, self._check, self._seen = engine, check, seen
         self._group_limit = group_limit
         self._waiting: deque[_Ticket] = deque()
         self._wake = threading.Condition()
@@ -94,8 +102,22 @@ class GroupWriter:
                     return
                 count = min(len(self._waiting), self._group_limit)
                 group = [self._waiting.popleft() for _ in range(count)]
+            began = time.monotonic()
             self._write(group)
+            fault = _told_as_faults(group)
+            if fault is not None and fault.trouble in _WAITED_FOR:
+                # It was waited for long enough: whoever came meanwhile would only wait as long for the same.
+                group += self._give_up(fault)
+            self._seen(time.monotonic() - began, fault)
             _deliver(group)
+
+    def _give_up(self, fault: StoreFault) -> list[_Ticket]:
+        with self._wake:
+            late = list(self._waiting)
+            self._waiting.clear()
+        for ticket in late:
+            ticket.error = fault
+        return late
 
     def _write(self, group: list[_Ticket]) -> None:
         if len(group) > 1 and self._write_together(group):
@@ -107,12 +129,15 @@ class GroupWriter:
         """True if the group's fate is settled; False if one operation failed and each must stand alone."""
         settled = True
         try:
+            self._check()
             with self._engine.connect().execution_options(**WRITE) as connection, connection.begin():
                 try:
                     _operate(connection, group)
-                except BaseException:
-                    settled = False
+                except BaseException as error:
+                    # What is wrong with the database is wrong for each of them.
+                    settled = fault_of(error) is not None
                     raise
+            self._check()
         except BaseException as error:
             # BEGIN or COMMIT failed: the database itself is in trouble, and trying one by one would only
             # make every submitter wait for the same answer.
@@ -125,8 +150,10 @@ class GroupWriter:
         for attempt in (1, 2):
             ticket.value, ticket.error = None, None
             try:
+                self._check()
                 with self._engine.connect().execution_options(**WRITE) as connection, connection.begin():
                     ticket.value = ticket.operation(connection)
+                self._check()
                 return
             except IntegrityError as error:
                 # Another process may have committed the same key in between: the second attempt sees it.
@@ -151,6 +178,17 @@ def _operate(connection: Connection, group: list[_Ticket]) -> None:
             ticket.value = value
 
 
+def _told_as_faults(group: list[_Ticket]) -> StoreFault | None:
+    """Tell what drivers raised as faults; the first one, None if there is none."""
+    first = None
+    for ticket in group:
+        fault = None if ticket.error is None else fault_of(ticket.error)
+        if fault is not None:
+            ticket.error = fault
+            first = first or fault
+    return first
+
+
 def _deliver(group: list[_Ticket]) -> None:
     loops: dict[asyncio.AbstractEventLoop, list[_Ticket]] = {}
     for ticket in group:
@@ -164,19 +202,6 @@ def _deliver(group: list[_Ticket]) -> None:
             loop.call_soon_threadsafe(_resolve_all, tickets)
 
 
-def _told(error: BaseException) -> BaseException:
-    """What a submitter hears of a failure: full and busy databases are nobody's fault, and have names."""
-    if not isinstance(error, DBAPIError):
-        return error
-    code = getattr(error.orig, "sqlite_errorcode", None)
-    state = getattr(error.orig, "sqlstate", None)
-    if state == _DISK_FULL or (code is not None and code & 0xFF == sqlite3.SQLITE_FULL):
-        return StoreFull("the disk is full")
-    if code is not None and code & 0xFF in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
-        return StoreBusy("another process holds the database")
-    return error
-
-
 def _resolve_all(tickets: list[_Ticket]) -> None:
     for ticket in tickets:
         _resolve(ticket)
@@ -186,6 +211,6 @@ def _resolve(ticket: _Ticket) -> None:
     if ticket.future.done():
         return
     if ticket.error is not None:
-        ticket.future.set_exception(_told(ticket.error))
+        ticket.future.set_exception(ticket.error)
     else:
         ticket.future.set_result(ticket.value)

@@ -1,15 +1,23 @@
-FROM python:3.11-slim
+FROM python:3.11.14-slim-bookworm
 WORKDIR /srv
 COPY requirements.lock pyproject.toml README.md ./
 RUN python -m pip install --no-cache-dir --require-hashes -r requirements.lock
 COPY solvers solvers
 COPY app app
 COPY migrations migrations
-RUN python -m pip install --no-cache-dir --no-deps . && useradd --create-home crankwright && mkdir data && chown crankwright data
+# Of the extras, [cluster] for Dask; their packages come at the versions that the development lock has.
+ARG EXTRAS=""
+COPY requirements-dev.lock ./
+RUN python -m pip install --no-cache-dir --no-deps . \
+    && if [ -n "$EXTRAS" ]; then sed 's/ *\\$//; /^ *--hash/d' requirements-dev.lock > constraints.txt \
+        && python -m pip install --no-cache-dir --constraint constraints.txt ".$EXTRAS"; fi \
+    && useradd --uid 10001 --create-home crankwright && mkdir data && chown crankwright data
 USER crankwright
-ENV CRANKWRIGHT_HOST=0.0.0.0 CRANKWRIGHT_DATABASE_URL=sqlite:////srv/data/crankwright.sqlite3
-# Compile the kernels now, not at the first request.
+# Compile the kernels now, not at the first request: the running container writes to its data alone.
 RUN crankwright warm-up
+ENV CRANKWRIGHT_HOST=0.0.0.0 CRANKWRIGHT_DATABASE_URL=sqlite:////srv/data/crankwright.sqlite3 PYTHONDONTWRITEBYTECODE=1
+VOLUME /srv/data
 EXPOSE 8000
-HEALTHCHECK --interval=10s --timeout=3s CMD python -c "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/readyz')"
+HEALTHCHECK --interval=10s --timeout=5s --start-period=60s CMD python -c "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/readyz')"
+# Bound to all addresses of the container it asks for keys, unless CRANKWRIGHT_OPEN=1.
 CMD ["crankwright", "serve"]

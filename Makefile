@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 SERVICE := $(VENV)/.service
 STAMP := $(VENV)/.installed
 
-.PHONY: help run test lint messages screenshots lock bench campaign system clean
+.PHONY: help run test lint messages screenshots lock bench campaign system sbom clean
 
 help:            ## list the commands
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -40,11 +40,18 @@ bench: $(STAMP)  ## measure against the peers, write docs/benchmarks.md and docs
 	$(BIN)/python -m bench.work_precision
 
 campaign: $(STAMP)  ## hold every promise against thousands of random scenes (hours; interrupted, it goes on where it stopped), write docs/campaign.md; hunt for hard cases, write docs/hard-cases.md
-	CRANKWRIGHT_CAMPAIGN=1 $(BIN)/python -m pytest tests/app/test_stops.py
+	CRANKWRIGHT_CAMPAIGN=1 $(BIN)/python -m pytest -s tests/app/test_stops.py tests/reliability
+	CRANKWRIGHT_CASES=2500 $(BIN)/python -m pytest tests/app/api/test_contract.py --timeout 36000 -k made_from_the_document
 	CRANKWRIGHT_CAMPAIGN=1 $(BIN)/python -m pytest --timeout 7200 tests/app/batches/test_engine.py
 	$(BIN)/python -m bench.campaign
 	$(BIN)/python -m tests.hard_cases.hunt all 3600
 	$(BIN)/python -m tests.hard_cases.page
+
+sbom: $(STAMP)   ## what the service is made of, with hashes and licences: sbom.json, licences.txt; known faults where their database can be reached
+	$(BIN)/python -m scripts.sbom > sbom.json
+	$(BIN)/python -m scripts.sbom --licences > licences.txt
+	@$(BIN)/python -m pip_audit --require-hashes --disable-pip -r requirements.lock \
+	  || echo "known faults were not looked up, or some were found: see above (pip install pip-audit; it needs the network)"
 
 LOCKING := uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet --no-header
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import sys
 import time
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+from app import operators
 
 app = typer.Typer(
     name="crankwright",
@@ -22,6 +25,10 @@ app = typer.Typer(
 DatabaseUrl = Annotated[
     str, typer.Option(envvar="CRANKWRIGHT_DATABASE_URL", help="where runs are stored (SQLAlchemy URL)")
 ]
+app.add_typer(operators.keys)
+for _command in (operators.audit, operators.backup, operators.restore, operators.prune):
+    app.command()(_command)
+
 AsJson = Annotated[bool, typer.Option("--json", help="print the run as JSON")]
 _DATABASE = "sqlite:///crankwright.sqlite3"
 _PRELOAD = "app.jobs.preload"
@@ -120,6 +127,26 @@ def accuracy(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_js
         _refuse({"title": "The request is not valid", "detail": str(error)})
     body = spec if isinstance(spec, dict) and "spec" in spec else {"spec": spec}
     _solve(kind, "accuracy", json.dumps(body).encode(), database_url, as_json)
+
+
+@app.command()
+def worker(
+    cluster: Annotated[str, typer.Option(envvar="CRANKWRIGHT_CLUSTER", help="the scheduler: tcp://host:8786")],
+    workers: Annotated[int, typer.Option(envvar="CRANKWRIGHT_BATCH_WORKERS", min=1, max=256)] = 2,
+) -> None:
+    """Solve pieces of batches for a Dask scheduler until stopped. Needs the extra [cluster]."""
+    import asyncio
+
+    from app.jobs.cluster import close_hosts, join
+
+    try:
+        asyncio.run(join(cluster, workers))
+    except ImportError:
+        _refuse({"title": "No cluster", "detail": "install crankwright[cluster] for this"})
+    except KeyboardInterrupt:
+        typer.echo("stopped", err=True)
+    finally:
+        close_hosts()
 
 
 @app.command()
@@ -264,15 +291,15 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
 
     from app import runs
     from app.api.bodies import parse
-    from app.designs.kind import Mode
+    from app.designs.kind import REFUSED, Mode
     from app.designs.problems import OUT_OF_TIME
     from app.designs.registry import KINDS, job_of, modes_of
     from app.errors import Problem
     from app.jobs.errors import BudgetExceeded
     from app.printing import print_run, shown_progress
+    from app.referring import resolved
     from app.store.migrate import upgrade
     from app.store.repository import RunStore
-    from app.submission import REFUSED, resolved
 
     mode = Mode(mode_name)
     if slug not in KINDS or mode not in modes_of(KINDS[slug]):
@@ -329,8 +356,14 @@ def _answer(job: Any, run: Any, request: Any, report: Any) -> Any:
 
 
 def main() -> None:
-    """Entry point of the ``crankwright`` command."""
-    app()
+    """Entry point of the ``crankwright`` command: what an operator can mend is told in one line."""
+    from app.store.errors import StoreError
+
+    try:
+        app()
+    except StoreError as error:
+        typer.echo(str(error), err=True)
+        sys.exit(1)
 
 
 if __name__ == "__main__":

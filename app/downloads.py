@@ -9,6 +9,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable
 from functools import partial
+from typing import Any, Protocol
 
 from app.designs.problems import INVALID
 from app.designs.registry import KINDS
@@ -18,7 +19,7 @@ from app.exports.export import Export, File, Refusal, Run, Where, Wishes
 from app.exports.registry import EXPORTS, exports_for
 from app.jobs import calls
 from app.jobs.errors import BudgetExceeded, MemoryExceeded, SolveFailed, WorkerCrashed
-from app.jobs.executor import Executor, PoolSettings, ProcessPool
+from app.jobs.executor import PoolSettings, ProcessPool
 from app.jobs.worker import Entry
 from app.logging import get_logger
 
@@ -104,10 +105,17 @@ def _settled(made: File | Refusal) -> File:
     return made
 
 
+class Runs(Protocol):
+    """What computes a file that takes a moment."""
+
+    async def run(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> Any:
+        """Like an executor's."""
+
+
 class Downloads:
     """Files of runs. A run with a result never changes, so neither does its file."""
 
-    def __init__(self, executor: Executor, budget_s: float, solids: Solids | None = None) -> None:
+    def __init__(self, executor: Runs, budget_s: float, solids: Solids | None = None) -> None:
         self._executor, self._budget_s = executor, budget_s
         self._solids = solids or Solids()
         self._tasks: dict[Key, asyncio.Task[File | Refusal]] = {}

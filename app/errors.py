@@ -12,12 +12,20 @@ from pydantic import ValidationError
 from app.designs.problems import INVALID, problem_details
 from app.designs.refusals import summed_up
 from app.designs.schema import Entry
-from app.jobs.errors import Busy, ExecutorClosed, Warming
-from app.store.errors import IdempotencyConflict, InvalidCursor, UnknownBatch, UnknownRun
+from app.edge.departure import Departed
+from app.jobs.errors import Busy, ExecutorClosed, ShareUsed, Warming
+from app.logging import get_logger
+from app.store.errors import DamagedRecord, IdempotencyConflict, InvalidCursor, StoreClosed, UnknownBatch, UnknownRun
+from app.store.faults import StoreFault, Trouble
 
 if TYPE_CHECKING:  # the command line refuses without a web framework
     from fastapi import FastAPI, Request, Response
 
+
+logger = get_logger(__name__)
+
+CLIENT_GONE = 499
+"""What is noted where nobody is there to hear an answer."""
 MEDIA_TYPE = "application/problem+json"
 
 
@@ -58,10 +66,33 @@ def refusal(errors: Iterable[Mapping[str, Any]], depth: int = 0) -> Problem:
     return Problem(422, INVALID, detail, entries)
 
 
+def busy(error: Busy) -> Problem:
+    """Why a solve cannot be had now, and when it may be."""
+    status, title = next(told for kind, told in _BUSY.items() if isinstance(error, kind))
+    return Problem(status, title, str(error), headers={"Retry-After": str(max(1, math.ceil(error.retry_s)))})
+
+
+def store_problem(fault: StoreFault) -> Problem:
+    """What is wrong with the store, for a client; the log is told more."""
+    logger.error("store_fault", trouble=fault.trouble.name.lower(), reason=str(fault))
+    status = {Trouble.FULL: 507, Trouble.DAMAGED: 500}.get(fault.trouble, 503)
+    wait = {"Retry-After": "5"} if status == 503 else {}
+    return Problem(status, "The store cannot be used", f"{fault.trouble}; nothing was stored", headers=wait)
+
+
+_BUSY: dict[type[Busy], tuple[int, str]] = {
+    Warming: (503, "The kernels are being compiled"),
+    ShareUsed: (429, "Your share is used"),
+    Busy: (503, "Too much work waits"),
+}
+
+
 def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -> None:
     """Answer every refusal of the service with problem details, or with ``page`` where that makes one."""
     from fastapi.exceptions import RequestValidationError
     from starlette.exceptions import HTTPException
+    from starlette.requests import ClientDisconnect
+    from starlette.responses import Response
 
     def answer(request: Request, problem: Problem) -> Response:
         return page(request, problem) or problem_response(problem)
@@ -87,6 +118,20 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
     async def _unknown(request: Request, error: UnknownRun) -> Response:
         return answer(request, Problem(404, "No such run", "no run has this id"))
 
+    @app.exception_handler(DamagedRecord)
+    async def _damaged(request: Request, error: DamagedRecord) -> Response:
+        logger.error("record_damaged", table=error.table, key=error.key)
+        told = "the stored record no longer says what was written, so it is not shown; crankwright verify tells more"
+        return answer(request, Problem(500, "The record is damaged", told))
+
+    @app.exception_handler(StoreFault)
+    async def _fault(request: Request, error: StoreFault) -> Response:
+        return answer(request, store_problem(error))
+
+    @app.exception_handler(StoreClosed)
+    async def _store_closed(request: Request, error: StoreClosed) -> Response:
+        return answer(request, Problem(503, "The service stops", str(error), headers={"Retry-After": "5"}))
+
     @app.exception_handler(UnknownBatch)
     async def _unknown_batch(request: Request, error: UnknownBatch) -> Response:
         return answer(request, Problem(404, "No such batch", "no batch has this id"))
@@ -96,15 +141,18 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
         entry = {"pointer": "/cursor", "detail": str(error), "allowed": "the next_cursor of an earlier page"}
         return answer(request, Problem(422, INVALID, str(error), [entry]))
 
-    @app.exception_handler(Warming)
-    async def _warming(request: Request, error: Warming) -> Response:
-        wait = {"Retry-After": str(math.ceil(error.remaining_s))}
-        return answer(request, Problem(503, "The kernels are being compiled", str(error), headers=wait))
+    @app.exception_handler(ClientDisconnect)
+    @app.exception_handler(Departed)
+    async def _departed(request: Request, error: Exception) -> Response:
+        return Response(status_code=CLIENT_GONE)
 
     @app.exception_handler(Busy)
+    async def _busy(request: Request, error: Busy) -> Response:
+        return answer(request, busy(error))
+
     @app.exception_handler(ExecutorClosed)
-    async def _busy(request: Request, error: Exception) -> Response:
-        return answer(request, Problem(503, "Too much work waits", str(error), headers={"Retry-After": "1"}))
+    async def _closed(request: Request, error: ExecutorClosed) -> Response:
+        return answer(request, Problem(503, "The service stops", str(error), headers={"Retry-After": "5"}))
 
     @app.exception_handler(Exception)
     async def _unforeseen(request: Request, error: Exception) -> Response:

@@ -14,6 +14,7 @@ from typing import TextIO
 import structlog
 
 _SHARED = [
+    structlog.contextvars.merge_contextvars,
     structlog.stdlib.add_logger_name,
     structlog.stdlib.add_log_level,
     structlog.processors.TimeStamper(fmt="iso", utc=True),

@@ -18,6 +18,7 @@ from app.designs.schema import finite
 from app.exports.registry import exports_for
 from app.store.hashing import canonical_json, spec_hash
 from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, RunSummary, new_run_id, utc_now
+from app.store.viewer import viewer
 from app.version import NAME, VERSION
 
 
@@ -40,6 +41,7 @@ def queued(slug: str, mode: Mode, request: BaseModel) -> RunRecord:
         timing=b"{}",
         solver_name=NAME,
         solver_version=VERSION,
+        owner=viewer.get().owner,
     )
 
 

@@ -16,24 +16,51 @@ import typer
 import uvicorn
 from fastapi import FastAPI
 
+from app.access.protection import check_protected
+from app.edge.connections import ConnectionLimits, Connections
 from app.jobs.template import Template
 from app.jobs.warming import Warmth, in_words
 from app.main import create_app
 from app.settings import Settings
+from app.store.migrate import upgrade
+from app.store.repository import RunStore
+from app.store.upkeep import Probe
 
 DRAIN_S = 10
 _BETWEEN_LINES_S = 3.0
 
 
 def run(host: str, port: int, database_url: str, template: Template, demo: bool = False) -> None:
-    """Serve until a signal comes."""
+    """Serve until a signal comes. Raises StoreError and Unprotected for what an operator can mend."""
     settings = Settings(host=host, port=port, database_url=database_url)
+    prepare(settings)
     application = create_app(settings, template, Teller())
-    config = uvicorn.Config(
-        application, host=host, port=port, log_config=None, timeout_graceful_shutdown=DRAIN_S, lifespan="on"
+    connections = Connections(
+        ConnectionLimits(
+            settings.max_connections,
+            settings.max_connections_of_one,
+            settings.head_timeout_s,
+            settings.max_head_bytes,
+            settings.unread_timeout_s,
+        )
     )
+    config = uvicorn.Config(
+        application, host=host, port=port, log_config=None, timeout_graceful_shutdown=DRAIN_S, lifespan="on",
+        http=connections.protocol(), ws="none", server_header=False,
+        proxy_headers=bool(settings.trusted_proxies), forwarded_allow_ips=settings.trusted_proxies or None,
+    )  # fmt: skip
     server = _Server(config, application, demo)
     server.run()
+
+
+def prepare(settings: Settings) -> None:
+    """See to it that a start will not fail for its surroundings: the database is there and protected."""
+    upgrade(settings.database_url)
+    with RunStore(settings.database_url) as store:
+        check_protected(settings, store)
+        store.write_and_wait(Probe())
+    if settings.open and not settings.is_local:
+        typer.echo(f"CRANKWRIGHT_OPEN is set: everybody who reaches {settings.host} is served, without a key", err=True)
 
 
 class _Server(uvicorn.Server):

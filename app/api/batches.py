@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Header, Query, Request, Response
 from fastapi.responses import StreamingResponse
 
-from app.api.bodies import parse, read_body, while_serving
+from app.api.bodies import parse, read_body
 from app.batches.results import MEDIA_TYPES, Format, Wanted
 from app.batches.service import Asked, BatchService
 from app.batches.sweep import Sweep
@@ -37,6 +37,8 @@ _REFUSALS: dict[int | str, dict[str, str]] = {
     415: {"description": "the body is none of the forms of a batch"},
     422: {"description": "no such kind or mode, columns that are no fields, a sweep that contradicts itself"},
     501: {"description": "Parquet cannot be read here"},
+    503: {"description": "the database is held by another process"},
+    507: {"description": "the disk is full; nothing of the batch was kept"},
 }
 
 
@@ -74,7 +76,7 @@ async def submit_batch(
     if form not in _LINES and form != _PARQUET:
         raise Problem(415, "No batch", f"send {_FORMS}")
     asked = Asked.of(kind, mode, name, detail)
-    stream = _bounded(request)
+    stream = request.stream()
     if form in _LINES:
         return _answer(await service.take_lines(asked, _LINES[form], stream, idempotency_key, digest))
     with tempfile.TemporaryDirectory(prefix="crankwright-") as folder:
@@ -93,15 +95,6 @@ async def _once(service: BatchService, key: str | None, digest: Any, take: Any) 
         if first is not None:
             return _answer(first)
     return _answer(await take())
-
-
-async def _bounded(request: Request) -> AsyncIterator[bytes]:
-    limit, size = request.app.state.settings.max_batch_bytes, 0
-    async for part in while_serving(request):
-        size += len(part)
-        if size > limit:
-            raise Problem(413, "The batch is too large", f"at most {limit} bytes are accepted")
-        yield part
 
 
 @router.get("", summary="List batches")

@@ -49,6 +49,21 @@ EXAMPLES = {
 }
 """Refusals of what was posted, as they look, by their status."""
 
+_ALWAYS = {
+    "400": "no HTTP that can be read",
+    "401": "a key is asked for, and none that is valid was sent",
+    "403": "beyond the key's scope, or sent by a page of another site",
+    "408": "the request did not arrive in time",
+    "413": "the body is too large",
+    "421": "the service does not answer under this host name",
+    "429": "the caller's share is used; Retry-After says for how long",
+    "431": "the head is too long",
+    "500": "the fault is here, or the record is damaged",
+    "503": "not now; Retry-After says when",
+    "507": "the store is full",
+}
+"""Refusals that any request may meet before it is looked at, or for the state of the service."""
+
 _REFERENCE = "#/components/schemas/{model}"
 
 
@@ -114,6 +129,7 @@ class RunPage(_Shown):
 
     items: list[RunLine]
     next_cursor: str | None
+    damaged: list[str] = Field(description="ids of runs that belong here too, but whose records are damaged")
 
 
 class RunProgress(_Shown):
@@ -278,8 +294,12 @@ def document(app: FastAPI) -> dict[str, Any]:
         answers = found["paths"][f"/api/v1/batches/{{batch_id}}/{part}"]["get"]["responses"]
         answers["200"]["content"] = {form.partition(";")[0]: {"schema": {"type": "string"}} for form in forms}
     refusal = {"schema": references[(ProblemDetails, "serialization")]}
-    for operations in found["paths"].values():
+    for path, operations in found["paths"].items():
         for method, operation in operations.items():
+            if path.startswith("/api/"):
+                operation["responses"] = {status: {"description": why} for status, why in _ALWAYS.items()} | operation[
+                    "responses"
+                ]
             for status, response in operation["responses"].items():
                 if int(status) >= 400:
                     example = {"example": EXAMPLES[status]} if method == "post" and status in EXAMPLES else {}

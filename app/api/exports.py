@@ -8,7 +8,6 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import HTMLResponse
 
-from app import runs
 from app.downloads import Downloads
 from app.exports.export import Tool, Wishes
 from app.submission import Service
@@ -51,7 +50,7 @@ async def run_export(
     """One of the run's exports, as its `links.exports` lists them."""
     service: Service = request.app.state.service
     downloads: Downloads = request.app.state.downloads
-    run = json.loads(runs.run_json(await service.store.get(run_id)))
+    run = json.loads(await service.shown(run_id, whole=True))
     made = await downloads.file(run, export, Wishes(tool, angle_deg))
     if made is None:
         return _later(request)

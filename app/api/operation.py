@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
+
 from fastapi import APIRouter, Request, Response
 
 from app.designs.registry import KINDS
 from app.errors import Problem
+from app.store.errors import StoreError
+from app.store.faults import StoreFault, Trouble
 from app.submission import Service
 
 router = APIRouter()
+_MOST_S = 4.5
 
 
 @router.get("/healthz", tags=["operation"], summary="Is the process alive")
@@ -18,18 +23,30 @@ async def healthz() -> dict[str, str]:
 
 
 @router.get(
-    "/readyz", tags=["operation"], summary="Can it answer now", responses={503: {"description": "it is starting"}}
+    "/startedz", tags=["operation"], summary="Has it started", responses={503: {"description": "it is starting"}}
 )
-async def readyz(request: Request, response: Response) -> dict[str, object]:
-    """200 once the database answers, a worker lives and all kernels are there; else 503. Tells how far each kind is."""
+async def startedz(request: Request, response: Response) -> dict[str, str]:
+    """200 from the moment at which all kernels are there for the first time; never 503 again after that."""
     service: Service = request.app.state.service
-    await service.store.ping()
+    started = all(each.state in ("warm", "failed") for each in service.executor.warmths)
+    response.status_code = 200 if started else 503
+    return {"status": "started" if started else "starting"}
+
+
+@router.get("/readyz", tags=["operation"], summary="Can it answer now", responses={503: {"description": "not now"}})
+async def readyz(request: Request, response: Response) -> dict[str, object]:
+    """200 once the database takes writes and answers, a worker lives and all kernels are there; else 503, with what is
+    wrong. Tells how far each kind is."""
+    service: Service = request.app.state.service
+    trouble = await _trouble(service)
     alive, warmths = service.executor.ready, service.executor.warmths
     warm = all(each.state in ("warm", "failed") for each in warmths)
-    response.status_code = 200 if alive and warm else 503
+    stopping = service.stopping.is_set()
+    ready = alive and warm and trouble is None and not stopping
+    response.status_code = 200 if ready else 503
     return {
-        "status": "ready" if alive and warm else "warming up",
-        "database": "ok",
+        "status": "ready" if ready else "stopping" if stopping else "not ready" if trouble else "warming up",
+        "database": trouble or "ok",
         "workers": "warm" if alive else "starting",
         "kernels": {
             each.kind: {
@@ -41,6 +58,17 @@ async def readyz(request: Request, response: Response) -> dict[str, object]:
             for each in warmths
         },
     }
+
+
+async def _trouble(service: Service) -> str | None:
+    """What is wrong with the database; None where nothing is."""
+    try:
+        await asyncio.wait_for(service.store.ping(), _MOST_S)
+    except StoreFault as fault:
+        return str(fault.trouble)
+    except (StoreError, TimeoutError):
+        return str(Trouble.BUSY)
+    return None
 
 
 @router.get(

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 import re
-from datetime import datetime
+from datetime import UTC, datetime
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
 
 from app import runs
 from app.designs.kind import Mode
+from app.designs.problems import INVALID
 from app.designs.registry import KINDS, plots_for, plots_of
+from app.designs.schema import entry
+from app.edge.departure import while_here
 from app.errors import Problem
 from app.store.record import RunFilter, RunOrder, RunStatus
 from app.submission import Service
@@ -19,6 +22,25 @@ from app.submission import Service
 router = APIRouter(prefix="/api/v1/runs", tags=["runs"])
 _MOTION = re.compile(r"<animate [^>]*/>")
 _MISSING: dict[int | str, dict[str, str]] = {404: {"description": "there is no such run"}}
+
+
+def _check_time(field: str, value: datetime) -> None:
+    """Raises Problem for a time without a zone, or one whose year in UTC is none of the calendar."""
+    if value.tzinfo is None:
+        found, allowed = "has no time zone", "2026-01-31T12:00:00Z"
+    elif not _has_utc(value):
+        found, allowed = "is beyond the calendar", "0001-01-01T00:00:00Z to 9999-12-31T23:59:59Z"
+    else:
+        return
+    raise Problem(422, INVALID, f"{field} {found}", [entry(f"/{field}", found, allowed)])
+
+
+def _has_utc(value: datetime) -> bool:
+    try:
+        value.astimezone(UTC)
+    except OverflowError:
+        return False
+    return True
 
 
 class SvgResponse(Response):
@@ -45,13 +67,13 @@ async def list_runs(
 ) -> dict[str, object]:
     """Runs that satisfy all filters; ``next_cursor`` asks for the next page."""
     for field, value in (("created_after", created_after), ("created_before", created_before)):
-        if value is not None and value.tzinfo is None:
-            entry = {"pointer": f"/{field}", "detail": "has no time zone", "allowed": "2026-01-31T12:00:00Z"}
-            raise Problem(422, "The request is not valid", f"{field} needs a time zone", [entry])
+        if value is not None:
+            _check_time(field, value)
     service: Service = request.app.state.service
     wanted = RunFilter(kind, mode, status, name, batch_id, created_after, holds, text, created_before)
     page = await service.store.list_runs(wanted, cursor, limit, order)
-    return {"items": [runs.summary(item) for item in page.items], "next_cursor": page.next_cursor}
+    items = [runs.summary(item) for item in page.items]
+    return {"items": items, "next_cursor": page.next_cursor, "damaged": list(page.damaged)}
 
 
 @router.get("/{run_id}", summary="One run", responses=_MISSING)
@@ -95,7 +117,7 @@ async def plot(
     shown = runs.run_json(run)
     if plot not in plots_for(KINDS[run.kind], json.loads(shown)):
         raise Problem(409, "Nothing to draw", "this run's result has nothing for this plot")
-    drawn = await service.drawn(run, plot, shown)
+    drawn = await while_here(request.receive, service.drawn(run, plot, shown))
     if still:
         drawn = _MOTION.sub("", drawn)
     return SvgResponse(drawn, headers={"Cache-Control": "private, max-age=3600"})

@@ -10,6 +10,7 @@ from app.api.bodies import parse, read_body
 from app.api.contract import PATHS
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, job_of, modes_of
+from app.edge.departure import while_here
 from app.errors import Problem
 from app.store.hashing import request_hash
 from app.store.record import StoredResponse
@@ -28,7 +29,8 @@ _ANSWERS: dict[int | str, dict[str, str]] = {
     413: {"description": "the body is too large"},
     415: {"description": "the body is not JSON"},
     422: {"description": "one entry per bad field"},
-    503: {"description": "too much work waits"},
+    429: {"description": "the caller's share is used; Retry-After says for how long"},
+    503: {"description": "too much work waits; Retry-After says for how long"},
 }
 _LATER: dict[int | str, dict[str, str]] = {202: {"description": "the run, queued: asked for by respond-async"}}
 
@@ -58,8 +60,10 @@ def _route(kind: Kind, mode: Mode) -> None:
                 return answer(first)
         asked = parse(job.request, body)
         later = mode in _LONG and "respond-async" in (prefer or "")
-        handle = service.submit_later if later else service.submit
-        return answer(await handle(kind, mode, asked, idempotency_key, digest))
+        if later:
+            return answer(await service.submit_later(kind, mode, asked, idempotency_key, digest))
+        work = service.submit(kind, mode, asked, idempotency_key, digest)
+        return answer(await while_here(request.receive, work))
 
     router.add_api_route(
         f"/{PATHS[mode]}/{kind.slug}",

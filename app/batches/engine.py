@@ -30,9 +30,10 @@ from app.store.batch_inputs import Source, unpacked_rows
 from app.store.batch_operations import Claim, DropAbandoned, Finish, Release, Renew, Return, Split
 from app.store.batch_reads import active_batches, block_of
 from app.store.batch_records import BatchRecord, Chunk, Item
-from app.store.errors import UnknownRun
+from app.store.errors import StoreError, UnknownRun
 from app.store.hashing import canonical_json
 from app.store.repository import RunStore
+from app.store.viewer import seeing_as
 
 logger = get_logger(__name__)
 
@@ -43,6 +44,9 @@ _CHUNK_S = 0.4
 _FIRST_GUESS_S = {Mode.CHECK: 2e-3, Mode.ANALYSIS: 2e-2, Mode.DESIGN: 0.2, Mode.ACCURACY: 5.0}
 _LOOK_S = 0.5
 _MOST_CRASHES = 3
+"""So often a chunk of several items may come to no end before it is split."""
+_MOST_CRASHES_ALONE = 6
+"""So often one item; the death of a service that had leased it counts too."""
 _MOST_ATTEMPTS = 10
 _BLOCKS_KEPT = 16
 _LONGEST_DICTIONARY = 32_000
@@ -87,7 +91,10 @@ class BatchEngine:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-        await self._store.write(Release(self.owner))
+        try:
+            await self._store.write(Release(self.owner))
+        except StoreError as error:  # the leases run out by themselves
+            logger.warning("leases_not_released", reason=str(error))
 
     async def dictionary(self, kind: str, mode: str, detail: str) -> bytes:
         """Text that the items of such a batch resemble; empty where it cannot be had soon, which only costs room."""
@@ -211,17 +218,18 @@ class BatchEngine:
             if not isinstance(found, Needs):
                 self._learn(batch, found.seconds / chunk.count)
                 return found.items
-            task = replace(task, runs={**task.runs, **await self._runs(found)})
+            task = replace(task, runs={**task.runs, **await self._runs(found, batch.owner)})
 
     def _learn(self, batch: BatchRecord, seconds: float) -> None:
         key = (batch.kind, batch.mode, batch.detail)
         self._item_s[key] = 0.5 * self._guess(batch) + 0.5 * max(seconds, 1e-6)
 
-    async def _runs(self, needs: Needs) -> dict[str, bytes | None]:
+    async def _runs(self, needs: Needs, owner: str | None) -> dict[str, bytes | None]:
         found: dict[str, bytes | None] = {}
         for run_id in needs.run_ids:
             try:
-                found[run_id] = runs.run_json(await self._store.get(run_id))
+                with seeing_as(owner):
+                    found[run_id] = runs.run_json(await self._store.get(run_id))
             except UnknownRun:
                 found[run_id] = None
         return found
@@ -241,7 +249,7 @@ class BatchEngine:
             self._item_s[batch.kind, batch.mode, batch.detail] = 4 * self._guess(batch)
         if chunk.count > 1:
             await self._store.write(Split(chunk, self.owner))
-        elif isinstance(error, WorkerCrashed) and chunk.attempts < _MOST_CRASHES:
+        elif isinstance(error, WorkerCrashed) and chunk.attempts < _MOST_CRASHES_ALONE:
             await self._store.write(Return(chunk, self.owner, in_vain=True))
         else:
             await self._give_up(batch, chunk, *_words(error))

@@ -65,6 +65,40 @@ def _is_text(form: dict[str, Any]) -> bool:
     return form.get("type") == "string" or isinstance(form.get("const"), str)
 
 
+@cache
+def result_columns(kind: str, mode: str) -> dict[str, type]:
+    """The dotted names of all scalars that a result of that kind and mode can have, with the types of their values."""
+    job = job_of(KINDS[kind], Mode(mode))
+    found: dict[str, type] = {}
+
+    def walk(root: dict[str, Any], node: dict[str, Any], path: tuple[str, ...]) -> None:
+        for form in _forms(root, node):
+            kind_of = _TYPES.get(form.get("type", ""))
+            if kind_of is not None and path:
+                name = ".".join(path)
+                found[name] = wider(found.get(name, kind_of), kind_of)
+            if len(path) < _DEEPEST:
+                for name, inner in form.get("properties", {}).items():
+                    walk(root, inner, (*path, name))
+
+    schema = job.result.model_json_schema(mode="serialization")
+    walk(schema, schema, ())
+    return found
+
+
+_TYPES: dict[str, type] = {"number": float, "integer": int, "boolean": bool, "string": str}
+_DEEPEST = 5
+
+
+def wider(one: type, other: type) -> type:
+    """A type that holds the values of both."""
+    if one is other or other is type(None):
+        return one
+    if one is type(None):
+        return other
+    return float if {one, other} == {int, float} else str
+
+
 def numbers(kind: str, mode: str) -> list[str]:
     """The dotted names of all numeric fields that can be varied, in the order of the schema."""
     root = _schema(kind, mode)

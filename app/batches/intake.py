@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import csv
+import time
 from collections.abc import AsyncIterator, Iterator, Sequence
 from itertools import islice
 
+from app.errors import Problem
 from app.store.batch_inputs import Row, packed_rows
-from app.store.batch_operations import Receive
+from app.store.batch_operations import RECEIVING_S, Receive
 from app.store.batch_records import Block
 from app.store.repository import RunStore
 
@@ -83,6 +85,7 @@ class Receiver:
         self._bytes = 0
         self._blocks: list[Block] = []
         self._packed = 0
+        self._written = time.monotonic()
         self.total = 0
 
     async def add(self, rows: Sequence[Row]) -> None:
@@ -93,6 +96,8 @@ class Receiver:
             if len(self._rows) >= _BLOCK_ROWS or self._bytes >= _BLOCK_BYTES:
                 await self._pack()
         self.total = self._packed + len(self._rows)
+        if time.monotonic() - self._written > RECEIVING_S / 4:
+            await self.finish()
 
     async def finish(self) -> None:
         """Store what is left."""
@@ -111,9 +116,9 @@ class Receiver:
             await self._write()
 
     async def _write(self) -> None:
-        blocks, self._blocks = tuple(self._blocks), []
+        blocks, self._blocks, self._written = tuple(self._blocks), [], time.monotonic()
         if blocks and not await self._store.write(Receive(self._number, blocks)):
-            raise ConnectionError("the batch took too long to arrive and was given up")
+            raise Problem(408, "The batch took too long", "no row came for so long that the batch was given up")
 
 
 async def in_slices(rows: Iterator[Row], count: int = 1000) -> AsyncIterator[list[Row]]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+from app.batches.fields import result_columns, wider
 from app.store.batch_inputs import Source
 from app.store.batch_items import unpacked
 from app.store.batch_reads import items_after, items_spread
@@ -20,7 +21,8 @@ from app.store.repository import RunStore
 _PAGE = 500
 _LOOKED_AT = 2000
 _PARQUET_ROWS = 20_000
-HEAD = ("index", "line", "run_id", "status", "holds")
+_HEAD_TYPES: dict[str, type] = {"index": int, "line": int, "run_id": str, "status": str, "holds": bool}
+HEAD = tuple(_HEAD_TYPES)
 MOST_POINTS = 4000
 _OF_A_POINT = ("index", "run_id", "status", "holds", "governed_by")
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
@@ -182,18 +184,33 @@ async def _ndjson(store: RunStore, batch: BatchRecord, wanted: Wanted) -> AsyncI
 
 
 async def columns_of(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dict[str, type]:
-    """Every column of the table with the type of its values, which only the whole table tells."""
-    found: dict[str, type] = dict.fromkeys(wanted.fields, type(None))
-    async for page in rows(store, batch, wanted):
-        for row in page:
-            for name, value in row.items():
-                kind, known = type(value), found.get(name)
-                if known is None or known is type(None):
-                    found[name] = kind
-                elif kind is not known and value is not None:
-                    found[name] = float if {kind, known} == {int, float} else str
-    last = found.pop("problem", None) if "problem" not in wanted.fields else None
-    return found if last is None else {**found, "problem": last}
+    """Every column of the table with the type of its values: those that a look at some thousand items finds, in their
+    order, and whatever else a result of this kind can have, so that nothing is lost without reading all twice."""
+    known = result_columns(batch.kind, batch.mode)
+    step = max(1, batch.total // _LOOKED_AT)
+    varied = wanted.fields or await varied_of(store, batch)
+
+    def look(connection: Any) -> dict[str, type]:
+        found: dict[str, type] = dict.fromkeys(wanted.fields, type(None))
+        for item in items_spread(connection, batch.number, step, 2 * _LOOKED_AT):
+            row = row_of(batch, varied, item)
+            for name in wanted.fields or row:
+                value = row.get(name)
+                if value is not None or name not in found:
+                    found[name] = wider(found.get(name, type(None)), type(value))
+        return found
+
+    found = await store.query(look)
+    found |= {name: known[name] for name in found if name in known and name not in varied}
+    if not wanted.fields:
+        found = {
+            **dict.fromkeys(HEAD, str),
+            **found,
+            **{name: kind for name, kind in known.items() if name not in found},
+        }
+        found.pop("problem", None)
+        found["problem"] = str
+    return {**found, **{name: kind for name, kind in _HEAD_TYPES.items() if name in found}}
 
 
 def _safe(value: Any) -> Any:

@@ -19,6 +19,7 @@ from app.batches.results import Format, Wanted, streamed
 from app.batches.sweep import Sweep
 from app.batches.view import batch_json
 from app.designs.kind import Mode
+from app.designs.names import cleaned
 from app.designs.problems import INVALID
 from app.designs.registry import KINDS, modes_of
 from app.designs.schema import entry
@@ -31,6 +32,7 @@ from app.store.batch_records import BatchRecord, BatchStatus, new_batch_id
 from app.store.hashing import canonical_json
 from app.store.record import utc_now
 from app.store.repository import RunStore
+from app.store.viewer import own_key, viewer
 from app.version import NAME, VERSION
 
 MOST_ITEMS = 10_000_000
@@ -143,7 +145,8 @@ class BatchService:
                 raise Problem(422, INVALID, "there is no row", [entry("", "there is no row", "one row at least")])
             shown = batch_json(_acknowledged(record, receiver.total))
             answer = json.dumps(shown, separators=(",", ":"), ensure_ascii=False).encode()
-            first = await self.store.write(Acknowledge(number, receiver.total, key, digest.hexdigest(), answer))
+            own = key and own_key(key)
+            first = await self.store.write(Acknowledge(number, receiver.total, own, digest.hexdigest(), answer))
             kept = True
         finally:
             if not kept:
@@ -154,7 +157,8 @@ class BatchService:
 
     async def first_answer(self, key: str, request_hash: str) -> bytes | None:
         """The answer given under the key. Raises IdempotencyConflict."""
-        return await self.store.query(lambda connection: find_answer(connection, key, request_hash))
+        own = own_key(key)
+        return await self.store.query(lambda connection: find_answer(connection, own, request_hash))
 
     async def _record(self, ask: Asked, source: Source) -> BatchRecord:
         return BatchRecord(
@@ -162,7 +166,7 @@ class BatchService:
             id=new_batch_id(),
             kind=ask.kind,
             mode=ask.mode,
-            name=ask.name or None,
+            name=cleaned(ask.name) or None,
             detail=ask.detail,
             status=BatchStatus.RECEIVING,
             source=source.to_json(),
@@ -177,6 +181,7 @@ class BatchService:
             created_at=utc_now(),
             started_at=None,
             ended_at=None,
+            owner=viewer.get().owner,
         )
 
     def _too_many(self) -> Problem:

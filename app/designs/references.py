@@ -73,7 +73,10 @@ def _succeeded_dynamics(run: Run) -> Mapping[str, Any]:
 
 def cycle_of(run: Run) -> Mapping[str, Any]:
     """The pressures of a crank-dynamics run: strokes, angle_deg, pressure_mpa, crankcase_pressure_mpa."""
-    return _succeeded_dynamics(run)["cycle"]
+    result = _succeeded_dynamics(run)
+    if "cycle" not in result:
+        raise UnfitRun("was stored without its curves", "a run of its own, or an item of a batch with detail full")
+    return result["cycle"]
 
 
 def worst_of(run: Run, name: str) -> Mapping[str, Any]:

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, Protocol, TypeVar, Union
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
 from app.designs.kind import REFUSED, Answer
+from app.designs.names import Cleaned
 from app.designs.problems import INVALID, OUT_OF_TIME, problem_details
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.errors import EffectConflict, InvalidInput
@@ -95,7 +96,7 @@ _Effects = one_of(
 class SolverRequest(Strict):
     """What every check and every design may say."""
 
-    name: str = Field(
+    name: Cleaned = Field(
         default="", max_length=200, pattern=r"^[^\x00]*$", description="a name for people; it changes no result"
     )
     effects: _Effects = Field(default="auto", description="auto, all, or a choice with include and exclude")

@@ -8,16 +8,23 @@ class JobError(Exception):
 
 
 class Busy(JobError):
-    """Too many solves wait already; try again later."""
+    """Too many solves wait already; try again in about ``retry_s`` seconds."""
+
+    def __init__(self, reason: str, retry_s: float = 1.0) -> None:
+        super().__init__(reason)
+        self.retry_s = retry_s
+
+
+class ShareUsed(Busy):
+    """Too many solves of this caller wait already, whatever others do."""
 
 
 class Warming(Busy):
-    """The kernels of this kind are being compiled; come back in about ``remaining_s`` seconds."""
+    """The kernels of this kind are being compiled."""
 
     def __init__(self, kind: str, remaining_s: float) -> None:
-        super().__init__(f"the kernels of {kind} are being compiled; about {remaining_s:.0f} s are left")
+        super().__init__(f"the kernels of {kind} are being compiled; about {remaining_s:.0f} s are left", remaining_s)
         self.kind = kind
-        self.remaining_s = remaining_s
 
 
 class BudgetExceeded(JobError):

@@ -10,6 +10,9 @@ from app.designs.progress import Report, to_nobody
 from app.jobs.errors import BudgetExceeded, ExecutorClosed, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.jobs.template import START_TIMEOUT_S, Child, Template
 from app.jobs.worker import Reply, WorkerSettings, serve
+from app.logging import get_logger
+
+logger = get_logger(__name__)
 
 LOAD_TIMEOUT_S = 120.0
 """How long a worker may load, or where it must, compile what a call needs, before the call's own time counts."""
@@ -70,6 +73,8 @@ class Place:
     def prepare(self) -> None:
         """Have a live worker here, starting one if needed."""
         if self._child is None or not self._child.alive:
+            if self._child is not None and not self._closed:
+                logger.warning("worker_lost", pid=self._child.pid)
             self._discard()
             self._start()
         if self._ready:

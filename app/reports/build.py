@@ -116,7 +116,7 @@ def _sections(kind: Kind, run: Mapping[str, Any]) -> Iterator[Section]:
     if chain is not None and chain.items:
         yield Section("The calculation, step by step", tuple(_calculation(kind, run, chain)))
     yield Section("Results", tuple(_results(run)))
-    shaped = sentences(run["result"])
+    shaped = sentences(run)
     yield Section("What shaped it", (_shaped(shaped),) if shaped else ())
     yield Section("Effects", tuple(_effects(kind, run)))
     yield Section("Accuracy", tuple(_accuracy(run)))

@@ -65,6 +65,7 @@ def run_of(batch: BatchRecord, item: Item) -> RunRecord:
         holds=item.holds,
         figure_name=parts.get("figure_name"),
         figure=item.figure,
+        owner=batch.owner,
     )
 
 
@@ -88,6 +89,7 @@ def open_run(batch: BatchRecord, index: int, status: str, body: dict[str, Any]) 
         solver_name=batch.solver_name,
         solver_version=batch.solver_version,
         batch_id=batch.id,
+        owner=batch.owner,
     )
 
 

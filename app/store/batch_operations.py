@@ -23,7 +23,7 @@ from app.store.errors import IdempotencyConflict
 from app.store.models import batch_blocks, batch_chunks, batch_items, batches, idempotency_keys
 from app.store.record import utc_now
 
-RECEIVING_S = 60.0
+RECEIVING_S = 600.0
 """So long after its last block a batch that is not acknowledged counts as given up."""
 _COLUMNS = [field.name for field in fields(BatchRecord)]
 

@@ -11,7 +11,7 @@ from sqlalchemy import Connection, Row, Select, and_, select
 
 from app.store.batch_inputs import Row as SentRow
 from app.store.batch_inputs import Source, UnreadableRow, unpacked_rows
-from app.store.batch_items import open_run, run_of
+from app.store.batch_items import digest, open_run, run_of
 from app.store.batch_operations import batch_columns, record_of
 from app.store.batch_records import (
     ACTIVE,
@@ -22,11 +22,12 @@ from app.store.batch_records import (
     ItemStatus,
     split_item_id,
 )
-from app.store.errors import UnknownBatch, UnknownRun
+from app.store.errors import DamagedRecord, UnknownBatch, UnknownRun
 from app.store.models import batch_blocks, batch_chunks, batch_items, batches
 from app.store.record import OPEN_STATUSES, RunFilter, RunOrder, RunRecord, RunStatus
+from app.store.viewer import viewer
 
-_ITEM = [batch_items.c[name] for name in ("index", "line", "status", "holds", "figure", "content")]
+_ITEM = [batch_items.c[name] for name in ("batch", "index", "line", "status", "holds", "figure", "content", "digest")]
 _SHOWN = batches.c.status != BatchStatus.RECEIVING
 _STATUS_OF = {
     ChunkState.WAITING: RunStatus.QUEUED,
@@ -55,7 +56,9 @@ class BatchFilter:
 def find_batch(connection: Connection, batch_id: str) -> BatchRecord | None:
     query = select(*batch_columns()).where(batches.c.id == batch_id, _SHOWN)
     row = connection.execute(query).mappings().first()
-    return None if row is None else record_of(row)
+    found, who = None if row is None else record_of(row), viewer.get()
+    # Another's batch does not exist.
+    return found if found is not None and (who.everything or found.owner == who.owner) else None
 
 
 def get_batch(connection: Connection, batch_id: str) -> BatchRecord:
@@ -75,6 +78,8 @@ def list_batches(connection: Connection, wanted: BatchFilter, before: str | None
             query = query.where(batches.c[name] == value)
     if before is not None:
         query = query.where(batches.c.id < before)
+    if not viewer.get().everything:
+        query = query.where(batches.c.owner == viewer.get().owner)
     return [record_of(row) for row in connection.execute(query).mappings()]
 
 
@@ -107,7 +112,11 @@ def items_spread(connection: Connection, number: int, step: int, limit: int) -> 
 
 
 def _item(row: Row[Any]) -> Item:
-    return Item(row.index, row.line, row.status, row.holds, row.figure, bytes(row.content))
+    """The item of a row. Raises DamagedRecord where the row does not say what was written."""
+    found = Item(row.index, row.line, row.status, row.holds, row.figure, bytes(row.content))
+    if digest(row.batch, found) != bytes(row.digest):
+        raise DamagedRecord(batch_items.name, f"{row.batch} {row.index}")
+    return found
 
 
 def find_item(connection: Connection, number: int, index: int) -> Item | None:

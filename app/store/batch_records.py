@@ -73,6 +73,9 @@ class BatchRecord:
         """Items that will never have an answer."""
         return self.total - self.done if self.status == BatchStatus.CANCELLED else 0
 
+    owner: str | None = None
+    """The id of the key that sent it."""
+
 
 @dataclass(frozen=True)
 class Block:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
 import time
 from pathlib import Path
@@ -10,8 +11,10 @@ from typing import Any
 from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.engine import URL, make_url
 
-BUSY_TIMEOUT_MS = 10_000
-"""How long a SQLite connection waits for another writer before it gives up."""
+BUSY_TIMEOUT_MS = 4_000
+"""How long a connection waits for another writer, a lock, a statement or a server before it gives up."""
+_PATIENT_MS = 60_000
+"""The same where nobody waits for an answer: migrations, verification."""
 
 WRITE = {"crankwright_write": True}
 """Execution options of a connection that will write: SQLite then takes the write lock at BEGIN."""
@@ -21,22 +24,49 @@ def normalised_url(url: str) -> URL:
     """The URL with the driver this project ships: ``postgresql://`` and ``postgres://`` mean psycopg 3."""
     parsed = make_url(url.replace("postgres://", "postgresql://", 1) if url.startswith("postgres://") else url)
     if parsed.drivername == "postgresql":
-        return parsed.set(drivername="postgresql+psycopg")
+        return _with_password(parsed.set(drivername="postgresql+psycopg"))
     if parsed.get_backend_name() == "sqlite" and parsed.database in (None, "", ":memory:"):
         raise ValueError("an in-memory database keeps nothing: give SQLite a file, sqlite:///path/to/file")
     return parsed
 
 
-def make_engine(url: str) -> Engine:
-    """An engine for reads and writes; acknowledged commits survive a loss of power on both databases."""
-    target = normalised_url(url)
+PASSWORD_FILE = "CRANKWRIGHT_DATABASE_PASSWORD_FILE"
+"""Names a file with the password of a server, so that it stands in no URL and no environment."""
+
+
+def _with_password(url: URL) -> URL:
+    file = os.environ.get(PASSWORD_FILE)
+    if file is None or url.password is not None:
+        return url
+    return url.set(password=Path(file).read_text("utf-8").strip())
+
+
+def make_engine(url: str, patient: bool = False) -> Engine:
+    """An engine for reads and writes; acknowledged commits survive a loss of power on both databases.
+
+    ``patient`` is for work that takes long, and for which nobody waits.
+    """
+    target, wait_ms = normalised_url(url), _PATIENT_MS if patient else BUSY_TIMEOUT_MS
     if target.get_backend_name() != "sqlite":
-        return create_engine(target, pool_pre_ping=True, pool_size=6, max_overflow=6)
+        statement_ms = 0 if patient else wait_ms
+        return create_engine(
+            target,
+            pool_pre_ping=True,
+            pool_size=6,
+            max_overflow=6,
+            pool_timeout=wait_ms / 1000,
+            connect_args={
+                "connect_timeout": BUSY_TIMEOUT_MS // 1000,
+                "tcp_user_timeout": BUSY_TIMEOUT_MS,
+                "options": f"-c lock_timeout={wait_ms} -c statement_timeout={statement_ms}",
+            },
+        )
     Path(str(target.database)).parent.mkdir(parents=True, exist_ok=True)
     engine = create_engine(
         target,
         pool_size=6,
         max_overflow=6,
+        pool_timeout=wait_ms / 1000,
         connect_args={"timeout": BUSY_TIMEOUT_MS / 1000, "check_same_thread": False},
     )
     event.listen(engine, "connect", _prepare_sqlite)

@@ -37,3 +37,18 @@ class UnknownBatch(StoreError):
 
 class StoreClosed(StoreError):
     """The store is shutting down and takes no more writes."""
+
+
+class UnknownKey(StoreError):
+    """No key has this id."""
+
+    def __init__(self, key_id: str) -> None:
+        super().__init__(f"no key has the id {key_id!r}")
+
+
+class DamagedRecord(StoreError):
+    """A row no longer says what was written. Its content is not to be shown."""
+
+    def __init__(self, table: str, key: str) -> None:
+        super().__init__(f"the record {key} of {table} is damaged")
+        self.table, self.key = table, key

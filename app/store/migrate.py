@@ -14,6 +14,8 @@ from sqlalchemy.exc import DBAPIError
 
 import migrations
 from app.store.engine import WRITE, make_engine
+from app.store.errors import StoreError
+from app.store.faults import Trouble, fault_of, told
 
 if TYPE_CHECKING:
     from alembic.config import Config
@@ -26,30 +28,46 @@ _STEPS = Path(migrations.__file__).parent / "versions"
 
 def upgrade(url: str) -> None:
     """Run every step the database has not seen, all in one transaction; safe to run from several processes at once."""
-    engine = make_engine(url)
+    engine = make_engine(url, patient=True)
     try:
-        if _is_current(engine):
-            return
-        from alembic import command
-
-        with engine.connect().execution_options(**WRITE) as connection, connection.begin():
-            if engine.dialect.name == "postgresql":
-                connection.execute(text("SELECT pg_advisory_xact_lock(:lock)"), {"lock": MIGRATION_LOCK})
-            config = _config()
-            config.attributes["connection"] = connection
-            command.upgrade(config, "head")
+        with told():
+            _upgrade(engine)
     finally:
         engine.dispose()
 
 
-def _is_current(engine: Engine) -> bool:
+class NewerDatabase(StoreError):
+    """The database was used by a later version."""
+
+    def __init__(self, revision: str) -> None:
+        super().__init__(f"the database is at revision {revision}, this version knows those up to {newest_step()}")
+
+
+def _upgrade(engine: Engine) -> None:
+    found = _revision(engine)
+    if found == newest_step():
+        return
+    if found is not None and found > newest_step():
+        raise NewerDatabase(found)
+    from alembic import command
+
+    with engine.connect().execution_options(**WRITE) as connection, connection.begin():
+        if engine.dialect.name == "postgresql":
+            connection.execute(text("SELECT pg_advisory_xact_lock(:lock)"), {"lock": MIGRATION_LOCK})
+        config = _config()
+        config.attributes["connection"] = connection
+        command.upgrade(config, "head")
+
+
+def _revision(engine: Engine) -> str | None:
     try:
         with engine.connect() as connection:
-            return connection.execute(text("SELECT version_num FROM alembic_version")).scalars().all() == [
-                newest_step()
-            ]
-    except DBAPIError:  # an empty database, or one in trouble, about which the migration has more to say
-        return False
+            return connection.execute(text("SELECT version_num FROM alembic_version")).scalar()
+    except DBAPIError as error:
+        fault = fault_of(error)
+        if fault is not None and fault.trouble is not Trouble.GONE:
+            raise
+        return None  # an empty database
 
 
 def newest_step() -> str:

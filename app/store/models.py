@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from sqlalchemy import (
+    BigInteger,
     Boolean,
     Column,
     DateTime,
@@ -85,6 +86,7 @@ runs = Table(
     Column("holds", Boolean),
     Column("figure_name", String(64)),
     Column("figure", Float),
+    Column("owner", String(36)),
     # Every filter of the listing walks its index in the order of the ids, newest first.
     Index(None, "kind", "id"),
     Index(None, "mode", "id"),
@@ -94,6 +96,7 @@ runs = Table(
     _index_where_given("batch_id"),
     _index_where_given("holds"),
     _index_where_given("figure"),
+    _index_where_given("owner"),
     Index(None, "created_at"),
     Index(None, "spec_hash"),
 )
@@ -110,6 +113,39 @@ idempotency_keys = Table(
     Column("body", LargeBinary, nullable=False),
     Column("row_hash", String(64), nullable=False),
     Index(None, "run_id"),
+)
+
+api_keys = Table(
+    "api_keys",
+    metadata,
+    Column("id", String(16), primary_key=True),
+    Column("digest", String(64), nullable=False),
+    Column("name", String(200), nullable=False),
+    Column("scopes", String(100), nullable=False),
+    Column("created_at", UtcDateTime(), nullable=False),
+    Column("revoked_at", UtcDateTime()),
+    Column("row_hash", String(64), nullable=False),
+    UniqueConstraint("digest"),
+)
+
+audit = Table(
+    "audit",
+    metadata,
+    Column("id", String(36), primary_key=True),
+    Column("at", UtcDateTime(), nullable=False),
+    Column("actor", String(200), nullable=False),
+    Column("action", String(64), nullable=False),
+    Column("subject", String(200), nullable=False),
+    Column("row_hash", String(64), nullable=False),
+)
+
+# One row: how many runs there must be, counted by a trigger, and what readiness writes to see whether it can.
+ledger = Table(
+    "ledger",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("runs", BigInteger, nullable=False),
+    Column("probe", BigInteger, nullable=False),
 )
 
 batches = Table(
@@ -138,6 +174,7 @@ batches = Table(
     Column("idempotency_key", String(255)),
     Column("request_hash", String(64)),
     Column("answer", LargeBinary),
+    Column("owner", String(36)),
     UniqueConstraint("id"),
     UniqueConstraint("idempotency_key"),
     Index(None, "status", "number"),

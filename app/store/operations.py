@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 
-from sqlalchemy import Connection, insert, select, update
+from sqlalchemy import Connection, delete, insert, select, update
 
-from app.store.errors import IdempotencyConflict, UnknownRun
+from app.store.errors import DamagedRecord, IdempotencyConflict, UnknownRun
 from app.store.models import idempotency_keys, runs
 from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, StoredResponse
-from app.store.rows import response_to_row, row_to_response, row_to_run, run_to_row
+from app.store.rows import check, response_to_row, row_to_response, row_to_run, run_to_row
+from app.store.upkeep import oldest_id
 
 INSERT_RUN = insert(runs)
 INSERT_RESPONSE = insert(idempotency_keys)
@@ -41,13 +43,16 @@ class PutOnce:
 
     record: RunRecord
     response: StoredResponse
+    since: datetime | None = None
 
     def __call__(self, connection: Connection) -> StoredResponse | None:
-        first = find_response(connection, self.response.key, self.response.request_hash)
+        first = find_response(connection, self.response.key, self.response.request_hash, self.since)
         if first is not None:
             return first
+        # One that has expired makes room.
+        connection.execute(delete(idempotency_keys).where(idempotency_keys.c.key == self.response.key))
         connection.execute(INSERT_RUN, run_to_row(self.record))
-        connection.execute(INSERT_RESPONSE, response_to_row(self.response))
+        connection.execute(INSERT_RESPONSE, response_to_row(self.response, self.record))
         return None
 
 
@@ -69,14 +74,20 @@ class Advance:
         return True
 
 
-def find_response(connection: Connection, key: str, request_hash: str) -> StoredResponse | None:
-    """The answer kept under the key; a conflict if the key belongs to another request."""
+def find_response(
+    connection: Connection, key: str, request_hash: str, since: datetime | None = None
+) -> StoredResponse | None:
+    """The answer kept under the key for a run made ``since`` then; a conflict if the key is another request's."""
     row = connection.execute(select(idempotency_keys).where(idempotency_keys.c.key == key)).mappings().first()
-    if row is None:
+    if row is None or (since is not None and row["run_id"] < oldest_id(since)):
         return None
+    check(idempotency_keys.name, "key", row)
     if row["request_hash"] != request_hash:
         raise IdempotencyConflict(key)
-    return row_to_response(row)
+    run = connection.execute(select(runs).where(runs.c.id == row["run_id"])).mappings().first()
+    if run is None:
+        raise DamagedRecord(runs.name, row["run_id"])
+    return row_to_response(row, row_to_run(run))
 
 
 def _changed(record: RunRecord, change: Finish | None) -> RunRecord:

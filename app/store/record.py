@@ -31,7 +31,7 @@ class RunRecord:
     returned byte for byte; ``holds`` is the verdict's own, None where there is no verdict; ``figure`` is the number of
     the result that matters most, ``figure_name`` its name, None where there is none. ``created_at`` must be aware; it
     is kept in UTC to the microsecond. ``spec_hash`` comes from ``app.store.hashing.spec_hash``. ``source_run_ids``
-    names the runs that fed this one.
+    names the runs that fed this one. ``owner`` is the id of the key that asked for it, None where none was needed.
     """
 
     id: str
@@ -56,6 +56,7 @@ class RunRecord:
     holds: bool | None = None
     figure_name: str | None = None
     figure: float | None = None
+    owner: str | None = None
 
 
 @dataclass(frozen=True)
@@ -122,10 +123,12 @@ class RunOrder(StrEnum):
 
 @dataclass(frozen=True)
 class RunPage:
-    """Runs in the order asked for; ``next_cursor`` is None on the last page."""
+    """Runs in the order asked for; ``next_cursor`` is None on the last page. ``damaged`` are the ids of runs that
+    belong here too, but whose rows no longer say what was written."""
 
     items: tuple[RunSummary, ...]
     next_cursor: str | None
+    damaged: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -5,18 +5,24 @@ from __future__ import annotations
 import asyncio
 import base64
 import binascii
+import contextvars
 import json
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from datetime import datetime, timedelta
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
 from sqlalchemy import ColumnElement, Connection, Select, select, tuple_
 
+from app.logging import get_logger
 from app.store.batch_reads import find_batch, get_item_run, list_item_runs
 from app.store.batch_records import BatchRecord
 from app.store.engine import make_engine
-from app.store.errors import InvalidCursor
+from app.store.errors import DamagedRecord, InvalidCursor, UnknownRun
+from app.store.faults import FileWatch, StoreFault, Trouble, told
 from app.store.models import runs
 from app.store.operations import Advance, Put, PutOnce, find_response
 from app.store.recent import RecentSpecs
@@ -30,10 +36,14 @@ from app.store.record import (
     RunRecord,
     RunSummary,
     StoredResponse,
+    utc_now,
 )
 from app.store.rows import SUMMARY_FIELDS, is_intact, row_to_run, row_to_summary
+from app.store.upkeep import Expire, Probe
+from app.store.viewer import Viewer, own_key, viewer
 from app.store.writer import GroupWriter, Operation
 
+logger = get_logger(__name__)
 T = TypeVar("T")
 
 MAX_PAGE = 200
@@ -42,7 +52,20 @@ MAX_PAGE = 200
 RECENT = 20_000
 """How many specs back a repeated one is recognised."""
 
+DEADLINE_S = 5.0
+"""So long a read may take with its wait for a thread."""
+PROBE_S = 2.0
+"""So often readiness tries a write, however often it is asked."""
+
+Seen = Callable[[float, StoreFault | None], None]
+
+
+def nobody(_seconds: float, _fault: StoreFault | None) -> None:
+    """Hears nothing."""
+
+
 READERS = 4
+ID_LENGTH = 36
 """Threads for reads; each holds at most one connection."""
 
 
@@ -53,9 +76,19 @@ class RunStore:
     and share commits; reads run on a few threads beside it. ``close`` commits what waits.
     """
 
-    def __init__(self, url: str, write_capacity: int = 4096) -> None:
+    def __init__(
+        self, url: str, write_capacity: int = 4096, keys_kept: timedelta | None = None, seen: Seen = nobody
+    ) -> None:
+        """``keys_kept`` is how long idempotency keys are good, None for ever; ``seen`` hears what each group of writes
+        took, and what was wrong with it."""
         self._engine = make_engine(url)
-        self._writer = GroupWriter(self._engine, capacity=write_capacity)
+        with told():
+            self._engine.connect().close()
+        self._watch = FileWatch(self._engine.url)
+        self._kept, self._hears = keys_kept, seen
+        self._fault: StoreFault | None = None
+        self._probed = -PROBE_S
+        self._writer = GroupWriter(self._engine, write_capacity, check=self._watch.check, seen=self._written)
         self._readers = ThreadPoolExecutor(READERS, thread_name_prefix="store-reader")
         self._recent = RecentSpecs(RECENT)
         self._recent.fill(reversed(self.read(_newest_specs)))
@@ -69,13 +102,13 @@ class RunStore:
         body was first, nothing is inserted and that request's answer is returned; with another body,
         IdempotencyConflict is raised.
         """
-        first = await self._writer.submit(_insertion(record, response))
+        first = await self._writer.submit(_insertion(record, response, self._since()))
         self._recent.add(record.spec_hash)
         return first
 
     def put_and_wait(self, record: RunRecord, response: StoredResponse | None = None) -> StoredResponse | None:
         """``put`` for code without an event loop (the command line)."""
-        first = self._writer.submit_and_wait(_insertion(record, response))
+        first = self._writer.submit_and_wait(_insertion(record, response, self._since()))
         self._recent.add(record.spec_hash)
         return first
 
@@ -91,11 +124,19 @@ class RunStore:
         """Run an operation of this package and wait for its commit."""
         return await self._writer.submit(operation)
 
+    def write_and_wait(self, operation: Operation) -> Any:
+        """The same for code without an event loop."""
+        return self._writer.submit_and_wait(operation)
+
     # -- reads ----------------------------------------------------------------------------------------------
 
     async def get(self, run_id: str) -> RunRecord:
-        """The run, or UnknownRun."""
-        return await self._read(lambda connection: _get(connection, run_id))
+        """The run, or UnknownRun, also where the viewer must not see it."""
+        who = viewer.get()
+        record = await self._read(lambda connection: _get(connection, run_id))
+        if not who.everything and record.owner != who.owner:
+            raise UnknownRun(run_id)
+        return record
 
     async def open_runs(self) -> list[RunRecord]:
         """The runs that are queued or running, oldest first.
@@ -106,16 +147,18 @@ class RunStore:
 
     async def find_response(self, key: str, request_hash: str) -> StoredResponse | None:
         """The answer kept under an idempotency key, None if the key is new, IdempotencyConflict if it is another's."""
-        return await self._read(lambda connection: find_response(connection, key, request_hash))
+        own = own_key(key)
+        return await self._read(lambda connection: find_response(connection, own, request_hash, self._since()))
 
     async def find_answer(self, spec_hash: str, solver_name: str, solver_version: str) -> RunRecord | None:
         """The newest undamaged run that this very solver answered (succeeded or infeasible) for the same spec.
 
-        Only the ``RECENT`` newest specs are looked for.
+        Only the ``RECENT`` newest specs are looked for, and only among the viewer's own runs.
         """
         if spec_hash not in self._recent:
             return None
-        return await self._read(lambda connection: _find_answer(connection, spec_hash, solver_name, solver_version))
+        solver, owner = (solver_name, solver_version), viewer.get().owner
+        return await self._read(lambda connection: _find_answer(connection, spec_hash, solver, owner))
 
     async def list_runs(
         self,
@@ -131,11 +174,41 @@ class RunStore:
         """
         after = _decode_cursor(cursor, order) if cursor is not None else None
         size = max(1, min(limit, MAX_PAGE))
-        return await self._read(lambda connection: _list(connection, wanted, after, size, order))
+        who = viewer.get()
+        return await self._read(lambda connection: _list(connection, wanted, after, size, order, who))
 
     async def ping(self) -> None:
-        """Raise unless the database answers and holds the tables."""
+        """Raise StoreFault unless the database answers, holds the tables, takes writes and is not known to be damaged.
+
+        A write is tried every few seconds, and each time while the last one failed.
+        """
+        fault = self._fault
+        if fault is not None and fault.trouble is Trouble.DAMAGED:
+            raise fault
+        if fault is not None or time.monotonic() - self._probed >= PROBE_S:
+            await self._writer.submit(Probe())
+            self._probed = time.monotonic()
         await self._read(lambda connection: connection.execute(select(runs.c.id).limit(1)).first())
+
+    async def expire_keys(self) -> int:
+        """Delete idempotency keys that are good no longer; how many."""
+        since, deleted = self._since(), 0
+        while since is not None and (count := await self._writer.submit(Expire(since))):
+            deleted += count
+        return deleted
+
+    def _since(self) -> datetime | None:
+        """From when on runs' idempotency keys are good; None: from the first."""
+        return None if self._kept is None else utc_now() - self._kept
+
+    def _written(self, seconds: float, fault: StoreFault | None) -> None:
+        self._note(fault)
+        self._hears(seconds, fault)
+
+    def _note(self, fault: StoreFault | None) -> None:
+        """Keep what is wrong until a write succeeds; damage does not heal."""
+        if self._fault is None or self._fault.trouble is not Trouble.DAMAGED:
+            self._fault = fault
 
     # -- life -----------------------------------------------------------------------------------------------
 
@@ -155,23 +228,46 @@ class RunStore:
 
     async def query(self, query: Callable[[Connection], T]) -> T:
         """``read`` on one of the threads for reads."""
-        return await self._read(query)
+        return await self._reading(query)
+
+    def _reading(self, query: Callable[[Connection], T]) -> asyncio.Future[T]:
+        # The thread looks with the eyes of whoever asks.
+        context = contextvars.copy_context()
+        return asyncio.get_running_loop().run_in_executor(self._readers, context.run, self.read, query)
 
     async def _read(self, query: Callable[[Connection], T]) -> T:
-        return await asyncio.get_running_loop().run_in_executor(self._readers, self.read, query)
+        try:
+            return await asyncio.wait_for(self._reading(query), DEADLINE_S)
+        except TimeoutError:
+            raise StoreFault(Trouble.BUSY, "reads wait too long") from None
 
     def read(self, query: Callable[[Connection], T]) -> T:
-        """Run a query of this package on a connection of its own."""
-        with self._engine.connect() as connection:
-            return query(connection)
+        """Run a query of this package on a connection of its own. Raises StoreFault."""
+        self._watch.check()
+        try:
+            with told(), self._engine.connect() as connection:
+                return query(connection)
+        except StoreFault as fault:
+            if fault.trouble is Trouble.DAMAGED:
+                self._note(fault)
+            raise
 
 
-def _insertion(record: RunRecord, response: StoredResponse | None) -> Put | PutOnce:
-    return Put(record) if response is None else PutOnce(record, response)
+def _insertion(record: RunRecord, response: StoredResponse | None, since: datetime | None) -> Put | PutOnce:
+    if response is None:
+        return Put(record)
+    return PutOnce(record, replace(response, key=own_key(response.key)), since)
 
 
 def _get(connection: Connection, run_id: str) -> RunRecord:
-    row = connection.execute(select(runs).where(runs.c.id == run_id)).mappings().first()
+    # What is no id is not asked for: not every database bears every character.
+    known = len(run_id) == ID_LENGTH and run_id.isprintable()
+    try:
+        row = connection.execute(select(runs).where(runs.c.id == run_id)).mappings().first() if known else None
+    except (ValueError, TypeError, AttributeError) as error:  # a time that is no time any more
+        raise DamagedRecord(runs.name, run_id) from error
+    if not known:
+        raise UnknownRun(run_id)
     return get_item_run(connection, run_id) if row is None else row_to_run(row)
 
 
@@ -181,16 +277,25 @@ def _newest_specs(connection: Connection) -> list[str]:
 
 def _open_runs(connection: Connection) -> list[RunRecord]:
     wanted = select(runs).where(runs.c.status.in_(OPEN_STATUSES)).order_by(runs.c.created_at, runs.c.id)
-    return [row_to_run(row) for row in connection.execute(wanted).mappings().all()]
+    found = []
+    for row in connection.execute(wanted).mappings().all():
+        try:
+            found.append(row_to_run(row))
+        except DamagedRecord as damage:
+            logger.error("record_damaged", table=damage.table, key=damage.key)
+    return found
 
 
-def _find_answer(connection: Connection, spec_hash: str, solver_name: str, solver_version: str) -> RunRecord | None:
+def _find_answer(
+    connection: Connection, spec_hash: str, solver: tuple[str, str], owner: str | None
+) -> RunRecord | None:
     query = (
         select(runs)
         .where(
             runs.c.spec_hash == spec_hash,
-            runs.c.solver_name == solver_name,
-            runs.c.solver_version == solver_version,
+            runs.c.solver_name == solver[0],
+            runs.c.solver_version == solver[1],
+            runs.c.owner.is_(None) if owner is None else runs.c.owner == owner,
             runs.c.status.in_(ANSWERED_STATUSES),
         )
         .order_by(runs.c.id.desc())
@@ -212,13 +317,20 @@ _KEYS = {
 
 
 def _list(
-    connection: Connection, wanted: RunFilter, after: tuple[str | float, str] | None, size: int, order: RunOrder
+    connection: Connection,
+    wanted: RunFilter,
+    after: tuple[str | float, str] | None,
+    size: int,
+    order: RunOrder,
+    who: Viewer,
 ) -> RunPage:
     batch = None if wanted.batch_id is None else find_batch(connection, wanted.batch_id)
     if batch is not None:
         return _list_batch(connection, batch, wanted, after, size, order)
     column, downward = _KEYS[order]
-    query = _filtered(select(*(runs.c[name] for name in SUMMARY_FIELDS)), wanted)
+    query = _filtered(select(runs), wanted)
+    if not who.everything:
+        query = query.where(runs.c.owner == who.owner)
     if column is not runs.c.id:
         query = query.where(column.is_not(None))
     if after is not None:
@@ -226,8 +338,15 @@ def _list(
     ends = (runs.c.id,) if column is runs.c.id else (column, runs.c.id)
     query = query.order_by(*(end.desc() if downward else end.asc() for end in ends))
     rows = connection.execute(query.limit(size + 1)).mappings().all()
-    items = tuple(row_to_summary(row) for row in rows[:size])
-    return RunPage(items, _encode_cursor(rows[size - 1][column.name], items[-1].id) if len(rows) > size else None)
+    items, damaged = [], []
+    for row in rows[:size]:
+        try:
+            items.append(row_to_summary(row))
+        except DamagedRecord as damage:
+            damaged.append(damage.key)
+    last = rows[size - 1] if len(rows) > size else None
+    cursor = None if last is None else _encode_cursor(last[column.name], last["id"])
+    return RunPage(tuple(items), cursor, tuple(damaged))
 
 
 def _list_batch(
@@ -283,6 +402,6 @@ def _decode_cursor(cursor: str, order: RunOrder) -> tuple[str | float, str]:
     except (binascii.Error, ValueError, TypeError) as error:
         raise InvalidCursor("the cursor is not one of this service") from error
     fits = version == ("1" if kept is None else "2") and isinstance(key, kept or str)
-    if not fits or not isinstance(run_id, str) or len(run_id) != 36 or not run_id.isprintable():
+    if not fits or not isinstance(run_id, str) or len(run_id) != ID_LENGTH or not run_id.isprintable():
         raise InvalidCursor("the cursor is not one of this service")
     return key, run_id

@@ -1,7 +1,7 @@
 """Check that the store still says what was written: every hash again, every JSON part, the schema, the file.
 
-A bit that flips inside a row passes SQLite's own integrity check; the row hash sees it. Rows that were
-deleted whole leave no trace here: keep backups for that.
+A bit that flips inside a row passes SQLite's own integrity check; the row hash sees it. The database counts every run
+that is put in, so the number of those that were deleted by anybody but `prune` is seen too.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from sqlalchemy import Connection, Engine, RowMapping, Table, inspect, select, text
+from sqlalchemy import Connection, Engine, RowMapping, Table, func, inspect, select, text
 from sqlalchemy.exc import DBAPIError
 
 from app.store.batch_verify import batch_damages
@@ -20,16 +20,20 @@ from app.store.engine import make_engine
 from app.store.hashing import spec_hash
 from app.store.models import (
     JSON_COLUMNS,
+    api_keys,
+    audit,
     batch_blocks,
     batch_chunks,
     batch_items,
     batches,
     idempotency_keys,
+    ledger,
     runs,
 )
 from app.store.rows import is_intact
 
 PAGE = 500
+_TABLES = (runs, idempotency_keys, api_keys, audit)
 _BATCHES = (batches, batch_blocks, batch_chunks, batch_items)
 
 
@@ -49,8 +53,8 @@ class Report:
 
 def verify(url: str) -> Report:
     """Read the whole store once. Damage is reported, never raised; a database that cannot be opened is damage too."""
-    engine = make_engine(url)
-    counts = {runs.name: 0, idempotency_keys.name: 0}
+    engine = make_engine(url, patient=True)
+    counts = dict.fromkeys((table.name for table in _TABLES), 0)
     damages: list[Damage] = []
     items = 0
     try:
@@ -58,7 +62,7 @@ def verify(url: str) -> Report:
             _tolerate_broken_text(connection)
             damages += _schema_damages(connection)
             broken = {damage.table for damage in damages}
-            for table in (runs, idempotency_keys):
+            for table in _TABLES:
                 if table.name in broken:
                     continue
                 for row_or_damage in _rows(connection, table):
@@ -67,6 +71,8 @@ def verify(url: str) -> Report:
                     else:
                         counts[table.name] += 1
                         damages += _row_damages(table, row_or_damage)
+            if not broken & {runs.name, ledger.name}:
+                damages += _missing(connection)
             if not broken & {table.name for table in _BATCHES}:
                 for damage_or_count in batch_damages(connection):
                     if isinstance(damage_or_count, Damage):
@@ -92,7 +98,7 @@ def _tolerate_broken_text(connection: Connection) -> None:
 def _schema_damages(connection: Connection) -> Iterator[Damage]:
     inspector = inspect(connection)
     present = set(inspector.get_table_names())
-    for table in (runs, idempotency_keys, *_BATCHES):
+    for table in (*_TABLES, ledger, *_BATCHES):
         if table.name not in present:
             yield Damage(table.name, None, "the table is missing")
             continue
@@ -155,6 +161,17 @@ def _is_json(content: Any) -> bool:
     except (ValueError, TypeError, RecursionError):
         return False
     return True
+
+
+def _missing(connection: Connection) -> Iterator[Damage]:
+    # In one statement, for a service may put in runs meanwhile.
+    there = select(func.count()).select_from(runs).scalar_subquery()
+    lost = connection.execute(select(ledger.c.runs - there)).scalar()
+    if lost is None:
+        yield Damage(ledger.name, None, "the count of runs is missing")
+    elif lost:
+        told = f"{lost} runs are missing that were stored" if lost > 0 else f"{-lost} runs were never counted"
+        yield Damage(runs.name, None, told)
 
 
 def _file_damages(engine: Engine, connection: Connection) -> Iterator[Damage]:

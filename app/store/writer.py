@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -17,6 +18,9 @@ from sqlalchemy.exc import IntegrityError
 
 from app.store.engine import WRITE
 from app.store.errors import StoreClosed
+from app.store.faults import StoreFault, Trouble, fault_of
+
+_WAITED_FOR = (Trouble.BUSY, Trouble.UNREACHABLE)
 
 Operation = Callable[[Connection], Any]
 """A write: runs inside a transaction, returns what the submitter gets after the commit.
@@ -43,8 +47,16 @@ class GroupWriter:
     of the event loop wait at once; further submitters wait their turn.
     """
 
-    def __init__(self, engine: Engine, capacity: int = 4096, group_limit: int = 256) -> None:
-        self._engine = engine
+    def __init__(
+        self,
+        engine: Engine,
+        capacity: int = 4096,
+        group_limit: int = 256,
+        check: Callable[[], None] = lambda: None,
+        seen: Callable[[float, StoreFault | None], None] = lambda _seconds, _fault: None,
+    ) -> None:
+        """``check`` raises where writes would be lost; ``seen`` hears what each group took, and what was wrong."""
+        self._engine, self._check, self._seen = engine, check, seen
         self._group_limit = group_limit
         self._waiting: deque[_Ticket] = deque()
         self._wake = threading.Condition()
@@ -90,8 +102,22 @@ class GroupWriter:
                     return
                 count = min(len(self._waiting), self._group_limit)
                 group = [self._waiting.popleft() for _ in range(count)]
+            began = time.monotonic()
             self._write(group)
+            fault = _told_as_faults(group)
+            if fault is not None and fault.trouble in _WAITED_FOR:
+                # It was waited for long enough: whoever came meanwhile would only wait as long for the same.
+                group += self._give_up(fault)
+            self._seen(time.monotonic() - began, fault)
             _deliver(group)
+
+    def _give_up(self, fault: StoreFault) -> list[_Ticket]:
+        with self._wake:
+            late = list(self._waiting)
+            self._waiting.clear()
+        for ticket in late:
+            ticket.error = fault
+        return late
 
     def _write(self, group: list[_Ticket]) -> None:
         if len(group) > 1 and self._write_together(group):
@@ -103,12 +129,15 @@ class GroupWriter:
         """True if the group's fate is settled; False if one operation failed and each must stand alone."""
         settled = True
         try:
+            self._check()
             with self._engine.connect().execution_options(**WRITE) as connection, connection.begin():
                 try:
                     _operate(connection, group)
-                except BaseException:
-                    settled = False
+                except BaseException as error:
+                    # What is wrong with the database is wrong for each of them.
+                    settled = fault_of(error) is not None
                     raise
+            self._check()
         except BaseException as error:
             # BEGIN or COMMIT failed: the database itself is in trouble, and trying one by one would only
             # make every submitter wait for the same answer.
@@ -121,8 +150,10 @@ class GroupWriter:
         for attempt in (1, 2):
             ticket.value, ticket.error = None, None
             try:
+                self._check()
                 with self._engine.connect().execution_options(**WRITE) as connection, connection.begin():
                     ticket.value = ticket.operation(connection)
+                self._check()
                 return
             except IntegrityError as error:
                 # Another process may have committed the same key in between: the second attempt sees it.
@@ -145,6 +176,17 @@ def _operate(connection: Connection, group: list[_Ticket]) -> None:
             values = [ticket.operation(connection) for ticket in tickets]
         for ticket, value in zip(tickets, values, strict=True):
             ticket.value = value
+
+
+def _told_as_faults(group: list[_Ticket]) -> StoreFault | None:
+    """Tell what drivers raised as faults; the first one, None if there is none."""
+    first = None
+    for ticket in group:
+        fault = None if ticket.error is None else fault_of(ticket.error)
+        if fault is not None:
+            ticket.error = fault
+            first = first or fault
+    return first
 
 
 def _deliver(group: list[_Ticket]) -> None:

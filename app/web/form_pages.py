@@ -9,10 +9,12 @@ from typing import Any
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import JSONResponse, RedirectResponse
 
+from app.access.forgery import FIELD
 from app.api.bodies import parse
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS
-from app.errors import Problem
+from app.edge.departure import while_here
+from app.errors import Problem, busy
 from app.jobs.errors import Busy
 from app.store.record import RunFilter, RunStatus
 from app.submission import Service
@@ -45,12 +47,10 @@ def _kind_and_mode(slug: str, mode: str) -> tuple[Kind, Mode]:
 
 
 async def _texts(request: Request) -> dict[str, str]:
-    """What the form holds, bounded like every body."""
+    """What the form holds."""
     most = request.app.state.settings.max_body_bytes
-    if int(request.headers.get("content-length") or 0) > most:
-        raise Problem(413, "The form is too large", f"at most {most} bytes are accepted")
     async with request.form(max_fields=MOST_FIELDS, max_part_size=most) as sent:
-        return {name: str(value).replace("\r\n", "\n") for name, value in sent.items()}
+        return {name: str(value).replace("\r\n", "\n") for name, value in sent.items() if name != FIELD}
 
 
 def _example(form: Group, kind: Kind, mode: Mode, title: str = "") -> dict[str, str]:
@@ -149,13 +149,15 @@ async def submit(request: Request, slug: str, mode: str = "design", was: str | N
     service: Service = request.app.state.service
     try:
         asked = _asked(kind, chosen, form.value(texts))
-        run_id = await service.submit_within(kind, chosen, asked, request.app.state.settings.form_patience_s)
+        work = service.submit_within(kind, chosen, asked, request.app.state.settings.form_patience_s)
+        run_id = await while_here(request.receive, work)
     except Problem as problem:
         return await _shown(request, kind, chosen, texts, placed(form, texts, problem), 422)
-    except Busy as busy:
-        return await _shown(
-            request, kind, chosen, texts, status=503, notice=_("Not now: %(why)s") % {"why": _(str(busy))}
-        )
+    except Busy as error:
+        refused, why = busy(error), _("Not now: %(why)s") % {"why": _(str(error))}
+        shown = await _shown(request, kind, chosen, texts, status=refused.status, notice=why)
+        shown.headers.update(refused.headers)
+        return shown
     return RedirectResponse(f"/runs/{run_id}", status_code=303)
 
 
@@ -189,12 +191,13 @@ async def answer(request: Request, slug: str, mode: str = "check") -> Response:
     form, texts = form_of(kind, chosen), await _texts(request)
     service: Service = request.app.state.service
     try:
-        run = await service.answer(kind, chosen, _asked(kind, chosen, form.value(texts)))
+        work = service.answer(kind, chosen, _asked(kind, chosen, form.value(texts)))
+        run = await while_here(request.receive, work)
     except Problem as problem:
         faults = placed(form, texts, problem)
         return JSONResponse({"faults": faults.at, "others": faults.elsewhere}, 422)
-    except Busy as busy:
-        return JSONResponse({"busy": _(str(busy))}, 503)
+    except Busy as error:
+        return JSONResponse({"busy": _(str(error))}, 503)
     result = json.loads(run.result) if run.result else {}
     told = {
         "kind": kind,

@@ -78,7 +78,7 @@ def asked_of(query: Mapping[str, str]) -> Listing:
         kind=sound.get("kind"),
         mode=sound.get("mode"),
         status=sound.get("status"),
-        created_after=days["since"] - timedelta(microseconds=1) if "since" in days else None,
+        created_after=_just_before(days.get("since")),
         created_before=_next_day(days.get("until")),
         holds={"true": True, "false": False}.get(sound.get("holds", "")),
         text=sound.get("text"),
@@ -86,6 +86,10 @@ def asked_of(query: Mapping[str, str]) -> Listing:
     )
     order = RunOrder(sound.get("order", RunOrder.NEWEST))
     return Listing(wanted, order, query.get("cursor") or None, given, errors)
+
+
+def _just_before(day: datetime | None) -> datetime | None:
+    return None if day is None or day == datetime.min.replace(tzinfo=UTC) else day - timedelta(microseconds=1)
 
 
 def _next_day(day: datetime | None) -> datetime | None:

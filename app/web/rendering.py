@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from fastapi import Request
+from fastapi import Request, Response
 from fastapi.responses import HTMLResponse
 from fastapi.templating import Jinja2Templates
 from markupsafe import Markup
 
+from app.access.forgery import FIELD
+from app.access.sessions import session
 from app.designs.registry import KINDS
 from app.designs.verdict import summary_of
 from app.web import verdicts
@@ -97,9 +100,22 @@ for _filter in (verdicts.standing, verdicts.reached, verdicts.required, verdicts
 
 def page(request: Request, name: str, status: int = 200, **context: Any) -> HTMLResponse:
     """A template as the answer."""
+    context["session"] = own = session.get()
     response = templates.TemplateResponse(request, name, context, status_code=status)
+    if own is not None:
+        _give_tokens(response, own.csrf)
     response.headers["Content-Language"] = language()
     response.headers["Vary"] = "Cookie, Accept-Language"
     response.headers["Content-Security-Policy"] = POLICY
-    response.headers["X-Content-Type-Options"] = "nosniff"
     return response
+
+
+_FORM = re.compile(rb'<form method="post"[^>]*>')
+
+
+def _give_tokens(response: Response, token: str) -> None:
+    """Put the session's token into each form that changes something: no template can forget it."""
+    field = f'<input type="hidden" name="{FIELD}" value="{token}">'.encode()
+    response.body = _FORM.sub(lambda found: found[0] + field, bytes(response.body))
+    response.headers["Content-Length"] = str(len(response.body))
+    response.headers["Cache-Control"] = "no-store"

@@ -48,10 +48,11 @@ async def listing(request: Request) -> HTMLResponse:
     )
 
 
-def _paging(asked: Listing, found: Any) -> dict[str, str | None]:
+def _paging(asked: Listing, found: Any) -> dict[str, Any]:
     return {
         "next_page": found.next_cursor and asked.link(cursor=found.next_cursor),
         "first_page": asked.link() if asked.cursor else None,
+        "damaged": found.damaged,
     }
 
 

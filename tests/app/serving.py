@@ -19,7 +19,7 @@ def serving(folder: Path, **settings: object) -> Iterator[TestClient]:
     # Beside other tests, workers that stand back for everybody would never have their turn.
     given = {"workers": 1, "batch_workers": 1, "batch_niceness": 0, "solve_budget_s": 60.0, "form_patience_s": 60.0}
     given |= settings
-    app = create_app(Settings(database_url=url, **given))
+    app = create_app(Settings(database_url=url, allowed_hosts="testserver", **given))
     with TestClient(app, raise_server_exceptions=False) as client:
         app.state.service.executor.wait_until_warm()
         yield client

@@ -100,10 +100,8 @@ def half_sent(address: str) -> socket.socket:
     """A request whose body never comes."""
     host, _, port = address.partition("//")[2].rstrip("/").partition(":")
     connection = socket.create_connection((host, int(port)))
-    head = (
-        "POST /api/v1/checks/flexible-rod HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: 99"
-    )
-    connection.sendall(f"{head}\r\n\r\n{{".encode())
+    head = "Host: localhost\r\nContent-Type: application/json\r\nContent-Length: 99"
+    connection.sendall(f"POST /api/v1/checks/flexible-rod HTTP/1.1\r\n{head}\r\n\r\n{{".encode())
     return connection
 
 

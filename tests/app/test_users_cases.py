@@ -10,6 +10,7 @@ import copy
 import html
 import itertools
 import re
+from http import HTTPStatus
 from pathlib import Path
 
 import pytest
@@ -18,11 +19,14 @@ from app.api.contract import PATHS
 from app.designs.kind import Mode
 from app.designs.problems import MEANINGS, UNTYPED, anchor, problem_type
 from app.designs.registry import KINDS
+from app.errors import _BUSY
 from app.web.forms.tree import form_of
 from solvers.pin.capacity import WeakSpan
 from solvers.pin.diagnosis import _where
 
 ROOT = Path(__file__).parents[2]
+PHRASES = {status.phrase for status in HTTPStatus}
+"""Titles that say no more than the status."""
 JOBS = [(slug, mode) for slug, kind in KINDS.items() for mode in kind.jobs]
 
 
@@ -139,9 +143,15 @@ def test_what_is_answered_later_says_when_to_look(client):
 
 def test_every_kind_of_problem_has_a_type_that_leads_to_its_meaning(client):
     titles = set()
-    for path in (*(ROOT / "app/api").glob("*.py"), *(ROOT / "app").glob("*.py"), *(ROOT / "app/batches").glob("*.py")):
-        titles |= set(re.findall(r'(?:Problem|failed|_failure)\((?:run, )?(?:\d+, )?"([A-Z][^"]+)"', path.read_text()))
+    for path in (ROOT / "app").rglob("*.py"):
+        # Pages tell what they refuse in their own words.
+        if path.parent.name not in ("web", "forms"):
+            told = re.findall(
+                r'(?:Problem|failed|_failure)\(\s*(?:run, )?(\d+, )?"([A-Z][^"]+)"', path.read_text("utf-8")
+            )
+            titles |= {title for _, title in told} - PHRASES
     assert len(titles) > 15
+    titles |= {title for _, title in _BUSY.values()}
     assert titles <= set(MEANINGS), titles - set(MEANINGS)
     assert len({anchor(title) for title in MEANINGS}) == len(MEANINGS)
     problem = client.get("/api/v1/runs/none").json()
@@ -167,8 +177,8 @@ def test_the_document_describes_every_property_and_parameter(client):
     assert [p["name"] for p in parameters if not p.get("description")] == []
     for path, operations in document["paths"].items():
         content = operations.get("post", {}).get("responses", {}).get("422", {}).get("content", {})
-        for answer in content.values():
-            assert answer["example"]["errors"][0]["pointer"], path
+        for media_type, answer in content.items():
+            assert (media_type, answer["example"]["status"]) == ("application/problem+json", 422), path
 
 
 # -- forms -----------------------------------------------------------------------------------------------------

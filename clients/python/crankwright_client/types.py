@@ -2544,6 +2544,8 @@ class RunPage(TypedDict):
     """the entries"""
     next_cursor: str | None
     """asks for the next page; null: this is the last"""
+    damaged: list[str]
+    """ids of runs that belong here too, but whose records are damaged"""
 
 
 class RunProgress(TypedDict):

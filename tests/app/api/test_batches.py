@@ -124,7 +124,7 @@ def test_a_csv_comes_back_as_one(client: TestClient) -> None:
     assert (batch["items"]["succeeded"], batch["items"]["refused"]) == (2, 2)
     found = list(csv.DictReader(io.StringIO(client.get(batch["links"]["results"] + "?format=csv").text)))
     assert [row["line"] for row in found] == ["2", "4", "5", "6"]
-    assert [row["name"] for row in found[:3]] == ['a "pin",\nin two lines', "007", "'=cmd|x"]
+    assert [row["name"] for row in found[:3]] == ['a "pin", in two lines', "007", "'=cmd|x"]
     assert "/load/force_n" in found[2]["problem"] and "cells" in found[3]["problem"]
     lines = rows_of(client, batch)
     for row, line in zip(found, lines, strict=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 
 import pytest
@@ -24,6 +25,8 @@ from app.main import create_app
 
 DOCUMENT = create_app().openapi()
 EVERYTHING = [(kind, mode) for kind in KINDS.values() for mode in modes_of(kind)]
+CASES = int(os.environ.get("CRANKWRIGHT_CASES", "15"))
+"""Of each operation; a campaign asks for more."""
 CHECKED = [
     not_a_server_error,
     status_code_conformance,
@@ -114,7 +117,7 @@ api = schemathesis.openapi.from_dict(DOCUMENT)
 
 @api.exclude(path_regex="accuracy").parametrize()
 @settings(
-    max_examples=15,
+    max_examples=CASES,
     deadline=None,
     derandomize=True,
     database=None,

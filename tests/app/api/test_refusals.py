@@ -141,3 +141,37 @@ def test_every_refusal_has_the_one_shape(client, method, path, status):
     assert answer.headers["content-type"] == "application/problem+json"
     assert {"type", "title", "status", "detail"} <= set(answer.json())
     assert answer.json()["status"] == status
+
+
+def test_endless_names_are_not_judged_one_by_one(client):
+    most = client.app.state.settings.max_body_names
+    for number, told in ((most, "100 fields"), (most + 1, f"at most {most}")):
+        body = json.dumps(dict.fromkeys((f"n{k}" for k in range(number)), 1)).encode()
+        answer = client.post(CHECKS, content=body, headers=JSON)
+        assert answer.status_code == 422
+        assert ("at most" in answer.json()["detail"]) == ("at most" in told)
+
+
+@pytest.mark.parametrize("field", ["created_after", "created_before"])
+@pytest.mark.parametrize(
+    ("value", "status"),
+    [
+        ("0001-01-01T00:00:00+14:00", 422), ("9999-12-31T23:59:59-14:00", 422),
+        ("0001-01-01T00:00:00Z", 200), ("9999-12-31T23:59:59Z", 200),
+    ],
+)  # fmt: skip
+def test_times_at_the_ends_of_the_calendar(client, field, value, status):
+    answer = client.get("/api/v1/runs", params={field: value})
+    assert answer.status_code == status
+    assert status == 200 or answer.json()["errors"][0]["pointer"] == f"/{field}"
+
+
+def test_names_keep_nothing_that_is_not_seen(client, check_request):
+    name = "a\x1b[31m\u202egnp.\u2066b\tc\nd\u200b \x9b=cmd|é\U0001f469\u200d\U0001f527"
+    answer = client.post(CHECKS, json={**check_request, "name": name})
+    assert answer.json()["name"] == "a[31mgnp.b c d =cmd|é\U0001f469\u200d\U0001f527"
+
+
+@pytest.mark.parametrize("path", ["/api/v1/runs/a%00b", "/runs/a%00b", "/api/v1/runs/a%00b/plots/x"])
+def test_a_nul_in_an_id_names_no_run(client, path):
+    assert client.get(path).status_code == 404

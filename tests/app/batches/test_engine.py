@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,7 @@ from tests.app.batches import fake
 from tests.app.running import descendants, parents, wait_until
 
 KILLS = 1000 if os.environ.get("CRANKWRIGHT_CAMPAIGN") else 3
-ITEMS = 10_000
+ITEMS = 150 * KILLS if KILLS > 100 else 10_000
 
 
 async def submitted(service: BatchService, bodies: list[dict[str, Any]], key: str | None = None) -> str:
@@ -118,7 +119,7 @@ def test_kills_at_any_moment_lose_and_double_nothing(database_url: str) -> None:
     async def end() -> tuple[BatchRecord, list[Item]]:
         with RunStore(database_url) as store:
             service = BatchService(store, fake.pool(0), 2.0)
-            batch = await asyncio.wait_for(over(service, batch_id), 100 + KILLS)
+            batch = await asyncio.wait_for(over(service, batch_id), 100 + 3 * KILLS)
             return batch, await stored(store, batch)
 
     try:
@@ -162,3 +163,27 @@ def test_two_processes_share_a_batch(database_url: str) -> None:
     batch, items = asyncio.run(story())
     assert (batch.succeeded, [item.index for item in items]) == (5000, list(range(5000)))
     assert verify(database_url).sound
+
+
+def test_a_batch_is_never_in_memory_whole(tmp_path: Path) -> None:
+    """40 MB of rows go in and come out through a few."""
+    rows, url = 100_000, f"sqlite:///{tmp_path}/runs.sqlite3"
+    upgrade(url)
+
+    async def stream() -> AsyncIterator[bytes]:
+        for first in range(0, rows, 100):
+            yield b"".join(b'{"x": %d, "filling": "%s"}\n' % (first + k, b"y" * 370) for k in range(100))
+
+    async def story() -> int:
+        executor = fake.pool(0)
+        with RunStore(url) as store:
+            service = BatchService(store, executor, 2.0)
+            tracemalloc.start()
+            answer = await service.take_lines(Asked("crank-masses", "analysis"), False, stream(), "key")
+            peak = tracemalloc.get_traced_memory()[1]
+            tracemalloc.stop()
+        executor.close()
+        assert json.loads(answer)["items"]["total"] == rows
+        return peak
+
+    assert asyncio.run(story()) < 10e6

@@ -7,6 +7,7 @@ import math
 
 import pytest
 from rich.console import Console
+from starlette.requests import Request
 
 from app import printing
 from app.designs.kind import Mode
@@ -63,8 +64,9 @@ def run(estimated: float) -> dict:
 @pytest.mark.parametrize(("estimated", "warned"), [(4e-5, True), (1e-7, False)])
 def test_page_and_terminal_say_so(estimated, warned, monkeypatch):
     shown = run(estimated)
+    request = Request({"type": "http", "path": "/runs/x", "query_string": b"", "headers": []})
     page = templates.get_template("run.html").render(
-        run=shown, kind=KINDS["flexible-rod"], result=shown["result"], numbers={}, plots=[]
+        request=request, run=shown, kind=KINDS["flexible-rod"], result=shown["result"], numbers={}, plots=[]
     )
     assert (MISSED in page) is warned
     assert ("not met" in page) is warned

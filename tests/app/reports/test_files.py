@@ -13,6 +13,7 @@ import pytest
 from pypdf import PdfReader
 
 from app.designs.kind import Mode
+from app.designs.names import cleaned
 from app.designs.registry import KINDS
 from app.reports.build import report_of
 from app.reports.html import html
@@ -84,7 +85,7 @@ def test_whatever_a_user_writes_stays_text(name):
     assert "root:" not in "".join(page.words)
     document = pdf_of(run)
     assert "root:" not in text_of(document)
-    assert json.loads(document.attachments["request.json"][0])["name"] == name
+    assert json.loads(document.attachments["request.json"][0])["name"] == cleaned(name)
     if name.startswith(("#", "<")):
         squeezed = re.sub(r"\s", "", text_of(document))
         assert re.sub(r"\s", "", name)[:40] in squeezed

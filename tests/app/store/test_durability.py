@@ -75,7 +75,7 @@ def test_acknowledged_commits_are_synchronised_to_the_disk(database_url: str) ->
     try:
         if database_url.startswith("sqlite"):
             full = 2
-            expected = {"journal_mode": "wal", "synchronous": full, "foreign_keys": 1, "busy_timeout": 10_000}
+            expected = {"journal_mode": "wal", "synchronous": full, "foreign_keys": 1, "busy_timeout": 4_000}
             read = {name: store.read(lambda c, n=name: c.exec_driver_sql(f"PRAGMA {n}").scalar()) for name in expected}
             assert read == expected
         else:

@@ -20,7 +20,7 @@ RECORDS = 5
 
 
 def fill(url: str) -> list[RunRecord]:
-    records = [make_record(k, batch_id="b" * 36, source_run_ids=("s" * 36,)) for k in range(RECORDS)]
+    records = [make_record(k, batch_id="b" * 36, source_run_ids=("s" * 36,), owner="a key") for k in range(RECORDS)]
     records[1] = make_record(1, result=None, problem=b'{"title":"no"}', accuracy=None)
 
     async def put():
@@ -139,7 +139,10 @@ def test_a_run_deleted_under_its_answer_is_reported(sqlite_file: Path) -> None:
     records = fill(f"sqlite:///{sqlite_file}")
     execute(sqlite_file, "DELETE FROM runs WHERE id = ?", records[4].id)
     report = verify(f"sqlite:///{sqlite_file}")
-    assert [damage.what for damage in report.damages] == ["refers to a row of runs that is not there"]
+    assert [damage.what for damage in report.damages] == [
+        "1 runs are missing that were stored",
+        "refers to a row of runs that is not there",
+    ]
 
 
 def test_a_file_that_is_no_database_is_reported(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import sqlite3
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +14,7 @@ from sqlalchemy.exc import OperationalError
 
 from app.store.engine import make_engine
 from app.store.errors import StoreClosed
+from app.store.faults import Trouble
 from app.store.migrate import upgrade
 from app.store.operations import Put
 from app.store.repository import RunStore
@@ -78,13 +80,19 @@ def test_submitters_beyond_the_capacity_wait_and_lose_nothing(url: str) -> None:
     assert verify(url).runs == 50
 
 
+def sqlite_error(code: int) -> sqlite3.OperationalError:
+    error = sqlite3.OperationalError("the driver's words")
+    error.sqlite_errorcode = code
+    return error
+
+
 def test_a_database_in_trouble_is_reported_to_all_and_recovers(engine: Engine, url: str) -> None:
     writer = GroupWriter(engine)
     trouble = [True]
 
     def fail_commit(connection: object) -> None:
         if trouble[0]:
-            raise OperationalError("COMMIT", {}, Exception("disk full"))
+            raise OperationalError("COMMIT", {}, sqlite_error(sqlite3.SQLITE_FULL))
 
     event.listen(engine, "commit", fail_commit)
 
@@ -96,7 +104,7 @@ def test_a_database_in_trouble_is_reported_to_all_and_recovers(engine: Engine, u
 
     failed = asyncio.run(crowd())
     writer.close()
-    assert all(isinstance(each, OperationalError) for each in failed)
+    assert [each.trouble for each in failed] == [Trouble.FULL] * 5
     assert verify(url).runs == 1
 
 

@@ -29,7 +29,7 @@ def test_a_sweep_is_begun_followed_and_mapped(client: TestClient) -> None:
     assert answer.status_code == 303, answer.text
     place = answer.headers["location"]
     text = settled(client, place)
-    assert "a &lt;b&gt; sweep" in text and "8</span> of 8" in text
+    assert "a &lt;b&gt; sweep" in text and "8</span> / 8" in text
     told = client.get(f"{place}/map", params={"x": "load.force_n", "y": "mass_g", "colour": "holds"}).json()
     assert told["varied"] == ["load.force_n", "geometry.gap_mm"] and "deflection_um" in told["results"]
     assert [point[-3] for point in told["points"]] == [3000, 3000, 5000, 5000, 7000, 7000, 9000, 9000]

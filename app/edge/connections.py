@@ -1,0 +1,168 @@
+"""Connections before there is a request: how many, how long a head may take, how long one may stay unread.
+
+The server itself bounds none of this: it would keep a silent connection, and a head of any length, for ever.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+
+from app.errors import MEDIA_TYPE
+
+_MOST_AROUND_A_BYTE = 16
+"""A chunk of one byte takes six on the wire, itself among them; extensions of chunks and trailers come on top."""
+
+
+@dataclass(frozen=True)
+class ConnectionLimits:
+    """``most`` connections, ``most_of_one`` address among them; ``head_s`` for a head of ``head_bytes`` to arrive,
+    also after another request; ``unread_s`` that a client may leave an answer unread."""
+
+    most: int = 1000
+    most_of_one: int = 250
+    head_s: float = 10.0
+    head_bytes: int = 32_768
+    unread_s: float = 30.0
+
+
+@dataclass
+class Connections:
+    """The connections of one server, by address."""
+
+    limits: ConnectionLimits
+    by_address: Counter[str] = field(default_factory=Counter)
+
+    def protocol(self) -> Callable[..., asyncio.Protocol]:
+        """What the server makes a protocol with for each new connection."""
+
+        def make(*given: Any, **named: Any) -> GuardedConnection:
+            return GuardedConnection(self, *given, **named)
+
+        return make
+
+
+class GuardedConnection(HttpToolsProtocol):
+    """A connection that is closed when it keeps the service waiting, or wants more than its share."""
+
+    def __init__(self, all_connections: Connections, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        self._all, self._limits = all_connections, all_connections.limits
+        self._address: str | None = None
+        self._head_open, self._head_read = True, 0
+        self._begun = False
+        self._rest_read, self._body_read = 0, 0
+        self._timers: dict[str, asyncio.TimerHandle] = {}
+
+    # -- life ---------------------------------------------------------------------------------------------------
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        address, known = self.client[0] if self.client else "", self._all.by_address
+        if known.total() >= self._limits.most or known[address] >= self._limits.most_of_one:
+            self._end(503, "Service Unavailable", "Too many connections", "Retry-After: 5\r\n")
+            return
+        self._address = address
+        known[address] += 1
+        self._time("head", self._limits.head_s, self._late)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        for name in tuple(self._timers):
+            self._stop(name)
+        if self._address is not None:
+            self._all.by_address[self._address] -= 1
+            if not self._all.by_address[self._address]:
+                del self._all.by_address[self._address]
+            self._address = None
+        super().connection_lost(exc)
+
+    # -- heads --------------------------------------------------------------------------------------------------
+
+    def data_received(self, data: bytes) -> None:
+        if self.transport.is_closing():
+            return
+        if self._head_open:
+            self._head_read += len(data)
+        else:
+            self._rest_read += len(data)
+        super().data_received(data)
+        # A head that has ended within these bytes is measured by itself, see `BoundedHeads`.
+        if self._head_open and self._head_read > self._limits.head_bytes and not self.transport.is_closing():
+            self._end(431, "Request Header Fields Too Large", f"At most {self._limits.head_bytes} bytes are accepted")
+        elif self._rest_read > self._limits.head_bytes + _MOST_AROUND_A_BYTE * self._body_read:
+            self._end(400, "Bad Request", "Too much stands around the body")
+
+    def on_message_begin(self) -> None:
+        self._begun = True
+        super().on_message_begin()
+
+    def on_header(self, name: bytes, value: bytes) -> None:
+        # What comes after a body as a header is none: it would be kept with the request, of any length.
+        if self._head_open:
+            super().on_header(name, value)
+
+    def on_headers_complete(self) -> None:
+        self._head_open, self._head_read, self._begun = False, 0, False
+        self._rest_read, self._body_read = 0, 0
+        self._stop("head")
+        super().on_headers_complete()
+
+    def on_body(self, body: bytes) -> None:
+        self._body_read += len(body)
+        super().on_body(body)
+
+    def on_message_complete(self) -> None:
+        self._head_open, self._rest_read = True, 0
+        super().on_message_complete()
+
+    def on_response_complete(self) -> None:
+        waiting = bool(self.pipeline)
+        super().on_response_complete()
+        if not waiting and not self.transport.is_closing():
+            # From now on the next head is waited for, whatever else comes.
+            self._time("head", self.timeout_keep_alive + self._limits.head_s, self._late)
+
+    def _late(self) -> None:
+        if self._begun:
+            self._end(408, "Request Timeout", "The head did not arrive in time")
+        else:
+            self.transport.close()
+
+    # -- answers ------------------------------------------------------------------------------------------------
+
+    def pause_writing(self) -> None:
+        super().pause_writing()
+        self._time("unread", self._limits.unread_s, self.transport.abort)
+
+    def resume_writing(self) -> None:
+        super().resume_writing()
+        self._stop("unread")
+
+    def send_400_response(self, msg: str) -> None:
+        self._end(400, "Bad Request", msg)
+
+    def _end(self, status: int, title: str, detail: str, more: str = "") -> None:
+        """Answer for want of an application, and close."""
+        told = {"type": "about:blank", "title": title, "status": status, "detail": detail}
+        body = json.dumps(told).encode()
+        head = (
+            f"HTTP/1.1 {status} {title}\r\nContent-Type: {MEDIA_TYPE}\r\nContent-Length: {len(body)}\r\n{more}"
+            "X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n"
+        )
+        self.transport.write(head.encode() + body)
+        self.transport.close()
+
+    def _time(self, name: str, seconds: float, then: Callable[[], None]) -> None:
+        self._stop(name)
+        self._timers[name] = self.loop.call_later(seconds, then)
+
+    def _stop(self, name: str) -> None:
+        timer = self._timers.pop(name, None)
+        if timer is not None:
+            timer.cancel()

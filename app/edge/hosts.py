@@ -1,0 +1,81 @@
+"""For whom a request was meant, and from where it came.
+
+A name that somebody else owns can be made to lead to this machine (DNS rebinding), so only names that the operator
+knows are answered; an address needs no such knowledge, for nobody can make it lead elsewhere. And a page of somebody
+else must not have a visitor's browser send what changes something (cross-site request forgery).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from ipaddress import ip_address
+
+from app.edge.asgi import CLOSE, Application, Receive, Scope, Send, header, refuse
+from app.errors import Problem
+
+LOOPBACK_NAMES = frozenset({"localhost"})
+_SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
+_OWN_SITES = (b"same-origin", b"none")
+
+
+def is_address(host: str) -> bool:
+    """Whether a host is an IP address."""
+    try:
+        ip_address(host)
+    except ValueError:
+        return False
+    return True
+
+
+def is_loopback(host: str) -> bool:
+    """Whether a host leads to this machine alone."""
+    return host in LOOPBACK_NAMES or (is_address(host) and ip_address(host).is_loopback)
+
+
+class KnownHosts:
+    """Answers only under names that are known, and changes nothing for pages of other origins.
+
+    ``names`` are those beside localhost.
+    """
+
+    def __init__(self, app: Application, names: Collection[str] = ()) -> None:
+        self._app = app
+        self._names = {name.lower() for name in names} | LOOPBACK_NAMES
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        problem = None
+        if scope["type"] == "http":
+            problem = self._foreign_host(scope) or self._foreign_origin(scope)
+        if problem is not None:
+            await refuse(scope, receive, send, problem)
+        else:
+            await self._app(scope, receive, send)
+
+    def _foreign_host(self, scope: Scope) -> Problem | None:
+        given = [value for name, value in scope["headers"] if name == b"host"]
+        if len(given) != 1:
+            return Problem(400, "Bad Request", "a request has one Host header", headers=CLOSE)
+        name = host_name(given[0].decode("latin-1"))
+        if name is not None and (name in self._names or is_address(name)):
+            return None
+        why = "the service does not answer under this host name; CRANKWRIGHT_ALLOWED_HOSTS lists those it does"
+        return Problem(421, "Another host", why, headers=CLOSE)
+
+    def _foreign_origin(self, scope: Scope) -> Problem | None:
+        if scope["method"] in _SAFE_METHODS:
+            return None
+        site, origin = header(scope, b"sec-fetch-site"), header(scope, b"origin")
+        own = origin is None or origin.partition(b"://")[2].lower() == (header(scope, b"host") or b"").lower()
+        if own and (site is None or site in _OWN_SITES):
+            return None
+        return Problem(403, "Another site", "only pages of this service may send this", headers=CLOSE)
+
+
+def host_name(host: str) -> str | None:
+    """The name or address in a Host header, without its port; None where it is none."""
+    name, found, port = host.lower().rpartition(":") if not host.endswith("]") else (host.lower(), "", "")
+    if not found:
+        name = host.lower()
+    elif not port.isdigit():
+        return None
+    return name.removeprefix("[").removesuffix("]").removesuffix(".") or None

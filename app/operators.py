@@ -1,0 +1,146 @@
+"""Commands of those who run a service: keys and the audit log."""
+
+from __future__ import annotations
+
+import getpass
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from app.store.repository import RunStore
+    from app.store.verify import Report
+
+DATABASE = "sqlite:///crankwright.sqlite3"
+DatabaseUrl = Annotated[
+    str, typer.Option(envvar="CRANKWRIGHT_DATABASE_URL", help="where runs are stored (SQLAlchemy URL)")
+]
+
+keys = typer.Typer(name="keys", help="Keys of the API and the pages.", no_args_is_help=True, rich_markup_mode=None)
+
+
+@contextmanager
+def opened(database_url: str) -> Iterator[RunStore]:
+    """The store, migrated."""
+    from app.store.migrate import upgrade
+    from app.store.repository import RunStore
+
+    upgrade(database_url)
+    with RunStore(database_url) as store:
+        yield store
+
+
+def operator() -> str:
+    """Who types, for the audit log."""
+    try:
+        return f"operator {getpass.getuser()}"
+    except (OSError, KeyError):
+        return "operator"
+
+
+@keys.command()
+def create(
+    name: Annotated[str, typer.Argument(help="whose key it is, for people")],
+    scope: Annotated[list[str] | None, typer.Option(help="read, design (if none is given), batch or admin")] = None,
+    database_url: DatabaseUrl = DATABASE,
+) -> None:
+    """Make a key. It is shown once, on standard output; the store keeps its digest alone."""
+    from app.access.keys import new_key
+    from app.access.scopes import Scope
+    from app.designs.names import cleaned
+    from app.store.keys import CreateKey
+
+    try:
+        scopes = [Scope(each) for each in scope or ["design"]]
+    except ValueError as error:
+        typer.echo(f"{error}: there are {', '.join(Scope)}", err=True)
+        raise typer.Exit(2) from None
+    shown, record = new_key(cleaned(name)[:200], scopes)
+    with opened(database_url) as store:
+        store.write_and_wait(CreateKey(record, operator()))
+    typer.echo(f"key {record.id} ({record.scopes}); keep what follows, it is not shown again:", err=True)
+    typer.echo(shown)
+
+
+@keys.command("list")
+def list_(database_url: DatabaseUrl = DATABASE) -> None:
+    """List all keys, revoked ones too."""
+    from app.store.keys import list_keys
+
+    with opened(database_url) as store:
+        for key in store.read(list_keys):
+            ended = f"revoked {key.revoked_at:%Y-%m-%d %H:%M}" if key.revoked_at else "valid"
+            typer.echo(f"{key.id}  {key.created_at:%Y-%m-%d %H:%M}  {ended}  {key.scopes}  {key.name}")
+
+
+@keys.command()
+def revoke(key_id: str, database_url: DatabaseUrl = DATABASE) -> None:
+    """End a key: within two seconds a running service refuses it, and its sessions."""
+    from app.store.errors import UnknownKey
+    from app.store.keys import RevokeKey
+
+    with opened(database_url) as store:
+        try:
+            done = store.write_and_wait(RevokeKey(key_id, operator()))
+        except UnknownKey as error:
+            typer.echo(str(error), err=True)
+            raise typer.Exit(2) from None
+    typer.echo(f"{key_id} is revoked" if done else f"{key_id} had been revoked already")
+
+
+def audit(
+    database_url: DatabaseUrl = DATABASE,
+    limit: Annotated[int, typer.Option(min=1, max=100_000, help="how many lines")] = 100,
+) -> None:
+    """Show who made, revoked and used keys to log in, and what was pruned; newest first."""
+    from app.store.keys import read_audit
+
+    with opened(database_url) as store:
+        for each in store.read(lambda connection: read_audit(connection, limit)):
+            typer.echo(f"{each.at:%Y-%m-%d %H:%M:%S}  {each.actor}  {each.action}  {each.subject}")
+
+
+def backup(target: Annotated[Path, typer.Argument(help="a new file")], database_url: DatabaseUrl = DATABASE) -> None:
+    """Copy an SQLite store to a new file while it is in use, and verify the copy; exit code 1 if it is damaged."""
+    from app.store.backup import backup as copy
+
+    _tell(copy(database_url, target), f"copied to {target}")
+
+
+def restore(source: Annotated[Path, typer.Argument(help="a backup")], database_url: DatabaseUrl = DATABASE) -> None:
+    """Put a backup where the SQLite store is to be: nothing is overwritten, move what is there away first."""
+    from app.store.backup import restore as copy
+
+    _tell(copy(database_url, source), "restored")
+
+
+def _tell(report: Report, done: str) -> None:
+    for damage in report.damages:
+        typer.echo(f"{damage.table} {damage.key}: {damage.what}", err=True)
+    typer.echo(f"{done}: {report.runs} runs, {'sound' if report.sound else 'DAMAGED'}")
+    raise typer.Exit(0 if report.sound else 1)
+
+
+def prune(
+    before: Annotated[datetime, typer.Option(formats=["%Y-%m-%d"], help="runs made before that day (UTC)")],
+    yes: Annotated[bool, typer.Option("--yes", help="do it; without, it is only counted")] = False,
+    database_url: DatabaseUrl = DATABASE,
+) -> None:
+    """Delete ended runs made before a day, with their idempotency keys. Nothing is ever deleted without this."""
+    from app.store.upkeep import AT_ONCE, Prune, count_before
+
+    moment = before.replace(tzinfo=UTC)
+    with opened(database_url) as store:
+        if not yes:
+            typer.echo(f"{store.read(lambda c: count_before(c, moment))} runs would be deleted; --yes deletes them")
+            return
+        total = 0
+        while (count := store.write_and_wait(Prune(moment, operator()))) > 0:
+            total += count
+            if count < AT_ONCE:
+                break
+    typer.echo(f"{total} runs were deleted")

@@ -1,0 +1,126 @@
+"""Keys and the audit log in the store: what is written of them, and how they are found again."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, fields, replace
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import Connection, RowMapping, insert, select, update
+
+from app.store.errors import DamagedRecord, UnknownKey
+from app.store.hashing import row_hash
+from app.store.models import api_keys, audit
+from app.store.record import new_run_id, utc_now
+from app.store.rows import is_intact
+
+
+@dataclass(frozen=True)
+class KeyRecord:
+    """A key as it is kept: the digest of its secret, never the secret. ``scopes`` are words with spaces between."""
+
+    id: str
+    digest: str
+    name: str
+    scopes: str
+    created_at: datetime
+    revoked_at: datetime | None = None
+
+
+@dataclass(frozen=True)
+class AuditRecord:
+    """Who did what, to whom or to what, and when."""
+
+    id: str
+    at: datetime
+    actor: str
+    action: str
+    subject: str
+
+
+_KEY_FIELDS = tuple(field.name for field in fields(KeyRecord))
+_AUDIT_FIELDS = tuple(field.name for field in fields(AuditRecord))
+
+
+@dataclass(frozen=True)
+class Note:
+    """Write a line of the audit log."""
+
+    actor: str
+    action: str
+    subject: str
+
+    def __call__(self, connection: Connection) -> None:
+        record = AuditRecord(new_run_id(), utc_now(), self.actor[:200], self.action, self.subject[:200])
+        connection.execute(insert(audit), _row(audit.name, asdict(record)))
+
+
+@dataclass(frozen=True)
+class CreateKey:
+    """Keep a new key."""
+
+    record: KeyRecord
+    actor: str
+
+    def __call__(self, connection: Connection) -> None:
+        connection.execute(insert(api_keys), _row(api_keys.name, asdict(self.record)))
+        Note(self.actor, "key.create", f"{self.record.id} {self.record.scopes}")(connection)
+
+
+@dataclass(frozen=True)
+class RevokeKey:
+    """End a key; it stays in the list. False if it had ended already; UnknownKey if there is none with this id."""
+
+    id: str
+    actor: str
+
+    def __call__(self, connection: Connection) -> bool:
+        row = connection.execute(select(api_keys).where(api_keys.c.id == self.id)).mappings().first()
+        if row is None:
+            raise UnknownKey(self.id)
+        record = _key(row)
+        if record.revoked_at is not None:
+            return False
+        ended = asdict(replace(record, revoked_at=utc_now()))
+        connection.execute(update(api_keys).where(api_keys.c.id == self.id).values(_row(api_keys.name, ended)))
+        Note(self.actor, "key.revoke", self.id)(connection)
+        return True
+
+
+def find_key(connection: Connection, digest: str) -> KeyRecord | None:
+    """The key with this digest, if it has not been revoked."""
+    row = connection.execute(select(api_keys).where(api_keys.c.digest == digest)).mappings().first()
+    found = None if row is None else _key(row)
+    return found if found is not None and found.revoked_at is None else None
+
+
+def list_keys(connection: Connection) -> list[KeyRecord]:
+    """Every key there ever was, oldest first."""
+    query = select(api_keys).order_by(api_keys.c.created_at, api_keys.c.id)
+    return [_key(row) for row in connection.execute(query).mappings()]
+
+
+def any_key(connection: Connection) -> bool:
+    """Whether a key was ever made."""
+    return connection.execute(select(api_keys.c.id).limit(1)).first() is not None
+
+
+def read_audit(connection: Connection, limit: int) -> list[AuditRecord]:
+    """The newest lines of the audit log, newest first."""
+    rows = connection.execute(select(audit).order_by(audit.c.id.desc()).limit(limit)).mappings()
+    return [AuditRecord(**{name: row[name] for name in _AUDIT_FIELDS}) for row in rows if _check(audit.name, row)]
+
+
+def _key(row: RowMapping) -> KeyRecord:
+    _check(api_keys.name, row)
+    return KeyRecord(**{name: row[name] for name in _KEY_FIELDS})
+
+
+def _check(table: str, row: RowMapping) -> bool:
+    if not is_intact(table, row):
+        raise DamagedRecord(table, row["id"])
+    return True
+
+
+def _row(table: str, values: dict[str, Any]) -> dict[str, Any]:
+    return {**values, "row_hash": row_hash(table, values)}

@@ -1,0 +1,59 @@
+"""Pages by which a person with a key comes in, and leaves."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Form, Request, Response
+from fastapi.responses import RedirectResponse
+
+from app.access.caller import caller
+from app.access.keys import KeyRing, digest_of
+from app.access.sessions import COOKIE, LIFE_S, Sessions, token_of
+from app.store.keys import Note
+from app.web.rendering import page
+
+router = APIRouter(include_in_schema=False)
+
+
+def _local(place: str) -> str:
+    """The place, if it is one of this service's own paths; else the start page."""
+    own = place.startswith("/") and not place.startswith("//") and place.isprintable() and "\\" not in place
+    return place if own else "/"
+
+
+@router.get("/login")
+async def form(request: Request, next: str = "/") -> Response:
+    """Where to put one's key."""
+    return page(request, "login.html", refused=False, next=_local(next))
+
+
+@router.post("/login")
+async def log_in(
+    request: Request,
+    key: Annotated[str, Form(max_length=200)],
+    next: Annotated[str, Form(max_length=2000)] = "/",
+) -> Response:
+    """Begin a session, and go where one wanted to."""
+    ring: KeyRing = request.app.state.keys
+    sessions: Sessions = request.app.state.sessions
+    found = await ring.find(digest_of(key.strip()))
+    store = request.app.state.service.store
+    if found is None:
+        return page(request, "login.html", 401, refused=True, next=_local(next))
+    await store.write(Note(found.id, "login", caller.get().address))
+    token, _ = sessions.begin(found.digest)
+    response = RedirectResponse(_local(next), status_code=303)
+    secure = request.url.scheme == "https"
+    response.set_cookie(COOKIE, token, max_age=LIFE_S, httponly=True, samesite="strict", secure=secure, path="/")
+    return response
+
+
+@router.post("/logout")
+async def log_out(request: Request) -> Response:
+    """End the session."""
+    sessions: Sessions = request.app.state.sessions
+    sessions.end(token_of(request.headers.get("cookie", "").encode()))
+    response = RedirectResponse("/login", status_code=303)
+    response.delete_cookie(COOKIE, path="/", httponly=True, samesite="strict")
+    return response

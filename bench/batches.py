@@ -1,0 +1,124 @@
+"""Batches on a running service: items a second, what people wait meanwhile, memory.
+
+    python -m bench.batches pin-profile check 10000
+
+Starts a service of its own on a fresh SQLite file, sends random variations of the example as NDJSON, and asks for
+/healthz and for single checks while they are solved. Prints one line of figures; run it while nothing else runs.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+
+_VARIED = {
+    "pin-profile": (("load", "force_n"), 0.2),
+    "flexible-rod": (("mechanism", "speed_hz"), 0.5),
+    "impact-linkage": (("blow_frequency_hz",), 0.5),
+    "crank-dynamics": (("mechanism", "speed_hz"), 0.5),
+}
+"""What is varied of each kind, from which share of the example's value on."""
+
+
+def bodies(kind: str, mode: str, count: int) -> Iterator[bytes]:
+    """That many random requests, a line each."""
+    chance, example = random.Random(1), KINDS[kind].example(Mode(mode))
+    path, least = _VARIED[kind]
+    for _ in range(count):
+        body = json.loads(json.dumps(example))
+        here = body
+        for step in path[:-1]:
+            here = here[step]
+        here[path[-1]] *= chance.uniform(least, 1.0)
+        yield json.dumps(body).encode() + b"\n"
+
+
+def served(folder: Path) -> tuple[subprocess.Popen[bytes], httpx.Client]:
+    """A service that has its kernels, and a client of it."""
+    output = folder / "output.txt"
+    command = [
+        sys.executable,
+        "-m",
+        "app.cli",
+        "serve",
+        "--port",
+        "0",
+        "--database-url",
+        f"sqlite:///{folder}/runs.sqlite3",
+    ]
+    with output.open("wb") as sink:
+        process = subprocess.Popen(command, stdout=sink, stderr=sink, env={**os.environ, "PYTHONUNBUFFERED": "1"})
+    while not (found := re.search(r"http://127\.0\.0\.1:\d+", output.read_text())):
+        time.sleep(0.1)
+    client = httpx.Client(base_url=found[0], timeout=600)
+    while client.get("/readyz").status_code != 200:
+        time.sleep(0.5)
+    return process, client
+
+
+def highest_mb(pid: int) -> float:
+    """The most memory that the service's own process ever had [MB]."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    return int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1000  # type: ignore[index]
+
+
+def measured(kind: str, mode: str, count: int) -> dict[str, Any]:
+    """The figures of one batch."""
+    with tempfile.TemporaryDirectory() as name:
+        process, client = served(Path(name))
+        try:
+            example = KINDS["pin-profile"].example(Mode.CHECK)
+            for _ in range(4):  # both of people's workers have done it before
+                example["load"]["force_n"] *= 1.0 - 1e-6 * random.random()
+                client.post("/api/v1/checks/pin-profile", json=example).raise_for_status()
+            began = time.perf_counter()
+            place = f"/api/v1/batches?kind={kind}&mode={mode}"
+            form = {"Content-Type": "application/x-ndjson"}
+            batch = client.post(place, content=bodies(kind, mode, count), headers=form).raise_for_status().json()
+            taken_s = time.perf_counter() - began
+            health, single = [], []
+            while batch["status"] not in ("ended", "cancelled"):
+                for _ in range(20):
+                    health.append(timed(lambda: client.get("/healthz")))
+                    time.sleep(0.005)
+                example["load"]["force_n"] *= 1.0 - 1e-6 * random.random()
+                single.append(timed(lambda: client.post("/api/v1/checks/pin-profile", json=example)))
+                batch = client.get(batch["links"]["self"]).json()
+            return {
+                "kind": kind, "mode": mode, "items": batch["items"], "taken_in_s": taken_s,
+                "rate_per_s": batch["rate_per_s"], "healthz_p50_ms": 1e3 * share(health, 0.5),
+                "healthz_p99_ms": 1e3 * share(health, 0.99), "check_p50_ms": 1e3 * share(single, 0.5),
+                "check_p99_ms": 1e3 * share(single, 0.99), "memory_mb": highest_mb(process.pid),
+                "file_bytes_per_item": (Path(name) / "runs.sqlite3").stat().st_size / count,
+            }  # fmt: skip
+        finally:
+            process.kill()
+            process.wait()
+
+
+def timed(call: Any) -> float:
+    began = time.perf_counter()
+    call().raise_for_status()
+    return time.perf_counter() - began
+
+
+def share(values: list[float], part: float) -> float:
+    return sorted(values)[min(len(values) - 1, int(part * len(values)))]
+
+
+if __name__ == "__main__":
+    print(json.dumps(measured(sys.argv[1], sys.argv[2], int(sys.argv[3])), indent=1))

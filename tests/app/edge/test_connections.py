@@ -1,0 +1,138 @@
+"""Connections that keep a server waiting, on a real socket."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import threading
+import time
+from collections.abc import Iterator
+
+import pytest
+import uvicorn
+
+from app.edge.connections import ConnectionLimits, Connections
+
+LIMITS = ConnectionLimits(most=8, most_of_one=6, head_s=0.5, head_bytes=4000, unread_s=0.5)
+ASKED = b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
+
+
+async def application(scope, receive, send) -> None:
+    while (await receive()).get("more_body"):
+        pass
+    large = b"x" * (20_000_000 if scope["path"] == "/large" else 2)
+    length = str(len(large)).encode()
+    await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", length)]})
+    await send({"type": "http.response.body", "body": large})
+
+
+@pytest.fixture(scope="module")
+def port() -> Iterator[int]:
+    connections = Connections(LIMITS)
+    config = uvicorn.Config(
+        application, port=0, lifespan="off", log_config=None, http=connections.protocol(), timeout_keep_alive=1
+    )
+    server = uvicorn.Server(config)
+    thread = threading.Thread(target=lambda: asyncio.run(server.serve()), daemon=True)
+    thread.start()
+    while not server.started:
+        time.sleep(0.01)
+    yield server.servers[0].sockets[0].getsockname()[1]
+    server.should_exit = True
+    thread.join()
+    assert not connections.by_address
+
+
+def connected(port: int) -> socket.socket:
+    connection = socket.create_connection(("127.0.0.1", port))
+    connection.settimeout(10)
+    return connection
+
+
+def rest_of(connection: socket.socket) -> bytes:
+    """All that comes until the server closes."""
+    found = b""
+    try:
+        while part := connection.recv(65536):
+            found += part
+    except ConnectionResetError:
+        pass
+    return found
+
+
+@pytest.mark.parametrize("sent", [b"", b"GET / HTTP/1.1\r\nHost: loc", b"\r\n", ASKED + b"GET / HT", ASKED + b"\r\n"])
+def test_a_head_must_arrive_in_time(port, sent):
+    with connected(port) as connection:
+        began = time.monotonic()
+        connection.sendall(sent)
+        told = rest_of(connection)
+        assert time.monotonic() - began < 5.0
+        assert (b"HTTP/1.1 408" in told) == (sent.endswith(b"loc"))
+
+
+def test_a_head_that_drips_is_not_waited_for(port):
+    with connected(port) as connection:
+        began = time.monotonic()
+        connection.sendall(b"GET / HTTP/1.1\r\n")
+        try:
+            while time.monotonic() - began < 5.0:
+                connection.sendall(b"x-a: b\r\n")
+                time.sleep(0.05)
+        except OSError:
+            pass
+        assert time.monotonic() - began < 4.0
+
+
+def test_a_head_is_not_kept_beyond_its_length(port):
+    with connected(port) as connection:
+        sent = 0
+        connection.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\nx-long: ")
+        try:
+            while sent < 50_000_000:
+                sent += connection.send(b"y" * 100_000)
+        except OSError:
+            pass
+        assert sent < 20_000_000
+
+
+def test_what_follows_a_body_as_a_header_is_neither_kept_nor_read_for_ever(port):
+    head = b"POST / HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n1\r\nx\r\n0\r\nx-trailer: "
+    with connected(port) as connection:
+        connection.sendall(head)
+        time.sleep(0.1)
+        connection.sendall(b"y" * 100_000)
+        assert b"HTTP/1.1 400" in rest_of(connection)
+    with connected(port) as connection:
+        connection.sendall(head + b"y\r\n\r\n")
+        assert connection.recv(1000).startswith(b"HTTP/1.1 200")
+
+
+def test_bodies_in_the_smallest_chunks_pass(port):
+    with connected(port) as connection:
+        head = b"POST / HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n"
+        connection.sendall(head)
+        for _ in range(20):
+            connection.sendall(b"1\r\nx\r\n" * 1000)
+        connection.sendall(b"0\r\n\r\n")
+        assert connection.recv(1000).startswith(b"HTTP/1.1 200")
+
+
+def test_an_answer_that_nobody_reads_is_given_up(port):
+    with connected(port) as connection:
+        connection.sendall(b"GET /large HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        time.sleep(1.5)
+        assert len(rest_of(connection)) < 20_000_000
+
+
+def test_one_address_holds_so_many_connections(port):
+    held = [connected(port) for _ in range(LIMITS.most_of_one)]
+    with connected(port) as one_more:
+        assert b"503" in rest_of(one_more)
+    for connection in held:
+        connection.sendall(ASKED)
+        assert connection.recv(1000).startswith(b"HTTP/1.1 200")
+        connection.close()
+    time.sleep(0.1)
+    with connected(port) as again:
+        again.sendall(ASKED)
+        assert again.recv(1000).startswith(b"HTTP/1.1 200")

@@ -1,0 +1,241 @@
+"""A store in trouble says so within five seconds, shows nothing wrong, loses nothing, and recovers."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sqlite3
+import time
+from collections.abc import Callable, Coroutine, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy import text
+
+from app.store.engine import make_engine
+from app.store.errors import DamagedRecord, UnknownRun
+from app.store.faults import StoreFault, Trouble
+from app.store.lock import ServiceLock
+from app.store.migrate import NewerDatabase, upgrade
+from app.store.record import RunFilter
+from app.store.repository import RunStore
+from tests.app.store.records import make_record, make_response
+
+WITHIN_S = 5.5
+"""Five seconds, and half of one for a busy machine."""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "runs.sqlite3"
+    upgrade(f"sqlite:///{path}")
+    return path
+
+
+@pytest.fixture
+def store(file: Path) -> Iterator[RunStore]:
+    with RunStore(f"sqlite:///{file}") as opened:
+        yield opened
+
+
+def edit(file: Path, statement: str, *values: object) -> None:
+    with sqlite3.connect(file) as connection:
+        connection.execute(statement, values)
+    connection.close()
+
+
+async def trouble_of(work: Coroutine[Any, Any, Any]) -> Trouble | None:
+    began = time.monotonic()
+    try:
+        await work
+    except StoreFault as fault:
+        assert time.monotonic() - began < WITHIN_S
+        return fault.trouble
+    return None
+
+
+def told(store: RunStore, trouble: Trouble | None) -> None:
+    """Whether a write and readiness meet that trouble."""
+
+    async def both() -> list[Trouble | None]:
+        store._probed = -100.0
+        return [await trouble_of(store.put(make_record())), await trouble_of(store.ping())]
+
+    assert asyncio.run(both()) == [trouble, trouble]
+
+
+# -- damage -----------------------------------------------------------------------------------------------------
+
+
+def test_a_damaged_run_is_never_shown(store: RunStore, file: Path) -> None:
+    good, bad = make_record(name="good"), make_record(name="bad")
+    store.put_and_wait(good, make_response(good, "good"))
+    store.put_and_wait(bad, make_response(bad, "bad"))
+    edit(file, "UPDATE runs SET result = ? WHERE id = ?", b'{"fatigue_safety": 2.71}', bad.id)
+
+    async def look() -> None:
+        assert await store.get(good.id) == good
+        for reading in (
+            lambda: store.get(bad.id),
+            lambda: store.find_response("bad", "a" * 64),
+            lambda: store.finish(bad.id, None),
+        ):
+            with pytest.raises(DamagedRecord):
+                await reading()
+        page = await store.list_runs(RunFilter())
+        assert [item.id for item in page.items] == [good.id] and page.damaged == (bad.id,)
+        assert (await store.find_response("good", "a" * 64)).body == make_response(good).body
+        await store.ping()
+
+    asyncio.run(look())
+
+
+@pytest.mark.parametrize("value", [b"not a time", "2026-13-45", 7, None])
+def test_a_time_that_is_none_is_damage(store: RunStore, file: Path, value: object) -> None:
+    run = make_record()
+    store.put_and_wait(run)
+    edit(file, "PRAGMA ignore_check_constraints = 1")
+    try:
+        edit(file, "UPDATE runs SET created_at = ? WHERE id = ?", value, run.id)
+    except sqlite3.IntegrityError:
+        return  # NULL is not even taken
+    with pytest.raises(DamagedRecord):
+        asyncio.run(store.get(run.id))
+
+
+def test_a_damaged_answer_is_never_given_again(store: RunStore, file: Path) -> None:
+    run = make_record()
+    store.put_and_wait(run, make_response(run))
+    edit(file, "UPDATE idempotency_keys SET body = substr(body, 1, length(body) - 1)")
+    with pytest.raises(DamagedRecord):
+        asyncio.run(store.find_response("key-1", "a" * 64))
+
+
+def test_a_destroyed_page_is_told_and_stays_told(store: RunStore, file: Path) -> None:
+    for k in range(200):
+        store.put_and_wait(make_record(k))
+    store.close()
+    with sqlite3.connect(file) as connection:
+        connection.execute("PRAGMA journal_mode=DELETE")
+    connection.close()
+    with open(file, "r+b") as damaged:
+        size = damaged.seek(0, os.SEEK_END)
+        for page in range(12, size // 4096):
+            damaged.seek(page * 4096)
+            damaged.write(b"\xff" * 4096)
+    with pytest.raises(StoreFault) as met, RunStore(f"sqlite:///{file}") as again:
+
+        async def look() -> None:
+            with pytest.raises(StoreFault):
+                await again.list_runs(RunFilter(text="x"))
+            await again.ping()
+
+        asyncio.run(look())
+    assert met.value.trouble is Trouble.DAMAGED
+
+
+# -- faults -----------------------------------------------------------------------------------------------------
+
+
+def test_a_full_database(store: RunStore) -> None:
+    def bound(connection: Any) -> None:
+        connection.exec_driver_sql("PRAGMA max_page_count = 1")
+
+    store.put_and_wait(make_record())
+    for _ in range(12):
+        # Every connection that the pool will hand out.
+        connections = [store._engine.connect() for _ in range(6)]
+        for connection in connections:
+            bound(connection)
+            connection.close()
+        break
+    large = make_record(result=b'"' + b"x" * 1_000_000 + b'"')
+
+    async def write() -> Trouble | None:
+        return await trouble_of(store.put(large))
+
+    assert asyncio.run(write()) is Trouble.FULL
+    assert store._fault is not None and store._fault.trouble is Trouble.FULL
+    # What still fits shows that it is over.
+    told(store, None)
+    with pytest.raises(UnknownRun):
+        asyncio.run(store.get(large.id))
+
+
+def test_a_locked_database_answers_all_who_wait_in_time_and_recovers(store: RunStore, file: Path) -> None:
+    other = sqlite3.connect(file, isolation_level=None)
+    other.execute("BEGIN IMMEDIATE")
+
+    async def crowd() -> list[Trouble | None]:
+        first = [asyncio.create_task(trouble_of(store.put(make_record(k)))) for k in range(3)]
+        await asyncio.sleep(0.5)
+        late = [asyncio.create_task(trouble_of(work)) for work in (store.put(make_record()), store.ping())]
+        return list(await asyncio.gather(*first, *late))
+
+    assert asyncio.run(crowd()) == [Trouble.BUSY] * 5
+    other.execute("ROLLBACK")
+    other.close()
+    told(store, None)
+
+
+@pytest.mark.parametrize("change", [lambda path: path.unlink(), lambda path: path.rename(path.with_name("elsewhere"))])
+def test_a_file_that_is_gone_takes_no_more_writes(store: RunStore, file: Path, change: Callable[[Path], Any]) -> None:
+    told(store, None)
+    change(file)
+    told(store, Trouble.GONE)
+    upgrade(f"sqlite:///{file}")
+    told(store, Trouble.GONE)
+
+
+def test_a_database_that_turns_read_only(store: RunStore, file: Path) -> None:
+    connections = [store._engine.connect() for _ in range(6)]
+    for connection in connections:
+        connection.exec_driver_sql("PRAGMA query_only = 1")
+        connection.close()
+    told(store, Trouble.READ_ONLY)
+
+
+def test_a_locked_table_of_a_server(database_url: str) -> None:
+    if database_url.startswith("sqlite"):
+        pytest.skip("SQLite has no locked tables")
+    engine = make_engine(database_url)
+    with RunStore(database_url) as store, engine.connect() as other:
+        other.execute(text("LOCK TABLE runs IN ACCESS EXCLUSIVE MODE"))
+
+        async def all_at_once() -> list[Trouble | None]:
+            works = [store.put(make_record()), store.get("x" * 36), store.ping(), store.list_runs(RunFilter())]
+            return list(await asyncio.gather(*map(trouble_of, works)))
+
+        assert asyncio.run(all_at_once()) == [Trouble.BUSY] * 4
+        other.rollback()
+        told(store, None)
+    engine.dispose()
+
+
+# -- one service, and starts ------------------------------------------------------------------------------------
+
+
+def test_one_service_is_the_first_on_a_database(database_url: str) -> None:
+    with ServiceLock(database_url) as first:
+        with ServiceLock(database_url) as second:
+            assert first.held and not second.held
+        assert first.held
+    with ServiceLock(database_url) as again:
+        assert again.held
+
+
+def test_a_newer_database_is_told(database_url: str) -> None:
+    engine = make_engine(database_url)
+    with engine.begin() as connection:
+        connection.execute(text("UPDATE alembic_version SET version_num = '9999'"))
+    engine.dispose()
+    with pytest.raises(NewerDatabase, match="9999"):
+        upgrade(database_url)
+
+
+def test_a_folder_that_is_none_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("no database, but long enough to be looked at as one" * 100)
+    with pytest.raises(StoreFault) as met:
+        upgrade(f"sqlite:///{tmp_path}/file")
+    assert met.value.trouble is Trouble.DAMAGED

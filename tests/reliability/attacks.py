@@ -1,0 +1,103 @@
+"""Bytes that no client should send, and what must come back: an answer of HTTP, or an end, never a 5xx or silence."""
+
+from __future__ import annotations
+
+import json
+import random
+import socket
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+from app.api.contract import PATHS
+from app.designs.kind import Mode
+from app.designs.registry import KINDS, example_of, modes_of
+
+PATIENCE_S = 30.0
+_TOKENS = (
+    b"NaN", b"-", b"1e999", b"\\ud83d", b'"', b"{", b"]", b"\x00", b"\xff\xfe", b"null", b"[]", b"1" * 400, b"true",
+    b"\\u0000", b"\xe2\x80\xae", b"=cmd|", b",", b":", b"e", b"\xed\xa0\x80",
+)  # fmt: skip
+_SPOILS: tuple[Callable[[random.Random, bytearray, int], None], ...] = (
+    lambda rng, body, at: body.__delitem__(slice(at, at + rng.randint(1, 40))),
+    lambda rng, body, at: body.__setitem__(at, rng.randrange(256)),
+    lambda rng, body, at: body.__setitem__(slice(at, at), body[at : at + rng.randint(1, 40)]),
+    lambda rng, body, at: body.__setitem__(slice(at, at), rng.choice(_TOKENS)),
+)
+
+
+def spoiled(rng: random.Random, body: bytes) -> bytes:
+    """The bytes with one to six of them cut, overwritten, doubled or put in."""
+    found = bytearray(body)
+    for _ in range(rng.randint(1, 6)):
+        if found:
+            rng.choice(_SPOILS)(rng, found, rng.randrange(len(found)))
+    return bytes(found)
+
+
+def _examples() -> list[tuple[str, bytes]]:
+    # Studies and designs that are understood take seconds; their bodies are those of checks and more.
+    kinds = [(kind, mode) for kind in KINDS.values() for mode in modes_of(kind) if mode in (Mode.CHECK, Mode.ANALYSIS)]
+    return [(f"/api/v1/{PATHS[mode]}/{kind.slug}", json.dumps(example_of(kind, mode)).encode()) for kind, mode in kinds]
+
+
+EXAMPLES = _examples()
+_TARGETS = (
+    b"/", b"/healthz", b"/readyz", b"/api/v1/runs", b"/api/v1/runs?limit=5&created_after=2026-01-01T00:00:00Z",
+    b"/api/v1/batches", b"/designs/flexible-rod?mode=check", b"/api/v1/kinds", b"/api/v1/effects/pin-profile",
+    b"/docs", b"/runs",
+    b"/api/v1/runs/00000000-0000-7000-8000-000000000000", b"/static/style.css", b"/openapi.json",
+)  # fmt: skip
+
+
+def raw_request(rng: random.Random) -> bytes:
+    """A request as it goes over the wire, spoiled in its head or its body, sometimes in both, sometimes not at all."""
+    if rng.random() < 0.5:
+        path, body = rng.choice(EXAMPLES)
+        body = spoiled(rng, body)
+        length = len(body) if rng.random() < 0.9 else rng.randrange(2 * len(body) + 1)
+        head = b"POST %s HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n" % path.encode()
+        framing = b"Content-Length: %d\r\n" % length
+        if rng.random() < 0.2:
+            framing, body = b"Transfer-Encoding: chunked\r\n", b"%x\r\n%s\r\n0\r\n\r\n" % (len(body), body)
+        request = head + framing + b"Connection: close\r\n\r\n" + body
+        return request if rng.random() < 0.7 else spoiled(rng, request)
+    method = rng.choice((b"GET", b"GET", b"HEAD", b"DELETE", b"PUT", b"OPTIONS", b"POST", b"TRACE", b"X"))
+    request = b"%s %s HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n" % (method, rng.choice(_TARGETS))
+    return spoiled(rng, request)
+
+
+def sent(address: tuple[str, int], request: bytes) -> str:
+    """What came back for raw bytes: the status, ``closed``, or ``silence`` where nothing came within the patience."""
+    with socket.create_connection(address, timeout=PATIENCE_S) as connection:
+        try:
+            connection.sendall(request)
+            first = connection.recv(4096)
+        except TimeoutError:
+            return "silence"
+        except OSError:
+            return "closed"
+    if not first:
+        return "closed"
+    return first[9:12].decode("ascii", "replace") if first.startswith(b"HTTP/1.") else "no HTTP"
+
+
+def attack(address: tuple[str, int], seed: int, number: int) -> tuple[Counter[str], list[bytes]]:
+    """How often each outcome came, and the requests to which a bad one did."""
+    rng, outcomes, bad = random.Random(seed), Counter[str](), []
+    for _ in range(number):
+        request = raw_request(rng)
+        outcome = sent(address, request)
+        outcomes[outcome] += 1
+        if not good(outcome):
+            bad.append(request)
+    return outcomes, bad
+
+
+def good(outcome: str) -> bool:
+    """501 and 505 are the words for methods and versions that there are not, 503 for kernels that are not there yet."""
+    return outcome == "closed" or (outcome.isdigit() and (outcome[0] in "234" or outcome in ("501", "503", "505")))
+
+
+def told(outcomes: Counter[str]) -> dict[str, Any]:
+    return dict(sorted(outcomes.items()))

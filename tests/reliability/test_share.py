@@ -1,0 +1,69 @@
+"""The suite's share of the campaign: raw bytes and kills against a service of processes of its own."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+from app.store.verify import verify
+from tests.app.running import Running, wait_until
+from tests.reliability.attacks import attack, told
+
+CAMPAIGN = bool(os.environ.get("CRANKWRIGHT_CAMPAIGN"))
+RAW, KILLS = (100_000, 60) if CAMPAIGN else (200, 1)
+CHECK = KINDS["crank-masses"].example(Mode.ANALYSIS)
+
+
+@pytest.fixture(scope="module")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Running, httpx.Client]]:
+    folder = tmp_path_factory.mktemp("attacked")
+    with Running(folder, body_idle_s=1, head_timeout_s=1) as running, running.client() as client:
+        # Pages, refusals and the analyses that are asked for need no compiled kernel; the rest is told to come later.
+        wait_until(lambda: client.get("/healthz").status_code == 200, 170.0)
+        yield running, client
+
+
+@pytest.mark.timeout(36_000 if CAMPAIGN else 180)
+def test_no_bytes_break_it(service):
+    running, client = service
+    outcomes, bad = attack(("127.0.0.1", client.base_url.port), 1, RAW)
+    print(told(outcomes))
+    assert not bad, (told(outcomes), bad[:3])
+    assert client.get("/healthz").status_code == 200
+    assert "Traceback" not in running.output.read_text()
+
+
+@pytest.mark.timeout(36_000 if CAMPAIGN else 180)
+def test_what_was_acknowledged_survives_kills(tmp_path: Path):
+    """SIGKILL to the service in the midst of writes: every run with a 201 is there, whole, and once."""
+    rng, acknowledged = random.Random(1), {}
+    for kill in range(KILLS):
+        with Running(tmp_path) as running, running.client() as client:
+            wait_until(lambda: running.ready(client), 170.0)
+            end = time.monotonic() + rng.uniform(0.3, 2.0)
+            number = 0
+            while time.monotonic() < end:
+                headers = {"Idempotency-Key": f"{kill}-{number}"}
+                answer = client.post("/api/v1/analyses/crank-masses", json=CHECK, headers=headers)
+                assert answer.status_code == 201
+                acknowledged[headers["Idempotency-Key"]] = answer.content
+                number += 1
+            running.end(signal.SIGKILL)
+    with Running(tmp_path) as running, running.client() as client:
+        wait_until(lambda: running.ready(client), 170.0)
+        for key, content in acknowledged.items():
+            again = client.post("/api/v1/analyses/crank-masses", json=CHECK, headers={"Idempotency-Key": key})
+            assert again.content == content
+        running.end(signal.SIGTERM)
+    report = verify(f"sqlite:///{tmp_path}/runs.sqlite3")
+    assert report.sound and report.runs == report.idempotency_keys and report.runs >= len(acknowledged) > 0
+    print(f"{KILLS} kills, {len(acknowledged)} acknowledged runs, none lost")

@@ -27,6 +27,9 @@ function show(batch) {
   progress.querySelector(".pace").textContent = pace + rest;
 }
 
+// What a person looks at first, of the results of every kind.
+const FIRST = ["mass_g", "fatigue_safety", "longest_link_mm", "mean_torque_nm", "rod_mass_kg"];
+
 function fill(select, groups, chosen) {
   if (select.options.length) return;
   for (const name of groups) select.add(new Option(name.replaceAll("_", " "), name, false, name === chosen));
@@ -113,7 +116,7 @@ async function refresh() {
     const all = [...told.varied, ...told.results];
     if (all.length && !selects[0].options.length) {
       fill(selects[0], all, all[0]);
-      fill(selects[1], all, told.varied[1] ?? told.results.find((name) => /mass|power|safety/.test(name)) ?? all[1] ?? all[0]);
+      fill(selects[1], all, told.varied[1] ?? FIRST.find((name) => told.results.includes(name)) ?? all[1] ?? all[0]);
       fill(selects[2], ["governed_by", "status", "holds", ...all], "governed_by");
       names = selects.map((select) => select.value);
       told = await ask();

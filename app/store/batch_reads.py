@@ -111,12 +111,24 @@ def items_spread(connection: Connection, number: int, step: int, limit: int) -> 
     return [_item(row) for row in connection.execute(query)]
 
 
+def unchecked_items_after(connection: Connection, number: int, after: int, limit: int) -> Iterator[tuple[Item, bool]]:
+    """The same, of all, each with whether its row says what was written."""
+    query = select(*_ITEM).where(batch_items.c.batch == number, batch_items.c.index > after)
+    for row in connection.execute(query.order_by(batch_items.c.index).limit(limit)):
+        yield _unchecked(row)
+
+
 def _item(row: Row[Any]) -> Item:
     """The item of a row. Raises DamagedRecord where the row does not say what was written."""
-    found = Item(row.index, row.line, row.status, row.holds, row.figure, bytes(row.content))
-    if digest(row.batch, found) != bytes(row.digest):
+    found, sound = _unchecked(row)
+    if not sound:
         raise DamagedRecord(batch_items.name, f"{row.batch} {row.index}")
     return found
+
+
+def _unchecked(row: Row[Any]) -> tuple[Item, bool]:
+    found = Item(row.index, row.line, row.status, row.holds, row.figure, bytes(row.content))
+    return found, digest(row.batch, found) == bytes(row.digest)
 
 
 def find_item(connection: Connection, number: int, index: int) -> Item | None:

@@ -10,9 +10,9 @@ from collections.abc import Generator, Iterator
 from sqlalchemy import Connection, select
 
 from app.store.batch_inputs import unpacked_rows
-from app.store.batch_items import DIGEST_BYTES, digest, unpacked
+from app.store.batch_items import DIGEST_BYTES, unpacked
 from app.store.batch_operations import batch_columns, record_of
-from app.store.batch_reads import items_after
+from app.store.batch_reads import unchecked_items_after
 from app.store.batch_records import BatchRecord, BatchStatus, ChunkState, ItemStatus
 from app.store.damage import Damage
 from app.store.models import batch_blocks, batch_chunks, batch_items, batches
@@ -70,20 +70,19 @@ def _items(connection: Connection, batch: BatchRecord, done: list[range]) -> Ite
     counted: Counter[str] = Counter()
     expected = _beyond(done, -1)
     after = -1
-    while page := items_after(connection, batch.number, after, _PAGE):
-        digests = dict(_digests(connection, batch.number, after, page[-1].index))
-        for item in page:
+    while page := list(unchecked_items_after(connection, batch.number, after, _PAGE)):
+        for item, sound in page:
             key = f"{batch.id} {item.index}"
             if next(expected, None) != item.index:
                 yield Damage(batch_items.name, key, "the item is not where its chunk says")
                 expected = _beyond(done, item.index)
-            if digests[item.index] != digest(batch.number, item):
+            if not sound:
                 yield Damage(batch_items.name, key, "the content does not agree with its hash")
             else:
                 unpacked(item.content, batch.dictionary)
             counted[item.status] += 1
         yield len(page)
-        after = page[-1].index
+        after = page[-1][0].index
     missing = sum(1 for _ in expected)
     if missing:
         yield Damage(batch_items.name, batch.id, f"{missing} items of chunks that are done are missing")
@@ -94,10 +93,3 @@ def _items(connection: Connection, batch: BatchRecord, done: list[range]) -> Ite
 
 def _beyond(done: list[range], after: int) -> Iterator[int]:
     return (index for chunk in done for index in chunk if index > after)
-
-
-def _digests(connection: Connection, number: int, after: int, last: int) -> Iterator[tuple[int, bytes]]:
-    index = batch_items.c.index
-    query = select(index, batch_items.c.digest).where(batch_items.c.batch == number, index > after, index <= last)
-    for row in connection.execute(query):
-        yield row[0], bytes(row[1])

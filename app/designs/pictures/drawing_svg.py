@@ -72,12 +72,14 @@ def drawing_svg(drawing: Drawing) -> str:
     body += [_dimension(sheet, dimension) for dimension in drawing.dimensions]
     left, top, right, bottom = sheet.box
     view = f"{left - _ROOM:.0f} {top - _ROOM:.0f} {right - left + 2 * _ROOM:.0f} {bottom - top + 2 * _ROOM:.0f}"
-    return (
+    out = (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{view}" role="img" class="drawing" '
         f'font-family="system-ui, sans-serif" font-size="14"><title>{escape(drawing.title)}</title>{_HATCH}'
         + "".join(body)
         + "</svg>"
-    ).replace("HATCH", f"hatch-{crc32(drawing.title.encode()):08x}")
+    )
+    # A page may have several drawings of one part; an id stands in it once.
+    return out.replace("HATCH", f"hatch-{crc32(out.encode()):08x}")
 
 
 def drawing_to_scale(drawing: Drawing) -> str:

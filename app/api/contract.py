@@ -5,9 +5,11 @@ The routes read and write bytes themselves, so the framework cannot see their mo
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from datetime import datetime
 from functools import cache
+from pathlib import Path
 from typing import Any, Literal
 
 from fastapi import FastAPI
@@ -48,6 +50,9 @@ EXAMPLES = {
     ),
 }
 """Refusals of what was posted, as they look, by their status."""
+
+ANSWERS = Path(__file__).with_name("answers.json")
+"""What the service answers to every kind's own examples, lists cut short; made by ``scripts/answer_examples.py``."""
 
 _ALWAYS = {
     "400": "no HTTP that can be read",
@@ -272,6 +277,7 @@ def document(app: FastAPI) -> dict[str, Any]:
     def content(model: type[BaseModel], way: str = "serialization") -> dict[str, Any]:
         return {"application/json": {"schema": references[(model, way)]}}
 
+    answers = json.loads(ANSWERS.read_text("utf-8"))
     for path, kind, mode in _submissions():
         post = found["paths"][path]["post"]
         body = content(asked[path], "validation")
@@ -279,6 +285,8 @@ def document(app: FastAPI) -> dict[str, Any]:
         post["requestBody"] = {"required": True, "content": body}
         for status in post["responses"].keys() & {"201", "202"}:
             post["responses"][status]["content"] = content(runs[path])
+        if (answer := answers.get(f"{kind.slug} {mode}")) is not None:
+            post["responses"]["201"]["content"]["application/json"]["example"] = answer
     listing, one = found["paths"]["/api/v1/runs"]["get"], found["paths"]["/api/v1/runs/{run_id}"]["get"]
     cancelled = found["paths"]["/api/v1/runs/{run_id}"]["delete"]
     cancelled["responses"]["200"]["content"] = content(Run)

@@ -65,7 +65,7 @@ def test_a_flood_of_studies_leaves_checks_their_worker(service):
             assert int(answer.headers["Retry-After"]) >= 1
             assert answer.headers["content-type"] == "application/problem+json"
     assert Counter(statuses)["running"] <= 1, "one worker is for long work, and what waits says so"
-    # Behind the studies each would wait for two seconds at least; a quiet machine needs 30 ms, and tests run beside others.
+    # Behind the studies each would wait for two seconds at least. A quiet machine needs 30 ms; tests run beside others.
     assert sorted(seconds)[len(seconds) // 2] < 1.0
     assert max(seconds) < 10.0
 

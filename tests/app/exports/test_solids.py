@@ -29,8 +29,7 @@ def payload_of(run):
 
 @pytest.fixture(scope="module")
 def modeller():
-    if EXPORTS["step"].missing:
-        pytest.skip("the extra [cad] is not installed")
+    assert not EXPORTS["step"].missing, "make test installs the extra [cad]"
     pool = solid_pool(solid_checks.answer)
     yield pool
     pool.close()

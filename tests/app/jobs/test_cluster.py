@@ -6,14 +6,13 @@ import asyncio
 import json
 from collections.abc import Iterator
 
+import distributed
 import pytest
 
 from app.jobs.cluster import ClusterPool, close_hosts
 from app.jobs.errors import BudgetExceeded, SolveFailed, WorkerCrashed
 from app.jobs.executor import PoolSettings
 from tests.app.jobs import fake_entry
-
-distributed = pytest.importorskip("distributed")
 
 
 @pytest.fixture(scope="module")

@@ -41,7 +41,8 @@ def test_an_inner_kernel_is_part_of_its_caller_and_nothing_by_itself(tmp_path: P
         spec.loader.exec_module(module)
         assert module.outer(np.array([1.0, 4.0, 0.25])) == 5.25
         assert _library() is not None, "numba looks otherwise than linking.py expects"
-        assert [result.library._inner for result in module.inner.inner.overloads.values()] == [True]
+        taken_in = module.inner
+        assert [result.library._inner for result in taken_in.inner.overloads.values()] == [True]
         (compiled,) = module.outer.compiled.overloads.values()
         assert len(compiled._find_referenced_environments()) <= 1, "each is looked up again wherever it is loaded"
         # Called from Python after all, it is compiled for that.

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.load.macaulay import ROUNDING
-from solvers.pin.optimum.discretised import demands_at
+from solvers.pin.optimum.discretised import sought_in
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.stations.between_nodes import risen
@@ -29,11 +29,11 @@ class WeakSpan:
 
 
 def solid_utilisation(scene: Scene, criterion: Criterion, x: Array, side: Array) -> Array:
-    """The greatest of all demands on the solid section at stations: F(1) <= 1 where it holds."""
+    """The greatest of all constraints on the solid section at stations: F(1) <= 1 where it holds."""
     full = np.ones_like(x)
     out = np.zeros_like(x)
-    for demand in demands_at(scene, criterion, x, side):
-        out = np.maximum(out, demand.value(full))
+    for constraint in sought_in(scene).constraints(scene, criterion, x, side, 0.0):
+        out = np.maximum(out, constraint.value(full))
     return out
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +15,13 @@ from solvers.effects import AUTO, EffectSelection
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.pin.effects import Physics, choose_for, compose, demands_of
 from solvers.pin.limits import NO_LIMITS, Limits
-from solvers.pin.load.internal_forces import forces_at
 from solvers.pin.load.macaulay import ROUNDING
-from solvers.pin.optimum.capacity import force_limit
+from solvers.pin.optimum.capacity import force_limit_of
 from solvers.pin.optimum.discretised import assemble, sought_in
 from solvers.pin.optimum.program import Program, refined
 from solvers.pin.ring import ovalization
 from solvers.pin.ring.bearing_pressure import Pressures, bearing_pressures
-from solvers.pin.scene import BushingGeometry, Scene
+from solvers.pin.scene import BushingGeometry, Geometry, Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
 from solvers.pin.section.flexibility import cowper
 from solvers.pin.shapes.constant import lightest_constant
@@ -61,6 +61,40 @@ class Stress:
 
 
 @dataclass(frozen=True)
+class Sections:
+    """What ``Stress`` has, (6, n), at a program's stations; places where a shape begins; whether the stations of one
+    half stand for both."""
+
+    table: Array
+    places: tuple[float, ...]
+    geometry: Geometry | BushingGeometry
+    symmetric: bool
+
+    def along(self) -> Stress:
+        """Stations of the whole part, thinned to some four hundred; places where a load or a shape begins stay."""
+        table, g, (x, bore, outer) = self.table, self.geometry, self.table[:3]
+        starts = {0.0, g.boss_length, g.boss_length + g.gap, 0.5 * g.length, *self.places}
+        fixed = np.isin(x, list(starts)) | (x == x[-1]) | (x == x[0])
+        same = np.zeros(x.size, dtype=bool)
+        same[1:] = (x[1:] == x[:-1]) & (np.abs(np.diff(bore)) <= 1e-12 * bore[:-1])
+        same[1:] &= np.abs(np.diff(outer)) <= 1e-12 * outer[:-1]
+        keep: list[int] = []
+        step, last = g.length / 400.0, -math.inf
+        for i, (place, must, again) in enumerate(zip(x.tolist(), fixed.tolist(), same.tolist(), strict=True)):
+            repeated = again and keep and keep[-1] == i - 1
+            if (must and not repeated) or (place - last >= step and not again):
+                keep.append(i)
+                last = place
+        table = table[:, keep]
+        if self.symmetric:
+            mirrored = table[:, ::-1].copy()
+            mirrored[0] = g.length - mirrored[0]
+            mirrored[4] = -mirrored[4]
+            table = np.concatenate([table, mirrored[:, 1:]], axis=1)
+        return Stress(*table)
+
+
+@dataclass(frozen=True)
 class PinCheck:
     """The results of a check of a pin or a bushing, SI units; None where a result does not exist (an effect that did
     not run, no wall, what only a pin has).
@@ -72,7 +106,7 @@ class PinCheck:
     mass: float
     solid_mass: float | None
     constant_mass: float | None
-    along: Stress
+    sections: Sections
     min_bore: float
     bore_mid: float
     max_outer: float
@@ -89,6 +123,11 @@ class PinCheck:
     pressures: Pressures | None
     force_limit: float | None
     warnings: tuple[str, ...]
+
+    @cached_property
+    def along(self) -> Stress:
+        """The part from end to end, at some four hundred places."""
+        return self.sections.along()
 
 
 def check(
@@ -114,13 +153,12 @@ def check(
     whole = profile.along(length)
     if not halves_alike(scene, whole):
         scene = replace(scene, mirrored=False)
-    program, walls, doubt = on_profile(scene, whole, criterion, physics, accuracy)
+    program, walls, doubt = on_profile(scene, whole, criterion, physics, accuracy, limits)
     # What one diameter under the same limits would weigh, where there is one.
-    own = assemble(scene, limits, criterion, physics, program.stations)
-    constant = lightest_constant(own, accuracy)
+    constant, constant_doubt = lightest_constant(program, accuracy) or (None, 0.0)
     value = assess(
         program, walls, limits, sought.mass_of(scene, np.array(whole.x), np.array(whole.bore)),
-        None if constant is None else own.mass_unit * constant.volume, whole.places,
+        None if constant is None else program.mass_unit * constant, whole.places,
     )  # fmt: skip
     return Outcome(
         Status.SUCCEEDED,
@@ -128,7 +166,7 @@ def check(
         choice.manifest,
         Accuracy(
             accuracy,
-            max(doubt, 0.0 if constant is None else constant.doubted) + ROUNDING,
+            max(doubt, constant_doubt) + ROUNDING,
             {"stations": int(walls.size)},
         ),
         timing={"solve_s": time.perf_counter() - started},
@@ -141,7 +179,12 @@ def halves_alike(scene: Scene, whole: WholeProfile) -> bool:
 
 
 def on_profile(
-    scene: Scene, whole: WholeProfile, criterion: Criterion, physics: Physics, accuracy: float
+    scene: Scene,
+    whole: WholeProfile,
+    criterion: Criterion,
+    physics: Physics,
+    accuracy: float,
+    limits: Limits = NO_LIMITS,
 ) -> tuple[Program, Array, float]:
     """A program on stations that suit this profile, walls there, and what the deflection and the greatest use of the
     strength may be off, relative.
@@ -151,7 +194,7 @@ def on_profile(
     stations = opening_stations(scene, whole.places)
     points = sought_in(scene).points(np.array(whole.bore))
     for _ in range(_PASSES):
-        program = assemble(scene, Limits(), criterion, physics, stations, cowper(scene.material.poisson))
+        program = assemble(scene, limits, criterion, physics, stations, cowper(scene.material.poisson))
         walls = program.sought.relative(whole.between(points, stations.x, stations.side))
         doubt = _deflection_doubt(program, walls)
         rough = doubt.sum() > 0.1 * accuracy
@@ -181,7 +224,7 @@ def assess(
     is_pin, x = not isinstance(scene.geometry, BushingGeometry), stations.x
     uses, allowable_shear = program.uses(walls), scene.material.allowable_shear
     equivalent, use = scene.material.allowable_stress * uses[0], uses.max(axis=0)
-    forces = forces_at(scene.cases[0], x, stations.side, stations.rest)
+    forces = program.forces
     worst = int(np.argmax(equivalent))
     sizes = sought.sizes(walls)
     bore, outer = sought.diameters(sizes)
@@ -192,7 +235,12 @@ def assess(
         mass=mass,
         solid_mass=program.mass_unit if is_pin else None,
         constant_mass=constant_mass,
-        along=_along(program, np.stack([x, bore, outer, forces.moment_total, forces.shear[0], equivalent]), places),
+        sections=Sections(
+            np.stack([x, bore, outer, forces.moment_total, forces.shear[0], equivalent]),
+            places,
+            scene.geometry,
+            scene.symmetric,
+        ),
         min_bore=float(bore.min()),
         bore_mid=float(np.interp(middle, x, bore)),
         max_outer=float(outer.max()),
@@ -207,7 +255,7 @@ def assess(
         deflection=_finite(deflection),
         ring=found_ring,
         pressures=bearing_pressures(scene, stations, outer) if physics.contact_pressure else None,
-        force_limit=force_limit(scene, program.criterion) if is_pin else None,
+        force_limit=force_limit_of(program) if is_pin else None,
         warnings=_warnings(program, limits, walls, use, deflection, found_ring),
     )
 
@@ -216,44 +264,21 @@ def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _along(program: Program, table: Array, places: tuple[float, ...]) -> Stress:
-    """Stations of the whole part, thinned to some four hundred; places where a load or a shape begins stay."""
-    scene, g, (x, bore, outer) = program.scene, program.scene.geometry, table[:3]
-    starts = {0.0, g.boss_length, g.boss_length + g.gap, 0.5 * g.length, *places}
-    fixed = np.isin(x, list(starts)) | (x == x[-1]) | (x == x[0])
-    same = np.zeros(x.size, dtype=bool)
-    same[1:] = (x[1:] == x[:-1]) & (np.abs(np.diff(bore)) <= 1e-12 * bore[:-1])
-    same[1:] &= np.abs(np.diff(outer)) <= 1e-12 * outer[:-1]
-    keep: list[int] = []
-    step, last = g.length / 400.0, -math.inf
-    for i, (place, must, again) in enumerate(zip(x.tolist(), fixed.tolist(), same.tolist(), strict=True)):
-        repeated = again and keep and keep[-1] == i - 1
-        if (must and not repeated) or (place - last >= step and not again):
-            keep.append(i)
-            last = place
-    table = table[:, keep]
-    if scene.symmetric:
-        mirrored = table[:, ::-1].copy()
-        mirrored[0] = g.length - mirrored[0]
-        mirrored[4] = -mirrored[4]
-        table = np.concatenate([table, mirrored[:, 1:]], axis=1)
-    return Stress(*table)
-
-
 def _ring(program: Program, sizes: Array) -> RingResult:
     """The ring in the middle, and where the wall is thinnest, which ovals and stresses it most."""
     scene, sought, m = program.scene, program.sought, program.scene.material
 
     def like(size: float) -> tuple[float, ...]:
-        bore, outer = (float(d[0]) for d in sought.diameters(np.array([size])))
+        bore, outer = sought.pair(size)
         return scene.force, outer, scene.geometry.length, bore / outer, m.elastic_modulus, m.poisson
 
     middle, thinnest = float(sizes[sizes.size - 1 if scene.symmetric else sizes.size // 2]), sought.thinnest(sizes)
     own = ovalization.ring(*like(sought.with_wall(middle, _LEAST_RING_WALL)))
     if thinnest != sought.with_wall(thinnest, _LEAST_RING_WALL):
         return RingResult(own.ovalization, None, own.stresses, None, own.model)
-    most, stress = ovalization.ring(*like(thinnest)).ovalization, ovalization.greatest_stress(*like(thinnest))
-    return RingResult(own.ovalization, most, own.stresses, stress, own.model)
+    most = own if thinnest == middle else ovalization.ring(*like(thinnest))
+    stress = ovalization.greatest_stress(*like(thinnest))
+    return RingResult(own.ovalization, most.ovalization, own.stresses, stress, own.model)
 
 
 def _warnings(

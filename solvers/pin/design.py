@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,15 +43,22 @@ _CLOSE = 1e-6
 class PinDesign:
     """The pin or bushing found, as a check sees it, and beside it what other forms weigh under the same limits [kg].
 
-    ``corners`` are the points of the diameter sought where it is made of straight lines, else None; ``contour`` that
-    diameter as cubics where it is not.
+    ``corners`` are the points of the diameter sought where it is made of straight lines, else None; ``sizes`` that
+    diameter [m] at ``stations`` of the part, which is ``length`` [m] long.
     """
 
     check: PinCheck
     form: str
     free_mass: float
     corners: tuple[tuple[float, float], ...] | None
-    contour: tuple[Cubic, ...] | None
+    stations: Stations
+    sizes: Array
+    length: float
+
+    @cached_property
+    def contour(self) -> tuple[Cubic, ...] | None:
+        """The diameter sought as cubics over the whole part where it is not made of straight lines."""
+        return None if self.corners else contour(self.stations, self.sizes, self.length)
 
 
 def design(
@@ -89,15 +97,15 @@ def design(
     unit = program.mass_unit
     value = PinDesign(
         check=assess(
-            shown, walls, limits, unit * best.volume, None if constant is None else unit * constant.volume, places
+            shown, walls, limits, unit * best.volume, None if constant is None else unit * constant[0], places
         ),
         form=problem.form.name,
         free_mass=unit * free.volume,
         corners=best.corners,
-        contour=None if best.corners else contour(
-            shown.stations, shown.sought.sizes(walls), scene.geometry.length
-        ),
-    )  # fmt: skip
+        stations=shown.stations,
+        sizes=shown.sought.sizes(walls),
+        length=scene.geometry.length,
+    )
     evidence = dict(best.evidence)
     if limits.max_deflection is not None:
         evidence.setdefault("deflection_as_constrained_um", 1e6 * program.deflection(best.solidity))

@@ -7,6 +7,7 @@ g = phi (``solvers.pin.section.flexibility``), so the deflection's coefficients 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.pin.limits import Limits
-from solvers.pin.load.internal_forces import forces_at
+from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.optimum.conic import sloped
 from solvers.pin.optimum.dual_bound import least_walls_bound, monotone_bound_around, pointwise_bound
 from solvers.pin.optimum.found import Found
@@ -25,7 +26,7 @@ from solvers.pin.optimum.slope_limit import bore_of, gentle
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
-from solvers.pin.section.flexibility import ShearFlexibility, flexibility_values, product
+from solvers.pin.section.flexibility import ShearFlexibility, densities
 from solvers.pin.section.strength import StrengthConstraint, least_wall, strength_constraints, uses
 from solvers.pin.section.variables import solidity_of, wall_of
 
@@ -43,11 +44,11 @@ class BoreSought:
     kappa: ClassVar[float] = -1.0
 
     def constraints(
-        self, scene: Scene, criterion: Criterion, x: Array, side: Array, rest: Array | float
+        self, scene: Scene, criterion: Criterion, forces: Sequence[InternalForces]
     ) -> tuple[StrengthConstraint, ...]:
         found: list[StrengthConstraint] = []
-        for case in scene.cases:
-            found += strength_constraints(criterion, forces_at(case, x, side, rest), self.diameter, scene.material)
+        for own in forces:
+            found += strength_constraints(criterion, own, self.diameter, scene.material)
         return tuple(found)
 
     def floor(self, scene: Scene, limits: Limits) -> float:
@@ -76,16 +77,15 @@ class BoreSought:
     def fitted(self, walls: Array, length: float) -> BoreSought:
         return self
 
-    def coefficients(self, bent: Array, sheared: Array, scene: Scene) -> tuple[Array, Array]:
+    def stiffness(self, scene: Scene) -> tuple[float, float]:
         g, m = scene.geometry, scene.material
-        return bent / (m.elastic_modulus * g.inertia), sheared / (m.shear_modulus * g.area)
+        return m.elastic_modulus * g.inertia, m.shear_modulus * g.area
 
     def uses(self, constraints: tuple[StrengthConstraint, ...], walls: Array) -> Array:
         return uses(constraints, walls)
 
     def densities(self, u: Array, bending: Array, shear: Array, law: ShearFlexibility) -> Array:
-        bend, sheared = flexibility_values(u, law)
-        return product(bending, bend) + product(shear, sheared)
+        return densities(u, bending, shear, law.a, law.b)
 
     def solidity_of(self, walls: Array) -> Array:
         return solidity_of(walls)
@@ -114,6 +114,9 @@ class BoreSought:
     def diameters(self, sizes: Array) -> tuple[Array, Array]:
         return sizes, np.full_like(sizes, self.diameter)
 
+    def pair(self, size: float) -> tuple[float, float]:
+        return size, self.diameter
+
     def thinnest(self, sizes: Array) -> float:
         return float(sizes.max())
 
@@ -122,9 +125,9 @@ class BoreSought:
 
     def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
         m = scene.material
-        ratio = ovalization.ratio_at_stress(
-            allowable, scene.force, self.diameter, scene.geometry.length, m.elastic_modulus, m.poisson
-        )
+        of_pin = scene.force, self.diameter, scene.geometry.length, m.elastic_modulus, m.poisson
+        widest = min(1.0 - float(walls.min()), 1.0 - 1e-6)
+        ratio = ovalization.ratio_at_stress(allowable, *of_pin, most=max(widest, 0.3))
         return 1.0 - walls > ratio, f"the bore is wider than {ratio * self.diameter * 1e3:.4g} mm"
 
     def with_wall(self, size: float, share: float) -> float:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import forces_at
+from solvers.pin.load.piston_pin import weigh_deflection
 from solvers.pin.optimum.bore_sought import BoreSought
 from solvers.pin.optimum.outside_sought import OutsideSought
 from solvers.pin.optimum.program import Program
@@ -25,11 +28,17 @@ def sought_in(scene: Scene) -> BoreSought | OutsideSought:
     return OutsideSought(g.bore, g.bore) if isinstance(g, BushingGeometry) else BoreSought(g.outer_diameter)
 
 
+def constraints_at(scene: Scene, criterion: Criterion, x: Array, side: Array, rest: Array | float = 0.0) -> Any:
+    """Every strength constraint of every load case at stations; ``side`` and ``rest`` as in ``forces_at``."""
+    forces = [forces_at(case, x, side, rest) for case in scene.cases]
+    return sought_in(scene).constraints(scene, criterion, forces)
+
+
 def least_walls_at(scene: Scene, criterion: Criterion, floor: float, x: Array) -> Array:
     """The least walls at any places x of the first half, where the halves are alike."""
     sought = sought_in(scene)
     places = (x,) if scene.symmetric else (x, scene.geometry.length - x)
-    walls = [sought.least_walls(sought.constraints(scene, criterion, at, at, 0.0), floor, at.size) for at in places]
+    walls = [sought.least_walls(constraints_at(scene, criterion, at, at), floor, at.size) for at in places]
     return walls[0] if scene.symmetric else np.maximum(*walls)
 
 
@@ -46,21 +55,20 @@ def assemble(
     ``law`` is how sections shear, Cowper's unless another is given.
     """
     length, sought = scene.geometry.length, sought_in(scene)
-    constraints = sought.constraints(scene, criterion, stations.x, stations.side, stations.rest)
+    forces = [forces_at(case, stations.x, stations.side, stations.rest) for case in scene.cases]
+    constraints = sought.constraints(scene, criterion, forces)
     floor = sought.floor(scene, limits)
     walls = sought.least_walls(constraints, floor, stations.x.size)
     sought = sought.fitted(walls, length)
-    forces = forces_at(scene.cases[0], stations.x, stations.side, stations.rest)
-    unit_moment, unit_shear = scene.reference.unit_load(stations.x, stations.rest)
-    # A station on an end of the span lies inside only if its panel does.
-    inside = (stations.side >= scene.reference.left) & (stations.side < scene.reference.right)
-    bending, shear = sought.coefficients(forces.moment[0] * unit_moment, forces.shear[0] * unit_shear, scene)
-    bending = np.where(inside, np.maximum(bending, 0.0), 0.0) * length
-    shear = np.where(inside, np.maximum(shear, 0.0), 0.0) * length
-    if not physics.shear_deflection:
-        shear = np.zeros_like(shear)
+    bending, shear = np.empty_like(stations.x), np.zeros_like(stations.x)
+    stiff, stiff_in_shear = sought.stiffness(scene)
+    r = scene.reference
+    weigh_deflection(
+        stations.x, stations.rest, stations.side, r.left, r.right, r.rest, forces[0].moment[0], forces[0].shear[0],
+        length, stiff, stiff_in_shear if physics.shear_deflection else np.inf, bending, shear,
+    )  # fmt: skip
     anchor = stations.x.size if scene.symmetric else int(np.searchsorted(stations.side, 0.5 * length, side="left"))
     return Program(
-        scene, limits, criterion, physics, stations, sought, constraints, floor, sought.solidity_of(walls), bending,
-        shear, law or cowper(scene.material.poisson), limits.max_deflection, anchor,
+        scene, limits, criterion, physics, stations, sought, forces[0], constraints, floor, sought.solidity_of(walls),
+        bending, shear, law or cowper(scene.material.poisson), limits.max_deflection, anchor,
     )  # fmt: skip

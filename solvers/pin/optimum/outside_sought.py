@@ -9,6 +9,7 @@ every finite load and every deflection limit.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.pin.limits import Limits
-from solvers.pin.load.internal_forces import forces_at
+from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.optimum import outside_lagrangian
 from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.program import Program, Weighed
@@ -44,11 +45,11 @@ class OutsideSought:
         return 1.0 if self.bore > 0.0 else 0.0
 
     def constraints(
-        self, scene: Scene, criterion: Criterion, x: Array, side: Array, rest: Array | float
+        self, scene: Scene, criterion: Criterion, forces: Sequence[InternalForces]
     ) -> tuple[OutsideConstraint, ...]:
         found: list[OutsideConstraint] = []
-        for case in scene.cases:
-            found += outside_constraints(forces_at(case, x, side, rest), criterion, scene.material)
+        for own in forces:
+            found += outside_constraints(own, criterion, scene.material)
         return tuple(found)
 
     def floor(self, scene: Scene, limits: Limits) -> float:
@@ -81,12 +82,9 @@ class OutsideSought:
     def fitted(self, walls: Array, length: float) -> OutsideSought:
         return replace(self, unit=self.bore or float(walls.max()) or length)
 
-    def coefficients(self, bent: Array, sheared: Array, scene: Scene) -> tuple[Array, Array]:
+    def stiffness(self, scene: Scene) -> tuple[float, float]:
         m, unit = scene.material, self.unit
-        return (
-            bent * 64.0 / (m.elastic_modulus * math.pi * unit**4),
-            sheared * 4.0 / (m.shear_modulus * math.pi * unit**2),
-        )
+        return m.elastic_modulus * math.pi * unit**4 / 64.0, m.shear_modulus * math.pi * unit**2 / 4.0
 
     def uses(self, constraints: tuple[OutsideConstraint, ...], walls: Array) -> Array:
         out = np.zeros((2, walls.size))
@@ -116,6 +114,9 @@ class OutsideSought:
 
     def diameters(self, sizes: Array) -> tuple[Array, Array]:
         return np.full_like(sizes, self.bore), sizes
+
+    def pair(self, size: float) -> tuple[float, float]:
+        return self.bore, size
 
     def thinnest(self, sizes: Array) -> float:
         return float(sizes.min())

@@ -9,6 +9,7 @@ d^2)/l^2 of a bushing, whose bore d is given. Either way nothing depends on the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
+from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.optimum.found import Found
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
@@ -43,7 +45,7 @@ class Sought(Protocol):
     name: str
     kappa: float
 
-    def constraints(self, scene: Scene, criterion: Criterion, x: Array, side: Array, rest: Array | float) -> Any:
+    def constraints(self, scene: Scene, criterion: Criterion, forces: Sequence[InternalForces]) -> Any:
         """Every strength constraint of every load case at stations."""
 
     def floor(self, scene: Scene, limits: Limits) -> float:
@@ -55,8 +57,8 @@ class Sought(Protocol):
     def fitted(self, walls: Array, length: float) -> Sought:
         """The same with its unit of length settled, where that needs the walls."""
 
-    def coefficients(self, bent: Array, sheared: Array, scene: Scene) -> tuple[Array, Array]:
-        """B and S per length [1] of M m [N m^2] and Q q [N]."""
+    def stiffness(self, scene: Scene) -> tuple[float, float]:
+        """What M m [N m^2] and Q q [N] are divided by to be B and S per length [1]: E I and G A of f = g = 1."""
 
     def uses(self, constraints: Any, walls: Array) -> Array:
         """How much of the strength the criterion and the shear allowable use, (2, n)."""
@@ -78,6 +80,9 @@ class Sought(Protocol):
 
     def diameters(self, sizes: Array) -> tuple[Array, Array]:
         """Bores and outer diameters [m]."""
+
+    def pair(self, size: float) -> tuple[float, float]:
+        """Bore and outer diameter [m] of one size."""
 
     def thinnest(self, sizes: Array) -> float:
         """Of several sizes the one that leaves the thinnest wall."""
@@ -127,10 +132,11 @@ class Sought(Protocol):
 class Program:
     """One discretised problem; arrays of shape (n,).
 
-    ``constraints`` are those of strength at the stations, ``floor`` the least wall the limits allow, ``lower`` the
-    least u that all of these allow (NaN: not even the solid section), ``bending`` and ``shear`` the deflection's
-    coefficients B and S in metres, ``law`` how sections shear, ``limit`` the greatest deflection (None: none),
-    ``anchor`` the station index at which the second half begins (n where one half stands for both).
+    ``forces`` are those of the part's own load, ``constraints`` those of strength at the stations, ``floor`` the least
+    wall the limits allow, ``lower`` the least u that all of these allow (NaN: not even the solid section), ``bending``
+    and ``shear`` the deflection's coefficients B and S in metres, ``law`` how sections shear, ``limit`` the greatest
+    deflection (None: none), ``anchor`` the station index at which the second half begins (n where one half stands for
+    both).
     """
 
     scene: Scene
@@ -139,6 +145,7 @@ class Program:
     physics: Physics
     stations: Stations
     sought: Sought
+    forces: InternalForces
     constraints: Any
     floor: float
     lower: Array

@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import ALLOWABLE_SHEAR, Criterion, ShearLaw
-from solvers.pin.section.least_wall import demanded, least_walls
-from solvers.pin.section.variables import v_of
+from solvers.pin.section.least_wall import demanded, least_walls, raise_uses
 
 Array = NDArray[np.float64]
 
@@ -100,9 +99,8 @@ def least_wall(constraints: Sequence[StrengthConstraint], floor: float, stations
 def uses(constraints: Sequence[StrengthConstraint], wall: Array) -> Array:
     """Greatest F(w)/v(w) at relative walls (n,), of the criterion's demands and of the separate limit on the shear
     stress, (2, n): 1 where the strength is used up, inf without a wall, 0 where nothing acts."""
-    out, v = np.zeros((2, wall.size)), v_of(wall)
-    for constraint in constraints:
-        f, row = constraint.value(wall), int(constraint.name == ALLOWABLE_SHEAR)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            out[row] = np.maximum(out[row], np.where(f > 0.0, f / v, 0.0))
+    out = np.zeros((2, wall.size))
+    for c in constraints:
+        row, law = int(c.name == ALLOWABLE_SHEAR), c.law
+        raise_uses(c.bending, c.shear, c.axial, c.torsion, law.c0, law.c1, law.c2, wall, out[row])
     return out

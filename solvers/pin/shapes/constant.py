@@ -9,10 +9,19 @@ import numpy as np
 from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.lumped import segments
-from solvers.pin.optimum.program import Program, refined
+from solvers.pin.optimum.program import Program, Weighed, refined
 from solvers.pin.stations.between_nodes import risen
 
 _PASSES = 40
+
+
+def _one_wall(program: Program) -> Weighed | None:
+    """The least u all along; None where even the solid section is too soft."""
+    least = np.array([program.lower.max()])
+    if program.limit is None:
+        return Weighed(least, 0.0, 0)
+    lumped = segments(program, least, [slice(None)])
+    return program.sought.weigh(lumped, least, False)
 
 
 @dataclass(frozen=True)
@@ -23,9 +32,7 @@ class Constant:
 
     def find(self, program: Program, gap: float) -> Found | None:
         """See ``solvers.pin.shapes.shape.Form``."""
-        sought, least = program.sought, program.lower.max()
-        lumped = segments(program, np.array([least]), [slice(None)])
-        weighed = sought.weigh(lumped, lumped.lower, False)
+        sought, least, weighed = program.sought, program.lower.max(), _one_wall(program)
         if weighed is None:
             return None
         u = float(weighed.solidity[0])
@@ -43,15 +50,19 @@ class Constant:
         )  # fmt: skip
 
 
-def lightest_constant(program: Program, accuracy: float) -> Found | None:
-    """The lightest of one diameter, on the program's panels and halves of those that may hold its weakest section
-    between stations; None where even the solid section is too weak or too soft."""
+def lightest_constant(program: Program, accuracy: float) -> tuple[float, float] | None:
+    """Volume of the lightest of one diameter and how far it may be off, relative, on the program's panels and halves of
+    those that may hold its weakest section between stations; None where even the solid section is too weak or too
+    soft."""
     found = None
     for _ in range(_PASSES):
-        found = Constant().find(program, accuracy) if np.isfinite(program.lower).all() else None
-        between = None if found is None else found.doubt > 0.1 * accuracy * found.volume
-        if between is None or not between.any():
+        found = _one_wall(program) if np.isfinite(program.lower).all() else None
+        if found is None:
+            return None
+        doubt = risen(program.stations, program.lower[None]) if found.multiplier == 0.0 else np.zeros(1)
+        between = doubt > 0.1 * accuracy
+        if not between.any():
             break
         stations = refined(program, between)
         program = assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law)
-    return found
+    return float(found.solidity[0]), float(doubt.sum())

@@ -49,21 +49,23 @@ class Profile:
         """The same over the whole pin."""
         x, bore = list(self.x), list(self.bore)
         middle = 0.5 * length
-        if x[-1] <= middle * (1.0 + 1e-12):
+        mirrored = x[-1] <= middle * (1.0 + 1e-12)
+        if mirrored:
             x, bore = x + [length - p for p in reversed(x)], bore + bore[::-1]
         if x[0] > 0.0:
             x, bore = [0.0, *x], [bore[0], *bore]
         if x[-1] < length:
             x, bore = [*x, length], [*bore, bore[-1]]
-        return WholeProfile(tuple(min(p, length) for p in x), tuple(bore))
+        return WholeProfile(tuple(min(p, length) for p in x), tuple(bore), mirrored)
 
 
 @dataclass(frozen=True)
 class WholeProfile:
-    """Points from end to end."""
+    """Points from end to end; ``mirrored`` where those of one half were made from the other's."""
 
     x: tuple[float, ...]
     bore: tuple[float, ...]
+    mirrored: bool = False
 
     @property
     def places(self) -> tuple[float, ...]:
@@ -74,6 +76,8 @@ class WholeProfile:
 
         Between the places of both, either is straight; what it is at their two ends tells all, on both sides of a step.
         """
+        if self.mirrored:
+            return True
         turned = WholeProfile(tuple(length - p for p in reversed(self.x)), self.bore[::-1])
         edges = np.array(merged(sorted(self.x + turned.x), LEAST_PANEL * length))
         side, x = np.concatenate([edges[:-1], edges[:-1]]), np.concatenate([edges[:-1], edges[1:]])

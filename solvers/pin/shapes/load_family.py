@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.optimum.discretised import sought_in
+from solvers.pin.optimum.discretised import constraints_at, sought_in
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
 
@@ -32,7 +32,7 @@ def free_sizes(scene: Scene, criterion: Criterion, force: float, x: Array) -> Ar
     """
     loaded = scene if force == scene.force else replace(scene, force=force)
     sought = sought_in(scene)
-    return sought.sizes(sought.least_walls(sought.constraints(loaded, criterion, x, x, 0.0), 0.0, x.size))
+    return sought.sizes(sought.least_walls(constraints_at(loaded, criterion, x, x), 0.0, x.size))
 
 
 def load_sweep(

@@ -9,7 +9,7 @@ import pytest
 
 from solvers import pin
 from solvers.pin.load.internal_forces import forces_at
-from solvers.pin.optimum.discretised import sought_in
+from solvers.pin.optimum.discretised import constraints_at
 
 PAPER = "tresca_paper"
 
@@ -29,7 +29,7 @@ def strength_used(scene, end, middle, count=100_001):
     half = 0.5 * scene.geometry.length
     x = np.linspace(0.0, half, count)[1:-1]
     ratio = (end + (middle - end) * x / half) / scene.geometry.outer_diameter
-    constraints = sought_in(scene).constraints(scene, pin.CRITERIA[PAPER], x, x, 0.0)
+    constraints = constraints_at(scene, pin.CRITERIA[PAPER], x, x)
     return max((c.value(1.0 - ratio) / (1.0 - ratio**4)).max() for c in constraints)
 
 

@@ -7,8 +7,10 @@ outcome = pin.design(pin.PinProblem(scene))
 """
 
 from solvers.effects import ALL, AUTO, EffectSelection
+from solvers.pin.bulk.many import Case, check_many
+from solvers.pin.bulk.table import PinTable, check_bores
 from solvers.pin.capacity import force_limit
-from solvers.pin.check import PinCheck, check
+from solvers.pin.check import PinCheck, Stress, check
 from solvers.pin.cones import Cone
 from solvers.pin.design import PinDesign, PinProblem, design, explain
 from solvers.pin.diagnosis import Diagnosis
@@ -27,6 +29,7 @@ __all__ = [
     "AUTO",
     "CRITERIA",
     "EFFECTS",
+    "Case",
     "Cone",
     "Constant",
     "Diagnosis",
@@ -41,10 +44,14 @@ __all__ = [
     "PinDesign",
     "PinMaterial",
     "PinProblem",
+    "PinTable",
     "Profile",
     "Scene",
     "Stepped",
+    "Stress",
     "check",
+    "check_bores",
+    "check_many",
     "design",
     "explain",
     "force_limit",

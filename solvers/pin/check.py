@@ -64,12 +64,15 @@ class Stress:
 
 @dataclass(frozen=True)
 class PinCheck:
-    """The results of a check, SI units; None where a result does not exist (an effect that did not run, no wall)."""
+    """The results of a check, SI units; None where a result does not exist (an effect that did not run, no wall).
+
+    ``along`` is None of a pin checked among many.
+    """
 
     mass: float
     solid_mass: float
     constant_bore_mass: float | None
-    along: Stress
+    along: Stress | None
     min_bore: float
     bore_mid: float
     least_wall: float
@@ -260,18 +263,27 @@ def _warnings(
     x = program.stations.x
     over = use > 1.0 + 1e-9
     if over.any():
-        said.append(
-            f"the strength is exceeded {span(x[over])}, "
-            + (f"by {100.0 * (use.max() - 1.0):.2g} %" if math.isfinite(use.max()) else "where there is no wall")
-        )
-    least = 0.5 * g.outer_diameter * float(wall.min())
+        said.append(exceeded(x[over], float(use.max())))
+    said += _shape_warnings(limits, 0.5 * g.outer_diameter * float(wall.min()), deflection)
+    if found is not None and scene.force > 0:
+        said += _ring_warnings(scene, limits, x, wall, found)
+    return tuple(said)
+
+
+def exceeded(x: Array, use: float) -> str:
+    """At which places [m] the strength is exceeded, and by how much."""
+    by = f"by {100.0 * (use - 1.0):.2g} %" if math.isfinite(use) else "where there is no wall"
+    return f"the strength is exceeded {span(x)}, {by}"
+
+
+def _shape_warnings(limits: Limits, least: float, deflection: float) -> list[str]:
+    """Least wall [m] and deflection [m] beyond their limits."""
+    said = []
     if least < limits.min_wall * (1.0 - 1e-9):
         said.append(f"the wall is {least * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked")
     if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + 1e-9):
         said.append(f"the deflection of {deflection * 1e6:.4g} um exceeds its limit")
-    if found is not None and scene.force > 0:
-        said += _ring_warnings(scene, limits, x, wall, found)
-    return tuple(said)
+    return said
 
 
 def span(x: Array) -> str:

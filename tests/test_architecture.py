@@ -56,10 +56,6 @@ ABOVE = {
     "solvers.materials": WINGS,
     "solvers.fatigue": WINGS,
     "solvers.crank": ("solvers.rod", "solvers.pin", "solvers.linkage"),
-    "solvers.pin.scene": ("solvers.pin.program", "solvers.pin.check", "solvers.pin.design", "solvers.pin.effects"),
-    "solvers.pin.program": ("solvers.pin.check", "solvers.pin.design", "solvers.pin.effects", "solvers.pin.separable"),
-    "solvers.pin.effects": ("solvers.pin.check", "solvers.pin.design"),
-    "solvers.pin.check": ("solvers.pin.design", "solvers.pin.bushing"),
     "solvers.pin": ("solvers.rod", "solvers.crank", "solvers.linkage"),
     "app.logging": ("app.designs", "app.store", "app.jobs", "app.submission", "app.settings", *_EDGE),
     "app.designs": (

@@ -7,10 +7,19 @@ from functools import cached_property
 from typing import Protocol
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
-from solvers.pin.flexibility import cowper
-from solvers.pin.program import Physics
-from solvers.pin.scene import Limits, Scene
+from solvers.pin.limits import Limits
+from solvers.pin.scene import Scene
+from solvers.pin.section.flexibility import cowper
 from solvers.pin.uniform import deflection_parts
+
+
+@dataclass(frozen=True)
+class Physics:
+    """What is computed beyond strength: whether shear deflects, whether the ring's results are wanted."""
+
+    shear_deflection: bool = True
+    ovalization: bool = True
+    contact_pressure: bool = True
 
 
 @dataclass(frozen=True)

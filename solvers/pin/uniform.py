@@ -1,6 +1,6 @@
-"""The pin with one bore all along, under the rod's force: deflection and least wall in closed form.
+"""What the rod's force bends and shears a solid pin, in closed form.
 
-With M and Q of ``solvers.pin.loads.piston_pin_case`` and the unit load m = (x - a)/2, q = 1/2 up to the middle,
+With M and Q of ``load.piston_pin`` and the unit load m = (x - a)/2, q = 1/2 up to the middle,
 
     integral of M m = P [a delta^2/24 + delta^3/12 + c (delta h + h^2/2)/2 + delta b^2/48 + 5 b^3/768],
     integral of Q q = P [delta/4 + b/16],        c = a/6 + delta/2,  h = b/2,
@@ -10,15 +10,7 @@ from the boss's edge to the middle, half of what deflects it.
 
 from __future__ import annotations
 
-import sys
-
-import numpy as np
-
-from solvers.pin.flexibility import ShearFlexibility, cowper
-from solvers.pin.loads import InternalForces
-from solvers.pin.program import strength_demands, wall_floor
-from solvers.pin.scene import Limits, Scene
-from solvers.pin.section import Criterion, least_wall, solidity_of
+from solvers.pin.scene import Scene
 
 
 def deflection_parts(scene: Scene) -> tuple[float, float]:
@@ -31,52 +23,3 @@ def deflection_parts(scene: Scene) -> tuple[float, float]:
     shear = 0.25 * gap + b / 16.0
     bent = 2.0 * scene.force * bend / (m.elastic_modulus * g.inertia)
     return bent, 2.0 * scene.force * shear / (m.shear_modulus * g.area)
-
-
-def forces_at_ends(scene: Scene) -> InternalForces:
-    """The resultants where one of the strength's parts is greatest: at the boss's edge, at the rod's, in the middle."""
-    g, p = scene.geometry, scene.force
-    edge = p * g.boss_length / 6.0
-    rod = edge + 0.5 * p * g.gap
-    moment, shear = np.zeros((2, 3)), np.zeros((2, 3))
-    moment[0] = edge, rod, rod + 0.125 * p * g.small_end_length
-    shear[0] = 0.5 * p, 0.5 * p, 0.0
-    return InternalForces(moment, shear, 0.0, 0.0)
-
-
-def lightest_share(scene: Scene, limits: Limits, criterion: Criterion, shears: bool) -> float | None:
-    """Volume of the lightest pin of one bore over the solid pin's, under strength, wall, ring and deflection.
-
-    ``shears`` says whether shear adds to the deflection. None where even the solid pin is too weak or too soft. Raises
-    InvalidInput for a wall beyond the radius.
-    """
-    demands = strength_demands(scene, criterion, forces_at_ends(scene))
-    wall = float(least_wall(demands, wall_floor(scene, limits), 3).max())
-    if np.isnan(wall):
-        return None
-    least = float(solidity_of(np.float64(wall)))
-    if limits.max_deflection is None or scene.force == 0.0:
-        return least
-    return _stiff_enough(deflection_parts(scene), cowper(scene.material.poisson), limits.max_deflection, least, shears)
-
-
-def _stiff_enough(
-    parts: tuple[float, float], law: ShearFlexibility, limit: float, least: float, shears: bool
-) -> float | None:
-    """The least u >= ``least`` with B/v + S phi <= limit."""
-    from scipy.optimize import brentq
-
-    bend, shear = parts[0], parts[1] if shears else 0.0
-
-    def beyond(u: float) -> float:
-        c = 2.0 - u
-        return (bend / (u * c) + shear * (law.a / u + law.b * (1.0 - u) / (u * c * c))) / limit - 1.0
-
-    if least > 0.0 and beyond(least) <= 0.0:
-        return least
-    if beyond(1.0) > 0.0:
-        return None
-    low = least if least > 0.0 else 1e-3
-    while beyond(low) <= 0.0:
-        low *= 1e-3
-    return float(brentq(beyond, low, 1.0, xtol=1e-300, rtol=4.0 * sys.float_info.epsilon))

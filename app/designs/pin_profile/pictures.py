@@ -7,8 +7,8 @@ from typing import Any
 
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around, opening, stacked
 from solvers import pin
-from solvers.pin.capacity import force_limit
-from solvers.pin.family import load_sweep
+from solvers.pin.optimum.capacity import force_limit
+from solvers.pin.shapes.load_family import load_sweep
 
 _WIDTH, _MARGIN, _TEXT = 560.0, 20.0, 34.0
 _LOADS = (0.25, 0.5, 0.75, 0.9, 0.99)

@@ -20,17 +20,17 @@ from solvers.effects import AUTO, Choice, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.pin.bulk.closed_form import Pins, Results
+from solvers.pin.bulk.constant import lightest_share
 from solvers.pin.bulk.table import demand_rows, evaluated, law_row
-from solvers.pin.capacity import force_limit
 from solvers.pin.check import PinCheck, RingResult, _pressures, _ring, _ring_warnings, _shape_warnings, check, exceeded
-from solvers.pin.effects import PinEffect, choose_for, compose, demands_of
-from solvers.pin.flexibility import cowper
-from solvers.pin.loads import ROUNDING
-from solvers.pin.profile import Profile
-from solvers.pin.program import Physics
-from solvers.pin.scene import NO_LIMITS, Limits, Scene
-from solvers.pin.section import CRITERIA, Criterion
-from solvers.pin.uniform import lightest_share
+from solvers.pin.effects import Physics, PinEffect, choose_for, compose, demands_of
+from solvers.pin.limits import NO_LIMITS, Limits
+from solvers.pin.load.macaulay import ROUNDING
+from solvers.pin.optimum.capacity import force_limit
+from solvers.pin.scene import Scene
+from solvers.pin.section.criteria import CRITERIA, Criterion
+from solvers.pin.section.flexibility import cowper
+from solvers.pin.shapes.given import Profile
 
 Array = NDArray[np.float64]
 

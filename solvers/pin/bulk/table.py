@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from solvers.errors import require
 from solvers.pin.bulk.closed_form import Pins, Results, evaluate
-from solvers.pin.flexibility import cowper
-from solvers.pin.loads import ROUNDING
+from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.scene import PinMaterial
-from solvers.pin.section import CRITERIA, Criterion
+from solvers.pin.section.criteria import CRITERIA, Criterion
+from solvers.pin.section.flexibility import cowper
 
 Array = NDArray[np.float64]
 _DEMANDS = 3

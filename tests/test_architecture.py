@@ -97,11 +97,17 @@ def test_nothing_points_back_up(lower, above):
             assert not bad, f"{module(path)} imports {sorted(bad)}"
 
 
-ROD = (
-    "scene", "load", "strip", "piston", "cycle", "vibration", "effect_bounds", "effects", "check", "bulk", "rows",
-    "constraints", "problem", "verdict", "optimum", "design",
-)  # fmt: skip
-"""The rooms of the rod in the order in which the data flows: each may import those before it."""
+ROOMS = {
+    "solvers/rod": (
+        "scene", "load", "strip", "piston", "cycle", "vibration", "effect_bounds", "effects", "check", "bulk", "rows",
+        "constraints", "problem", "verdict", "optimum", "design",
+    ),
+    "solvers/linkage": (
+        "mechanism", "scene", "loads", "swept_area", "steady_state", "result", "problem", "effects", "warnings",
+        "check", "bulk", "verdict", "optimum", "design", "pareto_front",
+    ),
+}  # fmt: skip
+"""The rooms of a wing in the order in which the data flows: each may import those before it."""
 
 
 def arrows(wing: str) -> set[tuple[str, str]]:
@@ -115,15 +121,12 @@ def arrows(wing: str) -> set[tuple[str, str]]:
     return found
 
 
-def test_the_rods_rooms_follow_the_data():
-    rooms = {
-        path.stem
-        for path in (ROOT / "solvers/rod").iterdir()
-        if path.suffix == ".py" or (path / "__init__.py").exists()
-    }
-    assert rooms - {"__init__"} == set(ROD)
-    place = {room: number for number, room in enumerate(ROD)}
-    assert not {(room, other) for room, other in arrows("solvers/rod") if place.get(other, 0) > place[room]}
+@pytest.mark.parametrize(("wing", "order"), ROOMS.items(), ids=ROOMS)
+def test_rooms_follow_the_data(wing, order):
+    rooms = {path.stem for path in (ROOT / wing).iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()}
+    assert rooms - {"__init__"} == set(order)
+    place = {room: number for number, room in enumerate(order)}
+    assert not {(room, other) for room, other in arrows(wing) if place.get(other, 0) > place[room]}
 
 
 def test_no_circles():

@@ -14,9 +14,9 @@ import math
 import numpy as np
 
 from solvers.errors import InvalidInput
-from solvers.linkage.family import Family
-from solvers.linkage.figures import MemberFigures
-from solvers.linkage.problem import LinkageProblem, Question
+from solvers.linkage.optimum.family import Family
+from solvers.linkage.optimum.member_quantities import MemberQuantities
+from solvers.linkage.problem import LinkageProblem, Subproblem
 
 _FAR = 1e6, 1e9
 """Bases, in cranks, of two members far out."""
@@ -24,7 +24,7 @@ _FAR = 1e6, 1e9
 
 def refuse_endless(problem: LinkageProblem) -> None:
     """Raises InvalidInput where longer links improve the objective without end."""
-    limits, question = problem.limits, problem.question
+    limits, subproblem = problem.limits, problem.subproblem
     if not problem.objective.slows or problem.scene.tool_radius is None:
         return
     if limits.longest_link is not None or limits.enclosing_radius is not None:
@@ -32,7 +32,7 @@ def refuse_endless(problem: LinkageProblem) -> None:
     if limits.width is not None and limits.height is not None:
         return
     for kind in problem.kinds:
-        if _far_allowed(question, Family(kind, problem.scene.restitution.gain)):
+        if _far_allowed(subproblem, Family(kind, problem.scene.restitution.gain)):
             raise InvalidInput(
                 "limits.longest_link",
                 f"the longer the links of the {kind.name.replace('_', ' ')} the higher the blow frequency at this tool "
@@ -41,10 +41,10 @@ def refuse_endless(problem: LinkageProblem) -> None:
             )
 
 
-def _far_allowed(question: Question, family: Family) -> bool:
+def _far_allowed(subproblem: Subproblem, family: Family) -> bool:
     """Whether members whose base is a million and a billion cranks are allowed, at scales of their own."""
     places = [family.kind.margin_of_base(family.gain, base) for base in _FAR]
     if None in places:
         return False
-    low, high = MemberFigures(question, family, np.array([math.log(place) for place in places]), 1e-9).scale
+    low, high = MemberQuantities(subproblem, family, np.array([math.log(place) for place in places]), 1e-9).scale
     return bool(np.all(low < high))

@@ -21,13 +21,10 @@ Derivation: docs/theory/impact-linkage.md; checked there against the raw loop eq
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.linkage.kinds import ChangePoint, Gain, Ratios, plain_ratios
 from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
@@ -40,167 +37,56 @@ _NEAR_BLOW = 0.25
 """sin^2(phi/2) below which the terms of X are gathered about the blow; above, they differ by themselves."""
 
 
-@dataclass(frozen=True)
-class FourBar:
-    """A change-point mechanism of a kind; all quantities in crank lengths."""
-
-    kind: ChangePoint
-    ratios: Ratios
-
-    @cached_property
-    def coefficients(self) -> Array:
-        """lambda0, lambda2, lambda3, N, M, kappa, sigma: shape (7,)."""
-        return coefficients(self.kind, self.ratios)
-
-    @property
-    def gain(self) -> float:
-        """g = sqrt(lambda0 lambda2/lambda3)."""
-        return float(np.sqrt(self.ratios.base * self.ratios.coupler / self.ratios.rocker))
-
-    @property
-    def gain_less_one(self) -> float:
-        """g - 1 = (kappa/lambda3)/(g + 1)."""
-        return float(self.coefficients[5] / self.ratios.rocker) / (self.gain + 1.0)
-
-    @property
-    def restitution(self) -> float:
-        """R_k = (g - 1)/(g + 1)."""
-        return self.gain_less_one / (self.gain + 1.0)
-
-    @property
-    def start(self) -> float:
-        """|u31(0)| = (g - 1)/e, after the blow."""
-        return self.gain_less_one / float(self.kind.reach(self.ratios))
-
-    @property
-    def end(self) -> float:
-        """|u31(2 pi)| = (g + 1)/e, before the blow."""
-        return (self.gain + 1.0) / float(self.kind.reach(self.ratios))
-
-    @property
-    def rotatable(self) -> bool:
-        """Whether the crank turns fully."""
-        return float(self.coefficients[4]) >= 0.0
-
-    @property
-    def swing(self) -> float:
-        """Angle of the rocker between its ends [rad]: 2 asin(g/lambda0), with g = lambda0 the greatest (pi)."""
-        return float(swing(self.kind, self.ratios))
-
-    @property
-    def longest(self) -> float:
-        """The longest link, in cranks."""
-        return float(max(self.ratios.base, self.ratios.coupler, self.ratios.rocker, 1.0))
-
-    def transfer(self, phi: Array | float) -> Array:
-        """u31 at crank angles in [-2 pi, 2 pi]; same shape."""
-        return self._transfer(phi)[0]
-
-    def transfer_slope(self, phi: Array | float) -> Array:
-        """du31/dphi at crank angles; same shape."""
-        s, _ = half_angle(phi)
-        return s * self._transfer(phi)[1]
-
-    def rocker_angle(self, phi: Array | float) -> Array:
-        """phi3 [rad], 0 at the blow; same shape."""
-        s, c = half_angle(phi)
-        base, coupler, rocker, turn, play, kappa, _ = self.coefficients
-        root = np.sqrt(base * coupler * rocker * c * c + play * s * s)
-        back = (rocker * kappa * c * c + play * s * s) / (root - rocker * np.minimum(c, 0.0))
-        return 2.0 * np.arctan2(turn * s, np.where(c < 0, back, rocker * c + root))
-
-    def transmission_angle(self, phi: Array | float) -> Array:
-        """nu [rad] between coupler and rocker: tan(nu/2) = lambda0 sin(phi/2)/T."""
-        s, c = half_angle(phi)
-        base, coupler, rocker, _, play, _, _ = self.coefficients
-        return 2.0 * np.arctan2(base * s, np.sqrt(np.maximum(base * coupler * rocker * c * c + play * s * s, 0.0)))
-
-    def joints(self, phi: Array | float) -> tuple[Array, Array]:
-        """Crank pin B and rocker joint C in cranks, each (2, n); crank pivot at 0, rocker pivot at (lambda0, 0)."""
-        angle, swung = np.atleast_1d(np.asarray(phi, float)), np.atleast_1d(self.rocker_angle(phi))
-        pin = self.kind.crank_sign * np.stack([np.cos(angle), np.sin(angle)])
-        joint = self.kind.rocker_sign * self.ratios.rocker * np.stack([np.cos(swung), np.sin(swung)])
-        joint[0] += self.ratios.base
-        return pin, joint
-
-    def _transfer(self, phi: Array | float) -> tuple[Array, Array]:
-        s, c = half_angle(phi)
-        u, x = np.empty((1, s.size)), np.empty((1, s.size))
-        transfer_and_rate(self.coefficients[None], s.ravel(), c.ravel(), u, x)
-        return u.reshape(s.shape), x.reshape(s.shape)
-
-
-def of_family(kind: ChangePoint, restitution: float, parameter: float) -> FourBar:
-    """The mechanism of a kind with R_k = ``restitution`` and the kind's free ratio."""
-    return FourBar(kind, kind.family(Gain(restitution), parameter))
-
-
-def of_lengths(kind: ChangePoint, base: float, coupler: float, rocker: float) -> FourBar:
-    """A mechanism of given ratios that closes."""
-    return FourBar(kind, plain_ratios(base, coupler, rocker))
-
-
-def coefficients(kind: ChangePoint, ratios: Ratios) -> Array:
-    """lambda0, lambda2, lambda3, N, M, kappa, sigma in the last axis; kappa = |N| e."""
-    turn = kind.turn(ratios)
-    kappa = np.abs(turn) * kind.reach(ratios)
-    parts = [ratios.base, ratios.coupler, ratios.rocker, turn, kind.play(ratios), kappa, kind.rocker_sign]
-    return np.stack(np.broadcast_arrays(*(np.asarray(part, float) for part in parts)), axis=-1)
-
-
-def swing(kind: ChangePoint, ratios: Ratios) -> Array:
-    """Angle of the rocker between its ends [rad]: 2 asin(sqrt(lambda2/(lambda0 lambda3))), sharp near pi."""
-    return 2.0 * np.arctan2(np.sqrt(ratios.coupler), np.sqrt(np.maximum(kind.lock(ratios), 0.0)))
-
-
-def half_angle(phi: Array | float) -> tuple[Array, Array]:
-    """sin(phi/2) >= 0 and cos(phi/2) of an angle in [-2 pi, 2 pi], a negative one counted back from 2 pi."""
-    angle = np.asarray(phi, float)
-    return np.abs(np.sin(0.5 * angle)), np.where(angle < 0, -1.0, 1.0) * np.cos(0.5 * angle)
-
-
 @kernel
 def transfer_and_rate(coefficients: Array, s: Array, c: Array, transfer: Array, rate: Array) -> None:
     """u31 and X = u31'/s of designs (rows of coefficients, (n, 7)) at half angles (m,), written to (n, m) arrays."""
     for i in range(coefficients.shape[0]):
-        base, coupler, rocker, turn, play, kappa, sigma = coefficients[i]
+        base, coupler, rocker, numerator, margin, kappa, sigma = coefficients[i]
         for j in range(s.size):
-            transfer[i, j], rate[i, j], _ = motion(base, coupler, rocker, turn, play, kappa, sigma, s[j], c[j])
+            transfer[i, j], rate[i, j], _ = motion(base, coupler, rocker, numerator, margin, kappa, sigma, s[j], c[j])
 
 
 @kernel
 def motion(
-    base: float, coupler: float, rocker: float, turn: float, play: float, kappa: float, sigma: float, s: float, c: float
+    base: float,
+    coupler: float,
+    rocker: float,
+    numerator: float,
+    margin: float,
+    kappa: float,
+    sigma: float,
+    s: float,
+    c: float,
 ) -> tuple[float, float, float]:
     """u31, X = u31'/s and T of a design (its row of coefficients) at a half angle."""
     lever, cc, ss = base * coupler, c * c, s * s
-    root = np.sqrt(lever * rocker * cc + play * ss)
+    root = np.sqrt(lever * rocker * cc + margin * ss)
     if c >= 0.0:
         d, a = rocker * c + root, root + lever * c
     else:
-        d = (rocker * kappa * cc + play * ss) / (root - rocker * c)
-        a = (play * ss - lever * kappa * cc) / (root - lever * c)
+        d = (rocker * kappa * cc + margin * ss) / (root - rocker * c)
+        a = (margin * ss - lever * kappa * cc) / (root - lever * c)
     along = sigma * base * c
-    gap = play / (root + along) if along > 0.0 else root - along
-    b = (d * d + turn * turn * ss) / rocker
-    factor = turn / (root * b)
-    if c < 0.0 and turn < 0.0:
-        rate = _base_rate(base, coupler, rocker, turn, root - base * c, gap, root, ss)
+    gap = margin / (root + along) if along > 0.0 else root - along
+    b = (d * d + numerator * numerator * ss) / rocker
+    factor = numerator / (root * b)
+    if c < 0.0 and numerator < 0.0:
+        rate = _base_rate(base, coupler, rocker, numerator, root - base * c, gap, root, ss)
     elif c < 0.0 and ss < _NEAR_BLOW:
         gain = np.sqrt(lever / rocker)
         gain_less_one = kappa / rocker / (gain + 1.0)
-        change = _change_to_blow(rocker, lever, turn, sigma * base, gain, gain_less_one, gap, root, c, ss)
-        falling = 2.0 * root * rocker * gap * gap * kappa * cc / (root - lever * c) + play * d * d
-        excess = play * ss * change / (root - lever * c) - lever * falling
+        change = _change_to_blow(rocker, lever, numerator, sigma * base, gain, gain_less_one, gap, root, c, ss)
+        falling = 2.0 * root * rocker * gap * gap * kappa * cc / (root - lever * c) + margin * d * d
+        excess = margin * ss * change / (root - lever * c) - lever * falling
         rate = 0.5 * factor * excess / (root * root * b * rocker)
     else:
-        rate = factor * (a / b * gap * gap / root - 0.5 * lever * play / (root * root))
+        rate = factor * (a / b * gap * gap / root - 0.5 * lever * margin / (root * root))
     return factor * a, rate, root
 
 
 @kernel
 def _base_rate(
-    base: float, coupler: float, rocker: float, turn: float, wide: float, gap: float, root: float, ss: float
+    base: float, coupler: float, rocker: float, numerator: float, wide: float, gap: float, root: float, ss: float
 ) -> float:
     """X of the largest base beyond the middle of the cycle, its terms of either sign gathered before they are formed.
 
@@ -213,7 +99,7 @@ def _base_rate(
     The terms in w alone, in which X was lost near a kite (n -> 0), add up to a multiple of n w = k G w by the closure
     lambda3 = lambda0 - n. What is left is one positive and one negative term; they are equal where u31 is extreme.
     """
-    n = -turn
+    n = -numerator
     k, v = n / gap, 0.5 * n / base
     bend = 0.25 * wide * k / base
     d = 1.0 - v + 2.0 * bend
@@ -227,7 +113,7 @@ def _base_rate(
 def _change_to_blow(
     rocker: float,
     lever: float,
-    turn: float,
+    numerator: float,
     shift: float,
     gain: float,
     less_one: float,
@@ -246,10 +132,12 @@ def _change_to_blow(
     T0 = g lambda3, G0 = T0 + sigma lambda0 = N + (g - 1) lambda3 (in all three types N = lambda3 + sigma lambda0), and
     T0 - T = lambda0^2 s^2/(T0 + T). ``shift`` is sigma lambda0, ``lever`` lambda0 lambda2.
     """
-    root_0, gap_0 = gain * rocker, turn + less_one * rocker
-    square = turn * turn
+    root_0, gap_0 = gain * rocker, numerator + less_one * rocker
+    square = numerator * numerator
     growth = 5.0 + less_one * (4.0 + less_one)
-    at_blow = gain * rocker * rocker * less_one * (2.0 * rocker * (2.0 * turn + less_one * rocker) - square * growth)
+    at_blow = (
+        gain * rocker * rocker * less_one * (2.0 * rocker * (2.0 * numerator + less_one * rocker) - square * growth)
+    )
     shorter, turned = shift * shift * ss / (root_0 + root), ss / (1.0 - c)
     narrower = shift * turned * (gap_0 + gap) / (root_0 + root)
     lost = 2.0 * rocker * (shorter * gap * gap + root_0 * narrower * (gap + gap_0))
@@ -266,8 +154,8 @@ def greatest_transfers(coefficients: Array) -> Array:
     """
     out = np.zeros(coefficients.shape[0])
     for i in range(out.size):
-        base, coupler, rocker, turn, play, kappa, sigma = coefficients[i]
-        stretch = math.sqrt(max(play, 1e-30) / (base * coupler * rocker))
+        base, coupler, rocker, numerator, margin, kappa, sigma = coefficients[i]
+        stretch = math.sqrt(max(margin, 1e-30) / (base * coupler * rocker))
         even, opened = 0, 0
         before, s_before, c_before = 0.0, 0.0, 1.0
         # Both kinds of samples in one rising order: by a falling cosine.
@@ -281,7 +169,7 @@ def greatest_transfers(coefficients: Array) -> Array:
                 opened += 1
                 if opened < _SAMPLES:
                     s_opened, c_opened = _opened(stretch, opened)
-            _, here, _ = motion(base, coupler, rocker, turn, play, kappa, sigma, s, c)
+            _, here, _ = motion(base, coupler, rocker, numerator, margin, kappa, sigma, s, c)
             if before * here < 0.0:
                 low, high = math.atan2(s_before, c_before), math.atan2(s, c)
                 for _ in range(_HALVINGS):
@@ -289,13 +177,13 @@ def greatest_transfers(coefficients: Array) -> Array:
                     if middle <= low or middle >= high:
                         break
                     sine, cosine = math.sin(middle), math.cos(middle)
-                    _, rate, _ = motion(base, coupler, rocker, turn, play, kappa, sigma, sine, cosine)
+                    _, rate, _ = motion(base, coupler, rocker, numerator, margin, kappa, sigma, sine, cosine)
                     if rate * here > 0.0:
                         high = middle
                     else:
                         low = middle
                 sine, cosine = math.sin(high), math.cos(high)
-                top, _, _ = motion(base, coupler, rocker, turn, play, kappa, sigma, sine, cosine)
+                top, _, _ = motion(base, coupler, rocker, numerator, margin, kappa, sigma, sine, cosine)
                 out[i] = max(out[i], abs(top))
             before, s_before, c_before = here, s, c
     return out
@@ -319,17 +207,17 @@ def bulk_transfer(coefficients: Array, s: Array, c: Array, transfer: Array) -> N
     while front < c.size and c[front] >= 0.0:
         front += 1
     for i in range(coefficients.shape[0]):
-        base, coupler, rocker, turn, play, kappa, _ = coefficients[i]
+        base, coupler, rocker, numerator, margin, kappa, _ = coefficients[i]
         product, lever = base * coupler * rocker, base * coupler
-        scale, square = turn * rocker, turn * turn
+        scale, square = numerator * rocker, numerator * numerator
         for j in range(front):
             ss = s[j] * s[j]
-            root = np.sqrt(product * (c[j] * c[j]) + play * ss)
+            root = np.sqrt(product * (c[j] * c[j]) + margin * ss)
             d = rocker * c[j] + root
             transfer[i, j] = scale * (root + lever * c[j]) / (root * (d * d + square * ss))
         for j in range(front, s.size):
             cc, ss = c[j] * c[j], s[j] * s[j]
-            root = np.sqrt(product * cc + play * ss)
-            d = (rocker * kappa * cc + play * ss) / (root - rocker * c[j])
-            a = (play * ss - lever * kappa * cc) / (root - lever * c[j])
+            root = np.sqrt(product * cc + margin * ss)
+            d = (rocker * kappa * cc + margin * ss) / (root - rocker * c[j])
+            a = (margin * ss - lever * kappa * cc) / (root - lever * c[j])
             transfer[i, j] = scale * a / (root * (d * d + square * ss))

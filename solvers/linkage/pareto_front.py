@@ -23,7 +23,7 @@ from solvers.outcome import Outcome
 
 MOST_POINTS = 25
 _ROUNDING = 1e-9
-_PLAIN = EffectSelection(
+_SIZES_AND_LOADS = EffectSelection(
     frozenset({"envelope"}), frozenset({"impact_dynamics", "coupler_elasticity", "tolerances"}), automatic=True
 )
 """Sizes and loads are all that a front shows."""
@@ -56,56 +56,45 @@ def front(
     points    2 … 25 limits, evenly in their logarithm; equal designs are told once
     solved    called after each of the designs, of which there are as many as limits, or fewer
 
-    Empty where no design meets the limits. Raises InvalidInput where the question makes no sense.
+    Empty where no design meets the limits. Raises InvalidInput where the request makes no sense.
     """
-    if problem.objective.name not in _READ:
-        raise InvalidInput("objective", "no front can be drawn of it", ", ".join(_READ))
+    if problem.objective.settles_motion:
+        able = [name for name, objective in OBJECTIVES.items() if not objective.settles_motion]
+        raise InvalidInput("objective", "no front can be drawn of it", ", ".join(able))
     if against not in AGAINST or against == problem.objective.name:
         raise InvalidInput("front.against", "no front can be drawn against it", ", ".join(AGAINST))
     if not 2 <= points <= MOST_POINTS:
         raise InvalidInput("front.points", "lies outside what can be asked for", f"2 … {MOST_POINTS}")
 
     def solution(of: LinkageProblem) -> Outcome[LinkageDesign]:
-        found = design(of, _PLAIN, accuracy=accuracy)
+        found = design(of, _SIZES_AND_LOADS, accuracy=accuracy)
         solved()
         return found
 
+    other = OBJECTIVES[against]
+
+    def point(outcome: Outcome[LinkageDesign], limit: float) -> FrontPoint:
+        answer = outcome.value
+        reached = other.read(answer.check, problem.scene)
+        return FrontPoint(limit, answer.value, reached, outcome.certificate.gap, answer.check)
+
     best = solution(problem)
-    least = solution(replace(problem, objective=OBJECTIVES[against]))
+    least = solution(replace(problem, objective=other))
     if best.value is None or least.value is None:
         return ()
-    low, high = least.value.value, _quantity(best.value.check, against)
+    low, high = least.value.value, other.read(best.value.check, problem.scene)
     if high <= low * (1.0 + _ROUNDING):
-        return (_point(best, against, high),)
+        return (point(best, high),)
     # What has the least of the other quantity is one design; a limit that tight would leave nothing to search.
-    end = _quantity(least.value.check, problem.objective.name)
+    end = problem.objective.read(least.value.check, problem.scene)
     found = [FrontPoint(low, end, low, least.certificate.gap, least.value.check)]
     for limit in np.geomspace(low, high, points)[1:-1]:
         held = replace(problem.limits, **{AGAINST[against]: float(limit)})
         outcome = solution(replace(problem, limits=held))
         if outcome.value is not None:
-            found.append(_point(outcome, against, float(limit)))
-    found.append(_point(best, against, high))
+            found.append(point(outcome, float(limit)))
+    found.append(point(best, high))
     return tuple(_without_repeats(found))
-
-
-def _point(outcome: Outcome[LinkageDesign], against: str, limit: float) -> FrontPoint:
-    found = outcome.value
-    return FrontPoint(limit, found.value, _quantity(found.check, against), outcome.certificate.gap, found.check)
-
-
-def _quantity(check: LinkageCheck, name: str) -> float:
-    return _READ[name](check)
-
-
-_READ: dict[str, Callable[[LinkageCheck], float]] = {
-    "box_area": lambda check: check.box.area,
-    "longest_link": lambda check: check.mechanism.crank * check.mechanism.bar.longest,
-    "enclosing_radius": lambda check: check.enclosing_radius,
-    "peak_torque": lambda check: check.strike.peaks.torque,
-    "pin_force": lambda check: check.strike.peaks.force,
-}
-"""Quantities that a front can be about."""
 
 
 def _without_repeats(points: list[FrontPoint]) -> list[FrontPoint]:

@@ -105,11 +105,14 @@ class ChangePoint(Protocol):
     def least_parameter(self, gain: Gain) -> float:
         """The crank turns fully where the free ratio exceeds this (for a, c at it: a parallelogram)."""
 
+    def pole(self, gain: Gain) -> float:
+        """At free ratios up to this there is no mechanism."""
+
     def of_transmission(self, gain: Gain, angle: float) -> float:
         """The free ratio at which nu(pi) = 2 asin(g/lambda2) is this [rad]; inf where it never is."""
 
     def of_crank(self, gain: Gain, crank: float) -> float:
-        """The free ratio at which the crank over V (see ``family``) is this; inf where it never is."""
+        """The free ratio at which the crank over V (see ``optimum.family``) is this; inf where it never is."""
 
     def beyond_least(self, gain: Gain, parameter: float) -> float:
         """How far a free ratio lies beyond its least value, relative to it."""
@@ -123,16 +126,16 @@ class ChangePoint(Protocol):
     def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
         """Closure surplus in crank lengths: 0 for a change-point mechanism of this kind."""
 
-    def turn(self, ratios: Ratios) -> Number:
+    def half_angle_coefficient(self, ratios: Ratios) -> Number:
         """N, the numerator's factor of tan(phi3/2)."""
 
-    def play(self, ratios: Ratios) -> Number:
+    def rotatability_margin(self, ratios: Ratios) -> Number:
         """M = lambda0 (lambda2 lambda3 - lambda0); the crank turns fully where it is not negative."""
 
-    def lock(self, ratios: Ratios) -> Number:
+    def half_turn_margin(self, ratios: Ratios) -> Number:
         """lambda0 lambda3 - lambda2: 0 where the rocker swings through half a turn."""
 
-    def reach(self, ratios: Ratios) -> Number:
+    def pin_to_pivot(self, ratios: Ratios) -> Number:
         """e, from the rocker's pivot to the crank pin at the blow."""
 
 
@@ -158,6 +161,9 @@ class LargestCoupler:
     def least_parameter(self, gain: Gain) -> float:
         return gain.value
 
+    def pole(self, gain: Gain) -> float:
+        return 0.0
+
     def of_transmission(self, gain: Gain, angle: float) -> float:
         return gain.value / math.sin(0.5 * angle)
 
@@ -177,16 +183,16 @@ class LargestCoupler:
     def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
         return base + rocker - 1.0 - coupler
 
-    def turn(self, ratios: Ratios) -> Number:
+    def half_angle_coefficient(self, ratios: Ratios) -> Number:
         return ratios.coupler + 1.0
 
-    def play(self, ratios: Ratios) -> Number:
+    def rotatability_margin(self, ratios: Ratios) -> Number:
         return ratios.base * ratios.rocker_less_one * (ratios.coupler + 1.0)
 
-    def lock(self, ratios: Ratios) -> Number:
+    def half_turn_margin(self, ratios: Ratios) -> Number:
         return ratios.base_less_one * ratios.rocker_less_one
 
-    def reach(self, ratios: Ratios) -> Number:
+    def pin_to_pivot(self, ratios: Ratios) -> Number:
         return ratios.base_less_one
 
 
@@ -214,6 +220,9 @@ class LargestRocker:
     def least_parameter(self, gain: Gain) -> float:
         return gain.square
 
+    def pole(self, gain: Gain) -> float:
+        return gain.square
+
     def of_transmission(self, gain: Gain, angle: float) -> float:
         return gain.value / math.sin(0.5 * angle)
 
@@ -234,16 +243,16 @@ class LargestRocker:
     def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
         return base + coupler - 1.0 - rocker
 
-    def turn(self, ratios: Ratios) -> Number:
+    def half_angle_coefficient(self, ratios: Ratios) -> Number:
         return ratios.coupler_less_one
 
-    def play(self, ratios: Ratios) -> Number:
+    def rotatability_margin(self, ratios: Ratios) -> Number:
         return ratios.base * (ratios.rocker + 1.0) * ratios.coupler_less_one
 
-    def lock(self, ratios: Ratios) -> Number:
+    def half_turn_margin(self, ratios: Ratios) -> Number:
         return ratios.base_less_one * (ratios.rocker + 1.0)
 
-    def reach(self, ratios: Ratios) -> Number:
+    def pin_to_pivot(self, ratios: Ratios) -> Number:
         return ratios.base_less_one
 
 
@@ -269,6 +278,9 @@ class LargestBase:
     def least_parameter(self, gain: Gain) -> float:
         return gain.value
 
+    def pole(self, gain: Gain) -> float:
+        return 0.0
+
     def of_transmission(self, gain: Gain, angle: float) -> float:
         # g (g - sin(nu/2))/(g sin(nu/2) - 1), with 1 - sin(nu/2) = 2 sin^2((pi - nu)/4).
         short = 2.0 * math.sin(0.25 * (math.pi - angle)) ** 2
@@ -291,16 +303,16 @@ class LargestBase:
     def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
         return coupler + rocker - 1.0 - base
 
-    def turn(self, ratios: Ratios) -> Number:
+    def half_angle_coefficient(self, ratios: Ratios) -> Number:
         return -1.0 * ratios.coupler_less_one
 
-    def play(self, ratios: Ratios) -> Number:
+    def rotatability_margin(self, ratios: Ratios) -> Number:
         return ratios.base * ratios.rocker_less_one * ratios.coupler_less_one
 
-    def lock(self, ratios: Ratios) -> Number:
+    def half_turn_margin(self, ratios: Ratios) -> Number:
         return ratios.rocker_less_one * (ratios.base + 1.0)
 
-    def reach(self, ratios: Ratios) -> Number:
+    def pin_to_pivot(self, ratios: Ratios) -> Number:
         return ratios.base + 1.0
 
 

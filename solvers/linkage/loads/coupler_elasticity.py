@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 
-from solvers.linkage.four_bar import FourBar
+from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.scene import Restitution
 from solvers.numerics.jit import kernel
 

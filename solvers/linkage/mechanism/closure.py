@@ -1,4 +1,4 @@
-"""What errors of the lengths do: a closure that is missed, and a restitution that is not the one designed for.
+"""Lengths that miss the closure of a change-point mechanism, and how far the crank turns.
 
 A change-point mechanism needs its lengths to close exactly. With a closure surplus delta (in cranks, see
 ``ChangePoint.surplus``) the line is missed by a window phi_w about phi = 0:
@@ -9,8 +9,6 @@ A change-point mechanism needs its lengths to close exactly. With a closure surp
 
 with + in the first for the largest coupler and rocker, in the second for the largest coupler, and - otherwise; so
 phi_w = sqrt(2 |delta| e/lambda0) and psi = sqrt(g^2 - 1) phi_w/e to first order in sqrt(|delta|).
-While the closure holds, R_k moves with the lengths by
-dR_k/R_k = g/(g^2 - 1) (dlambda0/lambda0 + dlambda2/lambda2 - dlambda3/lambda3).
 Lengths in cranks, angles in rad. Derivation: docs/theory/impact-linkage.md.
 """
 
@@ -19,8 +17,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from solvers.linkage.four_bar import FourBar
-from solvers.linkage.kinds import KINDS, ChangePoint
+from solvers.linkage.mechanism.change_point import KINDS, ChangePoint
+from solvers.linkage.mechanism.kinematics import FourBar
 
 CLOSES = 1e-12
 """Relative closure error that the rounding of decimal lengths explains."""
@@ -78,7 +76,7 @@ def window(bar: FourBar, surplus: float) -> Window:
     lie on one line.
     """
     r, miss = bar.ratios, abs(surplus)
-    reach, turn = float(bar.kind.reach(r)), abs(float(bar.kind.turn(r)))
+    reach, turn = float(bar.kind.pin_to_pivot(r)), abs(float(bar.kind.half_angle_coefficient(r)))
     angle = _twice_arcsine(miss * (2.0 * reach + bar.kind.crank_sign * miss) / (4.0 * r.base))
     if surplus < 0:
         return Window(angle, True, 0.0)
@@ -106,19 +104,3 @@ def confinement(bar: FourBar) -> float | None:
         apart = abs(r.coupler - r.rocker)
         square = (base_more - apart) * (base_more + apart) / (4.0 * r.base)
     return None if square >= 1.0 else _twice_arcsine(square)
-
-
-def restitution_sensitivity(gain: float) -> float:
-    """dR_k/R_k for a relative error of lambda0 or lambda2 (of lambda3: the negative), while the closure holds."""
-    return gain / abs(gain * gain - 1.0) if gain != 1.0 else math.inf
-
-
-def restitution_error(bar: FourBar, crank: float, tolerance: float) -> float:
-    """Greatest relative error of R_k when every length may be off by ``tolerance`` [m], while the closure holds."""
-    base, coupler, rocker = (crank * r for r in (bar.ratios.base, bar.ratios.coupler, bar.ratios.rocker))
-    return restitution_sensitivity(bar.gain) * tolerance * (1.0 / base + 1.0 / coupler + 1.0 / rocker)
-
-
-def closure_error(bar: FourBar, crank: float, tolerance: float) -> float:
-    """Greatest closure surplus [cranks] when each of the four lengths may be off by ``tolerance`` [m]."""
-    return 4.0 * tolerance / crank

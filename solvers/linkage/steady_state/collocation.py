@@ -1,9 +1,9 @@
-"""One turn of the crank between two blows, by collocation on steps that suit the mechanism; see ``impact``.
+"""One turn of the crank between two blows, by collocation on steps that suit the mechanism; see ``periodic_solution``.
 
 The work D(phi) that the motor has done since the blow solves dD/dphi = M0 - k omega, omega^2 = 2 (E0 + D)/J(phi). Four
 Gauss points a step make the rule of order 8, also for the time of the turn; Newton's method solves each step, so a
 steep motor line needs no short ones. Steps crowd where the rocker's speed turns within a small angle: at the blow
-within e, and about phi = pi within the play of a second change point.
+within e, and about phi = pi within the opening of a second change point.
 Angles in [-pi, pi], those of the cycle's second half counted back from its end, which they so reach sharply. SI units.
 """
 
@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.linkage.four_bar import transfer_and_rate
+from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_rate
 from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
@@ -37,9 +37,9 @@ NODES, WEIGHTS, MATRIX = _gauss()
 
 def mesh(coefficients: Array, parts: int) -> Array:
     """Steps of a turn, each cut into so many parts: rows of their first angle and length, shape (n, 2)."""
-    base, coupler, rocker, turn, play, kappa, _ = coefficients
-    sharp = min(math.sqrt(rocker * kappa / max(play, 1e-30)), 0.5 * kappa / abs(turn), 1.0)
-    opening = min(math.sqrt(max(play, 0.0) / (base * coupler * rocker)), 1.0)
+    base, coupler, rocker, numerator, margin, kappa, _ = coefficients
+    sharp = min(math.sqrt(rocker * kappa / max(margin, 1e-30)), 0.5 * kappa / abs(numerator), 1.0)
+    opening = min(math.sqrt(max(margin, 0.0) / (base * coupler * rocker)), 1.0)
     half = np.concatenate([np.linspace(0.0, math.pi, _EVEN), _shrinking(sharp), math.pi - _shrinking(opening)])
     half = np.unique(half)
     # Two lists of steps that nearly agree would leave slivers.

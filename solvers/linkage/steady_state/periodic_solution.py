@@ -13,9 +13,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from solvers.linkage.four_bar import FourBar
-from solvers.linkage.running import MATRIX, NODES, WEIGHTS, inertias, mesh, spread, turn
+from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.scene import Drive, Scene
+from solvers.linkage.steady_state.collocation import MATRIX, NODES, WEIGHTS, inertias, mesh, spread, turn
 
 _MOST_STEPS, _MOST_PARTS = 1 << 14, 1 << 8
 _CAUTION, _BEST_RATE = 4.0, 1.0 / 8.0

@@ -1,7 +1,7 @@
 """What the joints and the crank carry at constant crank speed, from the rocker's inertia alone.
 
 The rocker brings the impact energy E at its speed before the blow: J3 = 2 E/(omega u31(2 pi))^2. Then, with
-du31/dphi = s X (see ``four_bar``),
+du31/dphi = s X (see ``angular_velocity_ratio``),
 
     crank torque           J3 omega^2 u31 u31'              = 2 E u31 s X / u31(2 pi)^2
     coupler (pin) force    J3 omega^2 |u31'| / (l3 sin nu)  = E lambda2 |X| / (u31(2 pi)^2 l1 T)
@@ -14,16 +14,14 @@ Torque in N m and force in N for E in J and lengths in m; both go with E, the fo
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.linkage.four_bar import FourBar, motion
-from solvers.linkage.kinds import ChangePoint, Gain
+from solvers.linkage.mechanism.angular_velocity_ratio import motion
+from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
-from solvers.numerics.intervals import Interval, Sloped
 from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
@@ -73,8 +71,8 @@ def _loads(coefficients: Array, end: float, short: float) -> tuple[float, float]
 @kernel
 def _loads_at(coefficients: Array, end: float, s: float, c: float) -> tuple[float, float]:
     """The same at a half angle's sine and cosine."""
-    base, coupler, rocker, turn, play, kappa, sigma = coefficients
-    transfer, rate, root = motion(base, coupler, rocker, turn, play, kappa, sigma, s, c)
+    base, coupler, rocker, numerator, margin, kappa, sigma = coefficients
+    transfer, rate, root = motion(base, coupler, rocker, numerator, margin, kappa, sigma, s, c)
     return 2.0 * transfer * s * rate / end**2, coupler * abs(rate) / (end**2 * root)
 
 
@@ -91,9 +89,9 @@ def unit_loads(coefficients: Array, end: float, phi: Array) -> Array:
 def _cotangents(coefficients: Array) -> Array:
     """cot(phi/2) over the cycle, falling: evenly in phi, evenly in the angle that opens the second change point near
     pi, and crowded toward the blow, where a rocker that comes fast turns within e or sqrt(lambda3 kappa/M)."""
-    base, coupler, rocker, turn, play, kappa, _ = coefficients
-    stretch = math.sqrt(max(play, 1e-30) / (base * coupler * rocker))
-    least = 0.03 * min(math.sqrt(rocker * kappa / max(play, 1e-30)), 0.5 * kappa / abs(turn), 1.0)
+    base, coupler, rocker, numerator, margin, kappa, _ = coefficients
+    stretch = math.sqrt(max(margin, 1e-30) / (base * coupler * rocker))
+    least = 0.03 * min(math.sqrt(rocker * kappa / max(margin, 1e-30)), 0.5 * kappa / abs(numerator), 1.0)
     closer = least ** (-1.0 / _CROWD)
     out = np.empty(_EVEN.size + _BETWEEN.size + _CROWD)
     i, j, crowded = 0, 0, -closer
@@ -158,61 +156,3 @@ def _highest(
         if value[1] > best:
             best, at = value[1], place[1]
     return best, at
-
-
-@dataclass(frozen=True)
-class Motion:
-    """What the loads are formed from, over ranges of the free ratio, at one crank angle for each range."""
-
-    swing: Sloped
-    """u31"""
-    rate: Sloped
-    """|X|"""
-    root: Sloped
-    """T"""
-    end: Sloped
-    """|u31(2 pi)|"""
-    coupler: Sloped
-    s: Array
-
-
-Load = Callable[[Motion], Sloped]
-
-
-def torque_over(motion: Motion) -> Sloped:
-    """|torque|/E. A peak over the cycle is nowhere below its value at any one angle, so what bounds this from below
-    bounds the peak."""
-    return 2.0 * (motion.swing.magnitude() * motion.s) * motion.rate / motion.end.square()
-
-
-def force_over(motion: Motion) -> Sloped:
-    """Force l1/E, which bounds its peak likewise."""
-    return motion.coupler * motion.rate / (motion.end.square() * motion.root)
-
-
-def over(kind: ChangePoint, gain: Gain, parameter: Sloped, phi: Array) -> Motion:
-    """The motion over ranges of the free ratio (see ``four_bar``), at one crank angle for each range."""
-    r = kind.family(gain, parameter)
-    s, c = np.sin(0.5 * phi), np.cos(0.5 * phi)
-    turn, play = kind.turn(r), kind.play(r)
-    # lambda0 lambda2 = g^2 lambda3, so T^2 = (g lambda3 c)^2 + M s^2 and kappa = (g^2 - 1) lambda3.
-    lever = gain.square * r.rocker
-    root = (((gain.value * c) * r.rocker).square() + play * (s * s)).root()
-    front, back = np.maximum(c, 0.0), np.minimum(c, 0.0)
-    d_front, a_front = r.rocker * front + root, root + lever * front
-    d_back = (gain.square_less_one * r.rocker.square() * (back * back) + play * (s * s)) / (root - r.rocker * back)
-    a_back = (play * (s * s) - lever * r.rocker * (gain.square_less_one * back * back)) / (root - lever * back)
-    d, a = _choose(c < 0, d_back, d_front), _choose(c < 0, a_back, a_front)
-    along = kind.rocker_sign * c
-    gap = _choose(along > 0, play / (root + r.base * np.maximum(along, 0.0)), root - r.base * along)
-    b = (d.square() + turn.square() * (s * s)) / r.rocker
-    factor = turn / (root * b)
-    rate = (factor * (a / b * gap.square() / root - (0.5 * lever) * play / root.square())).magnitude()
-    return Motion(factor * a, rate, root, (gain.value + 1.0) / kind.reach(r), r.coupler, s)
-
-
-def _choose(condition: Array, yes: Sloped, no: Sloped) -> Sloped:
-    def pick(one: Interval, other: Interval) -> Interval:
-        return Interval(np.where(condition, one.low, other.low), np.where(condition, one.high, other.high))
-
-    return Sloped(pick(yes.value, no.value), pick(yes.slope, no.slope))

@@ -23,9 +23,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.linkage import envelope
-from solvers.linkage.four_bar import FourBar, coefficients, swing
-from solvers.linkage.kinds import ChangePoint, Gain, Ratios
+from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
+from solvers.linkage.mechanism.kinematics import FourBar, coefficients, swing
+from solvers.linkage.swept_area.outline import outlines
 
 Array = NDArray[np.float64]
 
@@ -50,14 +50,14 @@ class Members:
 
     @cached_property
     def coefficients(self) -> Array:
-        """As in ``four_bar``: (n, 7)."""
+        """As in ``kinematics``: (n, 7)."""
         return coefficients(self.kind, self.ratios)
 
     @property
     def longest(self) -> Array:
         return self.lengths.max(axis=1)
 
-    def figures(self, rows: slice) -> Members:
+    def part(self, rows: slice) -> Members:
         """Some of the rows."""
         r = self.ratios
         ratios = Ratios(
@@ -98,7 +98,7 @@ class Family:
     def members(self, q: Array) -> Members:
         """All that is closed form, for many free ratios at once."""
         r = self.kind.family(self.gain, self.parameter(q))
-        reach, g = self.kind.reach(r), self.gain.value
+        reach, g = self.kind.pin_to_pivot(r), self.gain.value
         crank = reach / (r.rocker * (g + 1.0))
         lengths = np.empty((crank.size, 4))
         lengths[:, 0], lengths[:, 1], lengths[:, 2], lengths[:, 3] = 1.0, r.base, r.coupler, r.rocker
@@ -109,7 +109,7 @@ class Family:
             lengths=lengths,
             end=(g + 1.0) / reach,
             swing=swing(self.kind, r),
-            transmission=2.0 * np.arctan2(r.base, np.sqrt(np.maximum(self.kind.play(r), 0.0))),
+            transmission=2.0 * np.arctan2(r.base, np.sqrt(np.maximum(self.kind.rotatability_margin(r), 0.0))),
         )
 
     def margin_of_transmission(self, angle: float) -> float | None:
@@ -142,5 +142,5 @@ class Family:
         return float(brentq(distance, low, high, xtol=1e-15, rtol=1e-15))
 
     def outlines(self, members: Members) -> Array:
-        """Swept outlines per V (see ``envelope.outlines``): shape (n, 8)."""
-        return envelope.outlines(self.kind, members.ratios, members.lengths[:, 0], members.swing)
+        """Swept outlines per V (see ``swept_area.outline``): shape (n, 8)."""
+        return outlines(self.kind, members.ratios, members.lengths[:, 0], members.swing)

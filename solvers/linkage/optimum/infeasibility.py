@@ -6,53 +6,49 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from solvers.linkage.family import Family
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.linkage.optimum.branch_and_bound import search
+from solvers.linkage.optimum.family import Family
 from solvers.linkage.problem import (
     EnclosingRadius,
-    Figures,
+    Limits,
     LinkageProblem,
     LongestLink,
     Objective,
     PeakTorque,
     PinForce,
-    Question,
+    Quantities,
+    Subproblem,
 )
-from solvers.linkage.scene import Limits
-from solvers.linkage.search import search
 from solvers.outcome import Shortfall
+
+Array = NDArray[np.float64]
 
 _GAP = 1e-3
 """To which what is attainable is proven to be the best; its value is that of a linkage, to rounding."""
 
 
-@dataclass(frozen=True)
-class _Fit:
+class _Fit(Objective):
     """The least max(W/width, H/height): how far the box is from fitting."""
 
-    name: str = "fit"
-    sign: int = 1
-    effect: str | None = "envelope"
-    settles_motion: bool = False
-    grows: bool = False
-    slows: bool = False
+    name = "fit"
+    effect = "envelope"
 
-    def cost(self, figures: Figures):
-        return figures.scale[0] * figures.fit
+    def cost(self, quantities: Quantities) -> Array:
+        return quantities.scale[0] * quantities.fit
 
 
-@dataclass(frozen=True)
-class _ShortestLink:
+class _ShortestLink(Objective):
     """One over the crank, the shortest link."""
 
-    name: str = "min_link"
-    sign: int = -1
-    effect: str | None = None
-    settles_motion: bool = False
-    grows: bool = True
-    slows: bool = False
+    name = "min_link"
+    sign = -1
+    grows = True
 
-    def cost(self, figures: Figures):
-        return 1.0 / (figures.scale[1] * figures.crank)
+    def cost(self, quantities: Quantities) -> Array:
+        return 1.0 / (quantities.scale[1] * quantities.crank)
 
 
 @dataclass(frozen=True)
@@ -62,9 +58,6 @@ class _Limit:
     name: str
     objective: Objective
     advice: str
-
-    def value(self, cost: float) -> float:
-        return cost if self.objective.sign > 0 else 1.0 / cost
 
     def met(self, limits: Limits, value: float) -> bool:
         asked = getattr(limits, self.name)
@@ -89,14 +82,17 @@ def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
     ``attainable`` is the best value to be had in that company over the allowed types, None where there is none.
     """
     asked = problem.limits
-    free = problem.question.fixed_scale is None
+    free = problem.subproblem.fixed_scale is None
     # Where the size is free a least link is what gives the mechanism any size, so it stays.
     bare = Limits(
         min_link=asked.min_link if free else 0.0,
         joint_radius=asked.joint_radius,
         transmission_angle=asked.transmission_angle,
     )
-    if problem.question.fixed_end is not None and _best(problem, Question(problem.scene, bare, PeakTorque())) is None:
+    if (
+        problem.subproblem.fixed_end is not None
+        and _best(problem, Subproblem(problem.scene, bare, PeakTorque())) is None
+    ):
         return (_motion(problem),)
     boxes = replace(bare, width=asked.width, height=asked.height)
     return (
@@ -115,27 +111,27 @@ def _short(
         required = getattr(asked, limit.name)
         if not required or not _judged(problem, limit, company(limit)):
             continue
-        found = _best(problem, Question(problem.scene, company(limit), limit.objective))
-        if found is None or not limit.met(asked, limit.value(found[0])):
-            reached = None if found is None else (limit.value(found[0]), found[1])
+        found = _best(problem, Subproblem(problem.scene, company(limit), limit.objective))
+        if found is None or not limit.met(asked, limit.objective.value(found[0])):
+            reached = None if found is None else (limit.objective.value(found[0]), found[1])
             out.append(_entry(limit.name, required, reached, why, limit.advice))
     return tuple(out) + _sides(problem, boxes, why)
 
 
 def _judged(problem: LinkageProblem, limit: _Limit, limits: Limits) -> bool:
     """Whether the best value for a limit is finite: a free size needs a bound on the side that matters."""
-    if problem.question.fixed_scale is not None:
+    if problem.subproblem.fixed_scale is not None:
         return True
     if limit.objective.grows:
-        return any(v is not None for v in (limits.longest_link, limits.enclosing_radius, limits.width, limits.height))
+        return limits.sized
     return limits.min_link > 0
 
 
-def _best(problem: LinkageProblem, question: Question) -> tuple[float, str] | None:
-    """(least cost, type) among the mechanisms that the question's limits allow."""
+def _best(problem: LinkageProblem, subproblem: Subproblem) -> tuple[float, str] | None:
+    """(least cost, type) among the mechanisms that the subproblem's limits allow."""
     found = []
     for kind in problem.kinds:
-        best = search(question, Family(kind, problem.scene.restitution.gain), _GAP)
+        best = search(subproblem, Family(kind, problem.scene.restitution.gain), _GAP)
         if best.q is not None and math.isfinite(best.cost):
             found.append((best.cost, kind.name))
     return min(found, default=None)
@@ -145,7 +141,7 @@ def _sides(problem: LinkageProblem, limits: Limits, why: str) -> tuple[Shortfall
     """Width and height together: the least factor by which what is left beside the pads must grow."""
     if (limits.width is None and limits.height is None) or not _judged(problem, _LIMITS[1], limits):
         return ()
-    found = _best(problem, Question(problem.scene, limits, _Fit(), boxed=False))
+    found = _best(problem, Subproblem(problem.scene, limits, _Fit(), boxed=False))
     if found is not None and found[0] <= 1 + 1e-9:
         return ()
     pads, out = 2.0 * limits.joint_radius, []

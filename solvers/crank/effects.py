@@ -14,10 +14,9 @@ from typing import Protocol
 
 import numpy as np
 
-from solvers.crank.cycle import Array, Composition, Cycle, Forces
-from solvers.crank.motion import ExactMotion, Motion, Posture, TwoHarmonicMotion
-from solvers.crank.pressure import Curve
-from solvers.crank.scene import Scene
+from solvers.crank.cycle.forces import Array, Composition, Cycle, Forces
+from solvers.crank.motion.slider_crank import ExactMotion, Motion, Posture, TwoHarmonicMotion
+from solvers.crank.scene import Curve, Scene
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 
 _ANGLES = 128

@@ -14,7 +14,7 @@ import pytest
 
 from bench.campaign.scenes import scene_of
 from solvers import crank
-from solvers.crank.cycle import Cycle
+from solvers.crank.cycle.forces import Cycle
 from solvers.crank.effects import EFFECTS, compose
 from solvers.effects import ALL, Choice
 from tests.solvers.crank.machines import CAR, car

@@ -18,9 +18,10 @@ from app.designs.crank_dynamics.request import DynamicsRequest
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.schema import MEGA, MILLI, RepairDone, Strict, envelope, refusal_problem, repairs_json, scaled
 from solvers import crank
-from solvers.crank.cycle import Forces
-from solvers.crank.engine import Balance, SpeedSwing
-from solvers.crank.pressure import TableCurve
+from solvers.crank.cycle.forces import Forces
+from solvers.crank.engine.speed_fluctuation import SpeedSwing
+from solvers.crank.engine.unbalance import Balance
+from solvers.crank.gas.pressure_table import TableCurve
 from solvers.errors import InvalidInput
 
 

@@ -10,9 +10,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solvers.crank.indicator import STROKES, IndicatorCurve, IndicatorPressure
-from solvers.crank.motion import ExactMotion
-from solvers.crank.repair import Repair, repaired_indicator
+from solvers.crank.gas.data_repair import Repair, repaired_indicator
+from solvers.crank.gas.indicator_diagram import STROKES, IndicatorCurve, IndicatorPressure
+from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.crank.scene import Cylinder
 from solvers.errors import InvalidInput
 from solvers.numerics.pieces import subdivide

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from solvers import crank
-from solvers.crank.cycle import Composition, Cycle
+from solvers.crank.cycle.forces import Composition, Cycle
 from solvers.crank.effects import ReciprocatingInertia, RodInertiaCouple
 from solvers.effects import ALL, EffectSelection
 from tests.solvers.crank.machines import CAR, CYLINDER, MASSES, car, cooler

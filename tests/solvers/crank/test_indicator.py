@@ -10,7 +10,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 from solvers import crank
-from solvers.crank.motion import ExactMotion, TwoHarmonicMotion
+from solvers.crank.motion.slider_crank import ExactMotion, TwoHarmonicMotion
 from solvers.errors import InvalidInput
 from tests.solvers.crank.cycles import GAMMA, four_stroke
 from tests.solvers.crank.machines import CAR, CYLINDER, car, cooler, diagram

@@ -8,8 +8,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from solvers.crank import kinematics
-from solvers.crank.motion import ExactMotion, TwoHarmonicMotion, crank_angle, derivative
+from solvers.crank.motion import in_line as kinematics
+from solvers.crank.motion.slider_crank import ExactMotion, TwoHarmonicMotion, crank_angle, derivative
 
 EPS = np.finfo(float).eps
 CASES = [(0.04, 0.16, 0.0), (0.04, 0.14, 0.006), (0.04, 0.14, -0.006), (1.5e-3, 45.5e-3, 0.0), (0.04, 0.041, 0.0005)]

@@ -3,52 +3,29 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
 
 import numpy as np
 
-from solvers.crank import kinematics
-from solvers.crank.cycle import Array, Cycle, Forces
+from solvers.crank.cycle.forces import Array, Cycle, Forces
+from solvers.crank.cycle.textbook_error import TierErrors, brix_curve, tier_errors
+from solvers.crank.cycle.worst_instants import Worst, worst_instants
 from solvers.crank.effects import choose_for, compose
-from solvers.crank.engine import Balance, SharedPin, SpeedSwing, balance, require_pairs, shared_pin, speed_swing
-from solvers.crank.indicator import IndicatorCurve
-from solvers.crank.motion import ExactMotion, TwoHarmonicMotion
-from solvers.crank.pressure import Curve
-from solvers.crank.scene import Scene
+from solvers.crank.engine.shared_crank_pin import SharedPin, require_pairs, shared_pin
+from solvers.crank.engine.speed_fluctuation import SpeedSwing, speed_swing
+from solvers.crank.engine.unbalance import Balance, balance
+from solvers.crank.motion.slider_crank import ExactMotion
+from solvers.crank.problem import LOADS, OF_THE_ROD
+from solvers.crank.scene import Curve, Scene
 from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
-from solvers.numerics.pieces import CANCELLED, Maxima, maxima, means
+from solvers.numerics.pieces import CANCELLED, maxima, means
 from solvers.outcome import Accuracy, Outcome, Status
 
 SERIES_ANGLES = 360
 _ROUNDING = 1e-14
 _TIER_TOLERANCE = 1e-6
 _TEXTBOOK_RATIO = 0.5
-
-
-@dataclass(frozen=True)
-class Worst:
-    """The instant at which a force is greatest: its name, where [rad], its value [N] and the pressure [Pa] there."""
-
-    name: str
-    angle: float
-    force: float
-    pressure: float
-
-
-@dataclass(frozen=True)
-class TierErrors:
-    """What the textbooks' forms get wrong for this mechanism (without offset).
-
-    ``brix_displacement``  greatest |x_Brix - x|/r
-    ``two_harmonic_acceleration``  greatest |a_2 - a|/(r omega^2 (1 + lambda))
-    ``brix_pressure``  greatest |p_Brix(phi) - p(phi)| [Pa]; None where nothing is unrolled
-    """
-
-    brix_displacement: float
-    two_harmonic_acceleration: float
-    brix_pressure: float | None
 
 
 @dataclass(frozen=True)
@@ -75,19 +52,6 @@ class CrankDynamics:
     tiers: TierErrors
     curve: Curve
     warnings: tuple[str, ...]
-
-
-_WORST = (
-    ("gas_force_max", lambda f: f.gas),
-    ("rod_compression_max", lambda f: f.rod),
-    ("rod_tension_max", lambda f: -f.rod),
-    ("side_force_max", lambda f: np.abs(f.side)),
-    ("wrist_pin_load_max", lambda f: f.wrist_pin_load),
-    ("crank_pin_load_max", lambda f: f.crank_pin_load),
-    ("main_bearing_load_max", lambda f: f.main_bearing_load),
-)
-"""Instants that designs are made for. |N| is taken as one quantity: its corner at zero is never its maximum."""
-_OF_THE_ROD = slice(1, 3)
 
 
 def analyse(
@@ -119,16 +83,16 @@ def analyse(
     tolerance = 0.1 * accuracy
     mean = means(cycle.torque_and_power, cycle.breaks, tolerance)
     found = maxima(
-        lambda a: (f := cycle.forces(a), np.stack([read(f) for _, read in _WORST]))[1], cycle.breaks, tolerance
+        lambda a: (f := cycle.forces(a), np.stack([read(f) for _, read in LOADS]))[1], cycle.breaks, tolerance
     )
     swing = speed_swing(cycle, composition.engine, tolerance, (float(mean.value[0]), float(mean.error[0])))
     several = choice.has("engine")
     angle = np.arange(series_angles) * (scene.cylinder.period / series_angles)
-    brix = _brix_curve(scene, curve)
+    brix = brix_curve(scene, curve)
     masses, radius = scene.masses, scene.mechanism.crank_radius
     scale = np.abs(found.value)
     # Next to no tension beside a great compression is what the compression's digits leave, and the other way round.
-    scale[_OF_THE_ROD] = np.maximum(scale[_OF_THE_ROD], CANCELLED * scale[_OF_THE_ROD].max())
+    scale[OF_THE_ROD] = np.maximum(scale[OF_THE_ROD], CANCELLED * scale[OF_THE_ROD].max())
     scale = np.where(scale > 0, scale, 1.0)
     errors = [
         *(mean.error / np.where(mean.magnitude > 0, np.maximum(np.abs(mean.value), CANCELLED * mean.magnitude), 1.0)),
@@ -150,11 +114,11 @@ def analyse(
         stroke=composition.motion.stroke,
         dead_centres=composition.motion.dead_centres,
         jumps=curve.jumps,
-        worst=_worst(found, cycle),
+        worst=worst_instants(found, cycle),
         swing=swing,
         balance=balance(cycle, composition.engine) if several else None,
         shared_pin=shared_pin(cycle, composition.engine, tolerance) if several else None,
-        tiers=_tier_errors(scene, curve, brix, max(tolerance, _TIER_TOLERANCE)),
+        tiers=tier_errors(scene, curve, brix, max(tolerance, _TIER_TOLERANCE)),
         curve=curve,
         warnings=_warnings(scene, swing),
     )
@@ -170,51 +134,6 @@ def analyse(
         accuracy=Accuracy(accuracy, max(max(errors), _ROUNDING), settings),
         timing={"solve_s": time.perf_counter() - started},
     )
-
-
-def _worst(found: Maxima, cycle: Cycle) -> tuple[Worst, ...]:
-    pressure, period = cycle.curve.pressure(found.place), cycle.scene.cylinder.period
-    return tuple(
-        Worst(name, _at_break(float(place), cycle.breaks) % period, float(force), float(p))
-        for (name, _), place, force, p in zip(_WORST, found.place, found.value, pressure, strict=True)
-    )
-
-
-def _at_break(angle: float, breaks: Array) -> float:
-    """The break itself for an angle that stands just beside it."""
-    nearest = float(breaks[np.argmin(np.abs(breaks - angle))])
-    return nearest if abs(nearest - angle) < 1e-12 else angle
-
-
-def _brix_curve(scene: Scene, curve: Curve) -> Curve | None:
-    """The same diagram unrolled by Brix's construction; None where there is none, or with an offset."""
-    m = scene.mechanism
-    if not isinstance(curve, IndicatorCurve) or curve.motion.offset != 0.0:
-        return None
-    return replace(curve, mapping=TwoHarmonicMotion(m.crank_radius, m.rod_length))
-
-
-def _tier_errors(scene: Scene, curve: Curve, brix: Curve | None, tolerance: float) -> TierErrors:
-    displacement, acceleration = _kinematic_errors(scene.mechanism.crank_radius, scene.mechanism.rod_length)
-    pressure = None
-    if brix is not None:
-        gap = maxima(lambda a: np.abs(brix.pressure(a) - curve.pressure(a))[None], curve.breaks, tolerance)
-        pressure = float(gap.value[0])
-    return TierErrors(displacement, acceleration, pressure)
-
-
-@lru_cache(maxsize=256)
-def _kinematic_errors(r: float, length: float) -> tuple[float, float]:
-    """The errors of Brix's displacement, of r, and of the two-harmonic acceleration, of its greatest."""
-
-    def wrong(angle: Array) -> Array:
-        moved = kinematics.brix_displacement(angle, r, length) - kinematics.displacement(angle, r, length)
-        exact = kinematics.acceleration(angle, r, length, 1.0)
-        hastened = kinematics.two_harmonic_acceleration(angle, r, length, 1.0) - exact
-        return np.stack([np.abs(moved) / r, np.abs(hastened) / (r * (1.0 + r / length))])
-
-    found = maxima(wrong, np.array([0.0, np.pi]), 1e-8).value
-    return float(found[0]), float(found[1])
 
 
 def _warnings(scene: Scene, swing: SpeedSwing) -> tuple[str, ...]:

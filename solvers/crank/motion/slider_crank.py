@@ -17,7 +17,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solvers.crank import kinematics
+from solvers.crank.motion import in_line as kinematics
 from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
@@ -77,7 +77,7 @@ class ExactMotion:
     With the upper dead centre at sin phi_t = e/(L + r), where beta = -phi_t, the displacement is one product,
     x = 2 r sin((phi - phi_t)/2) sin((phi + beta)/2)/cos((beta - phi_t)/2), which keeps its digits there. Checked
     against 50-digit positions and their derivatives. Source: derived from the triangle; for e = 0 the same as
-    ``solvers.crank.kinematics``.
+    ``solvers.crank.motion.in_line``.
     """
 
     crank_radius: float

@@ -1,10 +1,8 @@
-"""Several like cylinders on one shaft: summed torque, the swing of the speed, unbalanced forces and couples.
+"""Several like cylinders on one shaft: summed torque and the swing of the speed.
 
-Cylinder i runs through its cycle by psi_i later than the first; its axis stands at alpha_i about the shaft. Its crank
-stands at phi - psi_i from its own axis, hence at phi - psi_i + alpha_i in space.
-
-Source: any text on engine balance, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II; the
-flywheel from the work between the speed's extremes, Delta W = J omega^2 delta.
+Cylinder i runs through its cycle by psi_i later than the first. Source: any text on engine balance, e.g. C. F. Taylor,
+The Internal Combustion Engine in Theory and Practice II; the flywheel from the work between the speed's extremes,
+Delta W = J omega^2 delta.
 """
 
 from __future__ import annotations
@@ -15,29 +13,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solvers.crank.cycle import Array, Cycle
+from solvers.crank.cycle.forces import Array, Cycle
 from solvers.crank.scene import Engine
-from solvers.errors import InvalidInput
 from solvers.numerics.pieces import gauss, gauss_between, maxima, subdivide
 
-ORDERS = (1, 2, 4)
 MOST_BREAKS, LEAST_MOST = 20_000, 500
 """Breaks for one cylinder, and for however many: more are replaced by equal pieces, so that time stays bounded."""
-MOST_SAMPLES = 2**16
 LONGEST_PIECE = math.pi / 45.0
 _FEWEST_NODES, _MOST_NODES = 3, 24
-_SAME_DIRECTION = 1e-6
 _LOOKS, _MOST_ROUNDS = 65, 8
 _ROUNDING = 32.0 * np.finfo(float).eps
-
-
-@dataclass(frozen=True)
-class OrderUnbalance:
-    """Greatest unbalanced force [N] and couple [N m] of one order; the couple is None without positions."""
-
-    order: int
-    force: float
-    couple: float | None
 
 
 @dataclass(frozen=True)
@@ -59,41 +44,7 @@ class SpeedSwing:
     error: float
 
 
-@dataclass(frozen=True)
-class Balance:
-    """Unbalance of the reciprocating masses by order, and of the rotating masses (constant, turning with the shaft)."""
-
-    reciprocating: tuple[OrderUnbalance, ...]
-    rotating_force: float
-    rotating_couple: float | None
-
-
-@dataclass(frozen=True)
-class SharedPin:
-    """Greatest loads [N] of the first crank pin and its main bearings, all rods on it together."""
-
-    crank_pin_load: float
-    main_bearing_load: float
-
-
-def require_pairs(engine: Engine, rods_per_pin: int) -> None:
-    """Raise InvalidInput unless consecutive cylinders that share a crank pin have their cranks in one direction."""
-    if rods_per_pin == 1 or len(engine.phases) == 1:
-        return
-    if len(engine.phases) % 2:
-        raise InvalidInput("engine.phases", "an odd number of rods cannot share crank pins in pairs", "an even number")
-    directions = np.asarray(engine.axes) - np.asarray(engine.phases)
-    apart = directions[1::2] - directions[::2]
-    apart = np.abs(np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi)
-    for index in np.flatnonzero(apart > _SAME_DIRECTION):
-        raise InvalidInput(
-            f"engine.phases.{2 * index + 1}",
-            "shares a crank pin with the cylinder before it, but their cranks stand in different directions",
-            "a phase that follows by the angle between the two axes, or that and a turn",
-        )
-
-
-def _shifted_breaks(cycle: Cycle, engine: Engine) -> Array:
+def shifted_breaks(cycle: Cycle, engine: Engine) -> Array:
     period, start = cycle.scene.cylinder.period, float(cycle.breaks[0])
     shifted = [start + np.mod(cycle.breaks[:-1] + phase - start, period) for phase in engine.phases]
     found = np.unique(np.concatenate([*shifted, [start, start + period]]))
@@ -125,7 +76,7 @@ def speed_swing(cycle: Cycle, engine: Engine, tolerance: float, one: tuple[float
     The work since the start of the cycle is summed piece by piece; its extremes lie where the torque crosses its mean,
     found in the piece that holds them. ``one`` is the mean torque of one cylinder [N m] and its error.
     """
-    breaks = _shifted_breaks(cycle, engine)
+    breaks = shifted_breaks(cycle, engine)
 
     def torque(angle: Array) -> Array:
         return _summed(cycle, engine, angle)
@@ -208,63 +159,3 @@ def _inside(
     place, weight = gauss_between(bounds[at], left, _MOST_NODES)
     total = np.sum((torque(place.ravel()).reshape(place.shape) - average) * weight, axis=1)
     return float(np.max(work[at] + total + triangle)), missed
-
-
-def _harmonic_samples(cycle: Cycle) -> int:
-    """Angles that keep aliases below rounding: harmonics fall as exp(-k acosh((L - |e|)/r))."""
-    m = cycle.scene.mechanism
-    fall = math.acosh((m.rod_length - abs(m.offset)) / m.crank_radius)
-    return min(max(256, 2 ** math.ceil(math.log2(40.0 / fall))), MOST_SAMPLES)
-
-
-def balance(cycle: Cycle, engine: Engine) -> Balance:
-    """Unbalanced forces and couples, order by order, from the harmonics of the motion itself.
-
-    With a = r omega^2 Re sum c_k exp(i k phi), the force of order k is the sum of two vectors, one turning with the
-    shaft, sum c_k exp(i(alpha - k psi))/2, and one against it, sum conj(c_k) exp(i(alpha + k psi))/2; its greatest
-    magnitude is the sum of theirs. Couples are taken about the middle of the cylinders.
-    """
-    samples = _harmonic_samples(cycle)
-    angle = np.arange(samples) * (2.0 * math.pi / samples)
-    harmonics = np.fft.rfft(cycle.motion.acceleration(angle)) / (samples / 2)
-    masses, speed = cycle.scene.masses, cycle.angular_speed
-    phase, axis = np.asarray(engine.phases), np.asarray(engine.axes)
-    arm = np.asarray(engine.positions) if engine.positions else None
-    if arm is not None:
-        arm = arm - 0.5 * (arm.min() + arm.max())
-
-    def greatest(order: int, weight: Array) -> float:
-        c = harmonics[order] * masses.reciprocating * speed**2
-        with_shaft = np.sum(weight * np.exp(1j * (axis - order * phase)))
-        against = np.sum(weight * np.exp(1j * (axis + order * phase)))
-        return 0.5 * float(abs(c) * (abs(with_shaft) + abs(against)))
-
-    one = np.ones_like(phase)
-    found = tuple(
-        OrderUnbalance(order, greatest(order, one), None if arm is None else greatest(order, arm)) for order in ORDERS
-    )
-    # Rods on one pin share one crank.
-    sharing = masses.rods_per_pin if phase.size > 1 else 1
-    turning = cycle.centrifugal(masses.rotating(cycle.motion.crank_radius) / sharing)
-    direction = np.exp(1j * (axis - phase))
-    couple = None if arm is None else float(abs(np.sum(arm * direction))) * abs(turning)
-    return Balance(found, float(abs(np.sum(direction))) * abs(turning), couple)
-
-
-def shared_pin(cycle: Cycle, engine: Engine, tolerance: float) -> SharedPin | None:
-    """The first crank pin's loads with both rods on it; None where every rod has its own."""
-    masses = cycle.scene.masses
-    if masses.rods_per_pin == 1 or len(engine.phases) == 1:
-        return None
-    pair = Engine(engine.phases[:2], engine.axes[:2])
-    radius = cycle.motion.crank_radius
-    rods = cycle.centrifugal(masses.rods_per_pin * masses.rod.at_crank_pin)
-    whole = cycle.centrifugal(masses.rotating(radius))
-
-    def loads(angle: Array) -> Array:
-        parts = [cycle.forces(angle - phase) for phase in pair.phases]
-        tangential, radial = sum(p.tangential for p in parts), sum(p.radial for p in parts)
-        return np.stack([np.hypot(tangential, radial - rods), np.hypot(tangential, radial - whole)])
-
-    found = maxima(loads, _shifted_breaks(cycle, pair), tolerance).value
-    return SharedPin(float(found[0]), float(found[1]))

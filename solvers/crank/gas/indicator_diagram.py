@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solvers.crank.faults import STROKE_FAULTS, Points, require_sound
-from solvers.crank.motion import ExactMotion, Motion, crank_angle
-from solvers.crank.pressure import MOST_POINTS, Array
+from solvers.crank.gas.data_faults import STROKE_FAULTS, Points, require_sound
+from solvers.crank.gas.pressure_table import MOST_POINTS, Array
+from solvers.crank.motion.slider_crank import ExactMotion, Motion, crank_angle
 from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
 

@@ -1,18 +1,18 @@
-"""Where the pressure in the cylinder comes from: p(phi) over one cycle of two or four strokes."""
+"""Pressures given over the crank angle: a table of one cycle of two or four strokes."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solvers.crank.cylinder import Cylinder
-from solvers.crank.faults import TABLE_FAULTS, Points, require_sound
-from solvers.crank.motion import ExactMotion, Motion
+from solvers.crank.gas.data_faults import TABLE_FAULTS, Points, require_sound
+from solvers.crank.motion.slider_crank import ExactMotion, Motion
+from solvers.crank.scene import Cylinder
 from solvers.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -21,28 +21,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 MOST_POINTS = 20_000
-
-
-class Curve(Protocol):
-    """A pressure cycle unrolled over the crank angle."""
-
-    @property
-    def breaks(self) -> Array:
-        """Angles [rad] of one period, from its start to its end, between which the pressure is smooth."""
-
-    def pressure(self, angle: ArrayLike) -> Array:
-        """p(phi) [Pa], same shape as the angles; periodic."""
-
-    @property
-    def jumps(self) -> tuple[tuple[float, float], ...]:
-        """(angle [rad], p just behind it - p just before it [Pa]) at every dead centre of the cycle."""
-
-
-class Pressure(Protocol):
-    """Pressures as a user has them."""
-
-    def unroll(self, motion: ExactMotion, cylinder: Cylinder, mapping: Motion | None = None) -> Curve:
-        """The curve over the crank angle; ``mapping`` is another motion to find the angles by (Brix's, say)."""
 
 
 @dataclass(frozen=True)

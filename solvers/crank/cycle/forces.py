@@ -19,9 +19,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.crank.motion import Motion, Posture
-from solvers.crank.pressure import Curve
-from solvers.crank.scene import SINGLE, Engine, Scene
+from solvers.crank.motion.slider_crank import Motion, Posture
+from solvers.crank.scene import SINGLE, Curve, Engine, Scene
 
 Array = NDArray[np.float64]
 

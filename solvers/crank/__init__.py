@@ -30,7 +30,6 @@ _HOME = {
     "RodMass": "masses.two_mass_model",
     "three_particles": "masses.two_mass_model",
     "ExactMotion": "motion.slider_crank",
-    "TwoHarmonicMotion": "motion.slider_crank",
     "TablePressure": "gas.pressure_table",
     "Repair": "gas.data_repair",
     "repaired_indicator": "gas.data_repair",

@@ -4,54 +4,117 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from solvers.accuracy import require_accuracy
 from solvers.crank.cycle.forces import Array, Cycle, Forces
-from solvers.crank.cycle.textbook_error import TierErrors, brix_curve, tier_errors
-from solvers.crank.cycle.worst_instants import Worst, worst_instants
+from solvers.crank.cycle.textbook_error import TierErrors, tier_errors
+from solvers.crank.cycle.worst_instants import TEXTBOOK, TORQUE, Greatest, Worst, alone, greatest, worst_instants
 from solvers.crank.effects import choose_for, compose
+from solvers.crank.engine.cylinders import together
 from solvers.crank.engine.shared_crank_pin import SharedPin, require_pairs, shared_pin
-from solvers.crank.engine.speed_fluctuation import SpeedSwing, speed_swing
+from solvers.crank.engine.speed_fluctuation import CANCELLED, GasWork, SpeedSwing, gas_work, speed_swing
 from solvers.crank.engine.unbalance import Balance, balance
-from solvers.crank.motion.slider_crank import ExactMotion
+from solvers.crank.gas.unrolled_pressure import Curve
 from solvers.crank.problem import LOADS, OF_THE_ROD
-from solvers.crank.scene import Curve, Scene
+from solvers.crank.scene import SINGLE, Scene
 from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
-from solvers.numerics.pieces import CANCELLED, maxima, means
 from solvers.outcome import Accuracy, Outcome, Status
 
 SERIES_ANGLES = 360
 _ROUNDING = 1e-14
+_SHARE = 0.1
+"""Of the accuracy, what searches and sums may miss."""
 _TIER_TOLERANCE = 1e-6
 _TEXTBOOK_RATIO = 0.5
 
 
 @dataclass(frozen=True)
 class CrankDynamics:
-    """The results, SI units. ``torque_mean`` and ``indicated_power`` are those of one cylinder."""
+    """The results, SI units. ``torque_mean`` and ``indicated_power`` are those of one cylinder.
 
-    angle: Array
-    series: Forces
-    brix_pressure: Array | None
-    reciprocating_mass: float
-    rotating_mass: float
-    rod_mass_at_pin: float
-    rod_mass_at_crank: float
-    inertia_defect: float
+    What stands over the angle (``angle``, ``series``, ``brix_pressure``) and the textbooks' errors (``tiers``) are
+    computed when they are read.
+    """
+
+    cycle: Cycle
+    series_angles: int
+    tier_tolerance: float
     torque_mean: float
     indicated_power: float
-    stroke: float
-    dead_centres: tuple[float, float]
-    jumps: tuple[tuple[float, float], ...]
     worst: tuple[Worst, ...]
     swing: SpeedSwing
     balance: Balance | None
     shared_pin: SharedPin | None
-    tiers: TierErrors
-    curve: Curve
     warnings: tuple[str, ...]
+
+    @cached_property
+    def angle(self) -> Array:
+        """Equally spaced angles [rad] of one period, from 0 on."""
+        return np.arange(self.series_angles) * (self.cycle.scene.cylinder.period / self.series_angles)
+
+    @cached_property
+    def series(self) -> Forces:
+        """All forces at these angles."""
+        return self.cycle.forces(self.angle)
+
+    @cached_property
+    def brix_pressure(self) -> Array | None:
+        """p [Pa] by Brix's construction; None where nothing is unrolled, or with an offset."""
+        return self.curve.brix_pressure(self.angle)
+
+    @cached_property
+    def tiers(self) -> TierErrors:
+        """What the textbooks' approximations get wrong."""
+        return tier_errors(self.cycle, self.tier_tolerance)
+
+    @property
+    def curve(self) -> Curve:
+        """The pressures over the angle."""
+        return self.cycle.curve
+
+    @property
+    def jumps(self) -> tuple[tuple[float, float], ...]:
+        """(angle [rad], p just behind it less p just before it [Pa]) at the dead centres."""
+        return self.curve.jumps
+
+    @property
+    def stroke(self) -> float:
+        """[m]"""
+        return self.cycle.motion.stroke
+
+    @property
+    def dead_centres(self) -> tuple[float, float]:
+        """The upper one and the lower one that follows [rad]."""
+        return self.cycle.motion.dead_centres
+
+    @property
+    def reciprocating_mass(self) -> float:
+        """m_j [kg]"""
+        return self.cycle.scene.masses.reciprocating
+
+    @property
+    def rotating_mass(self) -> float:
+        """m_rot [kg]"""
+        return self.cycle.scene.masses.rotating(self.cycle.scene.mechanism.crank_radius)
+
+    @property
+    def rod_mass_at_pin(self) -> float:
+        """m_A [kg]"""
+        return self.cycle.scene.masses.rod.at_wrist_pin
+
+    @property
+    def rod_mass_at_crank(self) -> float:
+        """m_B [kg]"""
+        return self.cycle.scene.masses.rod.at_crank_pin
+
+    @property
+    def inertia_defect(self) -> float:
+        """Delta J [kg m2]"""
+        return self.cycle.scene.masses.rod.inertia_defect
 
 
 def analyse(
@@ -66,73 +129,65 @@ def analyse(
     Raises InvalidInput where the request makes no sense: pressures with a fault, phases that cannot share a crank pin.
     """
     started = time.perf_counter()
-    if not 1e-12 <= accuracy <= 1e-1:
-        raise InvalidInput("accuracy", "lies outside what can be asked for", "[1e-12, 1e-1]")
+    require_accuracy(accuracy)
     if not 1 <= series_angles <= 100_000:
         raise InvalidInput("series_angles", "is too few or too many", "1 … 100000")
     require_pairs(scene.engine, scene.masses.rods_per_pin)
-    given = scene.pressure.unroll(scene.mechanism.motion(), scene.cylinder)
-    choice = choose_for(scene, given, effects, effect_tolerance)
-    composition = compose(choice, scene, accuracy)
-    in_line = ExactMotion(scene.mechanism.crank_radius, scene.mechanism.rod_length)
-    framed = composition.motion if isinstance(composition.motion, ExactMotion) else in_line
-    kept = composition.motion == scene.mechanism.motion()
-    curve = given if kept else scene.pressure.unroll(framed, scene.cylinder, composition.motion)
-    cycle = Cycle(scene, composition, curve)
+    curve = scene.pressure.unroll(scene.mechanism.motion(), scene.cylinder)
+    choice = choose_for(scene, curve, effects, effect_tolerance)
+    composition = compose(choice, scene)
+    if composition.offset != scene.mechanism.offset:
+        curve = scene.pressure.unroll(scene.mechanism.motion(with_offset=False), scene.cylinder)
+    cycle, tolerance = Cycle(scene, composition, curve), _SHARE * accuracy
+    engine, by_itself = composition.engine or SINGLE, alone(cycle.gas)
 
-    tolerance = 0.1 * accuracy
-    mean = means(cycle.torque_and_power, cycle.breaks, tolerance)
-    found = maxima(
-        lambda a: (f := cycle.forces(a), np.stack([read(f) for _, read in LOADS]))[1], cycle.breaks, tolerance
-    )
-    swing = speed_swing(cycle, composition.engine, tolerance, (float(mean.value[0]), float(mean.error[0])))
-    several = choice.has("engine")
-    angle = np.arange(series_angles) * (scene.cylinder.period / series_angles)
-    brix = brix_curve(scene, curve)
-    masses, radius = scene.masses, scene.mechanism.crank_radius
-    scale = np.abs(found.value)
-    # Next to no tension beside a great compression is what the compression's digits leave, and the other way round.
-    scale[OF_THE_ROD] = np.maximum(scale[OF_THE_ROD], CANCELLED * scale[OF_THE_ROD].max())
-    scale = np.where(scale > 0, scale, 1.0)
-    errors = [
-        *(mean.error / np.where(mean.magnitude > 0, np.maximum(np.abs(mean.value), CANCELLED * mean.magnitude), 1.0)),
-        *(found.error / scale),
-        swing.error / swing.work_fluctuation if swing.work_fluctuation else 0.0,
-        0.0 if isinstance(composition.motion, ExactMotion) else (radius / scene.mechanism.rod_length) ** 2,
-    ]
+    single = len(engine.phases) == 1
+    found = greatest(cycle.machine, cycle.gas, by_itself, range(TEXTBOOK if single else TORQUE), tolerance)
+    group = by_itself if single else together(cycle.gas, engine.phases)
+    torque = found if single else greatest(cycle.machine, cycle.gas, group, range(TORQUE, TEXTBOOK), tolerance)
+    work = gas_work(cycle, tolerance)
+    swing = speed_swing(cycle, engine, group, torque, work, tolerance)
+    allowed = tolerance * swing.work_fluctuation
+    if swing.error > allowed > 0.0:
+        # All cylinders together may run much more evenly than one.
+        work = gas_work(cycle, tolerance * allowed / swing.error)
+        swing = speed_swing(cycle, engine, group, torque, work, tolerance)
+    torque_mean = work.whole / scene.cylinder.period
     value = CrankDynamics(
-        angle=angle,
-        series=cycle.forces(angle),
-        brix_pressure=None if brix is None else brix.pressure(angle),
-        reciprocating_mass=masses.reciprocating,
-        rotating_mass=masses.rotating(radius),
-        rod_mass_at_pin=masses.rod.at_wrist_pin,
-        rod_mass_at_crank=masses.rod.at_crank_pin,
-        inertia_defect=masses.rod.inertia_defect,
-        torque_mean=float(mean.value[0]),
-        indicated_power=float(mean.value[1]),
-        stroke=composition.motion.stroke,
-        dead_centres=composition.motion.dead_centres,
-        jumps=curve.jumps,
+        cycle=cycle,
+        series_angles=series_angles,
+        tier_tolerance=max(tolerance, _TIER_TOLERANCE),
+        torque_mean=torque_mean,
+        indicated_power=torque_mean * cycle.machine.speed,
         worst=worst_instants(found, cycle),
         swing=swing,
-        balance=balance(cycle, composition.engine) if several else None,
-        shared_pin=shared_pin(cycle, composition.engine, tolerance) if several else None,
-        tiers=tier_errors(scene, curve, brix, max(tolerance, _TIER_TOLERANCE)),
-        curve=curve,
+        balance=None if composition.engine is None else balance(cycle, engine),
+        shared_pin=shared_pin(cycle, engine, tolerance),
         warnings=_warnings(scene, swing),
     )
-    settings = {
-        "kinematics": "exact" if isinstance(composition.motion, ExactMotion) else "two harmonics",
-        "pieces": int(cycle.breaks.size - 1),
-        "nodes": mean.nodes,
-    }
     return Outcome(
         status=Status.SUCCEEDED,
         value=value,
         effects=choice.manifest,
-        accuracy=Accuracy(accuracy, max(max(errors), _ROUNDING), settings),
+        accuracy=Accuracy(
+            accuracy,
+            max(_estimated(found, work, swing), _ROUNDING),
+            {"pieces": int(cycle.gas.stroke.size), "nodes": int(work.nodes)},
+        ),
         timing={"solve_s": time.perf_counter() - started},
+    )
+
+
+def _estimated(found: Greatest, work: GasWork, swing: SpeedSwing) -> float:
+    """The greatest relative error of loads, mean torque and work between the extremes of the speed."""
+    loads = slice(len(LOADS))
+    scale = np.abs(found.value[loads])
+    scale[OF_THE_ROD] = np.maximum(scale[OF_THE_ROD], CANCELLED * scale[OF_THE_ROD].max())
+    mean = max(abs(work.whole), CANCELLED * work.magnitude)
+    return max(
+        float(np.max(found.error[loads] / np.where(scale > 0.0, scale, 1.0))),
+        work.error / mean if mean else 0.0,
+        swing.error / swing.work_fluctuation if swing.work_fluctuation else 0.0,
     )
 
 

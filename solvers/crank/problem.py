@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 LOADS = (
-    ("gas_force_max", lambda f: f.gas),
-    ("rod_compression_max", lambda f: f.rod),
-    ("rod_tension_max", lambda f: -f.rod),
-    ("side_force_max", lambda f: np.abs(f.side)),
-    ("wrist_pin_load_max", lambda f: f.wrist_pin_load),
-    ("crank_pin_load_max", lambda f: f.crank_pin_load),
-    ("main_bearing_load_max", lambda f: f.main_bearing_load),
+    "gas_force_max",
+    "rod_compression_max",
+    "rod_tension_max",
+    "side_force_max",
+    "wrist_pin_load_max",
+    "crank_pin_load_max",
+    "main_bearing_load_max",
 )
-"""Instants that designs are made for. |N| is taken as one quantity: its corner at zero is never its maximum."""
+"""Names of the greatest loads, in the order of the rows in ``cycle.worst_instants``."""
 OF_THE_ROD = slice(1, 3)
+"""Its compression and its tension: next to none of one beside much of the other is what the other's digits leave."""

@@ -7,16 +7,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
+from solvers.crank.gas.cylinder import Cylinder
+from solvers.crank.gas.unrolled_pressure import Pressure
 from solvers.crank.masses.two_mass_model import CrankThrow, RodMass
-from solvers.crank.motion.slider_crank import ExactMotion, Motion
+from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import require
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -55,58 +51,6 @@ class Mechanism:
     def motion(self, with_offset: bool = True) -> ExactMotion:
         """The exact motion, with or without the offset."""
         return ExactMotion(self.crank_radius, self.rod_length, self.offset if with_offset else 0.0)
-
-
-@dataclass(frozen=True)
-class Cylinder:
-    """Bore D, clearance volume V_c, pressure p_0 under the piston, and the strokes of a cycle: two or four."""
-
-    bore: float
-    clearance_volume: float
-    crankcase_pressure: float
-    strokes: int
-
-    def __post_init__(self) -> None:
-        require(math.isfinite(self.bore) and self.bore > 0, "cylinder.bore", "must be positive", "(0, inf)")
-        require(
-            math.isfinite(self.clearance_volume) and self.clearance_volume >= 0,
-            "cylinder.clearance_volume",
-            "must not be negative",
-            "[0, inf)",
-        )
-        require(math.isfinite(self.crankcase_pressure), "cylinder.crankcase_pressure", "must be finite", "(-inf, inf)")
-        require(self.strokes in (2, 4), "cylinder.strokes", "is neither two nor four", "2 or 4")
-
-    @property
-    def area(self) -> float:
-        return math.pi * self.bore**2 / 4.0
-
-    @property
-    def period(self) -> float:
-        """The crank angle of one cycle [rad]: 2 pi or 4 pi."""
-        return math.pi * self.strokes
-
-
-class Curve(Protocol):
-    """A pressure cycle unrolled over the crank angle."""
-
-    @property
-    def breaks(self) -> Array:
-        """Angles [rad] of one period, from its start to its end, between which the pressure is smooth."""
-
-    def pressure(self, angle: ArrayLike) -> Array:
-        """p(phi) [Pa], same shape as the angles; periodic."""
-
-    @property
-    def jumps(self) -> tuple[tuple[float, float], ...]:
-        """(angle [rad], p just behind it - p just before it [Pa]) at every dead centre of the cycle."""
-
-
-class Pressure(Protocol):
-    """Pressures as a user has them."""
-
-    def unroll(self, motion: ExactMotion, cylinder: Cylinder, mapping: Motion | None = None) -> Curve:
-        """The curve over the crank angle; ``mapping`` is another motion to find the angles by (Brix's, say)."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,6 @@ from solvers import crank
 from solvers.crank.cycle.forces import Forces
 from solvers.crank.engine.speed_fluctuation import SpeedSwing
 from solvers.crank.engine.unbalance import Balance
-from solvers.crank.gas.pressure_table import TableCurve
 from solvers.errors import InvalidInput
 
 
@@ -152,8 +151,8 @@ def _series(found: crank.CrankDynamics) -> dict[str, Any]:
 
 def _cycle(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:
     curve = found.curve
-    if isinstance(curve, TableCurve):
-        angle, pressure = np.asarray(curve.angle), np.asarray(curve.values)
+    if curve.points is not None:
+        angle, pressure = curve.points
     else:
         angle = np.unique(np.concatenate([np.mod(curve.breaks, scene.cylinder.period), found.angle]))
         pressure = curve.pressure(angle)

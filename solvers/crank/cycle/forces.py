@@ -3,8 +3,8 @@
 With the axial force P on the wrist pin (toward the crank) and the rod's angle beta:
 side force N = P tan(beta), rod force S = P/cos(beta), tangential T = P sin(phi + beta)/cos(beta), radial (toward the
 shaft) Z = P cos(phi + beta)/cos(beta), torque M = T r. All are written in tan(beta), so that Z^2 + T^2 = S^2 = P^2 +
-N^2 holds to rounding in every motion. With a couple on the rod its end forces no longer point along it; S is then the
-magnitude of what the rod passes from pin to pin.
+N^2 holds to rounding. With a couple on the rod its end forces no longer point along it; S is then the magnitude of
+what the rod passes from pin to pin.
 
 Source: any text on engine dynamics, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II.
 """
@@ -14,44 +14,64 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from solvers.crank.motion.slider_crank import Motion, Posture
-from solvers.crank.scene import SINGLE, Curve, Engine, Scene
+from solvers.crank.gas.unrolled_pressure import Curve, Unrolled, piece_of, pressure_at, refined, within
+from solvers.crank.motion.slider_crank import ExactMotion, Frame, posture_at
+from solvers.crank.scene import Engine, Scene
+from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
 
+LONGEST_PIECE = math.pi / 16.0
 _SHARP = 0.3
-
-
-class AxialTerm(Protocol):
-    """A force along the cylinder axis, toward the crank, on top of the gas force."""
-
-    def axial_force(self, cycle: Cycle, at: Posture) -> Array:
-        """On the mechanism [N]."""
-
-    def on_wrist_pin(self, cycle: Cycle, at: Posture) -> Array:
-        """The part of it that the wrist pin carries [N]."""
-
-
-class LateralTerm(Protocol):
-    """A pair of forces across the cylinder axis, opposite at piston and crank pin."""
-
-    def side_force(self, cycle: Cycle, at: Posture) -> Array:
-        """From the piston on the wall [N], positive as N is."""
+_NONE = np.empty(0)
 
 
 @dataclass(frozen=True)
 class Composition:
-    """The physics of a scene: its motion and the terms that the chosen effects add to the gas force."""
+    """The physics of a scene: what the chosen effects add to the gas force of one in-line cylinder without masses.
 
-    motion: Motion
-    axial: tuple[AxialTerm, ...] = ()
-    lateral: tuple[LateralTerm, ...] = ()
-    engine: Engine = SINGLE
+    ``offset`` of the cylinder axis [m]; ``reciprocating`` mass and the ``piston``'s part of it [kg]; the rod's
+    ``inertia_defect`` [kg m2]; the cylinders of the ``engine`` where they act together.
+    """
+
+    offset: float = 0.0
+    reciprocating: float = 0.0
+    piston: float = 0.0
+    inertia_defect: float = 0.0
+    engine: Engine | None = None
+
+
+class Machine(NamedTuple):
+    """A cylinder as kernels take it: its motion, omega [rad/s], piston area [m2] and the pressure behind it [Pa], what
+    its composition adds, and the centrifugal forces [N] of the rod's big end and of all that turns."""
+
+    frame: Frame
+    speed: float
+    area: float
+    back: float
+    reciprocating: float
+    piston: float
+    defect: float
+    big_end: float
+    turning: float
+
+
+class Instant(NamedTuple):
+    """p [Pa] and the forces [N] at one angle: of the gas, of the inertia, on the wrist pin along the axis, side,
+    tangential and radial."""
+
+    pressure: float
+    gas: float
+    inertia: float
+    on_pin: float
+    side: float
+    tangential: float
+    radial: float
 
 
 @dataclass(frozen=True)
@@ -76,6 +96,44 @@ class Forces:
     main_bearing_load: Array
 
 
+@kernel
+def instant(phi: float, piece: int, machine: Machine, gas: Unrolled) -> Instant:
+    """Everything at an angle of a piece."""
+    sine, cosine, tangent, acceleration, turning = posture_at(phi, machine.frame)
+    pressure = pressure_at(phi, piece, gas)
+    force, squared = (pressure - machine.back) * machine.area, machine.speed * machine.speed
+    inertia = -machine.reciprocating * squared * acceleration
+    axial = force + inertia
+    # 1/cos(beta) is the length of the tangent's own triangle.
+    couple = machine.defect * squared * turning * math.sqrt(1.0 + tangent * tangent)
+    side = axial * tangent + couple / machine.frame.length
+    on_pin = force - machine.piston * squared * acceleration
+    return Instant(pressure, force, inertia, on_pin, side, axial * sine + side * cosine, axial * cosine - side * sine)
+
+
+@kernel
+def length_of(x: float, y: float) -> float:
+    """sqrt(x^2 + y^2)."""
+    return math.sqrt(x * x + y * y)
+
+
+@kernel
+def _forces(angle: Array, machine: Machine, gas: Unrolled) -> Array:
+    """The rows of ``Forces``."""
+    out = np.empty((12, angle.size))
+    for i in range(angle.size):
+        phi = within(angle[i], gas.breaks)
+        at = instant(phi, piece_of(phi, gas.breaks), machine, gas)
+        axial = at.gas + at.inertia
+        out[0, i], out[1, i], out[2, i], out[3, i], out[4, i] = at.pressure, at.gas, at.inertia, axial, at.side
+        out[5, i] = math.copysign(length_of(axial, at.side), axial)
+        out[6, i], out[7, i], out[8, i] = at.tangential, at.radial, at.tangential * machine.frame.r
+        out[9, i] = length_of(at.on_pin, at.side)
+        out[10, i] = length_of(at.tangential, at.radial - machine.big_end)
+        out[11, i] = length_of(at.tangential, at.radial - machine.turning)
+    return out
+
+
 @dataclass(frozen=True)
 class Cycle:
     """A scene with its physics and its unrolled pressures."""
@@ -84,89 +142,37 @@ class Cycle:
     composition: Composition
     curve: Curve
 
-    @property
-    def motion(self) -> Motion:
-        return self.composition.motion
+    @cached_property
+    def motion(self) -> ExactMotion:
+        m = self.scene.mechanism
+        return ExactMotion(m.crank_radius, m.rod_length, self.composition.offset)
 
     @cached_property
-    def breaks(self) -> Array:
-        """Angles of one period between which all forces are smooth on the scale of the pieces.
+    def machine(self) -> Machine:
+        """One cylinder with a rod of its own on the crank pin."""
+        scene, made = self.scene, self.composition
+        masses, r, speed = scene.masses, scene.mechanism.crank_radius, scene.mechanism.angular_speed
+        turned = r * speed**2
+        return Machine(
+            self.motion.frame, speed, scene.cylinder.area, scene.cylinder.crankcase_pressure, made.reciprocating,
+            made.piston, made.inertia_defect, masses.rod.at_crank_pin * turned, masses.rotating(r) * turned,
+        )  # fmt: skip
 
-        Beside the pressure's breaks: with a rod hardly longer than its crank, tan(beta) peaks within
-        sqrt(1 - sin^2(beta)) of the crank standing across; there the pieces halve toward the peak.
+    @cached_property
+    def gas(self) -> Unrolled:
+        """The pressures, in pieces on whose scale all forces are smooth.
+
+        With a rod hardly longer than its crank, tan(beta) peaks within sqrt(1 - sin^2(beta)) of the crank standing
+        across; there the pieces halve toward the peak.
         """
-        found = self.curve.breaks
-        m = self.scene.mechanism
+        m, more = self.scene.mechanism, _NONE
         sharp = math.sqrt(2.0 * (1.0 - (m.crank_radius + abs(m.offset)) / m.rod_length))
-        if sharp > _SHARP:
-            return found
-        beside = sharp * 2.0 ** np.arange(math.ceil(math.log2(_SHARP / sharp)) + 2)
-        across = (np.arange(-1, 2 * self.scene.cylinder.strokes + 2, 2) * (0.5 * math.pi))[:, None]
-        places = np.concatenate([across - beside, across, across + beside], axis=1).ravel()
-        return np.unique(np.concatenate([found, places[(places > found[0]) & (places < found[-1])]]))
+        if sharp <= _SHARP:
+            beside = sharp * 2.0 ** np.arange(math.ceil(math.log2(_SHARP / sharp)) + 2)
+            across = (np.arange(-1, 2 * self.scene.cylinder.strokes + 2, 2) * (0.5 * math.pi))[:, None]
+            more = np.unique(np.concatenate([across - beside, across, across + beside], axis=1))
+        return refined(self.curve.unrolled, more, LONGEST_PIECE)
 
-    @property
-    def angular_speed(self) -> float:
-        return self.scene.mechanism.angular_speed
-
-    def centrifugal(self, mass: float) -> float:
-        """m r omega^2 [N]: outward along the crank, constant."""
-        return mass * self.motion.crank_radius * self.angular_speed**2
-
-    def torque(self, angle: Array) -> Array:
-        """The torque alone [N m]."""
-        at = self.motion.posture(angle)
-        return self._torque(at, self._gas(self.curve.pressure(angle)))
-
-    def torque_and_power(self, angle: Array) -> Array:
-        """The torque [N m] and the power of the gas, (p - p_0) A dx/dt [W]: shape (2, n)."""
-        at = self.motion.posture(angle)
-        gas = self._gas(self.curve.pressure(angle))
-        speed = self.motion.crank_radius * self.angular_speed * (at.sine + at.cosine * at.tangent)
-        return np.stack([self._torque(at, gas), gas * speed])
-
-    def _gas(self, pressure: Array) -> Array:
-        cylinder = self.scene.cylinder
-        return (pressure - cylinder.crankcase_pressure) * cylinder.area
-
-    def _torque(self, at: Posture, gas: Array) -> Array:
-        axial = gas
-        for term in self.composition.axial:
-            axial = axial + term.axial_force(self, at)
-        side = axial * at.tangent
-        for lateral in self.composition.lateral:
-            side = side + lateral.side_force(self, at)
-        return (axial * at.sine + side * at.cosine) * self.motion.crank_radius
-
-    def forces(self, angle: Array) -> Forces:
-        """Everything at the angles [rad]."""
-        scene, motion, composition = self.scene, self.motion, self.composition
-        at = motion.posture(angle)
-        pressure = self.curve.pressure(angle)
-        gas = self._gas(pressure)
-        inertia, on_pin = np.zeros_like(gas), gas
-        for term in composition.axial:
-            inertia = inertia + term.axial_force(self, at)
-            on_pin = on_pin + term.on_wrist_pin(self, at)
-        axial = gas + inertia
-        side = axial * at.tangent
-        for lateral in composition.lateral:
-            side = side + lateral.side_force(self, at)
-        tangential, radial = axial * at.sine + side * at.cosine, axial * at.cosine - side * at.sine
-        masses = scene.masses
-        big_end = self.centrifugal(masses.rod.at_crank_pin)
-        whole = self.centrifugal(masses.rotating(motion.crank_radius))
-        return Forces(
-            pressure=pressure,
-            gas=gas,
-            inertia=inertia,
-            axial=axial,
-            side=side,
-            rod=np.copysign(np.hypot(axial, side), axial),
-            tangential=tangential,
-            radial=radial,
-            torque=tangential * motion.crank_radius,
-            wrist_pin_load=np.hypot(on_pin, side),
-            crank_pin_load=np.hypot(tangential, radial - big_end),
-            main_bearing_load=np.hypot(tangential, radial - whole),
-        )
+    def forces(self, angle: ArrayLike) -> Forces:
+        """Everything at the angles [rad], shape (n,)."""
+        return Forces(*_forces(np.ascontiguousarray(angle, dtype=float), self.machine, self.gas))

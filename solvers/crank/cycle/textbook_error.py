@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from solvers.crank.cycle.forces import Array
-from solvers.crank.gas.indicator_diagram import IndicatorCurve
-from solvers.crank.motion import in_line as kinematics
-from solvers.crank.motion.slider_crank import TwoHarmonicMotion
-from solvers.crank.scene import Curve, Scene
-from solvers.numerics.pieces import maxima
+from solvers.crank.cycle.forces import Cycle, Machine
+from solvers.crank.cycle.worst_instants import ROWS, TEXTBOOK, Group, alone, greatest
+from solvers.crank.gas.unrolled_pressure import Unrolled
+from solvers.crank.motion.slider_crank import ExactMotion
+
+_PIECES = 8
+"""Of half a turn."""
 
 
 @dataclass(frozen=True)
@@ -29,32 +30,23 @@ class TierErrors:
     brix_pressure: float | None
 
 
-def brix_curve(scene: Scene, curve: Curve) -> Curve | None:
-    """The same diagram unrolled by Brix's construction; None where there is none, or with an offset."""
-    m = scene.mechanism
-    if not isinstance(curve, IndicatorCurve) or curve.motion.offset != 0.0:
-        return None
-    return replace(curve, mapping=TwoHarmonicMotion(m.crank_radius, m.rod_length))
-
-
-def tier_errors(scene: Scene, curve: Curve, brix: Curve | None, tolerance: float) -> TierErrors:
-    displacement, acceleration = _kinematic_errors(scene.mechanism.crank_radius, scene.mechanism.rod_length)
+def tier_errors(cycle: Cycle, tolerance: float) -> TierErrors:
+    """The errors, each to ``tolerance`` of itself."""
+    displacement, acceleration = _of_motion(cycle.motion.crank_radius / cycle.motion.rod_length)
     pressure = None
-    if brix is not None:
-        gap = maxima(lambda a: np.abs(brix.pressure(a) - curve.pressure(a))[None], curve.breaks, tolerance)
-        pressure = float(gap.value[0])
+    if cycle.curve.has_brix:
+        rows = range(TEXTBOOK + 2, ROWS)
+        pressure = float(greatest(cycle.machine, cycle.gas, alone(cycle.gas), rows, tolerance).value[0])
     return TierErrors(displacement, acceleration, pressure)
 
 
 @lru_cache(maxsize=256)
-def _kinematic_errors(r: float, length: float) -> tuple[float, float]:
+def _of_motion(ratio: float) -> tuple[float, float]:
     """The errors of Brix's displacement, of r, and of the two-harmonic acceleration, of its greatest."""
-
-    def wrong(angle: Array) -> Array:
-        moved = kinematics.brix_displacement(angle, r, length) - kinematics.displacement(angle, r, length)
-        exact = kinematics.acceleration(angle, r, length, 1.0)
-        hastened = kinematics.two_harmonic_acceleration(angle, r, length, 1.0) - exact
-        return np.stack([np.abs(moved) / r, np.abs(hastened) / (r * (1.0 + r / length))])
-
-    found = maxima(wrong, np.array([0.0, np.pi]), 1e-8).value
+    frame, bounds = ExactMotion(ratio, 1.0).frame, np.linspace(0.0, np.pi, _PIECES + 1)
+    nothing = np.zeros(_PIECES)
+    gas = Unrolled(bounds, nothing, np.zeros((_PIECES, 4)), np.zeros(_PIECES, np.intp), False, frame, 0.0, 0.0)
+    machine = Machine(frame, *np.zeros(8).tolist())
+    group = Group(bounds, np.arange(_PIECES)[:, None], nothing[:, None])
+    found = greatest(machine, gas, group, range(TEXTBOOK, TEXTBOOK + 2), 1e-8).value
     return float(found[0]), float(found[1])

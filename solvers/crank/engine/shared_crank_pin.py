@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solvers.crank.cycle.forces import Array, Cycle
-from solvers.crank.engine.speed_fluctuation import shifted_breaks
+from solvers.crank.cycle.forces import Cycle
+from solvers.crank.cycle.worst_instants import CRANK_PIN, greatest
+from solvers.crank.engine.cylinders import together
 from solvers.crank.scene import Engine
 from solvers.errors import InvalidInput
-from solvers.numerics.pieces import maxima
 
 _SAME_DIRECTION = 1e-6
 
@@ -46,15 +46,8 @@ def shared_pin(cycle: Cycle, engine: Engine, tolerance: float) -> SharedPin | No
     masses = cycle.scene.masses
     if masses.rods_per_pin == 1 or len(engine.phases) == 1:
         return None
-    pair = Engine(engine.phases[:2], engine.axes[:2])
-    radius = cycle.motion.crank_radius
-    rods = cycle.centrifugal(masses.rods_per_pin * masses.rod.at_crank_pin)
-    whole = cycle.centrifugal(masses.rotating(radius))
-
-    def loads(angle: Array) -> Array:
-        parts = [cycle.forces(angle - phase) for phase in pair.phases]
-        tangential, radial = sum(p.tangential for p in parts), sum(p.radial for p in parts)
-        return np.stack([np.hypot(tangential, radial - rods), np.hypot(tangential, radial - whole)])
-
-    found = maxima(loads, shifted_breaks(cycle, pair), tolerance).value
+    # The throw turns once, and with it all that turns already counts both rods.
+    machine = cycle.machine._replace(big_end=masses.rods_per_pin * cycle.machine.big_end)
+    pair = together(cycle.gas, engine.phases[:2])
+    found = greatest(machine, cycle.gas, pair, range(CRANK_PIN, CRANK_PIN + 2), tolerance).value
     return SharedPin(float(found[0]), float(found[1]))

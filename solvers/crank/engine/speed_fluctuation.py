@@ -1,28 +1,53 @@
-"""Several like cylinders on one shaft: summed torque and the swing of the speed.
+"""Summed torque of all cylinders, and the fluctuation of the speed, taken as nearly constant (irregularity below 0.1).
 
-Cylinder i runs through its cycle by psi_i later than the first. Source: any text on engine balance, e.g. C. F. Taylor,
-The Internal Combustion Engine in Theory and Practice II; the flywheel from the work between the speed's extremes,
-Delta W = J omega^2 delta.
+The work of one cylinder's torque above its mean, since the start of the cycle, is
+w(phi) = W_gas(phi) - M_mean phi - m_j v^2/2 + Delta J (omega beta')^2/2, W_gas = A int (p - p_0) dx: the masses do no
+net work, so the mean torque is that of the gas. The speed has its extremes where the summed torque crosses its mean.
+W_gas is closed form for cubics of the volume, by Gauss's rule for cubics of the angle.
+
+Source: any text on engine balance, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II; the
+flywheel from the work between the speed's extremes, Delta W = J omega^2 delta.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
-from solvers.crank.cycle.forces import Array, Cycle
+from solvers.crank.cycle.forces import Cycle, Machine
+from solvers.crank.cycle.worst_instants import Greatest, Group, instant_of
+from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_at, within, work_at
+from solvers.crank.motion.slider_crank import displacement_at, posture_at
 from solvers.crank.scene import Engine
-from solvers.numerics.pieces import gauss, gauss_between, maxima, subdivide
+from solvers.numerics.jit import kernel
 
-MOST_BREAKS, LEAST_MOST = 20_000, 500
-"""Breaks for one cylinder, and for however many: more are replaced by equal pieces, so that time stays bounded."""
-LONGEST_PIECE = math.pi / 45.0
-_FEWEST_NODES, _MOST_NODES = 3, 24
-_LOOKS, _MOST_ROUNDS = 65, 8
-_ROUNDING = 32.0 * np.finfo(float).eps
+Array = NDArray[np.float64]
+
+_FEWEST_NODES, _MOST_NODES = 2, 64
+_MOST_ROUNDS = 60
+_ROUNDING = 4.0 * np.finfo(float).eps
+CANCELLED = 1e-4
+"""Where a mean cancels to less than this of its mean magnitude, that share of the magnitude is what counts."""
+
+
+@dataclass(frozen=True)
+class GasWork:
+    """The gas's work [J] from the start of the cycle to every break, its absolute error, the sum of its magnitudes, and
+    Gauss's rule for it with its number of nodes (none for cubics of the volume)."""
+
+    before: Array
+    error: float
+    magnitude: float
+    rule: tuple[Array, Array]
+    nodes: int
+
+    @property
+    def whole(self) -> float:
+        return float(self.before[-1])
 
 
 @dataclass(frozen=True)
@@ -44,21 +69,127 @@ class SpeedSwing:
     error: float
 
 
-def shifted_breaks(cycle: Cycle, engine: Engine) -> Array:
-    period, start = cycle.scene.cylinder.period, float(cycle.breaks[0])
-    shifted = [start + np.mod(cycle.breaks[:-1] + phase - start, period) for phase in engine.phases]
-    found = np.unique(np.concatenate([*shifted, [start, start + period]]))
-    most = max(MOST_BREAKS // len(engine.phases), LEAST_MOST)
-    if found.size > most:
-        found = np.linspace(start, start + period, most)
-    return found
+def gas_work(cycle: Cycle, tolerance: float) -> GasWork:
+    """By as many nodes as the work of the whole cycle needs, for which ``tolerance`` is relative."""
+    rule = _rule(_FEWEST_NODES)
+    before, magnitude = _gas_work(cycle.machine, cycle.gas, *rule)
+    error = 0.0
+    while not cycle.gas.by_volume and rule[0].size < _MOST_NODES:
+        rule = _rule(2 * rule[0].size)
+        coarse, (before, magnitude) = before, _gas_work(cycle.machine, cycle.gas, *rule)
+        error = float(np.max(np.abs(before - coarse)))
+        if error <= tolerance * max(abs(float(before[-1])), CANCELLED * magnitude):
+            break
+    return GasWork(before, error + _ROUNDING * magnitude, magnitude, rule, 0 if cycle.gas.by_volume else rule[0].size)
 
 
-def _summed(cycle: Cycle, engine: Engine, angle: Array) -> Array:
-    total = np.zeros_like(angle)
-    for phase in engine.phases:
-        total += cycle.torque(angle - phase)
+@cache
+def _rule(nodes: int) -> tuple[Array, Array]:
+    """Gauss's rule on (0, 1)."""
+    at, weight = np.polynomial.legendre.leggauss(nodes)
+    return 0.5 + 0.5 * at, 0.5 * weight
+
+
+@kernel
+def _by_rule(low: float, high: float, k: int, machine: Machine, gas: Unrolled, at: Array, weight: Array) -> float:
+    """The gas's work between two angles of a piece, over the angle."""
+    total = 0.0
+    for i in range(at.size):
+        phi = low + (high - low) * at[i]
+        sine, cosine, tangent, _, _ = posture_at(phi, machine.frame)
+        total += weight[i] * (pressure_at(phi, k, gas) - machine.back) * (sine + cosine * tangent)
+    return total * (high - low) * machine.frame.r * machine.area
+
+
+@kernel
+def _done(phi: float, k: int, machine: Machine, gas: Unrolled, at: Array, weight: Array) -> float:
+    """The gas's work from the beginning of piece ``k`` to an angle of it."""
+    if not gas.by_volume:
+        return _by_rule(gas.breaks[k], phi, k, machine, gas, at, weight)
+    first = gas.clearance + gas.area * displacement_at(gas.breaks[k], gas.frame)
+    last = gas.clearance + gas.area * displacement_at(phi, gas.frame)
+    return work_at(last, k, gas) - work_at(first, k, gas) - machine.back * (last - first)
+
+
+@kernel
+def _gas_work(machine: Machine, gas: Unrolled, at: Array, weight: Array) -> tuple[Array, float]:
+    """The work before every break, and the sum of the pieces' magnitudes."""
+    before, magnitude, lost = np.zeros(gas.breaks.size), 0.0, 0.0
+    for k in range(gas.stroke.size):
+        done = _done(gas.breaks[k + 1], k, machine, gas, at, weight)
+        magnitude += abs(done)
+        # What a sum loses by rounding is added with the next.
+        done -= lost
+        before[k + 1] = before[k] + done
+        lost = (before[k + 1] - before[k]) - done
+    return before, magnitude
+
+
+@kernel
+def _surplus_work(
+    angle: float, n: int, machine: Machine, gas: Unrolled, group: Group, before: Array, at: Array, weight: Array
+) -> float:
+    """The sum of all cylinders' w at a shaft angle of the group's piece ``n`` [J]."""
+    total, mean = 0.0, before[-1] / (gas.breaks[-1] - gas.breaks[0])
+    for cylinder in range(group.shift.shape[1]):
+        phi, k = angle + group.shift[n, cylinder], group.piece[n, cylinder]
+        if k < 0:
+            phi = within(phi, gas.breaks)
+            k = piece_of(phi, gas.breaks)
+        sine, cosine, tangent, _, _ = posture_at(phi, machine.frame)
+        moved = machine.speed * machine.frame.r * (sine + cosine * tangent)
+        turned = machine.speed * machine.frame.r / machine.frame.length * cosine * math.sqrt(1.0 + tangent * tangent)
+        total += before[k] + _done(phi, k, machine, gas, at, weight) - mean * phi
+        total += 0.5 * (machine.defect * turned * turned - machine.reciprocating * moved * moved)
     return total
+
+
+@kernel
+def _torque(angle: float, n: int, machine: Machine, gas: Unrolled, group: Group) -> float:
+    total = 0.0
+    for cylinder in range(group.shift.shape[1]):
+        total += instant_of(angle, n, cylinder, machine, gas, group).tangential
+    return total * machine.frame.r
+
+
+@kernel
+def _extremes(
+    machine: Machine, gas: Unrolled, group: Group, places: Array, torque: Array, before: Array, at: Array,
+    weight: Array, tolerance: float,
+) -> tuple[float, float, float]:  # fmt: skip
+    """The greatest and the least of the summed w, and what rounds of the search may have left of them [J].
+
+    ``torque`` are samples at the ``places``, (pieces, places). A crossing between two samples of a piece is closed in
+    on by false position (Illinois) until the work between its two sides is small; one at a break is the break.
+    """
+    mean = group.shift.shape[1] * before[-1] / (gas.breaks[-1] - gas.breaks[0])
+    greatest, least, missed, size = -np.inf, np.inf, 0.0, 0.0
+    for n in range(torque.shape[0]):
+        for j in range(torque.shape[1] - 1):
+            size += abs(torque[n, j] - mean) * (places[n, j + 1] - places[n, j])
+    last = torque[-1, -1] - mean
+    for n in range(torque.shape[0]):
+        for j in range(torque.shape[1]):
+            here, angle = torque[n, j] - mean, places[n, j]
+            if (last > 0.0) != (here > 0.0):
+                if j > 0:
+                    a, fa, b, fb, side = places[n, j - 1], last, angle, here, 0
+                    for _ in range(_MOST_ROUNDS):
+                        angle = (a * fb - b * fa) / (fb - fa)
+                        if not a < angle < b:
+                            angle = 0.5 * (a + b)
+                        f = _torque(angle, n, machine, gas, group) - mean
+                        if abs(f) * (b - a) <= tolerance * size or b - a <= 1e-15 * (1.0 + abs(b)):
+                            missed = max(missed, abs(f) * (b - a))
+                            break
+                        if (f > 0.0) == (fa > 0.0):
+                            a, fa, fb, side = angle, f, 0.5 * fb if side == 1 else fb, 1
+                        else:
+                            b, fb, fa, side = angle, f, 0.5 * fa if side == 2 else fa, 2
+                found = _surplus_work(angle, n, machine, gas, group, before, at, weight)
+                greatest, least = max(greatest, found), min(least, found)
+            last = here
+    return greatest, least, missed
 
 
 def shaft_inertia(cycle: Cycle) -> float:
@@ -70,92 +201,28 @@ def shaft_inertia(cycle: Cycle) -> float:
     return engine.flywheel_inertia + rotating
 
 
-def speed_swing(cycle: Cycle, engine: Engine, tolerance: float, one: tuple[float, float]) -> SpeedSwing:
-    """Summed torque and the swing of the speed, the speed taken as nearly constant (irregularity far below 1).
-
-    The work since the start of the cycle is summed piece by piece; its extremes lie where the torque crosses its mean,
-    found in the piece that holds them. ``one`` is the mean torque of one cylinder [N m] and its error.
-    """
-    breaks = shifted_breaks(cycle, engine)
-
-    def torque(angle: Array) -> Array:
-        return _summed(cycle, engine, angle)
-
-    average, average_error = (len(engine.phases) * part for part in one)
-    extremes = maxima(lambda a: (t := torque(a), np.stack([t, -t]))[1], breaks, tolerance)
-    bounds = subdivide(breaks, LONGEST_PIECE)
-    work, work_error = _work(bounds, lambda angle: torque(angle) - average, tolerance)
-    limits = torque(np.concatenate([np.nextafter(bounds[:-1], np.inf), np.nextafter(bounds[1:], -np.inf)])) - average
-    highest, high_error = _inside(bounds, work, torque, average, tolerance, limits)
-    lowest, low_error = _inside(bounds, -work, lambda angle: -torque(angle), -average, tolerance, -limits)
-    high, low = max(float(work.max()), highest), min(float(work.min()), -lowest)
-    fluctuation = high - low
-    inertia, wanted = shaft_inertia(cycle), engine.wanted_irregularity
-    speed = cycle.angular_speed
-    greatest, least = float(extremes.value[0]), -float(extremes.value[1])
+def speed_swing(
+    cycle: Cycle, engine: Engine, group: Group, torque: Greatest, work: GasWork, tolerance: float
+) -> SpeedSwing:
+    """The swing of the speed; ``torque`` has the greatest of the summed torque and of its negative as its last rows."""
+    machine, gas, count = cycle.machine, cycle.gas, len(engine.phases)
+    high, low, missed = _extremes(
+        machine, gas, group, torque.places, torque.samples[-2], work.before, *work.rule, 1e-2 * tolerance
+    )
+    fluctuation, period = max(high - low, 0.0), cycle.scene.cylinder.period
+    average, doubt = count * work.whole / period, count * work.error / period
+    inertia, wanted, speed = shaft_inertia(cycle), engine.wanted_irregularity, machine.speed
+    most, least = float(torque.value[-2]), -float(torque.value[-1])
     return SpeedSwing(
         work_fluctuation=fluctuation,
         inertia=inertia,
         irregularity=fluctuation / (inertia * speed**2) if inertia > 0 else None,
-        torque_max=greatest,
+        torque_max=most,
         torque_min=least,
         torque_mean=average,
-        torque_irregularity=(greatest - least) / abs(average) if abs(average) > average_error else None,
+        torque_irregularity=(most - least) / abs(average) if abs(average) > doubt else None,
         flywheel_inertia_wanted=None
         if wanted is None
         else max(fluctuation / (wanted * speed**2) - (inertia - engine.flywheel_inertia), 0.0),
-        error=average_error * float(np.ptp(breaks)) + work_error + high_error + low_error,
+        error=2.0 * (missed + count * work.error),
     )
-
-
-def _work(bounds: Array, surplus: Callable[[Array], Array], tolerance: float) -> tuple[Array, float]:
-    """The integral from the first bound to every other, and what the last doubling of the nodes changed."""
-
-    def summed(nodes: int) -> Array:
-        place, weight = gauss(bounds, nodes)
-        pieces = np.sum(surplus(place.ravel()).reshape(place.shape) * weight, axis=1)
-        return np.concatenate([[0.0], np.cumsum(pieces)])
-
-    nodes = _FEWEST_NODES
-    work = summed(nodes)
-    while True:
-        nodes *= 2
-        finer = summed(nodes)
-        change, work = float(np.max(np.abs(finer - work))), finer
-        if change <= tolerance * np.ptp(work) or nodes >= _MOST_NODES:
-            return work, change + _ROUNDING * float(np.sum(np.abs(np.diff(work))))
-
-
-def _inside(
-    bounds: Array, work: Array, torque: Callable[[Array], Array], average: float, tolerance: float, limits: Array
-) -> tuple[float, float]:
-    """The greatest work inside the pieces where the surplus falls through zero, and its error [J].
-
-    Pieces are seen by the one-sided limits of the surplus, first those at their beginnings, then those at their ends.
-    All crossings are closed in on together, ``_LOOKS`` places a time, until the work between the two sides of each is
-    small; what is left of it up to the chord's zero is a triangle.
-    """
-    low, high = np.nextafter(bounds[:-1], np.inf), np.nextafter(bounds[1:], -np.inf)
-    before, after = np.split(limits, 2)
-    at = np.flatnonzero((before > 0) & (after < 0))
-    if not at.size:
-        return -math.inf, 0.0
-    left, right, share = low[at], high[at], np.linspace(0.0, 1.0, _LOOKS)
-    for _ in range(_MOST_ROUNDS):
-        grid = left[:, None] + (right - left)[:, None] * share
-        surplus = torque(grid.ravel()).reshape(grid.shape) - average
-        fallen = np.argmax(surplus <= 0, axis=1).clip(1)[:, None]
-        left, right = (np.take_along_axis(grid, fallen - k, axis=1)[:, 0] for k in (1, 0))
-        above, below = (np.take_along_axis(surplus, fallen - k, axis=1)[:, 0] for k in (1, 0))
-        if float(np.max(above * (right - left))) <= tolerance * np.ptp(work):
-            break
-    # Summed over another number of angles, a surplus next to zero may have the other sign.
-    above, below = np.maximum(above, np.finfo(float).tiny), np.minimum(below, 0.0)
-    triangle = 0.5 * above * (right - left) * (above / (above - below))
-    # How far the surplus leaves its chord, seen in the middle: of a parabola two thirds of it lie between the two, and
-    # twice as much is trusted to cover what is no parabola.
-    bent = np.abs(torque(0.5 * (left + right)) - average - 0.5 * (above + below))
-    missed = float(np.max(np.minimum(above, 4.0 / 3.0 * bent) * (right - left)))
-    place, weight = gauss_between(bounds[at], left, _MOST_NODES)
-    total = np.sum((torque(place.ravel()).reshape(place.shape) - average) * weight, axis=1)
-    return float(np.max(work[at] + total + triangle)), missed

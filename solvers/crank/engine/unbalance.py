@@ -55,7 +55,7 @@ def balance(cycle: Cycle, engine: Engine) -> Balance:
     samples = _harmonic_samples(cycle)
     angle = np.arange(samples) * (2.0 * math.pi / samples)
     harmonics = np.fft.rfft(cycle.motion.acceleration(angle)) / (samples / 2)
-    masses, speed = cycle.scene.masses, cycle.angular_speed
+    masses, speed = cycle.scene.masses, cycle.machine.speed
     phase, axis = np.asarray(engine.phases), np.asarray(engine.axes)
     arm = np.asarray(engine.positions) if engine.positions else None
     if arm is not None:
@@ -73,7 +73,7 @@ def balance(cycle: Cycle, engine: Engine) -> Balance:
     )
     # Rods on one pin share one crank.
     sharing = masses.rods_per_pin if phase.size > 1 else 1
-    turning = cycle.centrifugal(masses.rotating(cycle.motion.crank_radius) / sharing)
+    turning = cycle.machine.turning / sharing
     direction = np.exp(1j * (axis - phase))
     couple = None if arm is None else float(abs(np.sum(arm * direction))) * abs(turning)
     return Balance(found, float(abs(np.sum(direction))) * abs(turning), couple)

@@ -8,22 +8,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from solvers.crank.gas.data_faults import STROKE_FAULTS, Points, require_sound
-from solvers.crank.gas.pressure_table import MOST_POINTS, Array
-from solvers.crank.motion.slider_crank import ExactMotion, Motion, crank_angle
+from solvers.crank.gas.cylinder import Cylinder
+from solvers.crank.gas.data_faults import STROKE_FAULTS, Points, require_finite, require_sound
+from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Array, Curve, Index, Unrolled, pressure_at
+from solvers.crank.motion.slider_crank import ExactMotion, Frame, crank_angle_at
 from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
-
-if TYPE_CHECKING:
-    from scipy.interpolate import PchipInterpolator
-
-    from solvers.crank.scene import Cylinder
+from solvers.numerics.monotone_cubic import monotone_cubics
 
 STROKES = {2: ("expansion", "compression"), 4: ("intake", "compression", "expansion", "exhaust")}
 """The strokes of a cycle, in order from the upper dead centre; the piston moves down in every other one."""
@@ -35,14 +29,6 @@ class Stroke:
 
     volume: tuple[float, ...]
     pressure: tuple[float, ...]
-
-    @cached_property
-    def curve(self) -> PchipInterpolator:
-        """p of V [Pa, m3], for points without a fault."""
-        from scipy.interpolate import PchipInterpolator
-
-        order = np.argsort(self.volume)
-        return PchipInterpolator(np.asarray(self.volume)[order], np.asarray(self.pressure)[order])
 
 
 @dataclass(frozen=True)
@@ -58,129 +44,81 @@ class IndicatorPressure:
                 raise InvalidInput(f"{field}.volume", "has too few or too many points", f"2 … {MOST_POINTS} points")
             if len(stroke.pressure) != count:
                 raise InvalidInput(f"{field}.pressure", "needs one pressure per volume", f"{count} pressures")
-            for name, values in (("volume", stroke.volume), ("pressure", stroke.pressure)):
-                bad = np.flatnonzero(~np.isfinite(values))
-                if bad.size:
-                    raise InvalidInput(f"{field}.{name}.{bad[0]}", "must be finite", "finite numbers")
+            require_finite(field, volume=stroke.volume, pressure=stroke.pressure)
 
-    def unroll(self, motion: ExactMotion, cylinder: Cylinder, mapping: Motion | None = None) -> IndicatorCurve:
+    def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Curve:
         """The diagram over the crank angle. Raises InvalidInput, with the point named, for points out of order,
         repeated, outside the cylinder's volumes, or short of a dead centre."""
         names = STROKES[cylinder.strokes]
         if len(self.strokes) != len(names):
             raise InvalidInput("pressure.strokes", "needs one set of points per stroke", ", ".join(names))
-        swept = cylinder.area * motion.stroke
+        low, swept = cylinder.clearance_volume, cylinder.area * motion.stroke
+        volumes, pressures, first = [], [], [0]
         for index, stroke in enumerate(self.strokes):
-            low = cylinder.clearance_volume
-            points = Points(np.asarray(stroke.volume), np.asarray(stroke.pressure), low, low + swept)
-            require_sound(points, STROKE_FAULTS, f"pressure.strokes.{index}.volume")
-        return IndicatorCurve(self.strokes, motion, mapping or motion, cylinder.area, cylinder.clearance_volume)
-
-
-class _Tables(NamedTuple):
-    """The cubics of all strokes behind each other: points, coefficients (4, points), where each stroke begins.
-
-    scipy checks its own again at every look.
-    """
-
-    x: Array
-    c: Array
-    first: NDArray[np.intp]
+            volume, pressure = np.array(stroke.volume), np.array(stroke.pressure)
+            require_sound(Points(volume, pressure, low, low + swept), STROKE_FAULTS, f"pressure.strokes.{index}.volume")
+            rising = 1 if volume[0] < volume[-1] else -1
+            volumes.append(volume[::rising])
+            pressures.append(pressure[::rising])
+            first.append(first[-1] + volume.size)
+        top, bottom = motion.dead_centres
+        ends = np.array([(bottom if i % 2 else top) + i // 2 * 2.0 * math.pi for i in range(len(names) + 1)])
+        breaks, begin, cubic, stroke_of = _unrolled(
+            np.concatenate(volumes), np.concatenate(pressures), np.array(first), ends, motion.frame, cylinder.area, low
+        )
+        gas = Unrolled(breaks, begin, cubic, stroke_of, True, motion.frame, cylinder.area, low)
+        jumps = zip(ends[:-1].tolist(), _jumps(gas).tolist(), strict=True)
+        return Curve(gas, tuple(jumps))
 
 
 @kernel
-def _pressures(angle: Array, volume: Array, tables: _Tables, boundaries: Array) -> Array:
-    """p of the stroke that an angle belongs to; beyond a stroke's points the value of the nearest."""
-    out, start = np.empty(angle.size), boundaries[0]
-    period = boundaries[-1] - start
-    for i in range(angle.size):
-        phi = angle[i]
-        if not start <= phi <= start + period:
-            phi = start + (phi - start) % period
-        stroke = 0
-        while stroke < tables.first.size - 2 and boundaries[stroke + 1] <= phi:
-            stroke += 1
-        low, high = tables.first[stroke], tables.first[stroke + 1] - 1
-        inside = min(max(volume[i], tables.x[low]), tables.x[high])
-        while high - low > 1:
-            middle = (low + high) // 2
-            if tables.x[middle] <= inside:
-                low = middle
-            else:
-                high = middle
-        t, c = inside - tables.x[low], tables.c
-        out[i] = ((c[0, low] * t + c[1, low]) * t + c[2, low]) * t + c[3, low]
+def _unrolled(
+    volume: Array, pressure: Array, first: Index, ends: Array, frame: Frame, area: float, clearance: float
+) -> tuple[Array, Array, Array, Index]:
+    """Breaks, begins, cubics and strokes of a diagram, the points of each stroke rising in volume, from ``first`` on.
+
+    Beyond a stroke's points the pressure is that of the nearest.
+    """
+    size = volume.size + first.size
+    breaks, begin, cubic = np.empty(size + 1), np.empty(size), np.zeros((size, 4))
+    stroke, count = np.empty(size, np.intp), 0
+    for s in range(first.size - 1):
+        x, y = volume[first[s] : first[s + 1]], pressure[first[s] : first[s + 1]]
+        cubics, n, upward = monotone_cubics(x, y), x.size, s % 2 == 1
+        here = ends[s]
+        for along in range(n + 1):
+            # Interval i lies above point i - 1; the last ends at the dead centre.
+            i = n - along if upward else along
+            ahead = ends[s + 1]
+            if along < n:
+                moved = (x[i - 1 if upward else i] - clearance) / area
+                # The angle past the lower dead centre follows from the mirrored mechanism.
+                past = crank_angle_at(moved, frame.r, frame.length, -frame.offset if upward else frame.offset)
+                ahead = s // 2 * 2.0 * math.pi + (2.0 * math.pi - past if upward else past)
+                ahead = min(ahead, ends[s + 1])
+            if ahead > here:
+                breaks[count], stroke[count] = here, s
+                if i == 0:
+                    begin[count], cubic[count, 3] = 0.0, y[0]
+                elif i == n:
+                    begin[count], cubic[count, 3] = x[n - 1], y[n - 1]
+                else:
+                    begin[count] = x[i - 1]
+                    for power in range(4):
+                        cubic[count, power] = cubics[i - 1, power]
+                here = ahead
+                count += 1
+    breaks[count] = ends[-1]
+    return breaks[: count + 1].copy(), begin[:count].copy(), cubic[:count].copy(), stroke[:count].copy()
+
+
+@kernel
+def _jumps(gas: Unrolled) -> Array:
+    """p behind each stroke's beginning less p before it."""
+    out = np.zeros(gas.stroke[-1] + 1)
+    before = pressure_at(gas.breaks[-1], gas.stroke.size - 1, gas)
+    for k in range(gas.stroke.size):
+        if k == 0 or gas.stroke[k] != gas.stroke[k - 1]:
+            out[gas.stroke[k]] = pressure_at(gas.breaks[k], k, gas) - before
+        before = pressure_at(gas.breaks[k + 1], k, gas)
     return out
-
-
-@dataclass(frozen=True)
-class IndicatorCurve:
-    """A diagram unrolled; ``mapping`` tells the volume at an angle, ``motion`` where the strokes begin and end."""
-
-    strokes: tuple[Stroke, ...]
-    motion: ExactMotion
-    mapping: Motion
-    area: float
-    clearance_volume: float
-
-    @property
-    def _curves(self) -> tuple[PchipInterpolator, ...]:
-        return tuple(stroke.curve for stroke in self.strokes)
-
-    @cached_property
-    def _tables(self) -> _Tables:
-        curves = self._curves
-        x = np.concatenate([curve.x for curve in curves])
-        # The last point of a stroke begins no piece.
-        c = np.concatenate([np.pad(np.asarray(curve.c), ((0, 0), (0, 1))) for curve in curves], axis=1)
-        return _Tables(x, np.ascontiguousarray(c), np.cumsum([0, *(curve.x.size for curve in curves)]))
-
-    @property
-    def period(self) -> float:
-        return math.pi * len(self.strokes)
-
-    @cached_property
-    def _boundaries(self) -> Array:
-        top, bottom = self.motion.dead_centres
-        turns = 2.0 * math.pi * np.arange(len(self.strokes) // 2)
-        return np.append(np.sort(np.concatenate([top + turns, bottom + turns])), top + self.period)
-
-    def pressure(self, angle: ArrayLike) -> Array:
-        phi = np.asarray(angle, dtype=float)
-        volume = self.clearance_volume + self.area * np.asarray(self.mapping.displacement(phi))
-        return _pressures(phi.ravel(), volume.ravel(), self._tables, self._boundaries).reshape(phi.shape)
-
-    @cached_property
-    def breaks(self) -> Array:
-        """The dead centres, and the points as far as they lie between them."""
-        found = [self._boundaries]
-        for index, curve in enumerate(self._curves):
-            down = crank_angle(self.motion, (curve.x - self.clearance_volume) / self.area)
-            if index % 2:  # The piston rises: the angle past the lower dead centre follows from the mirrored mechanism.
-                mirrored = ExactMotion(self.motion.crank_radius, self.motion.rod_length, -self.motion.offset)
-                down = 2.0 * math.pi - crank_angle(mirrored, (curve.x - self.clearance_volume) / self.area)
-            angles = down + 2.0 * math.pi * (index // 2)
-            low, high = self._boundaries[index], self._boundaries[index + 1]
-            found.append(angles[(angles > low) & (angles < high)])
-        return np.unique(np.concatenate(found))
-
-    @property
-    def jumps(self) -> tuple[tuple[float, float], ...]:
-        ends = [(float(c(c.x[0])), float(c(c.x[-1]))) for c in self._curves]
-        found = []
-        for index in range(len(self.strokes)):
-            at_bottom = index % 2
-            found.append((float(self._boundaries[index]), ends[index][at_bottom] - ends[index - 1][at_bottom]))
-        return tuple(found)
-
-    def work(self) -> float:
-        """The work of one cycle [J]: the integral of p dV, exact for the curves between the points."""
-        low = self.clearance_volume
-        high = low + self.area * self.motion.stroke
-        total = 0.0
-        for index, curve in enumerate(self._curves):
-            first, last = curve.x[0], curve.x[-1]
-            inside = float(curve.integrate(max(low, first), min(high, last)))
-            inside += float(curve(first)) * max(first - low, 0.0) + float(curve(last)) * max(high - last, 0.0)
-            total += -inside if index % 2 else inside
-        return total

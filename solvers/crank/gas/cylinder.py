@@ -1,0 +1,38 @@
+"""A cylinder and its cycle. SI units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from solvers.errors import require
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """Bore D, clearance volume V_c, pressure p_0 under the piston, and the strokes of a cycle: two or four."""
+
+    bore: float
+    clearance_volume: float
+    crankcase_pressure: float
+    strokes: int
+
+    def __post_init__(self) -> None:
+        require(math.isfinite(self.bore) and self.bore > 0, "cylinder.bore", "must be positive", "(0, inf)")
+        require(
+            math.isfinite(self.clearance_volume) and self.clearance_volume >= 0,
+            "cylinder.clearance_volume",
+            "must not be negative",
+            "[0, inf)",
+        )
+        require(math.isfinite(self.crankcase_pressure), "cylinder.crankcase_pressure", "must be finite", "(-inf, inf)")
+        require(self.strokes in (2, 4), "cylinder.strokes", "is neither two nor four", "2 or 4")
+
+    @property
+    def area(self) -> float:
+        return math.pi * self.bore**2 / 4.0
+
+    @property
+    def period(self) -> float:
+        """The crank angle of one cycle [rad]: 2 pi or 4 pi."""
+        return math.pi * self.strokes

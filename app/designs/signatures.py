@@ -4,7 +4,7 @@
 # fmt: off
 
 TUPLES: dict[str, str] = {
-    "solvers.crank.indicator._Tables": "f1 f2 i1",
+    "solvers.crank.gas.indicator_diagram._Tables": "f1 f2 i1",
     "solvers.numerics.panels.Rule": "f1 f1 f2 f2 f1",
     "solvers.numerics.radau.Radau": "f1 f1 f2 f2 f2 f2 f1 f2",
     "solvers.numerics.ripple.Ripple": "f1 c2 c3 c3 f2 f5 f5 f1 f1 f2",
@@ -98,8 +98,8 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.linkage.steady_state.collocation.turn", "f2 f2 f f f f1 f2F"),
     ),
     ("crank-dynamics", "analysis"): (
-        ("solvers.crank.indicator._pressures", "f1 f1 solvers.crank.indicator._Tables f1"),
-        ("solvers.crank.motion._displacement", "f1 f f f f"),
-        ("solvers.crank.motion._posture", "f1 f f f"),
+        ("solvers.crank.gas.indicator_diagram._pressures", "f1 f1 solvers.crank.gas.indicator_diagram._Tables f1"),
+        ("solvers.crank.motion.slider_crank._displacement", "f1 f f f f"),
+        ("solvers.crank.motion.slider_crank._posture", "f1 f f f"),
     ),
 }

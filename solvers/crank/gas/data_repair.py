@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solvers.crank.faults import STROKE_FAULTS, TABLE_FAULTS, Fault, Points, first_fault
-from solvers.crank.indicator import IndicatorPressure, Stroke
-from solvers.crank.motion import ExactMotion
-from solvers.crank.pressure import TablePressure
-from solvers.crank.scene import Cylinder
+from solvers.crank.gas.cylinder import Cylinder
+from solvers.crank.gas.data_faults import STROKE_FAULTS, TABLE_FAULTS, Fault, Points, first_fault
+from solvers.crank.gas.indicator_diagram import IndicatorPressure, Stroke
+from solvers.crank.gas.pressure_table import TablePressure
+from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import InvalidInput
 
 _MOST_ROUNDS = 12

@@ -265,6 +265,14 @@ def first_fault(points: Points, faults: Sequence[Fault]) -> tuple[Fault, int] | 
     return None
 
 
+def require_finite(field: str, **columns: Sequence[float]) -> None:
+    """Raise InvalidInput, with the first point named, for columns with an infinity or no number."""
+    for name, values in columns.items():
+        if not np.isfinite(values).all():
+            first = _first(~np.isfinite(values))
+            raise InvalidInput(f"{field}.{name}.{first}", "must be finite", "finite numbers")
+
+
 def require_sound(points: Points, faults: Sequence[Fault], field: str) -> None:
     """Raise InvalidInput, with the first bad point of the field named, for data with a fault."""
     found = first_fault(points, faults)

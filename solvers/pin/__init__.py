@@ -15,6 +15,7 @@ from solvers.pin.diagnosis import Diagnosis
 from solvers.pin.effects import EFFECTS
 from solvers.pin.family import LoadProfile, free_bores, load_sweep
 from solvers.pin.loads import LoadCase, MacaulayTerm
+from solvers.pin.materials import CATALOGUE, PinSteel
 from solvers.pin.pointwise import Constant, Free
 from solvers.pin.profile import Profile
 from solvers.pin.scene import Geometry, Limits, PinMaterial, Scene
@@ -25,6 +26,7 @@ from solvers.pin.verdict import judge
 __all__ = [
     "ALL",
     "AUTO",
+    "CATALOGUE",
     "CRITERIA",
     "EFFECTS",
     "Cone",
@@ -41,6 +43,7 @@ __all__ = [
     "PinDesign",
     "PinMaterial",
     "PinProblem",
+    "PinSteel",
     "Profile",
     "Scene",
     "Stepped",

@@ -20,6 +20,7 @@ from app.designs.drawing import (
     words_of,
 )
 from app.designs.part import Parameter, Part, Revolution
+from app.designs.pin_profile.request import material_of
 
 _SAME = 1e-9
 """Of a length: what no tool tells apart."""
@@ -73,7 +74,7 @@ def part(run: Mapping[str, Any], _angle_deg: float | None = None) -> Part:
         parameters=tuple(_parameters(g, length, bore, outside, bushing, drills)),
         drawing=_drawing(bore, outside, length, bushing, drills),
         mass_g=result["mass_g"],
-        density_kg_m3=spec["material"]["density_kg_m3"],
+        density_kg_m3=material_of(spec).density,
         remarks=tuple(_remarks(drills)),
     )
 

@@ -6,6 +6,8 @@ import math
 from typing import Any
 
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around, opening, stacked
+from app.designs.pin_profile.request import DesignRequest, material_of
+from app.designs.schema import MEGA
 from solvers import pin
 from solvers.pin.capacity import force_limit
 from solvers.pin.family import load_sweep
@@ -132,7 +134,7 @@ def stress_picture(run: dict[str, Any]) -> str:
     """SVG of the equivalent stress along the pin, and the allowable."""
     rows = [row for row in run["result"]["profile"] if row["equivalent_stress_mpa"] is not None]
     x, stress = [row["x_mm"] for row in rows], [row["equivalent_stress_mpa"] for row in rows]
-    allowable = run["spec"]["material"]["allowable_stress_mpa"]
+    allowable = material_of(run["spec"]).allowable_stress / MEGA
     chart = Chart(
         "Equivalent stress",
         Linear(0.0, run["result"]["profile"][-1]["x_mm"]),
@@ -148,8 +150,6 @@ def stress_picture(run: dict[str, Any]) -> str:
 
 def load_family(run: dict[str, Any]) -> str:
     """SVG of free profiles over the load (the paper's figure 5), and of this pin: diameter over half the length."""
-    from app.designs.pin_profile.request import DesignRequest
-
     spec = {name: value for name, value in run["spec"].items() if name in DesignRequest.model_fields}
     if run["spec"]["variable"] == "bore":
         spec["bore_mm"] = None

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from app.web.fields import named, split_unit
-from app.web.inputs import Input, differing
-from app.web.languages import gettext as _
+from app.designs.units import split_unit
+from app.words.fields import named
+from app.words.inputs import Input, differing
+from app.words.languages import gettext as _
 
 _SAME = 1e-12
 """Numbers that differ by less, relative to the greater one, are the same."""

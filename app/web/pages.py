@@ -12,9 +12,10 @@ from app.errors import Problem
 from app.jobs.warming import in_words
 from app.store.record import RunFilter
 from app.submission import Service
-from app.web.drawings import drawn
-from app.web.languages import COOKIE, LANGUAGES
+from app.web.languages import COOKIE
 from app.web.rendering import page
+from app.words.drawings import drawn
+from app.words.languages import LANGUAGES
 
 router = APIRouter(include_in_schema=False)
 _A_YEAR_S = 365 * 24 * 3600

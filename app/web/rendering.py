@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +14,9 @@ from markupsafe import Markup
 from app.access.forgery import FIELD
 from app.access.sessions import session
 from app.designs.registry import KINDS
-from app.designs.verdict import summary_of
-from app.web import verdicts
-from app.web.fields import named
-from app.web.languages import LANGUAGES, catalogue, gettext, language, ngettext
+from app.words import verdicts
+from app.words.fields import named, plain
+from app.words.languages import LANGUAGES, gettext, language, ngettext
 
 STATIC = Path(__file__).parent / "static"
 POLICY = (
@@ -51,11 +49,6 @@ def label(name: str) -> dict[str, str]:
     return {"words": words, "unit": unit}
 
 
-def plain(name: object) -> str:
-    """A name of the contract as words of the page's language."""
-    return gettext(str(name).replace("_", " ").replace("-", " "))
-
-
 def spoken(text: str) -> str:
     """A text made elsewhere, in the page's language if the catalogue has it."""
     return gettext(text)
@@ -72,13 +65,6 @@ def first_upper(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def summary(verdict: Mapping[str, Any], kind: str, accuracy: Mapping[str, Any] | None) -> str:
-    """A stored verdict's sentence in the page's language."""
-    if language() == "en":
-        return verdict["summary"]
-    return summary_of(verdict, KINDS[kind].denials if kind in KINDS else {}, accuracy, catalogue())
-
-
 def back_of(request: Request) -> str:
     """Where a choice of language leads back to."""
     return request.url.path + (f"?{request.url.query}" if request.url.query else "")
@@ -88,13 +74,19 @@ templates.env.filters["figure"] = figure
 templates.env.filters["label"] = label
 templates.env.filters["short"] = short
 templates.env.filters["plain"] = plain
-templates.env.filters["summary"] = summary
 templates.env.filters["spoken"] = spoken
 templates.env.filters["foreign"] = foreign
 templates.env.filters["first_upper"] = first_upper
 templates.env.globals["back_of"] = back_of
 templates.env.globals["language"] = language
-for _filter in (verdicts.standing, verdicts.reached, verdicts.required, verdicts.margin, verdicts.used):
+for _filter in (
+    verdicts.standing,
+    verdicts.reached,
+    verdicts.required,
+    verdicts.margin,
+    verdicts.used,
+    verdicts.summary,
+):
     templates.env.filters[_filter.__name__] = _filter
 
 

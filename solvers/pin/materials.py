@@ -29,7 +29,9 @@ def _steel(title: str, allowable: float, told: str) -> PinSteel:
 
 
 CATALOGUE: dict[str, PinSteel] = {
-    "pin-steel-17Cr3": _steel("Case-hardening steel 17Cr3, 1.7016, case-hardened", 150e6, "that of the paper's example"),
+    "pin-steel-17Cr3": _steel(
+        "Case-hardening steel 17Cr3, 1.7016, case-hardened", 150e6, "that of the paper's example"
+    ),
     "pin-steel-16MnCr5": _steel("Case-hardening steel 16MnCr5, 1.7131, case-hardened", 180e6, "about its middle"),
     "pin-steel-31CrMoV9": _steel("Nitriding steel 31CrMoV9, 1.8519, nitrided", 220e6, "its upper part"),
 }

@@ -10,7 +10,7 @@ from app.designs.refusals import LIMITS, REQUIRED
 from app.errors import Problem
 from app.web.forms.groups import Group
 from app.web.forms.nodes import Node, Texts
-from app.web.languages import gettext as _
+from app.words.languages import gettext as _
 
 SAYS = {
     "is out of range": "is out of range",

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from app.web.forms.nodes import Node, Texts, applies
 from app.web.forms.numbers import number, shown
-from app.web.languages import gettext as _
+from app.words.languages import gettext as _
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,12 +8,12 @@ from typing import Any
 
 from app.designs.form import COMMON, looked_up
 from app.designs.kind import Kind, Mode
-from app.web.fields import split_unit
+from app.designs.units import split_unit
 from app.web.forms.groups import Group, Member, Range, Union
 from app.web.forms.nodes import Choice, Constant, Effects, Flag, Node, Number, Several, Switched, Text
 from app.web.forms.tables import Column, Numbers, Table
-from app.web.languages import gettext as _
-from app.web.languages import language
+from app.words.languages import gettext as _
+from app.words.languages import language
 
 Schema = Mapping[str, Any]
 _WIDE = (1e-6, 1e6)
@@ -69,7 +69,7 @@ class _Builder:
             name=key,
             pointer=f"/{key}",
             path=key,
-            label=self._label(key, key),
+            label=_(self._words.label(key)),
             members=tuple(members),
             options=self._options(key, [m.tag for m in members]),
         )
@@ -157,7 +157,7 @@ class _Builder:
             "name": prefix + key,
             "pointer": "/" + path.replace(".", "/"),
             "path": path,
-            "label": self._label(path, key),
+            "label": _(self._words.label(path)),
             "help": _(told if said is None else said),
             "when": self._words.when.get(path, ""),
         }
@@ -252,7 +252,7 @@ class _Builder:
         return Union(**shared, members=tuple(members), options=options)
 
     def _columns(self, properties: Mapping[str, Schema], keys: list[str]) -> tuple[Column, ...]:
-        return tuple(Column(k, self._label(k, k), split_unit(k)[1]) for k in keys)
+        return tuple(Column(k, _(self._words.label(k)), split_unit(k)[1]) for k in keys)
 
     def _tables(self, item: Schema, shared: dict[str, Any]) -> list[Node]:
         properties = {n: self._resolved(s) for n, s in item["properties"].items()}
@@ -273,7 +273,7 @@ class _Builder:
 
     def _table(self, name: str, parent: str, path: str, columns: tuple[Column, ...], shape: str, first: str) -> Node:
         pointer = "/" + parent.replace(".", "/") if parent else ""
-        label = self._label(f"{parent}.points", "points")
+        label = _(self._words.label(f"{parent}.points"))
         return Table(
             key="",
             name=name.rpartition(".")[0] + ".points",
@@ -286,15 +286,6 @@ class _Builder:
             shape=shape,
             first=first,
         )
-
-    def _label(self, path: str, key: str) -> str:
-        label = looked_up(self._words.labels, COMMON.labels, path)
-        if label is None:
-            words = split_unit(key)[0]
-            for short, long in (("min ", "least "), ("max ", "greatest ")):
-                words = long + words.removeprefix(short) if words.startswith(short) else words
-            label = words[:1].upper() + words[1:]
-        return _(label)
 
     def _options(self, path: str, values: list[str]) -> dict[str, str]:
         words = looked_up(self._words.options, COMMON.options, path) or {}

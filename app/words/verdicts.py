@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-from app.web.languages import gettext as _
+from app.designs.registry import KINDS
+from app.designs.verdict import summary_of
+from app.words.languages import catalogue, language
+from app.words.languages import gettext as _
 
 _NOTHING = 5e-5
 """A margin that is shown as none."""
@@ -17,6 +21,13 @@ def standing(verdict: dict[str, Any], accuracy: dict[str, Any] | None) -> str:
     if not verdict["holds"]:
         return "fails"
     return "holds" if accuracy is None or accuracy["met"] else "doubtful"
+
+
+def summary(verdict: Mapping[str, Any], kind: str, accuracy: Mapping[str, Any] | None) -> str:
+    """A stored verdict's sentence in the language spoken."""
+    if language() == "en":
+        return verdict["summary"]
+    return summary_of(verdict, KINDS[kind].denials if kind in KINDS else {}, accuracy, catalogue())
 
 
 def reached(criterion: dict[str, Any]) -> str:

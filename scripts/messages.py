@@ -41,6 +41,7 @@ from app.words import captions, shaping
 from app.words.drawings import SENTENCES, in_words
 from app.words.fields import split_unit
 from app.words.languages import DOMAIN, LANGUAGES, LOCALE, speaking
+from app.words.units import System, measuring
 from solvers.effects import EffectState
 
 ROOT = Path(__file__).parent.parent
@@ -128,8 +129,9 @@ def registered() -> set[str]:
                 build(kind, mode)
                 for request in _requests(kind, mode):
                     drawing = kind.drawing(request)
-                    if drawing is not None:
-                        in_words(drawing)
+                    for units in System if drawing is not None else ():
+                        with measuring(units):
+                            in_words(drawing)
     found = hearing.heard | set(_names()) | set(_of_kinds()) | set(_ELSEWHERE)
     found |= {word.label for words in (ROD, PIN, LINKAGE) for word in words.values()}
     found |= {denial for kind in KINDS.values() for denial in kind.denials.values()}

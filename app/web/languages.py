@@ -1,4 +1,4 @@
-"""The language of who asks: from a cookie, else what the browser wants."""
+"""The language and the units of who asks: from cookies; the language else as the browser wants it."""
 
 from __future__ import annotations
 
@@ -8,21 +8,33 @@ from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from app.words.languages import LANGUAGES, speaking
+from app.words.units import SYSTEMS, System, measuring
 
-COOKIE = "language"
+COOKIE, UNITS_COOKIE = "language", "units"
 
 
 def preferred(headers: Headers) -> str:
     """The language of the cookie, else the first that the browser asks for and that there is, else English."""
-    try:
-        kept = SimpleCookie(headers.get("cookie", "")).get(COOKIE)
-    except CookieError:
-        kept = None
-    if kept is not None and kept.value in LANGUAGES:
-        return kept.value
+    kept = _kept(headers, COOKIE)
+    if kept in LANGUAGES:
+        return kept
     asked = [_weighed(part) for part in headers.get("accept-language", "").split(",")[:20]]
     known = [(weight, code) for weight, code in asked if code in LANGUAGES and weight > 0.0]
     return max(known, key=lambda pair: pair[0])[1] if known else "en"
+
+
+def units_of(headers: Headers) -> System:
+    """The units of the cookie, else metric ones."""
+    kept = _kept(headers, UNITS_COOKIE)
+    return System(kept) if kept in SYSTEMS else System.METRIC
+
+
+def _kept(headers: Headers, cookie: str) -> str:
+    try:
+        kept = SimpleCookie(headers.get("cookie", "")).get(cookie)
+    except CookieError:
+        return ""
+    return kept.value if kept is not None else ""
 
 
 def _weighed(part: str) -> tuple[float, str]:
@@ -35,7 +47,7 @@ def _weighed(part: str) -> tuple[float, str]:
 
 
 class Speaking:
-    """Every request is answered in the language of who asks."""
+    """Every request is answered in the language and the units of who asks."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
@@ -44,5 +56,6 @@ class Speaking:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        with speaking(preferred(Headers(scope=scope))):
+        headers = Headers(scope=scope)
+        with speaking(preferred(headers)), measuring(units_of(headers)):
             await self._app(scope, receive, send)

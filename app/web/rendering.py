@@ -14,7 +14,7 @@ from markupsafe import Markup
 from app.access.forgery import FIELD
 from app.access.sessions import session
 from app.designs.registry import KINDS
-from app.words import verdicts
+from app.words import units, verdicts
 from app.words.fields import named, plain
 from app.words.languages import LANGUAGES, gettext, language, ngettext
 
@@ -31,22 +31,23 @@ templates.env.policies["ext.i18n.trimmed"] = True
 templates.env.install_gettext_callables(gettext, ngettext, newstyle=True)  # type: ignore[attr-defined]
 
 
-def figure(value: Any) -> str:
-    """A value to the digits that a person reads."""
+def figure(value: Any, unit: str = "") -> str:
+    """A value to the digits that a person reads, in the units in use."""
     if isinstance(value, bool):
         return gettext("yes") if value else gettext("no")
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return f"{units.told(value, unit):.6g}" if isinstance(value, float) else str(value)
 
 
-def short(value: float) -> str:
+def short(value: float, unit: str = "") -> str:
     """Four digits, without a power of ten where a person would write none."""
+    value = units.told(value, unit)
     return f"{value:,.0f}".replace(",", "\u202f") if 9999.5 <= abs(value) < 1e7 else f"{value:.4g}"
 
 
 def label(name: str) -> dict[str, str]:
-    """A field's name in words of the page's language, and its unit."""
+    """A field's name in words of the page's language, its unit as it is told, and the metric one."""
     words, unit = named(name)
-    return {"words": words, "unit": unit}
+    return {"words": words, "unit": units.unit_shown(unit), "metric": unit}
 
 
 def spoken(text: str) -> str:
@@ -71,6 +72,10 @@ def back_of(request: Request) -> str:
 
 
 templates.env.filters["figure"] = figure
+templates.env.filters["quantity"] = units.quantity
+templates.env.filters["unit"] = units.unit_shown
+templates.env.globals["SYSTEMS"] = units.SYSTEMS
+templates.env.globals["system"] = units.system
 templates.env.filters["label"] = label
 templates.env.filters["short"] = short
 templates.env.filters["plain"] = plain

@@ -14,8 +14,10 @@ from app.designs.kind import Kind
 from app.designs.pictures.drawing_svg import drawing_svg
 from app.words.captions import PARTS
 from app.words.languages import gettext as _
+from app.words.units import System, system, told
 
 SENTENCES = re.compile(r"(?<=\.) ")
+_FIGURE = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\d.°])")
 
 
 class Drawn(NamedTuple):
@@ -49,12 +51,17 @@ def in_words(drawing: Drawing) -> Drawing:
     return replace(
         drawing,
         title=_(drawing.title),
-        caption=" ".join(map(_, SENTENCES.split(drawing.caption))),
+        caption=" ".join(_(_scale(each)) for each in SENTENCES.split(drawing.caption)),
         notes=tuple(replace(note, words=_(note.words)) for note in drawing.notes),
         dimensions=tuple(replace(each, words=_dimension(each.words)) for each in drawing.dimensions),
     )
 
 
+def _scale(sentence: str) -> str:
+    return sentence.replace("mm, to scale", "inches, to scale") if system() is System.INCH else sentence
+
+
 def _dimension(words: str) -> str:
+    words = _FIGURE.sub(lambda figure: f"{told(float(figure[0]), 'mm'):.5g}", words)
     symbol, _space, value = words.rpartition(" ")
     return f"{_(symbol)} {value}" if len(symbol) > 2 else words

@@ -13,6 +13,7 @@ from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, job_of
 from app.designs.units import split_unit
 from app.words.languages import gettext as _
+from app.words.units import told, unit_shown
 
 _MOST_SHOWN = 6
 """Numbers of a list that are shown one by one; of a longer one the ends."""
@@ -43,9 +44,9 @@ def groups(run: Mapping[str, Any]) -> list[Group]:
     model = _model(run, spec)
     titles = [*dict.fromkeys([*kind.form.sections, _MORE, *COMMON.sections])]
     found: dict[str, list[Input]] = {title: [] for title in titles}
-    for path, value, told in _leaves(_ordered(spec, model), model):
+    for path, value, own in _leaves(_ordered(spec, model), model):
         if value is not None and value != [] and path != ("name",):
-            found[_section(kind.form, path[0])].append(_input(kind, path, value, told))
+            found[_section(kind.form, path[0])].append(_input(kind, path, value, own))
     return [Group(_(title.removeprefix("+")), tuple(items)) for title, items in found.items() if items]
 
 
@@ -106,7 +107,7 @@ def _leaves(value: Any, model: Any, path: _Path = (), told: str = "") -> Iterato
         yield path, value, told
 
 
-def _input(kind: Kind, path: _Path, value: Any, told: str) -> Input:
+def _input(kind: Kind, path: _Path, value: Any, own: str) -> Input:
     words, plain = kind.form, [part for part in path if not part.isdigit()]
     place = ".".join(plain)
     if plain[-1] in _TAGS and len(plain) > 1 and place not in words.labels:
@@ -118,21 +119,21 @@ def _input(kind: Kind, path: _Path, value: Any, told: str) -> Input:
     return Input(
         ".".join(path),
         " ".join([_(words.label(place)), *numbered]),
-        f"{_shown(value, looked_up(words.options, COMMON.options, place) or {})} {unit}".rstrip(),
-        _(told.replace("null:", "empty:") if help is None else help),
+        f"{_shown(value, looked_up(words.options, COMMON.options, place) or {}, unit)} {unit_shown(unit)}".rstrip(),
+        _(own.replace("null:", "empty:") if help is None else help),
     )
 
 
-def _shown(value: Any, options: Mapping[str, str]) -> str:
+def _shown(value: Any, options: Mapping[str, str], unit: str = "") -> str:
     if isinstance(value, bool):
         return _("yes") if value else _("no")
     if isinstance(value, float):
-        return f"{value:.10g}"
+        return f"{told(value, unit):.10g}"
     if isinstance(value, list):
         if len(value) == 2 and all(isinstance(item, (int, float)) for item in value):
-            return f"{_shown(value[0], options)} … {_shown(value[1], options)}"
+            return f"{_shown(value[0], options, unit)} … {_shown(value[1], options, unit)}"
         if len(value) > _MOST_SHOWN:
-            ends = {"first": _shown(value[0], options), "last": _shown(value[-1], options)}
+            ends = {"first": _shown(value[0], options, unit), "last": _shown(value[-1], options, unit)}
             return _("%(count)s values, %(first)s … %(last)s") % {"count": len(value), **ends}
-        return ", ".join(_shown(item, options) for item in value)
+        return ", ".join(_shown(item, options, unit) for item in value)
     return _(options.get(str(value), str(value).replace("_", " ")))

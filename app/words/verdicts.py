@@ -9,6 +9,7 @@ from app.designs.registry import KINDS
 from app.designs.verdict import summary_of
 from app.words.languages import catalogue, language
 from app.words.languages import gettext as _
+from app.words.units import System, quantity, system, told, unit_shown
 
 _NOTHING = 5e-5
 """A margin that is shown as none."""
@@ -25,9 +26,17 @@ def standing(verdict: dict[str, Any], accuracy: dict[str, Any] | None) -> str:
 
 def summary(verdict: Mapping[str, Any], kind: str, accuracy: Mapping[str, Any] | None) -> str:
     """A stored verdict's sentence in the language spoken."""
-    if language() == "en":
+    if language() == "en" and system() is System.METRIC:
         return verdict["summary"]
-    return summary_of(verdict, KINDS[kind].denials if kind in KINDS else {}, accuracy, catalogue())
+    shown = {**verdict, "criteria": [_measured(criterion) for criterion in verdict["criteria"]]}
+    return summary_of(shown, KINDS[kind].denials if kind in KINDS else {}, accuracy, catalogue())
+
+
+def _measured(criterion: dict[str, Any]) -> dict[str, Any]:
+    """The criterion in the units in use."""
+    unit = criterion["unit"]
+    figures = {n: None if (v := criterion[n]) is None else told(v, unit) for n in ("required", "reached")}
+    return {**criterion, **figures, "unit": unit_shown(unit)}
 
 
 def reached(criterion: dict[str, Any]) -> str:
@@ -36,7 +45,7 @@ def reached(criterion: dict[str, Any]) -> str:
     if criterion["sense"] == "yes":
         return _("yes") if value else _("no")
     if value is not None:
-        return f"{value:.4g} {criterion['unit']}".rstrip()
+        return quantity(value, criterion["unit"], ".4g")
     if criterion["holds"]:
         return _("nothing acts")
     return _("not known") if criterion["margin"] is None else _("without bound")
@@ -46,7 +55,7 @@ def required(criterion: dict[str, Any]) -> str:
     """What the figure is compared with."""
     if criterion["sense"] == "yes":
         return _("yes")
-    figure = f"{criterion['required']:.4g} {criterion['unit']}".rstrip()
+    figure = quantity(criterion["required"], criterion["unit"], ".4g")
     if criterion["sense"] == "equal":
         return figure
     return (_("at least %(x)s") if criterion["sense"] == "at_least" else _("at most %(x)s")) % {"x": figure}

@@ -14,6 +14,7 @@ from app.web.forms.nodes import Choice, Constant, Effects, Flag, Node, Number, S
 from app.web.forms.tables import Column, Numbers, Table
 from app.words.languages import gettext as _
 from app.words.languages import language
+from app.words.units import system, told
 
 Schema = Mapping[str, Any]
 _WIDE = (1e-6, 1e6)
@@ -22,12 +23,12 @@ _TAGS = ("kind", "method")
 
 
 def form_of(kind: Kind, mode: Mode) -> Group:
-    """The form of a kind and mode in the language spoken, as one group of sections."""
-    return _form_in(kind, mode, language())
+    """The form of a kind and mode in the language and the units in use, as one group of sections."""
+    return _form_in(kind, mode, language(), system())
 
 
 @cache
-def _form_in(kind: Kind, mode: Mode, _language: str) -> Group:
+def _form_in(kind: Kind, mode: Mode, _language: str, _system: str) -> Group:
     return build(kind, mode)
 
 
@@ -150,7 +151,7 @@ class _Builder:
             nullable = len(members) < len(schema["anyOf"])
             schema = {**self._resolved(members[0]), **{k: v for k, v in schema.items() if k != "anyOf"}}
         unit = split_unit(key)[1] or unit
-        told = _help(schema, nullable)
+        own = _help(schema, nullable)
         said = looked_up(self._words.helps, COMMON.helps, path)
         shared: dict[str, Any] = {
             "key": key,
@@ -158,7 +159,7 @@ class _Builder:
             "pointer": "/" + path.replace(".", "/"),
             "path": path,
             "label": _(self._words.label(path)),
-            "help": _(told if said is None else said),
+            "help": _(own if said is None else said),
             "when": self._words.when.get(path, ""),
         }
         adds = nullable and default is None and not {path, key} & (self._words.always | COMMON.always)
@@ -211,7 +212,7 @@ class _Builder:
             Number(
                 **shared,
                 unit=unit,
-                allowed=_allowed(schema),
+                allowed=_allowed(schema, unit),
                 nullable=nullable,
                 whole=whole,
                 start=default,
@@ -229,7 +230,7 @@ class _Builder:
                 path=shared["path"],
                 label=end % {"label": shared["label"]},
                 unit=unit,
-                allowed=_allowed(item),
+                allowed=_allowed(item, unit),
             )
             for i, end in enumerate((_("%(label)s, least"), _("%(label)s, greatest")))
         ]
@@ -321,7 +322,7 @@ def _help(schema: Schema, nullable: bool) -> str:
     return text.replace("null:", "empty:") if nullable else text
 
 
-def _allowed(schema: Schema) -> str:
+def _allowed(schema: Schema, unit: str) -> str:
     """The range in words; nothing where it is as wide as the arithmetic."""
     low, above = schema.get("minimum"), schema.get("exclusiveMinimum")
     high, below = schema.get("maximum"), schema.get("exclusiveMaximum")
@@ -331,14 +332,14 @@ def _allowed(schema: Schema) -> str:
     if low == _WIDE[0]:
         low, above = None, 0
     if low is not None and high is not None:
-        return f"{low:g} … {high:g}"
+        return f"{told(low, unit):g} … {told(high, unit):g}"
     found = []
     if low is not None:
-        found.append(_("at least %(x)s") % {"x": f"{low:g}"})
+        found.append(_("at least %(x)s") % {"x": f"{told(low, unit):g}"})
     elif above is not None:
-        found.append(_("more than %(x)s") % {"x": f"{above:g}"})
+        found.append(_("more than %(x)s") % {"x": f"{told(above, unit):g}"})
     if high is not None:
-        found.append(_("at most %(x)s") % {"x": f"{high:g}"})
+        found.append(_("at most %(x)s") % {"x": f"{told(high, unit):g}"})
     elif below is not None:
-        found.append(_("less than %(x)s") % {"x": f"{below:g}"})
+        found.append(_("less than %(x)s") % {"x": f"{told(below, unit):g}"})
     return ", ".join(found)

@@ -14,6 +14,7 @@ from solvers.pin.design import PinDesign, design, explain
 from solvers.pin.effects import EFFECTS
 from solvers.pin.limits import Limits
 from solvers.pin.load.macaulay import LoadCase, MacaulayTerm
+from solvers.pin.materials import CATALOGUE, PinSteel
 from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.optimum.infeasibility import Diagnosis
 from solvers.pin.problem import PinProblem
@@ -30,6 +31,7 @@ from solvers.pin.verdict import judge
 __all__ = [
     "ALL",
     "AUTO",
+    "CATALOGUE",
     "CRITERIA",
     "EFFECTS",
     "Case",
@@ -47,6 +49,7 @@ __all__ = [
     "PinDesign",
     "PinMaterial",
     "PinProblem",
+    "PinSteel",
     "PinTable",
     "Profile",
     "Scene",

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.designs.kind import Kind
-from app.web.languages import gettext as _
+from app.words.languages import gettext as _
 
 _UNBOUNDED = 1e9
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from app.web.fields import split_unit
-from app.web.languages import gettext as _
+from app.designs.units import split_unit
+from app.words.languages import gettext as _
 
 _MAXIMISED = ("fatigue_safety", "stability_safety", "impact_speed", "blow_frequency")
 SIZES = {"b": "width", "h": "thickness", "l": "free length"}

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from app.designs.units import UNITS, split_unit
-from app.web.languages import gettext
-
-__all__ = ["UNITS", "named", "split_unit"]
+from app.designs.units import split_unit
+from app.words.languages import gettext
 
 
 def named(name: str) -> tuple[str, str]:
@@ -13,3 +11,8 @@ def named(name: str) -> tuple[str, str]:
     words, unit = split_unit(name)
     sign = "± " if words.startswith("± ") else ""
     return sign + gettext(words.removeprefix("± ")), unit
+
+
+def plain(name: object) -> str:
+    """A name of the contract as words of the language spoken."""
+    return gettext(str(name).replace("_", " ").replace("-", " "))

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-from app.web.languages import gettext as _
+from app.designs.registry import KINDS
+from app.designs.verdict import summary_of
+from app.words.languages import catalogue, language
+from app.words.languages import gettext as _
+from app.words.units import System, quantity, system, told, unit_shown
 
 _NOTHING = 5e-5
 """A margin that is shown as none."""
@@ -19,13 +24,28 @@ def standing(verdict: dict[str, Any], accuracy: dict[str, Any] | None) -> str:
     return "holds" if accuracy is None or accuracy["met"] else "doubtful"
 
 
+def summary(verdict: Mapping[str, Any], kind: str, accuracy: Mapping[str, Any] | None) -> str:
+    """A stored verdict's sentence in the language spoken."""
+    if language() == "en" and system() is System.METRIC:
+        return verdict["summary"]
+    shown = {**verdict, "criteria": [_measured(criterion) for criterion in verdict["criteria"]]}
+    return summary_of(shown, KINDS[kind].denials if kind in KINDS else {}, accuracy, catalogue())
+
+
+def _measured(criterion: dict[str, Any]) -> dict[str, Any]:
+    """The criterion in the units in use."""
+    unit = criterion["unit"]
+    figures = {n: None if (v := criterion[n]) is None else told(v, unit) for n in ("required", "reached")}
+    return {**criterion, **figures, "unit": unit_shown(unit)}
+
+
 def reached(criterion: dict[str, Any]) -> str:
     """The figure, or why there is none."""
     value = criterion["reached"]
     if criterion["sense"] == "yes":
         return _("yes") if value else _("no")
     if value is not None:
-        return f"{value:.4g} {criterion['unit']}".rstrip()
+        return quantity(value, criterion["unit"], ".4g")
     if criterion["holds"]:
         return _("nothing acts")
     return _("not known") if criterion["margin"] is None else _("without bound")
@@ -35,7 +55,7 @@ def required(criterion: dict[str, Any]) -> str:
     """What the figure is compared with."""
     if criterion["sense"] == "yes":
         return _("yes")
-    figure = f"{criterion['required']:.4g} {criterion['unit']}".rstrip()
+    figure = quantity(criterion["required"], criterion["unit"], ".4g")
     if criterion["sense"] == "equal":
         return figure
     return (_("at least %(x)s") if criterion["sense"] == "at_least" else _("at most %(x)s")) % {"x": figure}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from app.web.languages import gettext
+from app.words.languages import gettext
 
 CAPTIONS = {
     "error-against-time": "What accuracy costs: greatest error against time, of every setting",

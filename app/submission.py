@@ -63,6 +63,8 @@ _RETRY_S, _LONGEST_PAUSE_S = 0.2, 10.0
 _SHORT = (Mode.CHECK, Mode.ANALYSIS)
 """Modes that usually end in a moment."""
 _MOST_COMPLETED = 64
+_CRASHES_BORNE = 2
+"""So often a promised run is begun again whose worker was killed, by the system or by anybody."""
 
 
 def time_asked(request: BaseModel) -> float | None:
@@ -194,6 +196,9 @@ class Service:
         async with self.turns.turn(Length.LONG, who, patience_s):
             if begun is not None:
                 await begun()
+                for _ in range(_CRASHES_BORNE):
+                    with contextlib.suppress(WorkerCrashed):
+                        return await call(kill_s, report)
             return await call(kill_s, report)
 
     def _told(self, run_id: str, progress: Progress) -> None:

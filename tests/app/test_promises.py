@@ -121,14 +121,20 @@ def test_a_run_that_ends_its_process_every_time_fails(database_url: str) -> None
     told(database_url, story)
 
 
-def test_a_crash_of_the_worker_alone_is_the_runs_own_end(database_url: str) -> None:
+def test_a_killed_worker_is_borne_twice(database_url: str) -> None:
     class Crashing(Solving):
         async def run(self, *_: Any, **__: Any) -> Answer:
-            raise WorkerCrashed(9)
+            self.asked += 1
+            if self.asked <= self.seconds:
+                raise WorkerCrashed(9)
+            return Answer("infeasible", {"diagnosis": []}, [], None, {}, None)
 
     async def story(one: RunStore, _other: RunStore) -> None:
-        living = service(one, Crashing(0.0))
-        run_id = (await living.submit_later(PIN, Mode.DESIGN, request(), None, "")).run_id
-        assert (await ended(one, run_id)).status == "failed"
+        for crashes, status in ((2, "infeasible"), (3, "failed")):
+            living = service(one, Crashing(crashes))
+            run_id = (await living.submit_later(PIN, Mode.DESIGN, request(), None, "")).run_id
+            assert (await ended(one, run_id)).status == status
+            assert living.executor.asked >= 3
+            await living.close()
 
     told(database_url, story)

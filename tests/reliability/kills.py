@@ -186,7 +186,7 @@ class Round:
     def _kill(self) -> None:
         at = self.rng.randrange(len(self.services))
         running = self.services[at][0]
-        what = self.rng.choices(("service", "worker", "template"), (3, 5, 2))[0]
+        what = self.rng.choices(("service", "worker", "template"), (2, 6, 1))[0]
         if what == "service":
             family = running.family()
             os.kill(running.pid, signal.SIGKILL)

@@ -9,11 +9,14 @@ A bushing's scene has a ``pin.BushingGeometry``; everything else is alike.
 """
 
 from solvers.effects import ALL, AUTO, EffectSelection
-from solvers.pin.check import PinCheck, check
+from solvers.pin.bulk.many import Case, check_many
+from solvers.pin.bulk.table import PinTable, check_bores
+from solvers.pin.check import PinCheck, Stress, check
 from solvers.pin.design import PinDesign, design, explain
 from solvers.pin.effects import EFFECTS
 from solvers.pin.limits import Limits
 from solvers.pin.load.macaulay import LoadCase, MacaulayTerm
+from solvers.pin.materials import CATALOGUE, PinSteel
 from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.optimum.infeasibility import Diagnosis
 from solvers.pin.problem import PinProblem
@@ -30,9 +33,11 @@ from solvers.pin.verdict import judge
 __all__ = [
     "ALL",
     "AUTO",
+    "CATALOGUE",
     "CRITERIA",
     "EFFECTS",
     "BushingGeometry",
+    "Case",
     "Cone",
     "Constant",
     "Diagnosis",
@@ -47,10 +52,15 @@ __all__ = [
     "PinDesign",
     "PinMaterial",
     "PinProblem",
+    "PinSteel",
+    "PinTable",
     "Profile",
     "Scene",
     "Stepped",
+    "Stress",
     "check",
+    "check_bores",
+    "check_many",
     "design",
     "explain",
     "force_limit",

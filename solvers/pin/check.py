@@ -18,7 +18,7 @@ from solvers.pin.limits import NO_LIMITS, Limits
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.capacity import force_limit_of
 from solvers.pin.optimum.discretised import assemble, sought_in
-from solvers.pin.optimum.program import Program, refined
+from solvers.pin.optimum.program import Program, Sought, refined
 from solvers.pin.ring import ovalization
 from solvers.pin.ring.bearing_pressure import Pressures, bearing_pressures
 from solvers.pin.scene import BushingGeometry, Geometry, Scene
@@ -106,7 +106,7 @@ class PinCheck:
     mass: float
     solid_mass: float | None
     constant_mass: float | None
-    sections: Sections
+    sections: Sections | None
     min_bore: float
     bore_mid: float
     max_outer: float
@@ -125,9 +125,9 @@ class PinCheck:
     warnings: tuple[str, ...]
 
     @cached_property
-    def along(self) -> Stress:
-        """The part from end to end, at some four hundred places."""
-        return self.sections.along()
+    def along(self) -> Stress | None:
+        """The part from end to end, at some four hundred places; None of a pin checked among many."""
+        return None if self.sections is None else self.sections.along()
 
 
 def check(
@@ -229,7 +229,7 @@ def assess(
     sizes = sought.sizes(walls)
     bore, outer = sought.diameters(sizes)
     deflection = program.deflection(sought.solidity_of(walls))
-    found_ring = _ring(program, sizes) if physics.ovalization else None
+    found_ring = ring_of(scene, sought, sizes) if physics.ovalization else None
     middle = 0.5 * scene.geometry.length
     return PinCheck(
         mass=mass,
@@ -264,9 +264,10 @@ def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _ring(program: Program, sizes: Array) -> RingResult:
-    """The ring in the middle, and where the wall is thinnest, which ovals and stresses it most."""
-    scene, sought, m = program.scene, program.sought, program.scene.material
+def ring_of(scene: Scene, sought: Sought, sizes: Array) -> RingResult:
+    """The ring in the middle, and where the wall is thinnest, which ovals and stresses it most; ``sizes`` [m] along the
+    part, of a symmetric one from its end to the middle."""
+    m = scene.material
 
     def like(size: float) -> tuple[float, ...]:
         bore, outer = sought.pair(size)
@@ -287,40 +288,51 @@ def _warnings(
     said, x = [], program.stations.x
     over = use > 1.0 + 1e-9
     if over.any():
-        said.append(
-            f"the strength is exceeded {span(x[over])}, "
-            + (f"by {100.0 * (use.max() - 1.0):.2g} %" if math.isfinite(use.max()) else "where there is no wall")
-        )
-    least = 0.5 * program.sought.thickness(float(walls.min()))
+        said.append(exceeded(x[over], float(use.max())))
+    said += shape_warnings(limits, 0.5 * program.sought.thickness(float(walls.min())), deflection)
+    if found is not None:
+        said += ring_warnings(program.scene, program.sought, limits, x, walls, found)
+    return tuple(said)
+
+
+def exceeded(x: Array, use: float) -> str:
+    """At which places [m] the strength is exceeded, and by how much."""
+    by = f"by {100.0 * (use - 1.0):.2g} %" if math.isfinite(use) else "where there is no wall"
+    return f"the strength is exceeded {_span(x)}, {by}"
+
+
+def shape_warnings(limits: Limits, least: float, deflection: float) -> list[str]:
+    """Least wall [m] and deflection [m] beyond their limits."""
+    said = []
     if least < limits.min_wall * (1.0 - 1e-9):
         said.append(f"the wall is {least * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked")
     if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + 1e-9):
         said.append(f"the deflection of {deflection * 1e6:.4g} um exceeds its limit")
-    if found is not None and program.scene.force > 0:
-        said += _ring_warnings(program, limits, walls, found)
-    return tuple(said)
+    return said
 
 
-def span(x: Array) -> str:
+def _span(x: Array) -> str:
     """Where, in words: from the first to the last of places [m]."""
     first, last = f"{x.min() * 1e3:.4g}", f"{x.max() * 1e3:.4g}"
     return f"at {first} mm" if first == last else f"between {first} and {last} mm"
 
 
-def _ring_warnings(program: Program, limits: Limits, walls: Array, found: RingResult) -> list[str]:
-    """Whether the ring, of which the beam knows nothing, is what the part breaks of."""
-    scene, said = program.scene, []
+def ring_warnings(scene: Scene, sought: Sought, limits: Limits, x: Array, walls: Array, found: RingResult) -> list[str]:
+    """Whether the ring, of which the beam knows nothing, is what the part breaks of; walls at places x [m]."""
+    said: list[str] = []
+    if scene.force == 0.0:
+        return said
     if limits.max_ovalization is not None and (
         found.ovalization_max is None or found.ovalization_max > limits.max_ovalization * (1.0 + 1e-9)
     ):
         said.append("the ovalization exceeds its limit")
     allowable = scene.material.allowable_stress if limits.max_ring_stress is None else limits.max_ring_stress
     if found.stress_max is None or found.stress_max > allowable * (1.0 + 1e-9):
-        thin, where = program.sought.over_ring_stress(scene, allowable, walls)
+        thin, where = sought.over_ring_stress(scene, allowable, walls)
         if thin.any():
             said.append(
                 f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where {where}, "
-                + span(program.stations.x[thin])
+                + _span(x[thin])
                 + (" (and mirrored)" if scene.symmetric else "")
             )
     return said

@@ -10,6 +10,7 @@ from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.pin.limits import Limits
 from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.flexibility import cowper
+from solvers.pin.uniform import deflection_parts
 
 
 @dataclass(frozen=True)
@@ -29,19 +30,9 @@ class Situation:
 
     @cached_property
     def shear_against_bending(self) -> float:
-        """Shear over bending deflection where both sections are full: (E I0/(G A0)) int Q q/int M m.
-
-        Over half the span from a boss's inner edge to the middle, with s = delta + b/2 and the pin's own load,
-        int Q q = P (delta + b/4)/4 and int M m = P (a s^2/24 + s^3/12 - (b/2)^4/(16 b) - delta (b/2)^3/(12 b)).
-        """
-        scene, g, m = self.scene, self.scene.geometry, self.scene.material
-        if scene.force == 0.0:
-            return 0.0
-        half = 0.5 * g.small_end_length
-        s = g.gap + half
-        sheared = 0.25 * (g.gap + 0.5 * half)
-        bent = s * s * (g.boss_length / 24.0 + s / 12.0) - half * half * (half / 32.0 + g.gap / 24.0)
-        return m.elastic_modulus * g.inertia / (m.shear_modulus * g.area) * sheared / bent
+        """Shear over bending deflection where both sections are full: (E I0/(G A0)) int Q q/int M m."""
+        bent, sheared = deflection_parts(self.scene)
+        return sheared / bent if bent > 0.0 else 0.0
 
 
 class PinEffect(Protocol):

@@ -16,7 +16,7 @@ from bench.campaign.pin_designs import PinProblem
 from bench.campaign.rivalry import Problem
 from bench.campaign.rod_designs import RodProblem
 from solvers.linkage import KINDS as TYPES
-from solvers.linkage.family import Family
+from solvers.linkage.optimum.family import Family
 from solvers.pin.optimum import discretised as pin_program
 from solvers.pin.section.flexibility import ShearFlexibility
 from solvers.pin.shapes import cone as cones

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
@@ -85,6 +84,18 @@ def pin_places(boss_length: float, small_end_length: float, gap: float) -> tuple
 
     Beside a long boss a short rod would otherwise lose the digits of its own length.
     """
-    a, b, d = Fraction(boss_length), Fraction(small_end_length), Fraction(gap)
-    exact = (a, a + d, a + d + b / 2, a + d + b, a + 2 * d + b, 2 * a + 2 * d + b)
-    return tuple((float(place), float(place - Fraction(float(place)))) for place in exact)
+    boss = (boss_length, 0.0)
+    rod = _added(boss, gap)
+    middle = _added(rod, 0.5 * small_end_length)
+    rod_end = _added(rod, small_end_length)
+    far_boss = _added(rod_end, gap)
+    return boss, rod, middle, rod_end, far_boss, _added(far_boss, boss_length)
+
+
+def _added(place: tuple[float, float], length: float) -> tuple[float, float]:
+    """A sum of two floats and one more, likewise: Knuth's exact sum, and what is left of it once more."""
+    total = place[0] + length
+    part = total - place[0]
+    rest = place[1] + ((place[0] - (total - part)) + (length - part))
+    rounded = total + rest
+    return rounded, rest - (rounded - total)

@@ -22,16 +22,22 @@ class Pressures:
     boss_peak: float
 
 
+def pressures_of_pin(scene: Scene) -> Pressures:
+    """P/(D b), P/(2 a D), and the triangle's peak P/(a D)."""
+    g = scene.geometry
+    boss = scene.force / (2.0 * g.boss_length * g.outer_diameter)
+    return Pressures(scene.force / (g.outer_diameter * g.small_end_length), boss, 2.0 * boss)
+
+
 def bearing_pressures(scene: Scene, stations: Stations, outer: Array) -> Pressures | None:
     """Load over projected area: P/int D dx in the rod, half of it in a boss, and the triangle's peak P x/(a^2 D) with x
     from the boss's own end; of the two bosses the greater ones. ``outer`` D [m] at the stations, (n,).
 
-    Of one outer diameter that is P/(D b), P/(2 a D) and P/(a D). None where there is no outside to press on.
+    None where there is no outside to press on.
     """
     g = scene.geometry
     if isinstance(g, Geometry):
-        boss = scene.force / (2.0 * g.boss_length * g.outer_diameter)
-        return Pressures(scene.force / (g.outer_diameter * g.small_end_length), boss, 2.0 * boss)
+        return pressures_of_pin(scene)
     side, x = stations.side, stations.x
     weight = stations.share * stations.span
     begin, end, second = (g.places[k][0] for k in (1, 3, 4))

@@ -58,6 +58,11 @@ class CombinedCriterion:
     def law(self, material: PinMaterial) -> ShearLaw:
         return zhuravsky()
 
+    @property
+    def factors(self) -> tuple[tuple[float, float], ...]:
+        """By what each demand multiplies the bending stress and the shear stress."""
+        return ((1.0, self.factor),)
+
     def shares(self, forces: InternalForces) -> tuple[Share, ...]:
         """All forces in one constraint."""
         return (Share(self.name, forces, self.factor),)
@@ -76,6 +81,11 @@ class FibreCriterion:
 
     def law(self, material: PinMaterial) -> ShearLaw:
         return saint_venant(material.poisson) if self.by_elasticity else zhuravsky()
+
+    @property
+    def factors(self) -> tuple[tuple[float, float], ...]:
+        """By what each demand multiplies the bending stress and the shear stress."""
+        return (1.0, 0.0), (0.0, 2.0)
 
     def shares(self, forces: InternalForces) -> tuple[Share, ...]:
         """Bending without shear at the outer fibre, shear without bending at the neutral axis."""

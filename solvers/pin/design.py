@@ -34,6 +34,8 @@ Array = NDArray[np.float64]
 _MOST_STATIONS, _MOST_COUPLED = 4000, 1000
 """How many stations there may be, and where a slope limit beside a deflection limit couples them all in a cone program,
 whose own noise no more stations would average out."""
+_SHARE = 0.2
+"""What of the accuracy asked for the mass may be off by: deflection and stresses are off by some times more."""
 _PASSES = 40
 _CLOSE = 1e-6
 """A gap that needs no warning."""
@@ -155,7 +157,7 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
     stations: Stations = opening_stations(scene)
     coupled = problem.limits.max_slope is not None and problem.limits.max_deflection is not None
     most = _MOST_COUPLED if coupled else _MOST_STATIONS
-    wanted, told = (0.5 if coupled else 0.05) * accuracy, 1.0
+    wanted, told = (0.5 if coupled else _SHARE) * accuracy, 1.0
     result = None
     for _ in range(_PASSES):
         program = assemble(scene, problem.limits, problem.criterion, physics, stations)
@@ -165,8 +167,8 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
         volume = program.volume(program.lower)
         rough = doubt.sum() > wanted * volume
         if not rough:
-            # As close to its bound as the stations tell; at last as is asked.
-            for gap in sorted({max(accuracy, told), accuracy}, reverse=True):
+            # Where closing in on the bound is dear: first as close as the stations tell, at last as is asked.
+            for gap in (told, accuracy) if coupled and told > accuracy else (accuracy,):
                 best = problem.form.find(program, gap)
                 if best is None:
                     return None

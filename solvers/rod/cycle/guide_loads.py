@@ -33,6 +33,8 @@ SIDE_FORCE, CLAMP_MOMENT, CONTACT_LOAD, GUIDE_READINGS = range(4)
 _ORDERS = (6, 10, 16, 22)
 _GAUSS = np.concatenate([np.stack(legendre.leggauss(order)) for order in _ORDERS], axis=1)
 """Points and weights of Gauss' rules of rising order, one after the other."""
+_MOST_HALVINGS = 3
+"""Of the parts that the highest order integrates by."""
 _WIDE = 0.95
 
 
@@ -182,6 +184,12 @@ def friction_power(edges: Array, rule: Rule, guide: Guide, tolerance: float) -> 
         error, first = abs(power - before), first + order
         if error <= tolerance * power:
             break
+    for _ in range(_MOST_HALVINGS):
+        if error <= tolerance * power:
+            break
+        ends = np.sort(np.concatenate((ends, 0.5 * (ends[1:] + ends[:-1]))))
+        before, power = power, _power_by(edges, rule, guide, ends, first - _ORDERS[-1], first)
+        error = abs(power - before)
     if power == 0.0:
         return 0.0, 0.0
     # Relative to the greatest reactions all over the turn; the mean of |v| is two strokes a turn.

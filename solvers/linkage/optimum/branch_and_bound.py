@@ -97,15 +97,15 @@ def _within(subproblem: Subproblem, family: Family, gap: float, known: float, pa
         samples = np.linspace(low, high, _SAMPLES * parts // _CELLS)
         best = _refined(subproblem, family, samples, _costs(subproblem, family, samples, _COARSE))
     edges = np.linspace(low, high, parts + 1)
-    lows, highs, cells, bound = edges[:-1], edges[1:], 0, math.inf
+    lows, highs, cells, bound, places = edges[:-1], edges[1:], 0, math.inf, {}
     for turn in range(_ROUNDS):
         least = known if best is None else best[1]
         enough = least * (1.0 - (gap if best is None or math.isinf(known) else max(gap, _LOOSE)))
-        ranges = RangeBounds(subproblem, family, lows, highs, enough)
+        ranges = RangeBounds(subproblem, family, lows, highs, enough, places)
         cells += lows.size
         bounds = _cost(ranges)
         alive = bounds < enough
-        lows, highs, bounds = lows[alive], highs[alive], bounds[alive]
+        lows, highs, bounds, places = lows[alive], highs[alive], bounds[alive], ranges.parts(alive, _PARTS)
         if not lows.size:
             break
         if highs[0] - lows[0] < _NARROWEST or cells + _PARTS * lows.size > _MOST_CELLS:

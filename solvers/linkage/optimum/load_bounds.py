@@ -30,20 +30,37 @@ Array = NDArray[np.float64]
 TORQUE, FORCE = 0, 1
 _ANGLE_TOLERANCE = 1e-9
 """Relative tolerance of a peak at whose angle a load is bounded: any angle gives a bound, one next to it a good one."""
+_BELOW = 0.05
+"""How much lower than the peak, relative, another hump may be that is the peak elsewhere in a range."""
 _NEARER = 0.25
 """Of the distance between samples, how far to either side of a known angle the peak is looked for."""
 
 
 @kernel
 def peak_places(coefficients: Array, end: Array, which: int) -> Array:
-    """The crank angle less 2 pi at which every row has its peak torque (0) or force (1), and the mean distance of the
-    samples about it: shape (n, 2)."""
-    out = np.empty((coefficients.shape[0], 2))
+    """The crank angle less 2 pi at which every row has its peak torque (0) or force (1) and the mean distance of the
+    samples about it; the same of its next highest hump, with a distance of 0 where that is far lower: shape (n, 4)."""
+    out = np.zeros((coefficients.shape[0], 4))
     for i in range(out.shape[0]):
         angles, samples = sampled(coefficients[i], end[i])
-        _, out[i, 0] = highest(coefficients[i], end[i], angles, samples[which], which, _ANGLE_TOLERANCE)
-        after = min(max(np.searchsorted(angles, out[i, 0]), 1), angles.size - 2)
-        out[i, 1] = 0.5 * (angles[after + 1] - angles[after - 1])
+        heights, last, need = samples[which], angles.size - 1, 0.0
+        for k in range(2):
+            top = np.argmax(heights)
+            if heights[top] < need:
+                break
+            _, at = highest(coefficients[i], end[i], angles, heights, which, _ANGLE_TOLERANCE)
+            top = min(max(np.searchsorted(angles, at), 1), last - 1)
+            out[i, 2 * k], out[i, 2 * k + 1] = at, 0.5 * (angles[top + 1] - angles[top - 1])
+            need = (1.0 - _BELOW) * heights.max()
+            # The next one beyond the feet of this hump.
+            if heights[top - 1] > heights[top]:
+                top -= 1
+            low, high = top, top
+            while low > 0 and heights[low - 1] <= heights[low]:
+                low -= 1
+            while high < last and heights[high + 1] <= heights[high]:
+                high += 1
+            heights[low : high + 1] = 0.0
     return out
 
 
@@ -57,8 +74,13 @@ def least_loads(
     """
     out = np.empty(places.shape[0])
     for i in range(out.size):
-        angle = _nearer(rows[i], end[i], which, places[i, 0], _NEARER * places[i, 1])
-        places[i, 0], places[i, 1] = angle, _NEARER * places[i, 1]
+        best, angle = -1.0, 0.0
+        for k in range(0, 4, 2):
+            if k == 0 or places[i, k + 1] > 0.0:
+                places[i, k + 1] *= _NEARER
+                places[i, k], height = _nearer(rows[i], end[i], which, places[i, k], places[i, k + 1])
+                if height > best:
+                    best, angle = height, places[i, k]
         s, c = -math.sin(0.5 * angle), -math.cos(0.5 * angle)
         row = rows[i]
         _, rate, _ = motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6], s, c)
@@ -72,22 +94,19 @@ def _load(row: Array, end: float, which: int, angle: float) -> float:
 
 
 @kernel
-def _nearer(row: Array, end: float, which: int, angle: float, step: float) -> float:
-    """The vertex of the parabola through a load about an angle, within a step, twice."""
+def _nearer(row: Array, end: float, which: int, angle: float, step: float) -> tuple[float, float]:
+    """The vertex of the parabola through a load about an angle, within a step, twice; and the load there."""
     for _ in range(2):
         low, high = max(angle - step, -2.0 * math.pi), min(angle + step, 0.0)
-        angle = min(max(angle, low), high)
-        before, here, after = (_load(row, end, which, low), _load(row, end, which, angle), _load(row, end, which, high))
+        before, here, after = _load(row, end, which, low), _load(row, end, which, angle), _load(row, end, which, high)
         left, right = (angle - low) * (here - after), (high - angle) * (here - before)
         if left + right > 0.0:
             angle += 0.5 * ((high - angle) * right - (angle - low) * left) / (left + right)
-        elif before > after:
-            angle = low
         else:
-            angle = high
+            angle = low if before > after else high
         angle = min(max(angle, low), high)
-        step *= 0.25
-    return angle
+        step *= _NEARER
+    return angle, _load(row, end, which, angle)
 
 
 @kernel

@@ -32,8 +32,8 @@ _ANGLE_TOLERANCE = 1e-9
 """Relative tolerance of a peak at whose angle a load is bounded: any angle gives a bound, one next to it a good one."""
 _BELOW = 0.05
 """How much lower than the peak, relative, another hump may be that is the peak elsewhere in a range."""
-_NEARER = 0.25
-"""Of the distance between samples, how far to either side of a known angle the peak is looked for."""
+_NEARER, _MOST_STEPS = 0.25, 12
+"""By what a step about a known angle is shortened where the peak is within it, and how many are tried."""
 
 
 @kernel
@@ -50,7 +50,7 @@ def peak_places(coefficients: Array, end: Array, which: int) -> Array:
                 break
             _, at = highest(coefficients[i], end[i], angles, heights, which, _ANGLE_TOLERANCE)
             top = min(max(np.searchsorted(angles, at), 1), last - 1)
-            out[i, 2 * k], out[i, 2 * k + 1] = at, 0.5 * (angles[top + 1] - angles[top - 1])
+            out[i, 2 * k], out[i, 2 * k + 1] = at, 0.5 * _NEARER * (angles[top + 1] - angles[top - 1])
             need = (1.0 - _BELOW) * heights.max()
             # The next one beyond the feet of this hump.
             if heights[top - 1] > heights[top]:
@@ -77,8 +77,7 @@ def least_loads(
         best, angle = -1.0, 0.0
         for k in range(0, 4, 2):
             if k == 0 or places[i, k + 1] > 0.0:
-                places[i, k + 1] *= _NEARER
-                places[i, k], height = _nearer(rows[i], end[i], which, places[i, k], places[i, k + 1])
+                places[i, k], places[i, k + 1], height = _nearer(rows[i], end[i], which, places[i, k], places[i, k + 1])
                 if height > best:
                     best, angle = height, places[i, k]
         s, c = -math.sin(0.5 * angle), -math.cos(0.5 * angle)
@@ -94,19 +93,25 @@ def _load(row: Array, end: float, which: int, angle: float) -> float:
 
 
 @kernel
-def _nearer(row: Array, end: float, which: int, angle: float, step: float) -> tuple[float, float]:
-    """The vertex of the parabola through a load about an angle, within a step, twice; and the load there."""
-    for _ in range(2):
+def _nearer(row: Array, end: float, which: int, angle: float, step: float) -> tuple[float, float, float]:
+    """The vertex of the parabola through a load about an angle and a step to either side, twice, and farther on where
+    it lies outside; a step to begin with next to it, and the load."""
+    inside = 0
+    for _ in range(_MOST_STEPS):
+        step *= _NEARER if inside else 1.0
         low, high = max(angle - step, -2.0 * math.pi), min(angle + step, 0.0)
         before, here, after = _load(row, end, which, low), _load(row, end, which, angle), _load(row, end, which, high)
-        left, right = (angle - low) * (here - after), (high - angle) * (here - before)
-        if left + right > 0.0:
-            angle += 0.5 * ((high - angle) * right - (angle - low) * left) / (left + right)
+        if here >= max(before, after):
+            left, right = (angle - low) * (here - after), (high - angle) * (here - before)
+            if left + right > 0.0:
+                angle += 0.5 * ((high - angle) * right - (angle - low) * left) / (left + right)
+            inside += 1
+            if inside == 2:
+                break
         else:
             angle = low if before > after else high
-        angle = min(max(angle, low), high)
-        step *= _NEARER
-    return angle, _load(row, end, which, angle)
+            step *= 2.0
+    return angle, step, _load(row, end, which, angle)
 
 
 @kernel

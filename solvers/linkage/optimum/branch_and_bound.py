@@ -224,8 +224,7 @@ def _refined(subproblem: Subproblem, family: Family, bracket: Array, gap: float)
         points = np.linspace(low, high, _POINTS)[1:-1] if even else _trials(q[near], costs[near], min(k, 2))
         q, places = np.unique(np.concatenate([q[near], points]), return_index=True)
         costs = np.concatenate([costs[near], _costs(subproblem, family, points, _FINE)])[places]
-        gained = least - costs.min()
-        idle = idle + 1 if gained <= _SHARE * gap * abs(least) else 0
+        idle = idle + 1 if not even and least - costs.min() <= _SHARE * gap * abs(least) else 0
         k = int(np.argmin(costs))
         even = q[min(k + 1, q.size - 1)] - q[max(k - 1, 0)] > _SLOW * (high - low)
     k = int(np.argmin(costs))

@@ -106,7 +106,7 @@ ROD = (
     "constraints", "problem", "verdict", "optimum", "design",
 )  # fmt: skip
 """The rooms of the rod in the order in which the data flows: each may import those before it."""
-CRANK = ("motion", "masses", "scene", "problem", "gas", "cycle", "engine", "effects", "check", "bulk")
+CRANK = ("motion", "masses", "gas", "scene", "problem", "cycle", "engine", "effects", "check", "bulk")
 
 
 def arrows(wing: str) -> set[tuple[str, str]]:

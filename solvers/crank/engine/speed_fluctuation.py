@@ -11,7 +11,6 @@ flywheel from the work between the speed's extremes, Delta W = J omega^2 delta.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cache
 
@@ -20,10 +19,10 @@ from numpy.typing import NDArray
 
 from solvers.crank.cycle.forces import Cycle, Machine
 from solvers.crank.cycle.worst_instants import Greatest, Group, instant_of
-from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_at, within, work_at
-from solvers.crank.motion.slider_crank import displacement_at, posture_at
+from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_of, within, work_at
+from solvers.crank.motion.slider_crank import displacement_of, stand_at
 from solvers.crank.scene import Engine
-from solvers.numerics.jit import kernel
+from solvers.numerics.jit import inlined_kernel, kernel
 
 Array = NDArray[np.float64]
 
@@ -90,14 +89,15 @@ def _rule(nodes: int) -> tuple[Array, Array]:
     return 0.5 + 0.5 * at, 0.5 * weight
 
 
-@kernel
+@inlined_kernel
 def _by_rule(low: float, high: float, k: int, machine: Machine, gas: Unrolled, at: Array, weight: Array) -> float:
     """The gas's work between two angles of a piece, over the angle."""
     total = 0.0
     for i in range(at.size):
         phi = low + (high - low) * at[i]
-        sine, cosine, tangent, _, _ = posture_at(phi, machine.frame)
-        total += weight[i] * (pressure_at(phi, k, gas) - machine.back) * (sine + cosine * tangent)
+        at_phi = stand_at(phi, machine.frame)
+        gained = pressure_of(phi, at_phi, k, gas) - machine.back
+        total += weight[i] * gained * (at_phi.sine + at_phi.cosine * at_phi.tangent)
     return total * (high - low) * machine.frame.r * machine.area
 
 
@@ -106,8 +106,8 @@ def _done(phi: float, k: int, machine: Machine, gas: Unrolled, at: Array, weight
     """The gas's work from the beginning of piece ``k`` to an angle of it."""
     if not gas.by_volume:
         return _by_rule(gas.breaks[k], phi, k, machine, gas, at, weight)
-    first = gas.clearance + gas.area * displacement_at(gas.breaks[k], gas.frame)
-    last = gas.clearance + gas.area * displacement_at(phi, gas.frame)
+    first = gas.clearance + gas.area * displacement_of(stand_at(gas.breaks[k], gas.frame), gas.frame)
+    last = gas.clearance + gas.area * displacement_of(stand_at(phi, gas.frame), gas.frame)
     return work_at(last, k, gas) - work_at(first, k, gas) - machine.back * (last - first)
 
 
@@ -136,15 +136,16 @@ def _surplus_work(
         if k < 0:
             phi = within(phi, gas.breaks)
             k = piece_of(phi, gas.breaks)
-        sine, cosine, tangent, _, _ = posture_at(phi, machine.frame)
-        moved = machine.speed * machine.frame.r * (sine + cosine * tangent)
-        turned = machine.speed * machine.frame.r / machine.frame.length * cosine * math.sqrt(1.0 + tangent * tangent)
+        stands = stand_at(phi, machine.frame)
+        tip = machine.speed * machine.frame.r
+        moved = tip * (stands.sine + stands.cosine * stands.tangent)
+        turned = tip / machine.frame.length * stands.cosine * stands.secant
         total += before[k] + _done(phi, k, machine, gas, at, weight) - mean * phi
         total += 0.5 * (machine.defect * turned * turned - machine.reciprocating * moved * moved)
     return total
 
 
-@kernel
+@inlined_kernel
 def _torque(angle: float, n: int, machine: Machine, gas: Unrolled, group: Group) -> float:
     total = 0.0
     for cylinder in range(group.shift.shape[1]):

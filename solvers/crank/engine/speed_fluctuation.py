@@ -11,6 +11,7 @@ flywheel from the work between the speed's extremes, Delta W = J omega^2 delta.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cache
 
@@ -54,7 +55,8 @@ class SpeedSwing:
     """The work [J] between the extremes of the speed, and what follows for the shaft.
 
     ``irregularity`` is (omega_max - omega_min)/omega for the inertia there is, None without any;
-    ``torque_irregularity`` is (M_max - M_min)/M_mean, None for a mean torque of zero.
+    ``torque_irregularity`` is (M_max - M_min)/M_mean, None for a mean torque of zero. ``error`` [J] is that of the
+    work, ``torque_error`` [N m] that of the extremes of the torque.
     """
 
     work_fluctuation: float
@@ -66,10 +68,12 @@ class SpeedSwing:
     torque_irregularity: float | None
     flywheel_inertia_wanted: float | None
     error: float
+    torque_error: float
 
 
-def gas_work(cycle: Cycle, tolerance: float) -> GasWork:
-    """By as many nodes as the work of the whole cycle needs, for which ``tolerance`` is relative."""
+def gas_work(cycle: Cycle, tolerance: float, least: float = math.inf) -> GasWork:
+    """By as many nodes as it takes: ``tolerance`` is relative to the work of the cycle, or to ``least`` [J] if that is
+    less."""
     rule = _rule(_FEWEST_NODES)
     before, magnitude = _gas_work(cycle.machine, cycle.gas, *rule)
     error = 0.0
@@ -77,7 +81,7 @@ def gas_work(cycle: Cycle, tolerance: float) -> GasWork:
         rule = _rule(2 * rule[0].size)
         coarse, (before, magnitude) = before, _gas_work(cycle.machine, cycle.gas, *rule)
         error = float(np.max(np.abs(before - coarse)))
-        if error <= tolerance * max(abs(float(before[-1])), CANCELLED * magnitude):
+        if error <= tolerance * min(max(abs(float(before[-1])), CANCELLED * magnitude), least):
             break
     return GasWork(before, error + _ROUNDING * magnitude, magnitude, rule, 0 if cycle.gas.by_volume else rule[0].size)
 
@@ -226,4 +230,5 @@ def speed_swing(
         if wanted is None
         else max(fluctuation / (wanted * speed**2) - (inertia - engine.flywheel_inertia), 0.0),
         error=2.0 * (missed + count * work.error),
+        torque_error=float(np.max(torque.error[-2:])),
     )

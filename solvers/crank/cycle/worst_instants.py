@@ -30,6 +30,7 @@ ROWS = 12
 negative; then what the textbooks get wrong (``textbook_error``): displacement, acceleration, pressure."""
 CRANK_PIN, TORQUE, TEXTBOOK = 5, 7, 9
 WITHIN = 4
+"""Steps of a piece between its samples. Half as many save a tenth of the time and miss what the estimate must cover."""
 _MOST_HUMPS, _MOST_ROUNDS = 64, 40
 _LEFT, _MISSED = 0.5, 0.01
 """Of the tolerance: what may be left unclimbed, and what a climb may still miss; its last round gains many digits."""

@@ -32,7 +32,6 @@ from app.jobs.warming import Told, tell_nobody
 from app.logging import configure, get_logger
 from app.settings import Settings
 from app.store.errors import StoreError
-from app.store.lock import ServiceLock
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import InTurn, Service, ServiceLimits
@@ -86,7 +85,6 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         pool = _pool(settings, template, told)
         pool.start()
         upgrade(settings.database_url)
-        lock = ServiceLock(settings.database_url)
         store = RunStore(settings.database_url, keys_kept=settings.keys_kept, seen=metrics.written)
         check_protected(settings, store)
         service = Service(
@@ -94,7 +92,11 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
             pool,
             settings.solve_budget_s,
             ServiceLimits(
-                settings.queue_patience_s, settings.short_solve_s, settings.max_accepted, settings.max_accepted_of_one
+                settings.queue_patience_s,
+                settings.short_solve_s,
+                settings.max_accepted,
+                settings.max_accepted_of_one,
+                settings.lease_s,
             ),
             Turns(TurnLimits(settings.workers, settings.max_waiting, settings.max_waiting_of_one)),
         )
@@ -102,11 +104,9 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         metrics.watch(service.turns, service.accepted)
         downloads = app.state.downloads = Downloads(InTurn(service), settings.solve_budget_s)
         app.state.batches = many = BatchService(
-            store, pool, settings.solve_budget_s, settings.batch_lease_s, settings.max_batch_items
+            store, pool, settings.solve_budget_s, settings.lease_s, settings.max_batch_items
         )
-        if lock.held:
-            # Beside another process only its batches are shared: its promised runs are its own.
-            await service.resume()
+        service.start()
         many.start()
         upkeep = asyncio.create_task(expire_daily(store))
         try:
@@ -118,7 +118,6 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
             await service.close()
             pool.close()
             store.close()
-            lock.release()
 
     app = GuardedFastAPI(
         title="Crankwright",

@@ -115,6 +115,16 @@ idempotency_keys = Table(
     Index(None, "run_id"),
 )
 
+# A run that was promised by a 202, until it ends: which process works on it, and until when that holds.
+promises = Table(
+    "promises",
+    metadata,
+    Column("run_id", String(36), ForeignKey("runs.id"), primary_key=True),
+    Column("owner", String(64), nullable=False),
+    Column("leased_until", Float, nullable=False),
+    Column("attempts", Integer, nullable=False),
+)
+
 api_keys = Table(
     "api_keys",
     metadata,

@@ -11,8 +11,8 @@ from app.designs.pin_profile.drawing import in_machine
 from app.designs.pin_profile.request import DesignRequest, material_of
 from app.designs.schema import MEGA
 from solvers import pin
-from solvers.pin.capacity import force_limit
-from solvers.pin.family import load_sweep
+from solvers.pin.optimum.capacity import force_limit
+from solvers.pin.shapes.load_family import load_sweep
 
 _WIDTH = 560.0
 _LOADS = (0.25, 0.5, 0.75, 0.9, 0.99)

@@ -21,6 +21,7 @@ SAYS = {
     "is not a whole number": "is not a whole number",
     "is not a finite number": "is no finite number",
 }
+_TOLD_BY_WHAT_IS_ALLOWED = ("is none of the values it can have", "has too few ", "has too many ", "is not an ")
 _SAID_ALREADY = {"a number", "a number, without quotes", REQUIRED, "a whole number", "a finite number"}
 
 
@@ -50,7 +51,7 @@ def said(entry: Mapping[str, str], named: Mapping[str, str], unit: str = "") -> 
     if allowed in _SAID_ALREADY or allowed == "see the contract":
         return words
     limits = ", ".join(_limit(text, unit) for text in allowed.split(", "))
-    if detail.startswith(("Input should be ", "List should have ")):
+    if detail.startswith(_TOLD_BY_WHAT_IS_ALLOWED):
         return _("must be %(allowed)s") % {"allowed": limits}
     if detail == "is out of range":
         return f"{words}: {limits}"

@@ -15,6 +15,7 @@ PATTERNS = (
     "the effect {} is left out, which may change the figures by up to {} %",
     "the effect {} is left out, which may change the figures by any amount",
     "needed by {}",
+    "the scene does not give the {} that it needs",
     "the bounds of all that is left out add up to at most {}",
     "leaving it out could change the results by more than {} allows",
     "the strength is exceeded {}, by {} %",

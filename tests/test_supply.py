@@ -1,4 +1,4 @@
-"""What the service is made of: every locked package has hashes and is listed; an audit that saw nothing is no success."""
+"""What the service is made of: all that is locked has hashes and is listed; an audit that saw nothing is no success."""
 
 from __future__ import annotations
 

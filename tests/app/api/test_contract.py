@@ -8,8 +8,8 @@ import re
 
 import pytest
 import schemathesis
-from hypothesis import HealthCheck, Phase, reject, settings
 from httpx import InvalidURL
+from hypothesis import HealthCheck, Phase, reject, settings
 from jsonschema import Draft202012Validator
 from schemathesis import Case
 from schemathesis.checks import not_a_server_error

@@ -20,11 +20,13 @@ import numpy as np
 
 from app.designs.pictures.chart import BLUE, RED, Chart, decades_around
 from solvers import pin
-from solvers.pin.certificate import pointwise_bound
-from solvers.pin.interior_point import sloped
-from solvers.pin.program import Physics, Program, assemble, opening_stations
-from solvers.pin.separable import weigh
-from solvers.pin.stations import NODES, Stations
+from solvers.pin.effects import Physics
+from solvers.pin.optimum.conic import sloped
+from solvers.pin.optimum.discretised import Program, assemble
+from solvers.pin.optimum.dual_bound import pointwise_bound
+from solvers.pin.optimum.lagrangian import weigh
+from solvers.pin.stations.lobatto_panels import NODES, Stations
+from solvers.pin.stations.opening import opening_stations
 
 STATIONS = 1_000
 FORCE, BENDING_LIMIT, LIMIT = 15e3, 6.785153977e-6, 11.22302193e-6

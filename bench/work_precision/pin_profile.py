@@ -23,9 +23,10 @@ from scipy.optimize import brentq, minimize
 from bench.pin import Midpoints
 from bench.work_precision.curves import Method, Results
 from solvers import pin
-from solvers.pin.interior_point import sloped
-from solvers.pin.program import Physics, Program, assemble
-from solvers.pin.separable import weigh
+from solvers.pin.effects import Physics
+from solvers.pin.optimum.conic import sloped
+from solvers.pin.optimum.discretised import Program, assemble
+from solvers.pin.optimum.lagrangian import weigh
 
 TITLE = "The free bore of a piston pin"
 CASES = 200

@@ -18,12 +18,12 @@ from oracles.rivals.hunt import Array, Hunt, Look, Space
 from oracles.rivals.starts import Strength, along, compete, step_along_limits
 from solvers import pin
 from solvers.effects import EffectSelection
-from solvers.pin import bushing, ring
+from solvers.pin import bushing
 from solvers.pin.check import on_profile
-from solvers.pin.effects import choose_for, compose, demands_of
-from solvers.pin.flexibility import cowper
-from solvers.pin.program import Physics
-from solvers.pin.section import solidity_of
+from solvers.pin.effects import Physics, choose_for, compose, demands_of
+from solvers.pin.ring import ovalization
+from solvers.pin.section.flexibility import cowper
+from solvers.pin.section.variables import solidity_of
 
 ACCURACY = 1e-8
 _THINNEST, _THICKEST = 1e-7, 4.0
@@ -103,7 +103,7 @@ class Pin:
         oval = stress = None
         if (self.limits.max_ovalization or self.limits.max_ring_stress) is not None and wall.min() > 0.0:
             widest, middle = (
-                ring.ring(scene.force, g.outer_diameter, g.length, 1.0 - w, m.elastic_modulus, m.poisson)
+                ovalization.ring(scene.force, g.outer_diameter, g.length, 1.0 - w, m.elastic_modulus, m.poisson)
                 for w in (float(wall.min()), float(wall[-1 if scene.symmetric else wall.size // 2]))
             )
             oval, stress = widest.ovalization, max(widest.stresses.greatest, middle.stresses.greatest)

@@ -12,17 +12,21 @@ from numpy.typing import NDArray
 from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.outcome import Accuracy, Outcome, Status
-from solvers.pin import ring
-from solvers.pin.capacity import force_limit
-from solvers.pin.effects import choose_for, compose, demands_of
-from solvers.pin.flexibility import ShearFlexibility, cowper, flexibility_values, product
-from solvers.pin.loads import ROUNDING, forces_at
-from solvers.pin.peaks import risen
-from solvers.pin.pointwise import lightest_constant
-from solvers.pin.profile import Profile, WholeProfile
-from solvers.pin.program import Physics, Program, assemble, opening_stations, refined
-from solvers.pin.scene import NO_LIMITS, Limits, Scene
-from solvers.pin.section import CRITERIA, Criterion, solidity_of
+from solvers.pin.effects import Physics, choose_for, compose, demands_of
+from solvers.pin.limits import NO_LIMITS, Limits
+from solvers.pin.load.internal_forces import forces_at
+from solvers.pin.load.macaulay import ROUNDING
+from solvers.pin.optimum.capacity import force_limit
+from solvers.pin.optimum.discretised import Program, assemble, refined
+from solvers.pin.ring import ovalization
+from solvers.pin.scene import Scene
+from solvers.pin.section.criteria import CRITERIA, Criterion
+from solvers.pin.section.flexibility import ShearFlexibility, cowper, flexibility_values, product
+from solvers.pin.section.variables import solidity_of
+from solvers.pin.shapes.constant import lightest_constant
+from solvers.pin.shapes.given import Profile, WholeProfile
+from solvers.pin.stations.between_nodes import risen
+from solvers.pin.stations.opening import opening_stations
 
 Array = NDArray[np.float64]
 _MOST_STATIONS = 20_000
@@ -37,7 +41,7 @@ class RingResult:
 
     ovalization: float
     ovalization_max: float | None
-    stresses: ring.RingStresses
+    stresses: ovalization.RingStresses
     stress_max: float | None
     model: str
 
@@ -64,12 +68,15 @@ class Stress:
 
 @dataclass(frozen=True)
 class PinCheck:
-    """The results of a check, SI units; None where a result does not exist (an effect that did not run, no wall)."""
+    """The results of a check, SI units; None where a result does not exist (an effect that did not run, no wall).
+
+    ``along`` is None of a pin checked among many.
+    """
 
     mass: float
     solid_mass: float
     constant_bore_mass: float | None
-    along: Stress
+    along: Stress | None
     min_bore: float
     bore_mid: float
     least_wall: float
@@ -231,8 +238,8 @@ def _ring(scene: Scene, bore: Array) -> RingResult:
     """The ring in the middle, and where the bore is widest, which ovals and stresses it most."""
     g, m = scene.geometry, scene.material
 
-    def at(diameter: float) -> ring.Ring:
-        return ring.ring(
+    def at(diameter: float) -> ovalization.Ring:
+        return ovalization.ring(
             scene.force, g.outer_diameter, g.length, diameter / g.outer_diameter, m.elastic_modulus, m.poisson
         )
 
@@ -240,7 +247,7 @@ def _ring(scene: Scene, bore: Array) -> RingResult:
     own = at(min(middle, g.outer_diameter * (1.0 - _LEAST_RING_WALL)))
     if widest > g.outer_diameter * (1.0 - _LEAST_RING_WALL):
         return RingResult(own.ovalization, None, own.stresses, None, own.model)
-    stress = ring.greatest_stress(
+    stress = ovalization.greatest_stress(
         scene.force, g.outer_diameter, g.length, widest / g.outer_diameter, m.elastic_modulus, m.poisson
     )
     return RingResult(own.ovalization, at(widest).ovalization, own.stresses, stress, own.model)
@@ -260,18 +267,27 @@ def _warnings(
     x = program.stations.x
     over = use > 1.0 + 1e-9
     if over.any():
-        said.append(
-            f"the strength is exceeded {span(x[over])}, "
-            + (f"by {100.0 * (use.max() - 1.0):.2g} %" if math.isfinite(use.max()) else "where there is no wall")
-        )
-    least = 0.5 * g.outer_diameter * float(wall.min())
+        said.append(exceeded(x[over], float(use.max())))
+    said += _shape_warnings(limits, 0.5 * g.outer_diameter * float(wall.min()), deflection)
+    if found is not None and scene.force > 0:
+        said += _ring_warnings(scene, limits, x, wall, found)
+    return tuple(said)
+
+
+def exceeded(x: Array, use: float) -> str:
+    """At which places [m] the strength is exceeded, and by how much."""
+    by = f"by {100.0 * (use - 1.0):.2g} %" if math.isfinite(use) else "where there is no wall"
+    return f"the strength is exceeded {span(x)}, {by}"
+
+
+def _shape_warnings(limits: Limits, least: float, deflection: float) -> list[str]:
+    """Least wall [m] and deflection [m] beyond their limits."""
+    said = []
     if least < limits.min_wall * (1.0 - 1e-9):
         said.append(f"the wall is {least * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked")
     if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + 1e-9):
         said.append(f"the deflection of {deflection * 1e6:.4g} um exceeds its limit")
-    if found is not None and scene.force > 0:
-        said += _ring_warnings(scene, limits, x, wall, found)
-    return tuple(said)
+    return said
 
 
 def span(x: Array) -> str:
@@ -289,7 +305,9 @@ def _ring_warnings(scene: Scene, limits: Limits, x: Array, wall: Array, found: R
         said.append("the ovalization exceeds its limit")
     allowable = m.allowable_stress if limits.max_ring_stress is None else limits.max_ring_stress
     if found.stress_max is None or found.stress_max > allowable * (1.0 + 1e-9):
-        ratio = ring.ratio_at_stress(allowable, scene.force, g.outer_diameter, g.length, m.elastic_modulus, m.poisson)
+        ratio = ovalization.ratio_at_stress(
+            allowable, scene.force, g.outer_diameter, g.length, m.elastic_modulus, m.poisson
+        )
         thin = x[1.0 - wall > ratio]
         if thin.size:
             said.append(

@@ -11,20 +11,21 @@ from numpy.typing import NDArray
 from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
-from solvers.pin.certificate import told_apart
 from solvers.pin.check import PinCheck, assess, on_profile
-from solvers.pin.contour import Cubic, contour
-from solvers.pin.diagnosis import Diagnosis, diagnose
-from solvers.pin.effects import choose_for, compose, demands_of
-from solvers.pin.flexibility import cowper
-from solvers.pin.form import Form, Found
-from solvers.pin.loads import ROUNDING
-from solvers.pin.pointwise import FREE, lightest_constant
-from solvers.pin.profile import Profile
-from solvers.pin.program import Physics, Program, assemble, opening_stations, refined, wall_floor, walls_of
-from solvers.pin.scene import NO_LIMITS, Limits, Scene
-from solvers.pin.section import CRITERIA, Criterion
-from solvers.pin.stations import Stations
+from solvers.pin.effects import Physics, choose_for, compose, demands_of
+from solvers.pin.load.macaulay import ROUNDING
+from solvers.pin.optimum.discretised import Program, assemble, refined, wall_floor, walls_of
+from solvers.pin.optimum.dual_bound import told_apart
+from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.infeasibility import Diagnosis, diagnose
+from solvers.pin.problem import PinProblem
+from solvers.pin.section.flexibility import cowper
+from solvers.pin.shapes.constant import lightest_constant
+from solvers.pin.shapes.contour import Cubic, contour
+from solvers.pin.shapes.free import FREE
+from solvers.pin.shapes.given import Profile
+from solvers.pin.stations.lobatto_panels import Stations
+from solvers.pin.stations.opening import opening_stations
 
 Array = NDArray[np.float64]
 _MOST_STATIONS, _MOST_COUPLED = 4000, 1000
@@ -33,16 +34,6 @@ whose own noise no more stations would average out."""
 _PASSES = 40
 _CLOSE = 1e-6
 """A gap that needs no warning."""
-
-
-@dataclass(frozen=True)
-class PinProblem:
-    """A scene, the limits that the pin must keep, the criterion, and the form that its bore shall have."""
-
-    scene: Scene
-    limits: Limits = NO_LIMITS
-    form: Form = FREE
-    criterion: Criterion = CRITERIA["tresca_paper"]
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from solvers.errors import require
-from solvers.pin.loads import DeflectionReference, LoadCase, pin_places, piston_pin_case
+from solvers.pin.load.macaulay import LoadCase
+from solvers.pin.load.piston_pin import DeflectionReference, pin_places, piston_pin_case
 
 
 def require_positive(owner: object, prefix: str, *names: str) -> None:
@@ -39,7 +40,7 @@ class Geometry:
 
     @property
     def places(self) -> tuple[tuple[float, float], ...]:
-        """See ``loads.pin_places``."""
+        """See ``piston_pin.pin_places``."""
         return pin_places(self.boss_length, self.small_end_length, self.gap)
 
     @property
@@ -75,41 +76,12 @@ class PinMaterial:
 
 
 @dataclass(frozen=True)
-class Limits:
-    """What the profile must keep besides strength; None: no such limit.
-
-    min_wall         least wall thickness [m]
-    max_deflection   greatest deflection of the middle against the bosses' inner edges [m]
-    max_ovalization  greatest growth of a diameter [m]
-    max_slope        greatest change of the bore's diameter per length, |dd/dx|
-    max_ring_stress  greatest hoop stress of the ring that the pin's section is [Pa]
-    """
-
-    min_wall: float = 0.0
-    max_deflection: float | None = None
-    max_ovalization: float | None = None
-    max_slope: float | None = None
-    max_ring_stress: float | None = None
-
-    def __post_init__(self) -> None:
-        require(
-            math.isfinite(self.min_wall) and self.min_wall >= 0, "limits.min_wall", "must not be negative", "[0, D/2]"
-        )
-        for name in ("max_deflection", "max_ovalization", "max_slope", "max_ring_stress"):
-            if getattr(self, name) is not None:
-                require_positive(self, "limits", name)
-
-
-NO_LIMITS = Limits()
-
-
-@dataclass(frozen=True)
 class Scene:
     """A pin under its load, outer diameter given.
 
     ``force`` is the piston's greatest force: rod force in the middle, half of it on each boss. ``further_cases`` are
-    load cases that the same pin must carry as well (see ``solvers.pin.loads``). ``mirrored`` says that the bore may be
-    taken as alike in both halves.
+    load cases that the same pin must carry as well (see ``solvers.pin.load.macaulay``). ``mirrored`` says that the bore
+    may be taken as alike in both halves.
     """
 
     geometry: Geometry

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from solvers.outcome import Accuracy, EffectReport
 from solvers.pin.check import PinCheck, RingResult
-from solvers.pin.scene import Limits, PinMaterial, Scene
+from solvers.pin.limits import Limits
+from solvers.pin.scene import PinMaterial, Scene
 from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, left_out, slack_of, unknown
 
 Array = NDArray[np.float64]

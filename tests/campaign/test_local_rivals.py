@@ -16,11 +16,11 @@ from bench.campaign.pin_designs import PinProblem
 from bench.campaign.rivalry import Problem
 from bench.campaign.rod_designs import RodProblem
 from solvers.linkage import KINDS as TYPES
-from solvers.linkage.family import Family
-from solvers.pin import cones
-from solvers.pin import program as pin_program
+from solvers.linkage.optimum.family import Family
 from solvers.pin.bushing import forms as bushing_forms
-from solvers.pin.flexibility import ShearFlexibility
+from solvers.pin.optimum import discretised as pin_program
+from solvers.pin.section.flexibility import ShearFlexibility
+from solvers.pin.shapes import cone as cones
 
 pin_design = importlib.import_module("solvers.pin.design")
 rod_design = importlib.import_module("solvers.rod.design")

@@ -15,9 +15,10 @@ import pytest
 
 from solvers import pin
 from solvers.effects import ALL
-from solvers.pin import bushing, ring
+from solvers.pin import bushing
 from solvers.pin.bushing.section import least_gaps
-from solvers.pin.program import least_walls_at
+from solvers.pin.optimum.discretised import least_walls_at
+from solvers.pin.ring import ovalization
 from tests.hard_cases.make_pin_references import DIGITS, PLACES, Pin, load_cases
 
 EPS = 2.0**-52
@@ -199,7 +200,7 @@ def test_a_deflection_limit_equal_to_the_solid_pins(case, above):
 def test_no_ovalization_limit_is_met_by_the_factors_zero(case, ratio):
     """Limits that the ring of this bore meets exactly, on both sides of the seam and at the textbook factor's zero."""
     scene, g, m = scene_of(case), scene_of(case).geometry, scene_of(case).material
-    limit = ring.ring(scene.force, g.outer_diameter, g.length, ratio, m.elastic_modulus, m.poisson).ovalization
+    limit = ovalization.ring(scene.force, g.outer_diameter, g.length, ratio, m.elastic_modulus, m.poisson).ovalization
     outcome = designed(case, 1e-4, max_ovalization=limit)
     widest = outcome.value.check.along.bore.max() / g.outer_diameter
     assert widest <= ratio * (1 + 1e-9)

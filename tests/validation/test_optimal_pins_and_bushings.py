@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from solvers import pin
-from solvers.pin.capacity import force_limit, weak_span
+from solvers.pin.optimum.capacity import force_limit, weak_span
 from tests.solvers.pin.pins import BENDING_ONLY, PAPER, VAZ, grams, scaled, vaz
 
 

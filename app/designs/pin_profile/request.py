@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -73,7 +74,9 @@ _Load = one_of(
 )
 
 
-class Material(Strict):
+class PinMaterial(Strict):
+    """The properties of any material."""
+
     allowable_stress_mpa: Positive
     allowable_shear_mpa: Positive | None = Field(default=None, description="null: the criterion alone")
     elastic_modulus_gpa: Positive
@@ -88,6 +91,41 @@ class Material(Strict):
             self.density_kg_m3,
             _times(self.allowable_shear_mpa, MEGA),
         )
+
+
+class PinSteel(Strict):
+    """A steel of the catalogue, and what its designer allows it if that is other than the catalogue's."""
+
+    name: Literal[tuple(pin.CATALOGUE)] = Field(description="a name of the catalogue")  # type: ignore[valid-type]
+    allowable_stress_mpa: Positive | None = Field(default=None, description="null: the catalogue's")
+    allowable_shear_mpa: Positive | None = Field(default=None, description="null: the criterion alone")
+
+    def to_solver(self) -> pin.PinMaterial:
+        listed = pin.CATALOGUE[self.name]
+        own = _times(self.allowable_stress_mpa, MEGA)
+        return pin.PinMaterial(
+            own or listed.allowable_stress, listed.elastic_modulus, listed.poisson, listed.density,
+            _times(self.allowable_shear_mpa, MEGA),
+        )  # fmt: skip
+
+
+def _form_of_material(value: Any) -> str | None:
+    if isinstance(value, dict):
+        return "steel" if "name" in value else "own"
+    return {PinMaterial: "own", PinSteel: "steel"}.get(type(value))
+
+
+Material = one_of(
+    _form_of_material,
+    {"own": PinMaterial, "steel": PinSteel},
+    "an object with the material's properties, or with its name in the catalogue",
+)
+
+
+def material_of(spec: Mapping[str, Any]) -> pin.PinMaterial:
+    """The material of a stored request, SI units."""
+    given = spec["material"]
+    return (PinSteel if "name" in given else PinMaterial).model_validate(given).to_solver()
 
 
 class PinLimits(Strict):

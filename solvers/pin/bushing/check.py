@@ -13,19 +13,19 @@ from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.outcome import Accuracy, Outcome, Status
-from solvers.pin import ring
 from solvers.pin.bushing.effects import choose_for
 from solvers.pin.bushing.forms import lightest_constant
 from solvers.pin.bushing.program import BushingProgram, assemble, opening_stations, refined
 from solvers.pin.bushing.scene import BushingScene
 from solvers.pin.check import Pressures, RingResult, span
-from solvers.pin.effects import compose
-from solvers.pin.loads import ROUNDING, forces_at
-from solvers.pin.peaks import risen
-from solvers.pin.profile import Profile, WholeProfile
-from solvers.pin.program import Physics
-from solvers.pin.scene import NO_LIMITS, Limits
-from solvers.pin.section import CRITERIA, Criterion
+from solvers.pin.effects import Physics, compose
+from solvers.pin.limits import NO_LIMITS, Limits
+from solvers.pin.load.internal_forces import forces_at
+from solvers.pin.load.macaulay import ROUNDING
+from solvers.pin.ring import ovalization
+from solvers.pin.section.criteria import CRITERIA, Criterion
+from solvers.pin.shapes.given import Profile, WholeProfile
+from solvers.pin.stations.between_nodes import risen
 
 Array = NDArray[np.float64]
 _MOST_STATIONS = 20_000
@@ -217,8 +217,8 @@ def _ring(scene: BushingScene, outer: Array) -> RingResult:
     """The ring in the middle, and where the wall is thinnest, which ovals and stresses it most."""
     g, m = scene.geometry, scene.material
 
-    def at(diameter: float) -> ring.Ring:
-        return ring.ring(scene.force, diameter, g.length, g.bore / diameter, m.elastic_modulus, m.poisson)
+    def at(diameter: float) -> ovalization.Ring:
+        return ovalization.ring(scene.force, diameter, g.length, g.bore / diameter, m.elastic_modulus, m.poisson)
 
     middle = float(outer[outer.size - 1 if scene.symmetric else outer.size // 2])
     thinnest = float(outer.min())
@@ -226,7 +226,9 @@ def _ring(scene: BushingScene, outer: Array) -> RingResult:
     own = at(max(middle, least, 1e-9))
     if thinnest < max(least, 1e-9):
         return RingResult(own.ovalization, None, own.stresses, None, own.model)
-    stress = ring.greatest_stress(scene.force, thinnest, g.length, g.bore / thinnest, m.elastic_modulus, m.poisson)
+    stress = ovalization.greatest_stress(
+        scene.force, thinnest, g.length, g.bore / thinnest, m.elastic_modulus, m.poisson
+    )
     return RingResult(own.ovalization, at(thinnest).ovalization, own.stresses, stress, own.model)
 
 

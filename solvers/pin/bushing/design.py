@@ -11,21 +11,20 @@ import numpy as np
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, EffectSelection
 from solvers.outcome import Accuracy, Certificate, Outcome, Shortfall, Status
-from solvers.pin import ring
 from solvers.pin.bushing.check import BushingCheck, assess, check
 from solvers.pin.bushing.effects import choose_for
 from solvers.pin.bushing.forms import Constant, Stepped, Turned, lightest_constant
 from solvers.pin.bushing.program import BushingProgram, assemble, gap_floor, opening_stations, refined
 from solvers.pin.bushing.scene import BushingScene
-from solvers.pin.certificate import told_apart
-from solvers.pin.contour import Cubic, contour
-from solvers.pin.effects import compose
-from solvers.pin.form import Found
-from solvers.pin.loads import ROUNDING
-from solvers.pin.profile import Profile
-from solvers.pin.program import Physics
-from solvers.pin.scene import NO_LIMITS, Limits
-from solvers.pin.section import CRITERIA, Criterion
+from solvers.pin.effects import Physics, compose
+from solvers.pin.limits import NO_LIMITS, Limits
+from solvers.pin.load.macaulay import ROUNDING
+from solvers.pin.optimum.dual_bound import told_apart
+from solvers.pin.optimum.found import Found
+from solvers.pin.ring import ovalization
+from solvers.pin.section.criteria import CRITERIA, Criterion
+from solvers.pin.shapes.contour import Cubic, contour
+from solvers.pin.shapes.given import Profile
 
 _MOST_STATIONS = 4000
 _PASSES = 40
@@ -109,7 +108,7 @@ def design(
 
 def _too_soft_a_ring(scene: BushingScene, limits: Limits) -> Shortfall:
     g, m = scene.geometry, scene.material
-    solid = ring.ring(scene.force, 1.0, g.length, 0.0, m.elastic_modulus, m.poisson).ovalization
+    solid = ovalization.ring(scene.force, 1.0, g.length, 0.0, m.elastic_modulus, m.poisson).ovalization
     return Shortfall("max_ovalization", limits.max_ovalization, solid, "a longer or stiffer bushing, or less force")
 
 

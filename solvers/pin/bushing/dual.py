@@ -1,8 +1,8 @@
 """One multiplier for the bushing's deflection, a one-dimensional convex minimum at every station, and their bound.
 
-As ``solvers.pin.separable`` and ``solvers.pin.certificate`` for the pin, with the bushing's own two flexibilities: they
-are convex everywhere, and there is no solid section to end at. Newton's method runs in ln y, since the Lagrangian's
-slope falls nearly as a power of y.
+As ``solvers.pin.optimum.lagrangian`` and ``solvers.pin.optimum.dual_bound`` for the pin, with the bushing's own two
+flexibilities: they are convex everywhere, and there is no solid section to end at. Newton's method runs in ln y, since
+the Lagrangian's slope falls nearly as a power of y.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.pin.bushing.program import BushingProgram
 from solvers.pin.bushing.section import utilisation
-from solvers.pin.tube import bending, place_around, shearing
+from solvers.pin.section.tube import bending, place_around, shearing
 
 Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)

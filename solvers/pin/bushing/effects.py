@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from solvers.effects import AUTO, Choice, EffectSelection, choose
 from solvers.pin.bushing.scene import BushingScene
 from solvers.pin.effects import ContactPressure, Ovalization, PinEffect, ShearDeflection, demands_of
-from solvers.pin.scene import Limits
+from solvers.pin.limits import Limits
 
 
 @dataclass(frozen=True)

@@ -11,17 +11,17 @@ from solvers.errors import InvalidInput
 from solvers.pin.bushing.dual import bound, strength_bound, weigh
 from solvers.pin.bushing.program import BushingProgram, assemble, refined
 from solvers.pin.bushing.section import least_gaps
-from solvers.pin.form import Found
-from solvers.pin.peaks import risen
-from solvers.pin.pointwise import missed_by_order
-from solvers.pin.program import Physics
-from solvers.pin.separable import rising
-from solvers.pin.slope import missed_by_slope
-from solvers.pin.stepped import MOST_STEPS
-from solvers.pin.steps.bar import Law, Walls
-from solvers.pin.steps.half import Half, at_stations, corners_of
-from solvers.pin.steps.paths import flexibilities
-from solvers.pin.steps.search import lightest_steps
+from solvers.pin.effects import Physics
+from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.lagrangian import rising
+from solvers.pin.optimum.slope_limit import missed_by_slope
+from solvers.pin.shapes.break_points.bar import Law, Walls
+from solvers.pin.shapes.break_points.half import Half, at_stations, corners_of
+from solvers.pin.shapes.break_points.paths import flexibilities
+from solvers.pin.shapes.break_points.search import lightest_steps
+from solvers.pin.shapes.free import missed_by_order
+from solvers.pin.shapes.stepped import MOST_STEPS
+from solvers.pin.stations.between_nodes import risen
 
 Array = NDArray[np.float64]
 _PASSES = 40

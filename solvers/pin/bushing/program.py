@@ -3,9 +3,9 @@
     minimise  sum s_i y_i   subject to  y_i >= l_i,  sum s_i (B_i f(y_i) + S_i g(y_i)) <= limit
 
 f is the section's bending flexibility over 64/(E pi l^4), g its shear flexibility over 4/(G pi l^2)
-(``solvers.pin.tube``), kappa = 1 with a bore and 0 without. Both are convex for every y > 0, so unlike the pin's this
-program is convex as it stands. It has a feasible point for every finite load and every deflection limit: more material
-always helps.
+(``solvers.pin.section.tube``), kappa = 1 with a bore and 0 without. Both are convex for every y > 0, so unlike the
+pin's this program is convex as it stands. It has a feasible point for every finite load and every deflection limit:
+more material always helps.
 """
 
 from __future__ import annotations
@@ -17,16 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin import ring
 from solvers.pin.bushing.scene import BushingScene
 from solvers.pin.bushing.section import Pull, least_gap, pulls_at, utilisation
-from solvers.pin.flexibility import cowper
-from solvers.pin.loads import breakpoints, forces_at
-from solvers.pin.program import Physics
-from solvers.pin.scene import Limits
-from solvers.pin.section import ALLOWABLE_SHEAR, Criterion
-from solvers.pin.stations import Stations, first_stations, panel_edges
-from solvers.pin.tube import bending, shearing
+from solvers.pin.effects import Physics
+from solvers.pin.limits import Limits
+from solvers.pin.load.internal_forces import forces_at
+from solvers.pin.load.macaulay import breakpoints
+from solvers.pin.ring import ovalization
+from solvers.pin.section.criteria import ALLOWABLE_SHEAR, Criterion
+from solvers.pin.section.flexibility import cowper
+from solvers.pin.section.tube import bending, shearing
+from solvers.pin.stations.lobatto_panels import Stations, first_stations, panel_edges
 
 Array = NDArray[np.float64]
 
@@ -122,13 +123,13 @@ def gap_floor(scene: BushingScene, limits: Limits) -> float:
     if scene.force == 0:
         return floor
     if limits.max_ring_stress is not None:
-        outer = ring.outer_within_stress(
+        outer = ovalization.outer_within_stress(
             limits.max_ring_stress, scene.force, g.bore, g.length, m.elastic_modulus, m.poisson
         )
         floor = max(floor, outer - g.bore)
     if limits.max_ovalization is None:
         return floor
-    ratio = ring.greatest_ratio(limits.max_ovalization, scene.force, 1.0, g.length, m.elastic_modulus, m.poisson)
+    ratio = ovalization.greatest_ratio(limits.max_ovalization, scene.force, 1.0, g.length, m.elastic_modulus, m.poisson)
     if ratio is None:
         return math.inf
     return max(floor, g.bore * (1.0 - ratio) / ratio) if ratio > 0.0 else (math.inf if g.bore > 0.0 else floor)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from solvers.errors import InvalidInput
-from solvers.pin.loads import DeflectionReference, LoadCase, pin_places, piston_pin_case
+from solvers.pin.load.macaulay import LoadCase
+from solvers.pin.load.piston_pin import DeflectionReference, pin_places, piston_pin_case
 from solvers.pin.scene import PinMaterial, require_positive
 
 
@@ -33,7 +34,7 @@ class BushingGeometry:
 
     @property
     def places(self) -> tuple[tuple[float, float], ...]:
-        """See ``loads.pin_places``."""
+        """See ``piston_pin.pin_places``."""
         return pin_places(self.boss_length, self.small_end_length, self.gap)
 
 

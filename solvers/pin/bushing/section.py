@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.pin.bushing.scene import BushingScene
-from solvers.pin.loads import InternalForces, forces_at
+from solvers.pin.load.internal_forces import InternalForces, forces_at
 from solvers.pin.scene import PinMaterial
-from solvers.pin.section import ALLOWABLE_SHEAR, CombinedCriterion, Criterion, Share, ShearLaw
+from solvers.pin.section.criteria import ALLOWABLE_SHEAR, CombinedCriterion, Criterion, Share, ShearLaw
 
 Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from solvers.outcome import Accuracy, EffectReport
 from solvers.pin.bushing.check import BushingCheck
 from solvers.pin.bushing.scene import BushingScene
-from solvers.pin.scene import Limits
+from solvers.pin.limits import Limits
 from solvers.pin.verdict import not_judged, of_deflection, of_ring, of_shape, of_stresses, of_wall, steepest
 from solvers.verdict import Verdict, slack_of
 

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from solvers.crank import kinematics
+from solvers.crank.motion import in_line as kinematics
 from solvers.fatigue import FatigueCriterion
 from solvers.fatigue.kernels import Diagram
 from solvers.numerics import periodic

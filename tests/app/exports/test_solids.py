@@ -24,7 +24,7 @@ from tests.clients.bridge import on_a_port
 
 
 def payload_of(run):
-    return json.dumps({"run": run, "tool": "freecad", "angle_deg": None}).encode()
+    return json.dumps({"run": run, "wishes": {}}).encode()
 
 
 @pytest.fixture(scope="module")

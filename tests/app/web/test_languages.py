@@ -13,8 +13,9 @@ from starlette.datastructures import Headers
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.web.forms.numbers import UNITS
-from app.web.languages import DOMAIN, LOCALE, preferred
+from app.web.languages import preferred
 from app.web.rendering import templates
+from app.words.languages import DOMAIN, LOCALE
 from scripts.messages import TEMPLATES, catalogue, path_of, todo, updated
 
 HTML = {"accept": "text/html"}

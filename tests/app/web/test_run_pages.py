@@ -116,7 +116,7 @@ def test_a_run_page_says_what_was_asked_and_what_shaped_it(client, design_reques
     sensitivity = {item["name"]: item["sensitivity"] for item in run["result"]["active_constraints"]}
     assert f"1 % less fatigue safety required saves {sensitivity['min_fatigue_safety']:.2g} % mass" in page
     assert f"1 % more width saves {-sensitivity['b_upper']:.2g} % mass" in page
-    assert '<dt title="revolutions per second">speed</dt><dd>50 Hz</dd>' in page
+    assert '<dt title="revolutions per second">Speed</dt><dd>50 Hz</dd>' in page
     for plot in run["links"]["plots"].values():
         picture = client.get(plot)
         assert picture.status_code == 200 and "prefers-color-scheme:dark" in picture.text, plot
@@ -224,3 +224,27 @@ def test_a_design_is_drawn_as_it_was_found(client, design_request):
     drawing = page[page.index('<figure class="drawing"') : page.index("</figure>")]
     assert f"l {run['result']['dimensions']['l_mm']:.4g}" in drawing
     assert "≤" not in drawing
+
+
+def test_a_person_who_works_in_inches_reads_inches(client, pins):
+    run = pins[0]
+    path = f"/runs/{run['id']}"
+    metric = client.get(path).text
+    chosen = client.get(f"/units/inch?back={path}", follow_redirects=False)
+    assert chosen.status_code == 303 and chosen.headers["location"] == path
+    assert chosen.cookies["units"] == "inch"
+    client.cookies.clear()
+    inch = {"cookie": "units=inch"}
+    page = client.get(path, headers=inch).text
+    asked = client.get(f"/designs/pin-profile?mode=check&from={run['id']}", headers=inch).text
+    outer = run["spec"]["geometry"]["outer_diameter_mm"]
+    assert f"<dd>{outer / 25.4:.10g} in</dd>" in page and f"<dd>{outer:.10g} mm</dd>" in metric
+    criterion = next(item for item in run["verdict"]["criteria"] if item["unit"] == "MPa")
+    assert f"{criterion['reached'] / 6.894757293168361e-3:.4g} psi" in page
+    assert f"{criterion['reached']:.4g} MPa" in metric
+    assert f"ø {outer / 25.4:.5g}" in page and "inches, to scale" in page
+    assert f'value="{outer / 25.4:.12g}'[:17] in asked
+    assert client.get(f"/api/v1{path}").json()["spec"]["geometry"]["outer_diameter_mm"] == outer
+    assert client.get("/units/cubits").status_code == 404
+    assert client.get("/units/inch?back=//elsewhere", follow_redirects=False).headers["location"] == "/"
+    client.cookies.clear()

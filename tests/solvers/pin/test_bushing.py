@@ -15,9 +15,10 @@ from solvers.pin import bushing
 from solvers.pin.bushing.dual import bound, weigh
 from solvers.pin.bushing.program import assemble, opening_stations
 from solvers.pin.bushing.section import least_gap, pulls, utilisation
-from solvers.pin.loads import InternalForces, MacaulayTerm
-from solvers.pin.program import Physics
-from solvers.pin.tube import shearing
+from solvers.pin.effects import Physics
+from solvers.pin.load.internal_forces import InternalForces
+from solvers.pin.load.macaulay import MacaulayTerm
+from solvers.pin.section.tube import shearing
 from tests.solvers.pin.pins import PAPER, STEEL
 
 GEOMETRY = bushing.BushingGeometry(14e-3, 24e-3, 30e-3, 1e-3)

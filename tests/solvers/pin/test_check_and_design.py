@@ -10,8 +10,9 @@ import pytest
 
 from solvers import pin
 from solvers.errors import InvalidInput
-from solvers.pin.loads import breakpoints, forces_at
-from solvers.pin.stations import panel_edges
+from solvers.pin.load.internal_forces import forces_at
+from solvers.pin.load.macaulay import breakpoints
+from solvers.pin.stations.lobatto_panels import panel_edges
 from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, grams, vaz
 
 D, LENGTH = GEOMETRY.outer_diameter, GEOMETRY.length

@@ -10,8 +10,10 @@ import pytest
 
 from solvers import pin
 from solvers.errors import EffectConflict
-from solvers.pin import program, ring
 from solvers.pin.effects import ShearDeflection, Situation
+from solvers.pin.optimum import discretised as program
+from solvers.pin.ring import ovalization
+from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import BENDING_ONLY, GEOMETRY, STEEL, VAZ
 
 CORE = pin.EffectSelection(exclude=frozenset(effect.name for effect in pin.EFFECTS))
@@ -76,8 +78,8 @@ def test_none_of_its_code_runs(monkeypatch):
     def never(*_args, **_named):
         raise AssertionError("an effect that was left out ran")
 
-    monkeypatch.setattr(ring, "ring", never)
-    monkeypatch.setattr(ring, "greatest_ratio", never)
+    monkeypatch.setattr(ovalization, "ring", never)
+    monkeypatch.setattr(ovalization, "greatest_ratio", never)
     monkeypatch.setattr(sys.modules["solvers.pin.check"], "_pressures", never)
     pin.design(pin.PinProblem(VAZ), CORE)
     pin.check(VAZ, pin.Profile((0.0,), (14e-3,)), effects=CORE)
@@ -87,7 +89,7 @@ def test_none_of_its_code_runs(monkeypatch):
 
 def test_shears_coefficients_are_zero_without_it():
     found = program.assemble(
-        VAZ, pin.Limits(), pin.CRITERIA["fibre"], program.Physics(shear_deflection=False), program.opening_stations(VAZ)
+        VAZ, pin.Limits(), pin.CRITERIA["fibre"], program.Physics(shear_deflection=False), opening_stations(VAZ)
     )
     assert not found.shear.any()
     assert found.bending.any()

@@ -7,7 +7,7 @@ import pytest
 
 from solvers import pin
 from solvers.pin import bushing
-from solvers.pin.stations import panel_edges
+from solvers.pin.stations.lobatto_panels import panel_edges
 from tests.solvers.pin.pins import GEOMETRY, STEEL, VAZ
 
 D, LENGTH, FORCE = GEOMETRY.outer_diameter, GEOMETRY.length, 15e3

@@ -9,8 +9,8 @@ import pytest
 
 from solvers import pin
 from solvers.pin import bushing
-from solvers.pin.loads import forces_at
-from solvers.pin.program import demands_at
+from solvers.pin.load.internal_forces import forces_at
+from solvers.pin.optimum.discretised import demands_at
 
 PAPER = "tresca_paper"
 

@@ -10,8 +10,10 @@ import pytest
 
 from oracles.textbook.pin_bore_iteration import factor, iterate
 from solvers import pin
-from solvers.pin.loads import InternalForces
-from solvers.pin.section import Demand, ShearLaw, least_wall, saint_venant, section_demands, v_of, wall_of, zhuravsky
+from solvers.pin.load.internal_forces import InternalForces
+from solvers.pin.section.criteria import ShearLaw, saint_venant, zhuravsky
+from solvers.pin.section.demand import Demand, least_wall, section_demands
+from solvers.pin.section.variables import v_of, wall_of
 from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, exact_wall, numbers, relative, vaz
 
 

@@ -12,13 +12,13 @@ from solvers import pin
 from solvers.pin import bushing
 from solvers.pin.bushing import forms as outsides
 from solvers.pin.bushing import program as outside
-from solvers.pin.program import Physics
-from solvers.pin.stations import NODES
-from solvers.pin.stepped import half_of
-from solvers.pin.steps.cells import cells, points
-from solvers.pin.steps.ground import ground
-from solvers.pin.steps.paths import BENT, SHEARED
-from solvers.pin.steps.search import lightest_steps
+from solvers.pin.effects import Physics
+from solvers.pin.shapes.break_points.cells import cells, points
+from solvers.pin.shapes.break_points.ground import ground
+from solvers.pin.shapes.break_points.paths import BENT, SHEARED
+from solvers.pin.shapes.break_points.search import lightest_steps
+from solvers.pin.shapes.stepped import half_of
+from solvers.pin.stations.lobatto_panels import NODES
 from tests.solvers.pin.pins import PAPER, STEEL, VAZ, grams, program
 
 LIMIT = 11.22302193e-6
@@ -199,8 +199,8 @@ def test_where_the_least_wall_takes_over_from_strength_nothing_is_lost(wall):
 
 def test_a_bound_that_ran_out_of_work_is_told(monkeypatch):
     """With fewer cells or less work allowed the gap is wide, never closed by giving up."""
-    monkeypatch.setattr("solvers.pin.steps.search._MOST_PAIRS", {False: 4, True: 160_000})
-    monkeypatch.setattr("solvers.pin.steps.search._MOST_WORK", 1)
+    monkeypatch.setattr("solvers.pin.shapes.break_points.search._MOST_PAIRS", {False: 4, True: 160_000})
+    monkeypatch.setattr("solvers.pin.shapes.break_points.search._MOST_WORK", 1)
     for limit in (None, LIMIT):
         assert 1e-5 < designed(3, limit).certificate.gap < 0.2
 

@@ -63,7 +63,7 @@ _RETRY_S, _LONGEST_PAUSE_S = 0.2, 10.0
 _SHORT = (Mode.CHECK, Mode.ANALYSIS)
 """Modes that usually end in a moment."""
 _MOST_COMPLETED = 64
-_CRASHES_BORNE = 2
+_CRASHES_BORNE = 5
 """So often a promised run is begun again whose worker was killed, by the system or by anybody."""
 
 

@@ -108,7 +108,7 @@ ROOMS = {
     ),
     "solvers/crank": ("motion", "masses", "gas", "scene", "problem", "cycle", "engine", "effects", "check"),
     "solvers/pin": (
-        "load", "materials", "scene", "limits", "uniform", "stations", "section", "ring", "effects", "optimum",
+        "load", "scene", "materials", "limits", "uniform", "stations", "section", "ring", "effects", "optimum",
         "shapes", "problem", "check", "bulk", "verdict", "design",
     ),
 }  # fmt: skip

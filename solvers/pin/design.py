@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, EffectSelection
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
-from solvers.pin.check import PinCheck, assess, on_profile
+from solvers.pin.check import PinCheck, assess, deflection_doubt, on_profile
 from solvers.pin.effects import Physics, choose_for, compose, demands_of
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.discretised import assemble, sought_in
@@ -27,6 +27,7 @@ from solvers.pin.shapes.constant import lightest_constant
 from solvers.pin.shapes.contour import Cubic, contour
 from solvers.pin.shapes.free import FREE
 from solvers.pin.shapes.given import Profile
+from solvers.pin.stations.between_nodes import risen
 from solvers.pin.stations.lobatto_panels import Stations
 from solvers.pin.stations.opening import opening_stations
 
@@ -95,7 +96,7 @@ def design(
     relaxed = replace(program, limits=replace(limits, max_slope=None))
     constant = lightest_constant(relaxed, accuracy)
     free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
-    shown, walls, places = _as_made(problem, physics, program, best, accuracy)
+    shown, walls, places, made = _as_made(problem, physics, program, best, accuracy)
     unit = program.mass_unit
     value = PinDesign(
         check=assess(
@@ -118,7 +119,7 @@ def design(
         Status.SUCCEEDED,
         _warned(value, gap, accuracy),
         choice.manifest,
-        Accuracy(accuracy, doubt + ROUNDING, {"stations": int(best.solidity.size)}),
+        Accuracy(accuracy, max(doubt, made) + ROUNDING, {"stations": int(best.solidity.size)}),
         certificate=Certificate(best.method, unit * max(bound, 0.0), gap, evidence),
         timing={"solve_s": time.perf_counter() - started},
     )
@@ -134,21 +135,33 @@ def _warned(value: PinDesign, gap: float, accuracy: float) -> PinDesign:
 
 def _as_made(
     problem: PinProblem, physics: Physics, program: Program, best: Found, accuracy: float
-) -> tuple[Program, Array, tuple[float, ...]]:
-    """The shape found on stations of its own, its corners among them, by the law that a check uses."""
+) -> tuple[Program, Array, tuple[float, ...], float]:
+    """The shape found on stations of its own, its corners among them, by the law that a check uses; what figures
+    there are off."""
     if best.corners is None:
         law = cowper(problem.scene.material.poisson)
-        return replace(program, law=law), program.sought.walls(program, best.solidity), ()
+        return replace(program, law=law), program.sought.walls(program, best.solidity), (), 0.0
     given = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
     whole = given.along(problem.scene.geometry.length)
-    shown, walls, _ = on_profile(problem.scene, whole, problem.criterion, physics, accuracy)
-    return shown, walls, whole.places
+    shown, walls, doubt = on_profile(problem.scene, whole, problem.criterion, physics, accuracy)
+    return shown, walls, whole.places, doubt
 
 
 def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_tolerance: float = 1e-2) -> Diagnosis:
     """The whole diagnosis of an infeasible problem."""
     choice = choose_for(problem.scene, effects, effect_tolerance, demands_of(problem.limits))
     return diagnose(problem.scene, problem.limits, problem.criterion, compose(choice))
+
+
+def _figures_doubt(program: Program, best: Found) -> Array:
+    """Per panel, what deflection and greatest use of the strength may be off, relative; corners have stations of their
+    own for that."""
+    if best.corners is not None:
+        return np.zeros(program.stations.left.size)
+    walls = program.sought.walls(program, best.solidity)
+    doubt, uses = deflection_doubt(program, walls), program.uses(walls)
+    # Nowhere is more than all of the strength used.
+    return np.maximum(doubt, risen(program.stations, uses, most=1.0))
 
 
 def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float) -> tuple[Program, Found, float] | None:
@@ -180,7 +193,11 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
                     break
             result = (program, best, told)
             if told <= wanted:
-                break
+                figures = _figures_doubt(program, best)
+                result = (program, best, max(told, float(figures.sum())))
+                if figures.sum() <= 0.5 * accuracy:
+                    break
+                doubt = volume * figures
         if stations.x.size > most:
             break
         stations = refined(program, doubt > 0.5 * wanted * volume / stations.left.size)

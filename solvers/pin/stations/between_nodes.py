@@ -64,7 +64,9 @@ def _rise(x: Array, values: Array, nodes: int, most: float, found: Array) -> Non
                 bend = (behind - before) / (x[i + 1] - x[i - 1])
                 place = 0.5 * (x[i - 1] + x[i] - before / bend)
                 height = y[i]
-                if bend < 0.0 and x[i - 1] < place < x[i + 1]:
+                # An end without load and wall, beside which a value does not fall to nothing, tells of no summit.
+                ends = most < np.inf and (y[i - 1] == 0.0 or y[i + 1] == 0.0)
+                if bend < 0.0 and x[i - 1] < place < x[i + 1] and not ends:
                     height = y[i - 1] + (place - x[i - 1]) * (before + bend * (place - x[i]))
                 highest = max(highest, height)
             rise = _DOUBTED * (highest / top - 1.0)

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import structlog
 from pydantic import BaseModel, ValidationError
 
 from app.designs.kind import REFUSED, Answer, Detail, Job, Mode
@@ -15,8 +14,9 @@ from app.designs.problems import INVALID, SOLVER_FAILED, problem_details
 from app.designs.refusals import summed_up
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import Entry
+from app.logging import get_logger
 
-logger = structlog.stdlib.get_logger(__name__)
+logger = get_logger(__name__)
 
 
 def answer_many(slug: str, mode: Mode, bodies: Sequence[Mapping[str, Any]], detail: Detail) -> list[Answer]:
@@ -43,7 +43,7 @@ def accepted(job: Job, body: Mapping[str, Any]) -> tuple[BaseModel, None] | tupl
     try:
         request = job.request.model_validate(body)
     except ValidationError as error:
-        return None, _refusal(*summed_up(error.errors(include_url=False)))
+        return None, _refusal(*summed_up(error.errors(include_url=False), model=job.request))
     if contradictions := request.contradictions():  # type: ignore[attr-defined]
         return None, _refusal("values contradict each other", contradictions)
     return request, None

@@ -54,7 +54,8 @@ class UtcDateTime(TypeDecorator[datetime]):
 
 def _index_where_given(column: str) -> Index:
     given = text(f"{column} IS NOT NULL")
-    return Index(None, column, "id", sqlite_where=given, postgresql_where=given)
+    # Migrations make the indexes. postgresql_where would import that dialect wherever runs are kept.
+    return Index(None, column, "id", sqlite_where=given)
 
 
 metadata = MetaData(naming_convention=NAMING)
@@ -113,6 +114,16 @@ idempotency_keys = Table(
     Column("body", LargeBinary, nullable=False),
     Column("row_hash", String(64), nullable=False),
     Index(None, "run_id"),
+)
+
+# A run that was promised by a 202, until it ends: which process works on it, and until when that holds.
+promises = Table(
+    "promises",
+    metadata,
+    Column("run_id", String(36), ForeignKey("runs.id"), primary_key=True),
+    Column("owner", String(64), nullable=False),
+    Column("leased_until", Float, nullable=False),
+    Column("attempts", Integer, nullable=False),
 )
 
 api_keys = Table(

@@ -15,6 +15,7 @@ import hashlib
 import re
 from collections.abc import Callable
 from functools import cache, cached_property, update_wrapper
+from glob import escape
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -57,6 +58,13 @@ class Kernel:
     def is_compiled(self) -> bool:
         """Whether its machine code is in memory, for any types."""
         return any(kind in self.__dict__ and bool(getattr(self, kind).signatures) for kind in ("compiled", "inner"))
+
+    @property
+    def files(self) -> list[Path]:
+        """Where the machine code that Python calls lies on disk; none where numba keeps it otherwise than expected."""
+        kept = getattr(getattr(self.__dict__.get("compiled"), "_cache", None), "_cache_file", None)
+        index = getattr(kept, "_index_path", None)
+        return [] if index is None else sorted(Path(index).parent.glob(f"{escape(Path(index).stem)}.*"))
 
     @property
     def _numba_type_(self) -> Any:

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 Function = Callable[[dict[str, NDArray]], dict[str, NDArray]]
 """From named inputs to named outputs, all arrays of one shape; built of operations that complex numbers allow."""
 
-_COMPLEX_STEP = 1e-100
+COMPLEX_STEP = 1e-100
 DRAWS = 100_000
 _SEED = 20260101
 _NO_SPREAD = 1e-12
@@ -36,11 +36,11 @@ class Propagated:
 def sensitivities(function: Function, values: Mapping[str, float]) -> dict[str, dict[str, float]]:
     """d output/d input at the values, by the complex step: exact to rounding. {output: {input: derivative}}."""
     names = list(values)
-    matrix = np.eye(len(names)) * 1j * _COMPLEX_STEP
+    matrix = np.eye(len(names)) * 1j * COMPLEX_STEP
     inputs = {name: values[name] + matrix[i] for i, name in enumerate(names)}
     outputs = function(inputs)
     return {
-        out: dict(zip(names, (np.broadcast_to(found, len(names)).imag / _COMPLEX_STEP).tolist(), strict=True))
+        out: dict(zip(names, (np.broadcast_to(found, len(names)).imag / COMPLEX_STEP).tolist(), strict=True))
         for out, found in outputs.items()
     }
 

@@ -94,31 +94,6 @@ class CrankDynamics:
         """The upper one and the lower one that follows [rad]."""
         return self.cycle.motion.dead_centres
 
-    @property
-    def reciprocating_mass(self) -> float:
-        """m_j [kg]"""
-        return self.cycle.scene.masses.reciprocating
-
-    @property
-    def rotating_mass(self) -> float:
-        """m_rot [kg]"""
-        return self.cycle.scene.masses.rotating(self.cycle.scene.mechanism.crank_radius)
-
-    @property
-    def rod_mass_at_pin(self) -> float:
-        """m_A [kg]"""
-        return self.cycle.scene.masses.rod.at_wrist_pin
-
-    @property
-    def rod_mass_at_crank(self) -> float:
-        """m_B [kg]"""
-        return self.cycle.scene.masses.rod.at_crank_pin
-
-    @property
-    def inertia_defect(self) -> float:
-        """Delta J [kg m2]"""
-        return self.cycle.scene.masses.rod.inertia_defect
-
 
 def analyse(
     scene: Scene,

@@ -211,7 +211,7 @@ def _answer(
     request: DynamicsRequest, case: crank.Case, outcome: Outcome[crank.CrankDynamics], detail: Detail = Detail.FULL
 ) -> Answer:
     found, scene = outcome.value, case.scene
-    result = _scalars(found, len(scene.engine.phases))
+    result = _scalars(found, scene)
     # To know what was repaired it is repaired once more: of sound data, that is nothing.
     result["repairs"] = repairs_json(request, request.scene()[1]) if request.pressure.repair else []
     if detail is Detail.FULL:
@@ -219,14 +219,14 @@ def _answer(
     return envelope(outcome, result)
 
 
-def _scalars(found: crank.CrankDynamics, cylinders: int) -> dict[str, Any]:
-    top, bottom = found.dead_centres
+def _scalars(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:
+    masses, (top, bottom) = scene.masses, found.dead_centres
     return {
-        "reciprocating_mass_kg": found.reciprocating_mass,
-        "rotating_mass_kg": found.rotating_mass,
-        "rod_mass_at_pin_kg": found.rod_mass_at_pin,
-        "rod_mass_at_crank_kg": found.rod_mass_at_crank,
-        "inertia_defect_kg_m2": found.inertia_defect,
+        "reciprocating_mass_kg": masses.reciprocating,
+        "rotating_mass_kg": masses.rotating(scene.mechanism.crank_radius),
+        "rod_mass_at_pin_kg": masses.rod.at_wrist_pin,
+        "rod_mass_at_crank_kg": masses.rod.at_crank_pin,
+        "inertia_defect_kg_m2": masses.rod.inertia_defect,
         "mean_torque_nm": found.torque_mean,
         "indicated_power_w": found.indicated_power,
         "irregularity": found.swing.irregularity,
@@ -251,7 +251,7 @@ def _scalars(found: crank.CrankDynamics, cylinders: int) -> dict[str, Any]:
             }
             for w in found.worst
         ],
-        "engine": _engine(found, cylinders),
+        "engine": _engine(found, len(scene.engine.phases)),
         "dead_centre_jumps": [{"angle_deg": math.degrees(a), "jump_mpa": jump / MEGA} for a, jump in found.jumps],
         "warnings": list(found.warnings),
     }

@@ -23,7 +23,8 @@ from app.api.heads import Heads
 from app.batches import chunk
 from app.batches.service import BatchService
 from app.downloads import Downloads
-from app.edge.asgi import Application
+from app.edge.asgi import Application, Scope
+from app.edge.crowds import ALWAYS
 from app.edge.stack import GuardedFastAPI, edge
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.jobs.template import Template
@@ -42,6 +43,13 @@ from app.web.problems import problem_page
 from app.web.rendering import STATIC
 
 logger = get_logger(__name__)
+
+
+def untold(scope: Scope) -> bool:
+    """Whether a request is left out of traces: files of the pages, and what asks how the service is."""
+    return scope["path"] in ALWAYS or scope["path"].startswith("/static/")
+
+
 _DAY_S = 24 * 3600.0
 
 
@@ -128,6 +136,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         docs_url=None,
         redoc_url=None,
         dependencies=[Depends(check_forgery)],
+        telemetry={"auto_configure": True, "exclude": untold},
         generate_unique_id_function=lambda route: route.name.replace("-", "_"),
     )
     app.state.settings = settings

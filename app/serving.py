@@ -7,6 +7,7 @@ drain of `DRAIN_S` at most, in which accepted requests are answered and stored; 
 from __future__ import annotations
 
 import json
+import os
 import threading
 import time
 from types import FrameType
@@ -28,12 +29,15 @@ from app.store.upkeep import Probe
 
 DRAIN_S = 10
 _BETWEEN_LINES_S = 3.0
+_BETWEEN_LOOKS_S = 0.25
 
 
 def run(host: str, port: int, database_url: str, template: Template, demo: bool = False) -> None:
     """Serve until a signal comes. Raises StoreError and Unprotected for what an operator can mend."""
     settings = Settings(host=host, port=port, database_url=database_url)
     prepare(settings)
+    # What is left for a collector that is away must not hold up the service's end; by default each signal takes 10 s.
+    os.environ.setdefault("OTEL_EXPORTER_OTLP_TIMEOUT", "1")
     application = create_app(settings, template, Teller())
     connections = Connections(
         ConnectionLimits(
@@ -124,7 +128,7 @@ def _demonstrate(base: str) -> None:
                 run = json.loads(answer.read())
             if run["status"] not in ("queued", "running"):
                 break
-            time.sleep(0.1)
+            time.sleep(_BETWEEN_LOOKS_S)
     except OSError:  # the service was stopped meanwhile; the run is kept
         return
     print_run(run)

@@ -53,7 +53,8 @@ class Running:
     gives it an empty kernel cache."""
 
     def __init__(self, folder: Path, cold: bool = False, url: str = "", **settings: object) -> None:
-        environment = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+        path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
+        environment = {**os.environ, "PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"}
         environment |= {f"CRANKWRIGHT_{name.upper()}": str(value) for name, value in settings.items()}
         if cold:
             environment["NUMBA_CACHE_DIR"] = str(folder / "kernels")

@@ -121,7 +121,7 @@ def test_a_run_that_ends_its_process_every_time_fails(database_url: str) -> None
     told(database_url, story)
 
 
-def test_a_killed_worker_is_borne_twice(database_url: str) -> None:
+def test_a_killed_worker_is_borne_five_times(database_url: str) -> None:
     class Crashing(Solving):
         async def run(self, *_: Any, **__: Any) -> Answer:
             self.asked += 1
@@ -130,11 +130,11 @@ def test_a_killed_worker_is_borne_twice(database_url: str) -> None:
             return Answer("infeasible", {"diagnosis": []}, [], None, {}, None)
 
     async def story(one: RunStore, _other: RunStore) -> None:
-        for crashes, status in ((2, "infeasible"), (3, "failed")):
+        for crashes, status in ((5, "infeasible"), (6, "failed")):
             living = service(one, Crashing(crashes))
             run_id = (await living.submit_later(PIN, Mode.DESIGN, request(), None, "")).run_id
             assert (await ended(one, run_id)).status == status
-            assert living.executor.asked >= 3
+            assert living.executor.asked == 6
             await living.close()
 
     told(database_url, story)

@@ -338,15 +338,17 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
 
 def _answer(job: Any, run: Any, request: Any, report: Any) -> Any:
     """Solve here; a design with a time budget whose solver looks at no clock, in a process that can be killed."""
-    import asyncio
-
-    from app.jobs.calls import nothing
-    from app.jobs.executor import PoolSettings, ProcessPool
-    from app.submission import time_asked
+    from app.designs.schema import time_asked
 
     asked = time_asked(request)
     if asked is None or job.best_in_time:
         return job.solve(request, report)
+
+    import asyncio
+
+    from app.jobs.calls import nothing
+    from app.jobs.executor import PoolSettings, ProcessPool
+
     pool = ProcessPool(PoolSettings(workers=1, idle_work=nothing, kernels=False))
     pool.start()
     try:

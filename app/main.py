@@ -37,7 +37,7 @@ from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import InTurn, Service, ServiceLimits
 from app.version import VERSION
-from app.web import actions, batch_pages, form_pages, login, pages, reference, run_pages
+from app.web import actions, batch_pages, form_pages, login, pages, reference, run_pages, worth
 from app.web.languages import Speaking
 from app.web.problems import problem_page
 from app.web.rendering import STATIC
@@ -169,6 +169,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         run_pages.router,
         batch_pages.router,
         actions.router,
+        worth.router,
         reference.router,
         login.router,
     ):

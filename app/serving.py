@@ -29,6 +29,7 @@ from app.store.upkeep import Probe
 
 DRAIN_S = 10
 _BETWEEN_LINES_S = 3.0
+_BETWEEN_LOOKS_S = 0.25
 
 
 def run(host: str, port: int, database_url: str, template: Template, demo: bool = False) -> None:
@@ -127,7 +128,7 @@ def _demonstrate(base: str) -> None:
                 run = json.loads(answer.read())
             if run["status"] not in ("queued", "running"):
                 break
-            time.sleep(0.1)
+            time.sleep(_BETWEEN_LOOKS_S)
     except OSError:  # the service was stopped meanwhile; the run is kept
         return
     print_run(run)

@@ -21,7 +21,7 @@ from app.designs.kind import REFUSED, Answer, Job, Kind, Mode
 from app.designs.problems import INVALID, OUT_OF_TIME
 from app.designs.progress import Progress, Report, to_nobody
 from app.designs.registry import KINDS, job_of
-from app.designs.schema import DesignSettings, entry
+from app.designs.schema import entry, time_asked
 from app.errors import Problem
 from app.jobs.budget import budget
 from app.jobs.calls import PICTURE
@@ -65,11 +65,6 @@ _SHORT = (Mode.CHECK, Mode.ANALYSIS)
 _MOST_COMPLETED = 64
 _CRASHES_BORNE = 5
 """So often a promised run is begun again whose worker was killed, by the system or by anybody."""
-
-
-def time_asked(request: BaseModel) -> float | None:
-    """What the request says that it may take [s], where it is one that can."""
-    return request.time_budget_s if isinstance(request, DesignSettings) else None
 
 
 @dataclass(frozen=True)

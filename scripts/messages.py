@@ -37,7 +37,7 @@ from app.web import listing
 from app.web.forms.faults import SAYS
 from app.web.forms.tree import build
 from app.web.rendering import templates
-from app.words import captions, shaping
+from app.words import captions, shaping, solver_texts
 from app.words.drawings import SENTENCES, in_words
 from app.words.fields import split_unit
 from app.words.languages import DOMAIN, LANGUAGES, LOCALE, speaking
@@ -80,7 +80,7 @@ _ELSEWHERE = (
     "the ring's hoop stress is not judged: the effect ovalization is left out",
     "the speed would swing by more than a tenth: forces at constant speed are not what will happen",
 )
-"""What frameworks, solvers and other parts of the service say on pages; what has figures in it stays English."""
+"""What frameworks, solvers and other parts of the service say on pages; those with figures: `solver_texts`."""
 _FIELDS_DEEP = 5
 _WORD = re.compile(r"[^\W\d_]{3}")
 """What has no three letters in a row is a symbol, the same in every language."""
@@ -136,6 +136,7 @@ def registered() -> set[str]:
     found |= {word.label for words in (ROD, PIN, LINKAGE) for word in words.values()}
     found |= {denial for kind in KINDS.values() for denial in kind.denials.values()}
     found |= {*captions.CAPTIONS.values(), *captions.OF_A_KIND.values(), *shaping.SIZES.values()}
+    found |= {*solver_texts.PATTERNS, *solver_texts.PLAIN}
     found |= {text for texts in claims.FIXED for text in texts.values()}
     found |= {part for export in EXPORTS.values() for part in export.title.split(": ", 1)} | set(captions.PART_TITLES)
     found |= {sentence for caption in captions.PARTS.values() for sentence in SENTENCES.split(caption)}

@@ -24,8 +24,18 @@ Part = tuple[str, str]
 Entry = tuple[str, str]
 """Full name of a kernel, and its types as they are written here."""
 
-_ROOM_DEPTH = 3
-_DEAREST = ("solvers.rod.effect_bounds", "solvers.rod.cycle", "solvers.rod.optimum", "solvers.rod.vibration")
+_ROOM_DEPTH = 4
+_DEAREST = (
+    "solvers.rod.cycle.section",
+    "solvers.rod.effect_bounds.first_order",
+    "solvers.rod.optimum.proof",
+    "solvers.rod.optimum.peak_model",
+    "solvers.rod.effect_bounds.main_results",
+    "solvers.rod.bulk.loop",
+    "solvers.rod.vibration.slow_modes",
+    "solvers.rod.vibration.free_modes",
+    "solvers.pin.separable",
+)
 """What takes longest is begun first, so that two processes end at about the same time."""
 
 _LETTERS = {"f": "float64", "i": "int64", "b": "boolean", "c": "complex128"}
@@ -37,7 +47,8 @@ def units_of(part: Part) -> list[tuple[Entry, ...]]:
     """The entries that a part is the first to call, in bundles: those of one room hold the same inner kernels."""
     bundles: dict[str, list[Entry]] = {}
     for name, types in ENTRIES.get(part, ()):
-        bundles.setdefault(".".join(name.split(".")[:_ROOM_DEPTH]), []).append((name, types))
+        module = name.rpartition(".")[0]
+        bundles.setdefault(".".join(module.split(".")[:_ROOM_DEPTH]), []).append((name, types))
     rooms = sorted(bundles, key=lambda room: _DEAREST.index(room) if room in _DEAREST else len(_DEAREST))
     return [tuple(bundles[room]) for room in rooms]
 

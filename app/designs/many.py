@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import structlog
 from pydantic import BaseModel, ValidationError
 
 from app.designs.kind import REFUSED, Answer, Detail, Job, Mode
@@ -15,8 +14,9 @@ from app.designs.problems import INVALID, SOLVER_FAILED, problem_details
 from app.designs.refusals import summed_up
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import Entry
+from app.logging import get_logger
 
-logger = structlog.stdlib.get_logger(__name__)
+logger = get_logger(__name__)
 
 
 def answer_many(slug: str, mode: Mode, bodies: Sequence[Mapping[str, Any]], detail: Detail) -> list[Answer]:

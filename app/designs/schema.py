@@ -138,6 +138,11 @@ class DesignSettings(Strict):
     )
 
 
+def time_asked(request: BaseModel) -> float | None:
+    """What the request says that it may take [s], where it is one that can."""
+    return request.time_budget_s if isinstance(request, DesignSettings) else None
+
+
 def scaled(value: float | None, unit: float) -> float | None:
     """A SI value in the unit at the edge; None stays None."""
     return None if value is None else value / unit

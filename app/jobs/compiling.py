@@ -49,12 +49,13 @@ def compile_units(connection: Connection) -> None:
 def solve_rehearsals(connection: Connection, part: Part) -> None:
     """In a child: solve the part's rehearsals, telling which kernels are there, and leave a mark."""
     from app.designs.rehearsals import rehearsals_of
+    from solvers.numerics.jit import KERNELS
 
     _prepare()
     with _reporting(connection):
         for job, request in rehearsals_of(*part):
             job.rehearse(request)
-        marks.leave(part)
+        marks.leave(part, [file for kernel in KERNELS for file in kernel.files])
     connection.send(None)
     _wait_for_the_end(connection)
 

@@ -1,15 +1,18 @@
 """Marks on disk that say which kernels this machine has compiled from the sources at hand.
 
 A mark lies beside numba's own cache, or in the user's cache where that cannot be written. Its name bears a digest of
-the sources, the versions of Python and the compiler, and the processor. Where one is missing its rehearsal is solved
-again; numba then compiles those kernels alone whose sources have changed.
+the sources, the versions of Python and the compiler, and the processor; in it stand the files that it speaks for. Where
+it or one of these is missing its rehearsal is solved again; numba then compiles those kernels alone that are not there
+or whose sources have changed.
 """
 
 from __future__ import annotations
 
 import hashlib
+import os
 import platform
 import sys
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
@@ -18,19 +21,27 @@ Part = tuple[str, str]
 
 
 def is_left(part: Part) -> bool:
-    """Whether this part's kernels were compiled."""
-    return any(_name(place, part).exists() for place in _places())
+    """Whether this part's kernels were compiled, and still lie where they were put."""
+    return any(_holds(_name(place, part)) for place in _places())
 
 
-def leave(part: Part) -> None:
-    """Say that they were."""
+def leave(part: Part, files: Iterable[Path] = ()) -> None:
+    """Say that they were, and lie in these files."""
     for place in _places():
         try:
             place.mkdir(parents=True, exist_ok=True)
-            _name(place, part).touch()
+            _name(place, part).write_text("\n".join(map(str, files)), "utf-8")
         except OSError:
             continue
         return
+
+
+def _holds(mark: Path) -> bool:
+    try:
+        files = mark.read_text("utf-8").splitlines()
+    except OSError:
+        return False
+    return all(map(os.path.exists, files))
 
 
 def _name(place: Path, part: Part) -> Path:

@@ -5,6 +5,7 @@ The service talks to it through a socket, nine bytes a message: a letter and a n
     F   fork a child on the two descriptors that come along; answered with its process id
     C n wait for child n, which has ended; answered with its exit code
     E   load the kernels that are on disk, while nobody asks for anything
+    P   import what kernels are compiled by, so that no child has to
 
 A child is handed one end of a pipe, on which it is told what to run, and a descriptor that says by being closed that
 the child has ended. The template forks from a single thread, and forgets both at once.
@@ -151,6 +152,10 @@ class Template:
         """Let it take up the kernels that are on disk, so that workers forked later have them."""
         self._ask(b"E", 0, [])
 
+    def prepare_to_compile(self) -> None:
+        """Let it import what kernels are compiled by. Raises WorkerCrashed."""
+        self._ask(b"P", 0, [])
+
     def close(self) -> None:
         """Kill it and everything that was forked from it."""
         with self._life:
@@ -215,6 +220,8 @@ def main(descriptor: int, parent: int, preload: str) -> None:
             answer = os.waitstatus_to_exitcode(os.waitpid(number, 0)[1])
         elif letter == b"E":
             steps = module.load_step_by_step()
+        elif letter == b"P":
+            module.prepare_to_compile()
         control.sendall(_MESSAGE.pack(letter, answer))
 
 

@@ -11,6 +11,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from app.jobs.compiling import Unit, compile_units, solve_rehearsals, tell_what_is_there
@@ -164,6 +165,9 @@ class KernelWarming:
     def _run(self) -> None:
         try:
             self._look()
+            if self._waiting:
+                with suppress(WorkerCrashed):  # it is started anew, and whoever is forked from it prepares for itself
+                    self._template.prepare_to_compile()
             threads = [
                 threading.Thread(target=self._compile_in_turn, name="kernels", daemon=True)
                 for _ in range(min(self._processes, len(self._waiting)))

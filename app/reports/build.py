@@ -35,6 +35,7 @@ from app.words.inputs import groups
 from app.words.languages import gettext as _
 from app.words.languages import language
 from app.words.shaping import sentences
+from app.words.solver_texts import spoken
 from app.words.verdicts import margin, reached, required, standing, summary
 
 _MOTION = re.compile(r"<animate [^>]*/>")
@@ -68,7 +69,7 @@ def _opening(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
         yield Banner(how, _standing(how), summary(verdict, kind.slug, run["accuracy"]))
         yield _criteria(verdict)
         if verdict["cautions"]:
-            yield Bullets(tuple(_sentence(_(text)) for text in verdict["cautions"]))
+            yield Bullets(tuple(_sentence(spoken(text)) for text in verdict["cautions"]))
     elif run["status"] == "infeasible":
         none = _("There is no such design: not all that is required can be had.")
         yield Banner(Standing.FAILS, _("No such design"), none)
@@ -76,7 +77,7 @@ def _opening(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
     else:
         yield Banner(Standing.PLAIN, _(kind.title), _headline(run))
         if run["result"].get("warnings"):
-            yield Bullets(tuple(_sentence(_(text)) for text in run["result"]["warnings"]))
+            yield Bullets(tuple(_sentence(spoken(text)) for text in run["result"]["warnings"]))
     if run["mode"] != Mode.ACCURACY and run["status"] == "succeeded":
         drawing, caption = part_of(kind, dict(run))
         if drawing:
@@ -112,7 +113,7 @@ def _diagnosis(result: Mapping[str, Any]) -> Table:
     for item in result["diagnosis"]:
         words, unit = named(item["requirement"])
         best = _("nothing") if item["attainable"] is None else f"{_number(item['attainable'])} {unit}".rstrip()
-        rows.append((words, f"{_number(item['required'])} {unit}".rstrip(), best, _(item["advice"])))
+        rows.append((words, f"{_number(item['required'])} {unit}".rstrip(), best, spoken(item["advice"])))
     head = (_("requirement"), _("required"), _("attainable"), _("advice"))
     return Table(head, tuple(rows), frozenset({1, 2}), (20, 16, 16, 48))
 
@@ -193,7 +194,7 @@ def _effects(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
             _("computed") if e["state"] == "active" else _("left out"),
             e["may_change"],
             e["adds"],
-            _(e["why"]),
+            spoken(e["why"]),
         )
         for e in effect_rows(kind, run)
     )
@@ -233,7 +234,7 @@ def _proof(run: Mapping[str, Any]) -> Iterator[Block]:
         told = _("no gap is known")
     else:
         told = _("to the last digits") if gap < 1e-9 else _("gap %(share)s %%") % {"share": f"{100 * gap:.1g}"}
-    rows = [(_("shown by"), f"{_(certificate['method'])}; {told}")]
+    rows = [(_("shown by"), f"{spoken(certificate['method'])}; {told}")]
     if certificate.get("bound") is not None:
         rows.append((_("bound"), _number(certificate["bound"])))
     words = {
@@ -242,8 +243,8 @@ def _proof(run: Mapping[str, Any]) -> Iterator[Block]:
         "form": _("among which forms"),
         "range": _("within which range"),
     }
-    rows += [(say, _(str(certificate[name]))) for name, say in words.items() if certificate.get(name)]
-    rows += [(_("only estimated"), _(text)) for text in certificate.get("estimated") or ()]
+    rows += [(say, spoken(str(certificate[name]))) for name, say in words.items() if certificate.get(name)]
+    rows += [(_("only estimated"), spoken(text)) for text in certificate.get("estimated") or ()]
     yield Table(("", ""), tuple(rows), frozenset(), (20, 80))
 
 

@@ -14,6 +14,7 @@ from app.reports.content import Block, Formula, Given, Givens, Paragraph, Part, 
 from app.words.effects import effect_rows
 from app.words.fields import plain
 from app.words.languages import gettext as _
+from app.words.solver_texts import spoken
 
 _CLOSE = 1e-4
 """Up to this a figure by hand and the run's are the same: six digits were carried."""
@@ -48,15 +49,15 @@ def blocks_of(chain: Chain) -> Iterator[Block]:
     for item in chain.items:
         if isinstance(item, chains.Given):
             source = f" ({_(item.source)})" if item.source else ""
-            given.append(Given(item.symbol, item.number, item.unit, _(item.words) + source))
+            given.append(Given(item.symbol, item.number, item.unit, spoken(item.words) + source))
             continue
         if given:
             yield Givens(tuple(given))
             given = []
         if isinstance(item, chains.Title):
-            yield Part(_(item.text))
+            yield Part(spoken(item.text))
         elif isinstance(item, chains.Remark):
-            yield Paragraph(_(item.text))
+            yield Paragraph(spoken(item.text))
         elif isinstance(item, chains.Tabulated):
             yield from _tabulated(item)
         else:
@@ -68,7 +69,7 @@ def blocks_of(chain: Chain) -> Iterator[Block]:
 def _formula(step: chains.Step, sources: Mapping[str, str]) -> Formula:
     again = step.again or not step.numbers
     return Formula(
-        step.symbol, step.formula, step.numbers, step.result, step.unit, _(step.words),
+        step.symbol, step.formula, step.numbers, step.result, step.unit, spoken(step.words),
         "" if again else sources.get(step.source, ""),
         "" if step.told is None else _figure(step.told), again,
     )  # fmt: skip
@@ -79,7 +80,7 @@ def _tabulated(item: chains.Tabulated) -> Iterator[Block]:
     numbers = item.numbers(0)
     for column in item.columns:
         if column.symbol in item.fresh:
-            words = _("%(quantity)s; in row %(row)s") % {"quantity": _(column.words), "row": item.first}
+            words = _("%(quantity)s; in row %(row)s") % {"quantity": spoken(column.words), "row": item.first}
             own = numbers[column.symbol]
             yield Formula(column.symbol, column.formula, numbers, own, column.unit, words)
     yield Rows(tuple((c.symbol, c.unit) for c in item.columns), item.rows, item.first)
@@ -96,7 +97,7 @@ def compared(kind: Kind, run: Mapping[str, Any], chain: Chain) -> Iterator[Block
         unit = step.unit if step.unit == DEGREE else f" {step.unit}"
         shown = "—" if step.ratio is None else _("the same") if same else f"{step.ratio:.5g}"
         result = str(step.result) if step.unit == DEGREE else f"{step.result}{unit}".rstrip()
-        rows.append((_(step.words), result, f"{_figure(step.told)}{unit}".rstrip(), shown))
+        rows.append((spoken(step.words), result, f"{_figure(step.told)}{unit}".rstrip(), shown))
     if rows:
         head = (_("quantity"), _("by hand"), _("the run"), _("run over hand"))
         yield Table(head, tuple(rows), frozenset({1, 2, 3}), (40, 22, 22, 16))

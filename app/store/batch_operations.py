@@ -11,10 +11,10 @@ import hashlib
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
+from importlib import import_module
 from typing import Any
 
 from sqlalchemy import Connection, delete, insert, select, update
-from sqlalchemy.dialects import postgresql, sqlite
 
 from app.store.batch_items import DIGEST_BYTES, digest
 from app.store.batch_records import ACTIVE, BatchRecord, BatchStatus, Block, Chunk, ChunkState, Item, ItemStatus
@@ -279,7 +279,8 @@ def _let_go(connection: Connection, chunk: Chunk, owner: str, values: dict[str, 
 
 def put_items(connection: Connection, number: int, items: Sequence[Item]) -> None:
     """Insert items; one that is there already stays as it is."""
-    make = {"sqlite": sqlite.insert, "postgresql": postgresql.insert}[connection.dialect.name]
+    # By name, not from both: each dialect takes a while to import.
+    make = import_module(f"sqlalchemy.dialects.{connection.dialect.name}").insert
     rows = [
         {
             "batch": number,

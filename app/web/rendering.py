@@ -17,6 +17,7 @@ from app.designs.registry import KINDS
 from app.words import units, verdicts
 from app.words.fields import named, plain
 from app.words.languages import LANGUAGES, gettext, language, ngettext
+from app.words.solver_texts import spoken
 
 STATIC = Path(__file__).parent / "static"
 POLICY = (
@@ -50,15 +51,10 @@ def label(name: str) -> dict[str, str]:
     return {"words": words, "unit": units.unit_shown(unit), "metric": unit}
 
 
-def spoken(text: str) -> str:
-    """A text made elsewhere, in the page's language if the catalogue has it."""
-    return gettext(text)
-
-
 def foreign(text: str) -> Markup:
     """The attribute that says that a text made elsewhere is English, where the page is not and the catalogue has no
     translation."""
-    return Markup(' lang="en"') if language() != "en" and gettext(text) == text else Markup()
+    return Markup(' lang="en"') if language() != "en" and spoken(text) == text else Markup()
 
 
 def first_upper(text: str) -> str:

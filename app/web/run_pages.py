@@ -23,7 +23,7 @@ from app.words.drawings import part_of
 from app.words.effects import effect_rows
 from app.words.inputs import groups
 from app.words.languages import gettext as _
-from app.words.shaping import sentences
+from app.words.shaping import loosened, sentences
 
 router = APIRouter(include_in_schema=False)
 _ON_A_PAGE = 50
@@ -118,6 +118,7 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
         checkable=run["mode"] == Mode.DESIGN and succeeded and Mode.CHECK in kind.jobs,
         inputs=groups(run),
         shaped=sentences(run),
+        worth=bool(loosened(run)),
         effects=effect_rows(kind, run),
         switchable=own and run["status"] not in OPEN_STATUSES,
         stock=stock_offer(run),

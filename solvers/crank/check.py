@@ -147,10 +147,9 @@ def analyse(
     torque = found if single else greatest(cycle.machine, cycle.gas, group, range(TORQUE, TEXTBOOK), tolerance)
     work = gas_work(cycle, tolerance)
     swing = speed_swing(cycle, engine, group, torque, work, tolerance)
-    allowed = tolerance * swing.work_fluctuation
-    if swing.error > allowed > 0.0:
+    if swing.error > tolerance * swing.work_fluctuation > 0.0:
         # All cylinders together may run much more evenly than one.
-        work = gas_work(cycle, tolerance * allowed / swing.error)
+        work = gas_work(cycle, tolerance, swing.work_fluctuation / (4.0 * len(engine.phases)))
         swing = speed_swing(cycle, engine, group, torque, work, tolerance)
     torque_mean = work.whole / scene.cylinder.period
     value = CrankDynamics(
@@ -179,16 +178,17 @@ def analyse(
 
 
 def _estimated(found: Greatest, work: GasWork, swing: SpeedSwing) -> float:
-    """The greatest relative error of loads, mean torque and work between the extremes of the speed."""
+    """The greatest relative error of loads, mean torque, work between the extremes of the speed, and torque."""
     loads = slice(len(LOADS))
     scale = np.abs(found.value[loads])
     scale[OF_THE_ROD] = np.maximum(scale[OF_THE_ROD], CANCELLED * scale[OF_THE_ROD].max())
-    mean = max(abs(work.whole), CANCELLED * work.magnitude)
-    return max(
-        float(np.max(found.error[loads] / np.where(scale > 0.0, scale, 1.0))),
-        work.error / mean if mean else 0.0,
-        swing.error / swing.work_fluctuation if swing.work_fluctuation else 0.0,
+    shares = (
+        (work.error, max(abs(work.whole), CANCELLED * work.magnitude)),
+        (swing.error, swing.work_fluctuation),
+        (swing.torque_error, max(abs(swing.torque_max), abs(swing.torque_min))),
     )
+    others = max(error / whole for error, whole in (*shares, (0.0, 1.0)) if whole)
+    return max(float(np.max(found.error[loads] / np.where(scale > 0.0, scale, 1.0))), others)
 
 
 def _warnings(scene: Scene, swing: SpeedSwing) -> tuple[str, ...]:

@@ -15,8 +15,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.crank.cycle.forces import Composition, Cycle, Machine, instant, length_of
-from solvers.crank.gas.unrolled_pressure import Curve, Unrolled, piece_of, within
+from solvers.crank.cycle.forces import Composition, Cycle, Machine, instant
+from solvers.crank.gas.unrolled_pressure import Curve, Unrolled, within
 from solvers.crank.scene import Scene
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.numerics.jit import kernel
@@ -47,29 +47,38 @@ class Background(NamedTuple):
 
 @kernel
 def _background(machine: Machine, gas: Unrolled, phases: Array, count: int) -> Background:
-    period = gas.breaks[-1] - gas.breaks[0]
-    torque = np.empty(count)
+    period, last = gas.breaks[-1] - gas.breaks[0], gas.stroke.size - 1
+    torque, k = np.empty(count), 0
     force = side = rod = crank_pin = bearing = mean = 0.0
     for i in range(count):
         phi = within((i + 0.5) * period / count, gas.breaks)
-        at = instant(phi, piece_of(phi, gas.breaks), machine, gas)
+        if phi < gas.breaks[k]:
+            k = 0
+        while k < last and gas.breaks[k + 1] <= phi:
+            k += 1
+        at = instant(phi, k, machine, gas)
+        axial, square = at.gas + at.inertia, at.tangential * at.tangential
         force, side = max(force, abs(at.gas)), max(side, abs(at.side))
-        rod = max(rod, length_of(at.gas + at.inertia, at.side))
-        crank_pin = max(crank_pin, length_of(at.tangential, at.radial - machine.big_end))
-        bearing = max(bearing, length_of(at.tangential, at.radial - machine.turning))
+        rod = max(rod, axial * axial + at.side * at.side)
+        crank_pin = max(crank_pin, square + (at.radial - machine.big_end) ** 2)
+        bearing = max(bearing, square + (at.radial - machine.turning) ** 2)
         torque[i] = at.tangential * machine.frame.r
         mean += torque[i] / count
-    work, least, most = 0.0, np.inf, -np.inf
+    surplus = np.full(count, -mean * phases.size)
+    for phase in phases:
+        # The other cylinders' torque between the angles seen of the first.
+        later = (-phase * count / period) % count
+        share, low = later - math.floor(later), math.floor(later) % count
+        for i in range(count):
+            high = low + 1 if low + 1 < count else 0
+            surplus[i] += (1.0 - share) * torque[low] + share * torque[high]
+            low = high
+    work = least = most = 0.0
     for i in range(count):
-        for phase in phases:
-            # The other cylinders' torque between the angles seen of the first.
-            later = (i - phase * count / period) % count
-            low = int(later)
-            share = later - low
-            work += (1.0 - share) * torque[low % count] + share * torque[(low + 1) % count] - mean
+        work += surplus[i]
         least, most = min(least, work), max(most, work)
     swing = _SEEN * (most - least) * period / count
-    return Background(force, min(rod, crank_pin, bearing), side, abs(mean), swing)
+    return Background(force, math.sqrt(min(rod, crank_pin, bearing)), side, abs(mean), swing)
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,8 @@ from solvers.linkage.scene import Scene
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
 
 METHOD = "branch and bound over the free ratio of every type, orientation included"
-LEAST_GAP, GREATEST_GAP = 1e-6, 1e-3
-_ACTIVE = 1e-7
+LEAST_GAP = 1e-6
+_ACTIVE, _WIDE = 1e-7, 5e-4
 _SAME = 1e-10
 """Quantities that agree as well as this are the same: both are closed forms, or extremes closed in on to less."""
 
@@ -59,12 +59,12 @@ def design(
 ) -> Outcome[LinkageDesign]:
     """The best linkage for a problem, or the diagnosis why there is none.
 
-    Made for the middle of the restitution's range. ``accuracy`` sets the gap of the proof, within [1e-6, 1e-3]; the
-    answer itself is closed in on to rounding. Raises InvalidInput where the request makes no sense.
+    Made for the middle of the restitution's range. ``accuracy`` is the gap of the proof, no less than 1e-6; the answer
+    itself is closed in on to a small share of it. Raises InvalidInput where the request makes no sense.
     """
     started = time.perf_counter()
     require_accuracy(accuracy)
-    gap = min(max(accuracy, LEAST_GAP), GREATEST_GAP)
+    gap = max(accuracy, LEAST_GAP)
     refuse_endless(problem)
     subproblem, gain = problem.subproblem, problem.scene.restitution.gain
     families = [Family(kind, gain) for kind in problem.kinds]
@@ -93,7 +93,7 @@ def design(
     apart = abs(problem.objective.read(outcome.value, scene) / value - 1.0)
     bound = min(proven.bound for _, proven in found) * (1.0 - (apart if apart > _SAME else 0.0))
     alternatives = tuple(_alternative(problem, family, proven) for family, proven in found)
-    judged = _warned(outcome.value, family, best)
+    judged = _warned(outcome.value, family, best, gap)
     result = LinkageDesign(judged, scene, problem.objective.name, value, _active(problem, outcome.value), alternatives)
     certificate = Certificate(
         METHOD, problem.objective.value(bound), max(1.0 - bound / best.cost, 0.0), _evidence(found)
@@ -134,7 +134,7 @@ def _evidence(found: list[tuple[Family, Proven]]) -> dict[str, float | int | str
     return out
 
 
-def _warned(value: LinkageCheck, family: Family, best: Proven) -> LinkageCheck:
+def _warned(value: LinkageCheck, family: Family, best: Proven, gap: float) -> LinkageCheck:
     said = []
     low, high = family.range
     if abs(best.q - low) < _ACTIVE or abs(high - best.q) < _ACTIVE:
@@ -146,7 +146,7 @@ def _warned(value: LinkageCheck, family: Family, best: Proven) -> LinkageCheck:
             "objective would be gained"
             + ("; a limit on the size would give a mechanism that can be built" if endless else "")
         )
-    elif best.gap > GREATEST_GAP:
+    elif best.gap > 2.0 * max(gap, _WIDE):
         said.append(f"a better mechanism is excluded only to {best.gap:.1e}")
     return replace(value, warnings=(*value.warnings, *said)) if said else value
 

@@ -61,7 +61,7 @@ class Quantities(Protocol):
     """What members (one a row) are, or bounds of what ranges of members can be, at least as good as any in the range.
 
     ``scale`` is the least and greatest V allowed; ``crank``, ``end_high`` are upper bounds, the others lower ones:
-    per V the crank, the longest link, the enclosing radius; per energy torque and force times crank; |u31(2 pi)|;
+    per V the crank, the longest link, the enclosing radius; per energy torque and force times V; |u31(2 pi)|;
     the least orientation's max(W/width, H/height) per V; and nu(pi) from the wanted range.
     """
 
@@ -169,7 +169,7 @@ class PinForce(Objective):
 
     def cost(self, quantities: Quantities) -> Array:
         energy = quantities.subproblem.scene.impact_energy
-        return energy * quantities.force / (quantities.crank * quantities.scale[1])
+        return energy * quantities.force / quantities.scale[1]
 
     def read(self, check: LinkageCheck, scene: Scene) -> float:
         return check.strike.peaks.force

@@ -15,6 +15,7 @@ import hashlib
 import re
 from collections.abc import Callable
 from functools import cache, cached_property, update_wrapper
+from glob import escape
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -32,9 +33,9 @@ KERNELS: list[Kernel] = []
 class Kernel:
     """A function that is compiled when it is first called, from Python or from another kernel."""
 
-    def __init__(self, function: Callable[..., Any], fastmath: object) -> None:
+    def __init__(self, function: Callable[..., Any], fastmath: object, inlined: bool = False) -> None:
         self.py_func = function
-        self._fastmath = fastmath
+        self._fastmath, self._inlined = fastmath, inlined
         update_wrapper(self, function)
         KERNELS.append(self)
 
@@ -51,12 +52,19 @@ class Kernel:
 
         The entry takes apart every array of every tuple, which is most of what a small kernel costs to compile.
         """
-        return self._dispatcher(no_cpython_wrapper=True)
+        return self._dispatcher(no_cpython_wrapper=True, forceinline=self._inlined)
 
     @property
     def is_compiled(self) -> bool:
         """Whether its machine code is in memory, for any types."""
         return any(kind in self.__dict__ and bool(getattr(self, kind).signatures) for kind in ("compiled", "inner"))
+
+    @property
+    def files(self) -> list[Path]:
+        """Where the machine code that Python calls lies on disk; none where numba keeps it otherwise than expected."""
+        kept = getattr(getattr(self.__dict__.get("compiled"), "_cache", None), "_cache_file", None)
+        index = getattr(kept, "_index_path", None)
+        return [] if index is None else sorted(Path(index).parent.glob(f"{escape(Path(index).stem)}.*"))
 
     @property
     def _numba_type_(self) -> Any:
@@ -81,6 +89,14 @@ def kernel(function: F) -> F:
     denied in so many words: left unsaid, it would be taken over from whichever kernel calls this one first.
     """
     return cast(F, Kernel(function, fastmath=False))
+
+
+def inlined_kernel(function: F) -> F:
+    """As ``kernel``, for a few lines that loops of other kernels call with large tuples: its code becomes theirs.
+
+    Otherwise every number and array of a tuple is handed over at every call, which may take longer than the lines do.
+    """
+    return cast(F, Kernel(function, fastmath=False, inlined=True))
 
 
 def reducing_kernel(function: F) -> F:

@@ -17,7 +17,8 @@ from typing import Any, TypeVar
 R = TypeVar("R")
 
 _NEEDED = ("finalize", "_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals",
-           "_verify_declare_only_symbols", "_get_module_for_linking", "codegen")  # fmt: skip
+           "_verify_declare_only_symbols", "_get_module_for_linking", "_get_compiled_object",
+           "serialize_using_object_code", "codegen")  # fmt: skip
 _ENTRY, _ENVIRONMENT = "_ZN7cpython", "_ZN08NumbaEnv"
 """What the names of the functions that Python calls, and of every function's environment, begin with."""
 
@@ -43,13 +44,23 @@ def _linking() -> Iterator[None]:
     if library is None or not hasattr(generator, "_library_class"):
         yield
         return
-    with global_compiler_lock:
+    with global_compiler_lock, _no_entry_from_c(cpu_target.target_context):
         before = generator._library_class
         generator._library_class = library
         try:
             yield
         finally:
             generator._library_class = before
+
+
+@contextmanager
+def _no_entry_from_c(context: Any) -> Iterator[None]:
+    """What numba is made of (``numpy.empty``, slices, sums) would get one each, which nothing calls."""
+    context.create_cfunc_wrapper = lambda *_arguments: None
+    try:
+        yield
+    finally:
+        del context.create_cfunc_wrapper
 
 
 @cache
@@ -91,11 +102,23 @@ def _library() -> type | None:
                         variable.linkage = "internal"
             return module
 
+        def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
+            """As numba's, which keeps the intermediate code beside: nothing links what has an entry, names will do."""
+            return self.name, "object", (self._get_compiled_object(), _names_alone(self._final_module))
+
         @property
         def codegen(self) -> Any:
             return _Nowhere if self._inner else super().codegen
 
     return Library
+
+
+def _names_alone(module: Any) -> bytes:
+    """A module that defines the same entries, with nothing in them."""
+    from llvmlite.binding import parse_assembly
+
+    entries = [f.name for f in module.functions if f.name.startswith(_ENTRY) and not f.is_declaration]
+    return parse_assembly("\n".join(f'define void @"{name}"() {{ ret void }}' for name in entries)).as_bitcode()
 
 
 class _Nowhere:

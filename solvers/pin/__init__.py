@@ -1,9 +1,11 @@
-"""The piston pin: the lightest bore for a given outer diameter.
+"""The piston pin, the lightest bore for a given outer diameter; the bushing, the lightest outside for a given bore.
 
 from solvers import pin
 
 scene = pin.Scene(pin.Geometry(...), force, pin.PinMaterial(...))
 outcome = pin.design(pin.PinProblem(scene))
+
+A bushing's scene has a ``pin.BushingGeometry``; everything else is alike.
 """
 
 from solvers.effects import ALL, AUTO, EffectSelection
@@ -18,13 +20,13 @@ from solvers.pin.materials import CATALOGUE, PinSteel
 from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.optimum.infeasibility import Diagnosis
 from solvers.pin.problem import PinProblem
-from solvers.pin.scene import Geometry, PinMaterial, Scene
+from solvers.pin.scene import BushingGeometry, Geometry, PinMaterial, Scene
 from solvers.pin.section.criteria import CRITERIA
 from solvers.pin.shapes.cone import Cone
 from solvers.pin.shapes.constant import Constant
 from solvers.pin.shapes.free import Free
 from solvers.pin.shapes.given import Profile
-from solvers.pin.shapes.load_family import LoadProfile, free_bores, load_sweep
+from solvers.pin.shapes.load_family import LoadProfile, free_sizes, load_sweep
 from solvers.pin.shapes.stepped import Stepped
 from solvers.pin.verdict import judge
 
@@ -34,6 +36,7 @@ __all__ = [
     "CATALOGUE",
     "CRITERIA",
     "EFFECTS",
+    "BushingGeometry",
     "Case",
     "Cone",
     "Constant",
@@ -61,7 +64,7 @@ __all__ = [
     "design",
     "explain",
     "force_limit",
-    "free_bores",
+    "free_sizes",
     "judge",
     "load_sweep",
 ]

@@ -1,4 +1,4 @@
-"""The effects a pin's scene can call for, each an object with an a-priori bound."""
+"""The effects that a pin or a bushing can call for, each an object with an a-priori bound."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Protocol
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.pin.limits import Limits
-from solvers.pin.scene import Scene
+from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.flexibility import cowper
 from solvers.pin.uniform import deflection_parts
 
@@ -60,6 +60,9 @@ class ShearDeflection:
     measure: str = "1.5 r/(1 + r) with r = (2A + B/2) E I0 int Q q/(G A0 int M m): its share of the deflection"
 
     def influence(self, situation: Situation) -> float:
+        if isinstance(situation.scene.geometry, BushingGeometry):
+            # Shear's part grows with the outside, which is what is sought: up to all of the deflection.
+            return 1.0
         law = cowper(situation.scene.material.poisson)
         r = (2.0 * law.a + 0.5 * law.b) * situation.shear_against_bending
         return min(1.0, 1.5 * r / (1.0 + r))

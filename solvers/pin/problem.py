@@ -13,7 +13,8 @@ from solvers.pin.shapes.shape import Form
 
 @dataclass(frozen=True)
 class PinProblem:
-    """A scene, the limits that the pin must keep, the criterion, and the form that its bore shall have."""
+    """A scene, the limits that the pin or bushing must keep, the criterion, and the form that the diameter sought shall
+    have."""
 
     scene: Scene
     limits: Limits = NO_LIMITS

@@ -40,11 +40,11 @@ class Part:
 class Bar:
     def __init__(self, request):
         self.around = request.seeks_outside
-        self.scene = request.bushing() if self.around else request.scene()
+        self.scene = request.scene()
         g, self.criterion = self.scene.geometry, request.criterion
         self.a, self.b, self.gap, self.length = g.boss_length, g.small_end_length, g.gap, g.length
         self.size = g.bore if self.around else g.outer_diameter
-        self.parts = list(self._parts(request.outside() if self.around else request.bore()))
+        self.parts = list(self._parts(request.given()))
 
     def _parts(self, profile):
         x, size, length = list(profile.x), list(profile.bore), self.length

@@ -227,7 +227,8 @@ class _Pin:
         terms = self._simpson("V", "F", len(parts), count, "volume of the part", "mm³")
         factor = "" if whole else "2 * "
         told = self.result["mass_g"]
-        c.step("m", f"{factor}rho * ({terms}) * 1e-6", "mass" if whole else "mass, both halves", "g", told=told)
+        words = "mass" if whole else "mass, both halves"
+        c.step("m", f"{factor}rho * ({terms}) * 1e-6", words, "g", told=told)
 
     def _diameter_all_along(self, symbol: str, words: str) -> None:
         if symbol not in self.chain.known:
@@ -308,10 +309,9 @@ class _Pin:
         ratio = r["bore_mid_mm"] / self.request.geometry.outer_diameter_mm
         c.title("The ring in the middle")
         if ratio > _FORMULA_HOLDS:
-            c.remark(
-                f"The ring is thin (d/D = {ratio:.3f}, more than {_FORMULA_HOLDS}): an elastic ring's series joins in "
-                "there, which is left to the run."
-            )
+            thin = f"The ring is thin (d/D = {ratio:.3f}, more than {_FORMULA_HOLDS})"
+            said = f"{thin}: an elastic ring's series joins in there, which is left to the run."
+            c.remark(said)
             return
         if "E" not in c.known:
             c.given("E", "elastic modulus", self.material.elastic_modulus / MEGA, "MPa")

@@ -124,7 +124,7 @@ def load_family(run: dict[str, Any]) -> str:
     request = DesignRequest.model_validate({**spec, "form": {"kind": "free"}})
     sought = "outer_diameter_mm" if request.seeks_outside else "bore_mm"
     if request.seeks_outside:
-        scene, force = request.bushing(), request.load.force
+        scene, force = request.scene(), request.load.force
         profiles = load_sweep(scene, pin.CRITERIA[request.criterion], [share * force for share in _OUTSIDE_LOADS])
         title, words = "Outsides over the load", "outer diameter, mm"
     else:

@@ -19,14 +19,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solvers.crank.gas.unrolled_pressure import Curve, Unrolled, piece_of, pressure_at, refined, within
-from solvers.crank.motion.slider_crank import ExactMotion, Frame, posture_at
+from solvers.crank.gas.unrolled_pressure import Curve, Unrolled, piece_of, pressure_at, pressure_of, refined, within
+from solvers.crank.motion.slider_crank import ExactMotion, Frame, acceleration_of, stand_at, turning_of
 from solvers.crank.scene import Engine, Scene
-from solvers.numerics.jit import kernel
+from solvers.numerics.jit import inlined_kernel, kernel
 
 Array = NDArray[np.float64]
 
-LONGEST_PIECE = math.pi / 16.0
+LONGEST_PIECE = math.pi / 24.0
 _SHARP = 0.3
 _NONE = np.empty(0)
 
@@ -96,22 +96,27 @@ class Forces:
     main_bearing_load: Array
 
 
-@kernel
+@inlined_kernel
 def instant(phi: float, piece: int, machine: Machine, gas: Unrolled) -> Instant:
     """Everything at an angle of a piece."""
-    sine, cosine, tangent, acceleration, turning = posture_at(phi, machine.frame)
-    pressure = pressure_at(phi, piece, gas)
-    force, squared = (pressure - machine.back) * machine.area, machine.speed * machine.speed
-    inertia = -machine.reciprocating * squared * acceleration
+    frame = machine.frame
+    at = stand_at(phi, frame)
+    # A bound of an effect asks for pressures of the mechanism with its offset in one without.
+    seen = frame.offset == gas.frame.offset
+    pressure = pressure_of(phi, at, piece, gas) if seen else pressure_at(phi, piece, gas)
+    force, hastened = (pressure - machine.back) * machine.area, -machine.speed * machine.speed
+    couple = machine.defect * hastened * turning_of(at, frame) * at.secant
+    hastened *= acceleration_of(at, frame)
+    inertia = machine.reciprocating * hastened
     axial = force + inertia
-    # 1/cos(beta) is the length of the tangent's own triangle.
-    couple = machine.defect * squared * turning * math.sqrt(1.0 + tangent * tangent)
-    side = axial * tangent + couple / machine.frame.length
-    on_pin = force - machine.piston * squared * acceleration
-    return Instant(pressure, force, inertia, on_pin, side, axial * sine + side * cosine, axial * cosine - side * sine)
+    side = axial * at.tangent - couple / frame.length
+    return Instant(
+        pressure, force, inertia, force + machine.piston * hastened, side, axial * at.sine + side * at.cosine,
+        axial * at.cosine - side * at.sine,
+    )  # fmt: skip
 
 
-@kernel
+@inlined_kernel
 def length_of(x: float, y: float) -> float:
     """sqrt(x^2 + y^2)."""
     return math.sqrt(x * x + y * y)

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.crank.cycle.forces import Cycle, Instant, Machine, instant, length_of
-from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piece_of, within
-from solvers.crank.motion.slider_crank import displacement_at, posture_at
+from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piece_of, pressure_at, within
+from solvers.crank.motion.slider_crank import acceleration_of, displacement_of, stand_at
 from solvers.crank.problem import LOADS
 from solvers.numerics.brackets import narrow, trial_points
-from solvers.numerics.jit import kernel
+from solvers.numerics.jit import inlined_kernel, kernel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -29,7 +29,8 @@ ROWS = 12
 """Gas force, rod compression, rod tension, |side force|, loads of wrist pin, crank pin and main bearing, torque and its
 negative; then what the textbooks get wrong (``textbook_error``): displacement, acceleration, pressure."""
 CRANK_PIN, TORQUE, TEXTBOOK = 5, 7, 9
-WITHIN = 6
+WITHIN = 4
+"""Steps of a piece between its samples. Half as many save a tenth of the time and miss what the estimate must cover."""
 _MOST_HUMPS, _MOST_ROUNDS = 64, 40
 _LEFT, _MISSED = 0.5, 0.01
 """Of the tolerance: what may be left unclimbed, and what a climb may still miss; its last round gains many digits."""
@@ -76,7 +77,7 @@ def alone(gas: Unrolled) -> Group:
     return Group(gas.breaks, np.arange(count)[:, None], np.zeros((count, 1)))
 
 
-@kernel
+@inlined_kernel
 def instant_of(angle: float, n: int, cylinder: int, machine: Machine, gas: Unrolled, group: Group) -> Instant:
     """One cylinder at a shaft angle of the group's piece ``n``."""
     phi, k = angle + group.shift[n, cylinder], group.piece[n, cylinder]
@@ -87,52 +88,71 @@ def instant_of(angle: float, n: int, cylinder: int, machine: Machine, gas: Unrol
 
 
 @kernel
-def _rows(angle: float, n: int, machine: Machine, gas: Unrolled, group: Group, first: int, out: Array) -> float:
-    """The rows from ``first`` on at a shaft angle of piece ``n``, all cylinders together; the last one's pressure."""
-    if first >= TEXTBOOK:
-        return _textbook_rows(angle, group.piece[n, 0], machine, gas, first, out)
-    at, tangential, radial = instant_of(angle, n, 0, machine, gas, group), 0.0, 0.0
-    tangential, radial = at.tangential, at.radial
-    for cylinder in range(1, group.shift.shape[1]):
-        at = instant_of(angle, n, cylinder, machine, gas, group)
-        tangential += at.tangential
-        radial += at.radial
-    axial = at.gas + at.inertia
-    rod = math.copysign(length_of(axial, at.side), axial)
-    found = (
-        at.gas, rod, -rod, abs(at.side), length_of(at.on_pin, at.side), length_of(tangential, radial - machine.big_end),
-        length_of(tangential, radial - machine.turning), tangential * machine.frame.r, -tangential * machine.frame.r,
-    )  # fmt: skip
-    for row in range(out.size):
-        out[row] = found[first + row]
-    return at.pressure
+def _rows(angle: Array, n: int, machine: Machine, gas: Unrolled, group: Group, first: int, out: Array) -> None:
+    """The rows from ``first`` on, (rows, angles), at shaft angles of piece ``n``, all cylinders together."""
+    r = machine.frame.r
+    for i in range(angle.size):
+        if first >= TEXTBOOK:
+            _textbook_rows(angle[i], group.piece[n, 0], machine, gas, first, out[:, i])
+            continue
+        at = instant_of(angle[i], n, 0, machine, gas, group)
+        tangential, radial = at.tangential, at.radial
+        for cylinder in range(1, group.shift.shape[1]):
+            other = instant_of(angle[i], n, cylinder, machine, gas, group)
+            tangential += other.tangential
+            radial += other.radial
+        if first == 0:
+            axial = at.gas + at.inertia
+            out[0, i], out[1, i] = at.gas, math.copysign(length_of(axial, at.side), axial)
+            out[2, i], out[3, i], out[4, i] = -out[1, i], abs(at.side), length_of(at.on_pin, at.side)
+        if first <= CRANK_PIN:
+            out[CRANK_PIN - first, i] = length_of(tangential, radial - machine.big_end)
+            out[CRANK_PIN + 1 - first, i] = length_of(tangential, radial - machine.turning)
+        if first + out.shape[0] > TORQUE:
+            out[TORQUE - first, i], out[TORQUE + 1 - first, i] = tangential * r, -tangential * r
 
 
 @kernel
-def _textbook_rows(angle: float, k: int, machine: Machine, gas: Unrolled, first: int, out: Array) -> float:
+def _textbook_rows(angle: float, k: int, machine: Machine, gas: Unrolled, first: int, out: Array) -> None:
     r, ratio = machine.frame.r, machine.frame.r / machine.frame.length
     if first == TEXTBOOK + 2:
-        out[0] = abs(brix_pressure_at(angle, k, gas) - instant(angle, k, machine, gas).pressure)
-        return 0.0
-    half, sine = math.sin(0.5 * angle), math.sin(angle)
-    out[0] = abs(2.0 * half * half + 0.5 * ratio * sine * sine - displacement_at(angle, machine.frame) / r)
-    hastened = math.cos(angle) + ratio * math.cos(2.0 * angle) - posture_at(angle, machine.frame)[3] / r
-    out[1] = abs(hastened) / (1.0 + ratio)
-    return 0.0
+        out[0] = abs(brix_pressure_at(angle, k, gas) - pressure_at(angle, k, gas))
+        return
+    at = stand_at(angle, machine.frame)
+    moved = 2.0 * at.half_sine * at.half_sine + 0.5 * ratio * at.sine * at.sine
+    hastened = at.cosine + ratio * (at.cosine - at.sine) * (at.cosine + at.sine)
+    out[0] = abs(moved - displacement_of(at, machine.frame) / r)
+    out[1] = abs(hastened - acceleration_of(at, machine.frame) / r) / (1.0 + ratio)
+
+
+@kernel
+def _joined(n: int, gas: Unrolled, group: Group) -> bool:
+    """Whether nothing jumps where a piece begins."""
+    for cylinder in range(group.shift.shape[1]):
+        k = group.piece[n, cylinder]
+        if n == 0 or k < 0 or gas.stroke[group.piece[n - 1, cylinder]] != gas.stroke[k]:
+            return False
+    return True
 
 
 @kernel
 def _sampled(machine: Machine, gas: Unrolled, group: Group, first: int, rows: int) -> tuple[Array, Array]:
     """Places (pieces, WITHIN + 1) and the rows there (rows, pieces, WITHIN + 1)."""
     count = group.bounds.size - 1
-    places, values, out = np.empty((count, WITHIN + 1)), np.empty((rows, count, WITHIN + 1)), np.empty(rows)
+    places, values, out = (
+        np.empty((count, WITHIN + 1)),
+        np.empty((rows, count, WITHIN + 1)),
+        np.empty((rows, WITHIN + 1)),
+    )
     for n in range(count):
         low, high = group.bounds[n], group.bounds[n + 1]
         for j in range(WITHIN + 1):
             places[n, j] = min(low + (high - low) * (j / WITHIN), high)
-            _rows(places[n, j], n, machine, gas, group, first, out)
-            for row in range(rows):
-                values[row, n, j] = out[row]
+        known = 1 if _joined(n, gas, group) else 0
+        _rows(places[n, known:], n, machine, gas, group, first, out[:, known:])
+        for row in range(rows):
+            for j in range(WITHIN + 1):
+                values[row, n, j] = values[row, n - 1, WITHIN] if j < known else out[row, j]
     return places, values
 
 
@@ -159,8 +179,8 @@ def _climbed(
 ) -> Array:
     """(4, rows): greatest values, places, errors, pressures."""
     rows, count = samples.shape[0], places.shape[0]
-    found, out = np.empty((4, rows)), np.empty(rows)
-    place, value, points, heights = np.empty(3), np.empty(3), np.empty(5), np.empty(5)
+    found, out = np.empty((4, rows)), np.empty((rows, 5))
+    place, value, points = np.empty(3), np.empty(3), np.empty(5)
     reach, owner = np.empty(count * (WITHIN + 1)), np.empty(count * (WITHIN + 1), np.intp)
     for row in range(rows):
         best, scale, at = -np.inf, 0.0, 0
@@ -196,10 +216,8 @@ def _climbed(
             missing = np.inf
             for _round in range(_MOST_ROUNDS):
                 trial_points(place, value, points)
-                for i in range(5):
-                    _rows(points[i], n, machine, gas, group, first, out)
-                    heights[i] = out[row]
-                missing = narrow(place, value, points, heights)
+                _rows(points, n, machine, gas, group, first, out)
+                missing = narrow(place, value, points, out[row])
                 if (
                     missing <= _MISSED * tolerance * abs(value[1]) + _ROUNDING * scale
                     or value[1] + missing <= best + slack
@@ -210,7 +228,7 @@ def _climbed(
             if value[1] > best:
                 best, where, piece = value[1], place[1], n
         found[0, row], found[1, row], found[2, row] = best, where, left - best + _ROUNDING * scale
-        found[3, row] = _rows(where, piece, machine, gas, group, first, out)
+        found[3, row] = instant_of(where, piece, 0, machine, gas, group).pressure
     return found
 
 

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from solvers.crank.cycle.forces import Cycle, Machine
 from solvers.crank.cycle.worst_instants import Greatest, Group, instant_of
-from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_at, within, work_at
-from solvers.crank.motion.slider_crank import displacement_at, posture_at
+from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_of, within, work_at
+from solvers.crank.motion.slider_crank import displacement_of, stand_at
 from solvers.crank.scene import Engine
-from solvers.numerics.jit import kernel
+from solvers.numerics.jit import inlined_kernel, kernel
 
 Array = NDArray[np.float64]
 
@@ -55,7 +55,8 @@ class SpeedSwing:
     """The work [J] between the extremes of the speed, and what follows for the shaft.
 
     ``irregularity`` is (omega_max - omega_min)/omega for the inertia there is, None without any;
-    ``torque_irregularity`` is (M_max - M_min)/M_mean, None for a mean torque of zero.
+    ``torque_irregularity`` is (M_max - M_min)/M_mean, None for a mean torque of zero. ``error`` [J] is that of the
+    work, ``torque_error`` [N m] that of the extremes of the torque.
     """
 
     work_fluctuation: float
@@ -67,10 +68,12 @@ class SpeedSwing:
     torque_irregularity: float | None
     flywheel_inertia_wanted: float | None
     error: float
+    torque_error: float
 
 
-def gas_work(cycle: Cycle, tolerance: float) -> GasWork:
-    """By as many nodes as the work of the whole cycle needs, for which ``tolerance`` is relative."""
+def gas_work(cycle: Cycle, tolerance: float, least: float = math.inf) -> GasWork:
+    """By as many nodes as it takes: ``tolerance`` is relative to the work of the cycle, or to ``least`` [J] if that is
+    less."""
     rule = _rule(_FEWEST_NODES)
     before, magnitude = _gas_work(cycle.machine, cycle.gas, *rule)
     error = 0.0
@@ -78,7 +81,7 @@ def gas_work(cycle: Cycle, tolerance: float) -> GasWork:
         rule = _rule(2 * rule[0].size)
         coarse, (before, magnitude) = before, _gas_work(cycle.machine, cycle.gas, *rule)
         error = float(np.max(np.abs(before - coarse)))
-        if error <= tolerance * max(abs(float(before[-1])), CANCELLED * magnitude):
+        if error <= tolerance * min(max(abs(float(before[-1])), CANCELLED * magnitude), least):
             break
     return GasWork(before, error + _ROUNDING * magnitude, magnitude, rule, 0 if cycle.gas.by_volume else rule[0].size)
 
@@ -90,14 +93,15 @@ def _rule(nodes: int) -> tuple[Array, Array]:
     return 0.5 + 0.5 * at, 0.5 * weight
 
 
-@kernel
+@inlined_kernel
 def _by_rule(low: float, high: float, k: int, machine: Machine, gas: Unrolled, at: Array, weight: Array) -> float:
     """The gas's work between two angles of a piece, over the angle."""
     total = 0.0
     for i in range(at.size):
         phi = low + (high - low) * at[i]
-        sine, cosine, tangent, _, _ = posture_at(phi, machine.frame)
-        total += weight[i] * (pressure_at(phi, k, gas) - machine.back) * (sine + cosine * tangent)
+        at_phi = stand_at(phi, machine.frame)
+        gained = pressure_of(phi, at_phi, k, gas) - machine.back
+        total += weight[i] * gained * (at_phi.sine + at_phi.cosine * at_phi.tangent)
     return total * (high - low) * machine.frame.r * machine.area
 
 
@@ -106,8 +110,8 @@ def _done(phi: float, k: int, machine: Machine, gas: Unrolled, at: Array, weight
     """The gas's work from the beginning of piece ``k`` to an angle of it."""
     if not gas.by_volume:
         return _by_rule(gas.breaks[k], phi, k, machine, gas, at, weight)
-    first = gas.clearance + gas.area * displacement_at(gas.breaks[k], gas.frame)
-    last = gas.clearance + gas.area * displacement_at(phi, gas.frame)
+    first = gas.clearance + gas.area * displacement_of(stand_at(gas.breaks[k], gas.frame), gas.frame)
+    last = gas.clearance + gas.area * displacement_of(stand_at(phi, gas.frame), gas.frame)
     return work_at(last, k, gas) - work_at(first, k, gas) - machine.back * (last - first)
 
 
@@ -136,15 +140,16 @@ def _surplus_work(
         if k < 0:
             phi = within(phi, gas.breaks)
             k = piece_of(phi, gas.breaks)
-        sine, cosine, tangent, _, _ = posture_at(phi, machine.frame)
-        moved = machine.speed * machine.frame.r * (sine + cosine * tangent)
-        turned = machine.speed * machine.frame.r / machine.frame.length * cosine * math.sqrt(1.0 + tangent * tangent)
+        stands = stand_at(phi, machine.frame)
+        tip = machine.speed * machine.frame.r
+        moved = tip * (stands.sine + stands.cosine * stands.tangent)
+        turned = tip / machine.frame.length * stands.cosine * stands.secant
         total += before[k] + _done(phi, k, machine, gas, at, weight) - mean * phi
         total += 0.5 * (machine.defect * turned * turned - machine.reciprocating * moved * moved)
     return total
 
 
-@kernel
+@inlined_kernel
 def _torque(angle: float, n: int, machine: Machine, gas: Unrolled, group: Group) -> float:
     total = 0.0
     for cylinder in range(group.shift.shape[1]):
@@ -225,4 +230,5 @@ def speed_swing(
         if wanted is None
         else max(fluctuation / (wanted * speed**2) - (inertia - engine.flywheel_inertia), 0.0),
         error=2.0 * (missed + count * work.error),
+        torque_error=float(np.max(torque.error[-2:])),
     )

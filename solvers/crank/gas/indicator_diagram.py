@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers.crank.gas.cylinder import Cylinder
-from solvers.crank.gas.data_faults import STROKE_FAULTS, Points, require_finite, require_sound
+from solvers.crank.gas.data_faults import Points, require_finite, require_sound_stroke
 from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Array, Curve, Index, Unrolled, pressure_at
 from solvers.crank.motion.slider_crank import ExactMotion, Frame, crank_angle_at
 from solvers.errors import InvalidInput
@@ -56,7 +56,7 @@ class IndicatorPressure:
         volumes, pressures, first = [], [], [0]
         for index, stroke in enumerate(self.strokes):
             volume, pressure = np.array(stroke.volume), np.array(stroke.pressure)
-            require_sound(Points(volume, pressure, low, low + swept), STROKE_FAULTS, f"pressure.strokes.{index}.volume")
+            require_sound_stroke(Points(volume, pressure, low, low + swept), f"pressure.strokes.{index}.volume")
             rising = 1 if volume[0] < volume[-1] else -1
             volumes.append(volume[::rising])
             pressures.append(pressure[::rising])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers.crank.gas.cylinder import Cylinder
-from solvers.crank.gas.data_faults import TABLE_FAULTS, Points, require_finite, require_sound
+from solvers.crank.gas.data_faults import Points, require_finite, require_sound_table
 from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Array, Curve, Index, Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import InvalidInput
@@ -38,7 +38,7 @@ class TablePressure:
     def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Curve:
         """The table itself. Raises InvalidInput, with the point named, where it is not one rising, open cycle."""
         angle, values, period = np.array(self.angle), np.array(self.pressure), cylinder.period
-        require_sound(Points(angle, values, 0.0, period), TABLE_FAULTS, "pressure.angle")
+        require_sound_table(Points(angle, values, 0.0, period))
         # A last point one cycle after the first says the same thing twice.
         last = angle.size - (self.angle[-1] - self.angle[0] >= period * (1.0 - 1e-9))
         angle, values = angle[:last], values[:last]

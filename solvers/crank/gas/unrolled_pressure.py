@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solvers.crank.gas.cylinder import Cylinder
-from solvers.crank.motion.slider_crank import ExactMotion, Frame, displacement_at
-from solvers.numerics.jit import kernel
+from solvers.crank.motion.slider_crank import ExactMotion, Frame, Stand, displacement_of, stand_at
+from solvers.numerics.jit import inlined_kernel, kernel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -38,7 +38,7 @@ class Unrolled(NamedTuple):
     clearance: float
 
 
-@kernel
+@inlined_kernel
 def piece_of(angle: float, breaks: Array) -> int:
     """The piece that holds an angle of the period."""
     low, high = 0, breaks.size - 1
@@ -51,22 +51,28 @@ def piece_of(angle: float, breaks: Array) -> int:
     return low
 
 
-@kernel
+@inlined_kernel
 def pressure_at(angle: float, piece: int, gas: Unrolled) -> float:
     """p [Pa] at an angle of a piece, both its ends included."""
+    return pressure_of(angle, stand_at(angle, gas.frame), piece, gas)
+
+
+@inlined_kernel
+def pressure_of(angle: float, at: Stand, piece: int, gas: Unrolled) -> float:
+    """p [Pa] at an angle of a piece, where the mechanism of ``gas.frame`` stands as ``at`` tells."""
     t = angle
     if gas.by_volume:
-        t = gas.clearance + gas.area * displacement_at(angle, gas.frame)
+        t = gas.clearance + gas.area * displacement_of(at, gas.frame)
     return _cubic(t - gas.begin[piece], piece, gas)
 
 
-@kernel
+@inlined_kernel
 def _cubic(t: float, piece: int, gas: Unrolled) -> float:
     c = gas.cubic
     return ((c[piece, 0] * t + c[piece, 1]) * t + c[piece, 2]) * t + c[piece, 3]
 
 
-@kernel
+@inlined_kernel
 def work_at(volume: float, piece: int, gas: Unrolled) -> float:
     """The integral of p dV [J] from where the piece's cubic of the volume begins."""
     t, c = volume - gas.begin[piece], gas.cubic
@@ -92,7 +98,7 @@ def brix_pressure_at(angle: float, piece: int, gas: Unrolled) -> float:
     return _cubic(volume - gas.begin[k], k, gas)
 
 
-@kernel
+@inlined_kernel
 def within(angle: float, breaks: Array) -> float:
     """The angle, whole periods away, that lies between the breaks."""
     start, period = breaks[0], breaks[-1] - breaks[0]

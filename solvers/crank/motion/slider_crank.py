@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solvers.numerics.jit import kernel
+from solvers.numerics.jit import inlined_kernel, kernel
 
 Array = NDArray[np.float64]
 
@@ -105,54 +105,80 @@ class ExactMotion:
         return self.posture(angle).turning
 
 
-@kernel
-def displacement_at(phi: float, frame: Frame) -> float:
-    """x from the upper dead centre.
+class Stand(NamedTuple):
+    """How a mechanism stands at one angle, as kernels take it: sin phi, cos phi, tan beta, 1/cos beta, and the sine and
+    cosine of h = (phi - phi_t)/2."""
 
-    With h = (phi - phi_t)/2 and s = sin h/cos((beta - phi_t)/2) the half sum (phi + beta)/2 is h + asin q,
-    q = lambda cos((phi + phi_t)/2) s, of which nothing cancels at the dead centre.
+    sine: float
+    cosine: float
+    tangent: float
+    secant: float
+    half_sine: float
+    half_cosine: float
+
+
+@inlined_kernel
+def stand_at(phi: float, frame: Frame) -> Stand:
+    """All angles' functions from sine and cosine of one half angle.
+
+    cos beta = sqrt((L - s)(L + s))/L, s = r sin phi - e; what is left of L beside r and e is formed before anything
+    else. With 1 - |sin phi| = cos^2 phi/(1 + |sin phi|) it keeps its digits where the crank stands across and the rod
+    all but with it.
     """
     half = 0.5 * (phi - frame.top)
-    sine, cosine = math.sin(half), math.cos(half)
-    tilt = (frame.r * math.sin(phi) - frame.offset) / frame.length
-    along = math.sqrt((1.0 - tilt) * (1.0 + tilt)) * frame.top_cosine + tilt * frame.top_sine
-    risen = sine / math.sqrt(0.5 + 0.5 * along)
-    q = frame.r / frame.length * (cosine * frame.top_cosine - sine * frame.top_sine) * risen
-    return 2.0 * frame.r * risen * (sine * math.sqrt((1.0 - q) * (1.0 + q)) + cosine * q)
+    half_sine, half_cosine = math.sin(half), math.cos(half)
+    whole, across = 2.0 * half_sine * half_cosine, (half_cosine - half_sine) * (half_cosine + half_sine)
+    sine = whole * frame.top_cosine + across * frame.top_sine
+    cosine = across * frame.top_cosine - whole * frame.top_sine
+    rise, aside = abs(sine), -frame.offset if sine < 0.0 else frame.offset
+    near = (frame.length - frame.r + aside) + frame.r * cosine * cosine / (1.0 + rise)
+    upright = 1.0 / math.sqrt(near * (frame.length + frame.r * rise - aside))
+    return Stand(
+        sine, cosine, (frame.r * sine - frame.offset) * upright, frame.length * upright, half_sine, half_cosine
+    )
+
+
+@inlined_kernel
+def displacement_of(at: Stand, frame: Frame) -> float:
+    """x from the upper dead centre, of which nothing cancels there:
+    2 r sin^2 h (cos beta + cos phi_t + 2 lambda cos h cos((phi + phi_t)/2))/(1 + cos(beta - phi_t))."""
+    along = at.half_cosine * frame.top_cosine - at.half_sine * frame.top_sine
+    rod = 1.0 / at.secant
+    lean = rod + frame.top_cosine + 2.0 * frame.r / frame.length * at.half_cosine * along
+    square = 2.0 * frame.r * at.half_sine * at.half_sine
+    return square * lean / (1.0 + rod * (frame.top_cosine + at.tangent * frame.top_sine))
+
+
+@inlined_kernel
+def acceleration_of(at: Stand, frame: Frame) -> float:
+    """d2x/dphi2 [m]."""
+    swept = at.cosine * at.secant
+    return frame.r * (at.cosine - at.sine * at.tangent + frame.r / frame.length * swept * swept * at.secant)
+
+
+@inlined_kernel
+def turning_of(at: Stand, frame: Frame) -> float:
+    """d2beta/dphi2."""
+    ratio = frame.r / frame.length
+    rate = ratio * at.cosine * at.secant
+    return rate * rate * at.tangent - ratio * at.sine * at.secant
 
 
 @kernel
 def _displacements(phi: Array, frame: Frame) -> Array:
     out = np.empty(phi.size)
     for i in range(phi.size):
-        out[i] = displacement_at(phi[i], frame)
+        out[i] = displacement_of(stand_at(phi[i], frame), frame)
     return out
-
-
-@kernel
-def posture_at(phi: float, frame: Frame) -> tuple[float, float, float, float, float]:
-    """A posture's five numbers.
-
-    cos beta = sqrt((L - s)(L + s))/L, s = r sin phi - e; what is left of L beside r and e is formed before anything
-    else. With 1 - |sin phi| = cos^2 phi/(1 + |sin phi|) it keeps its digits where the crank stands across and the rod
-    all but with it.
-    """
-    r, length, offset = frame.r, frame.length, frame.offset
-    sine, cosine = math.sin(phi), math.cos(phi)
-    rise, aside = abs(sine), -offset if sine < 0.0 else offset
-    near = (length - r + aside) + r * cosine * cosine / (1.0 + rise)
-    rod = math.sqrt(near * (length + r * rise - aside)) / length
-    rod_sine, ratio = (r * sine - offset) / length, r / length
-    turning = ratio * cosine / rod
-    acceleration = r * (cosine - sine * rod_sine / rod + turning * cosine / (rod * rod))
-    return sine, cosine, rod_sine / rod, acceleration, (turning * turning * rod_sine - ratio * sine) / rod
 
 
 @kernel
 def _postures(phi: Array, frame: Frame) -> Array:
     out = np.empty((5, phi.size))
     for i in range(phi.size):
-        out[0, i], out[1, i], out[2, i], out[3, i], out[4, i] = posture_at(phi[i], frame)
+        at = stand_at(phi[i], frame)
+        out[0, i], out[1, i], out[2, i] = at.sine, at.cosine, at.tangent
+        out[3, i], out[4, i] = acceleration_of(at, frame), turning_of(at, frame)
     return out
 
 

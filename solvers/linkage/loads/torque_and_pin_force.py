@@ -65,11 +65,11 @@ def series(bar: FourBar, crank: float, energy: float, phi: Array) -> tuple[Array
 def _loads(coefficients: Array, end: float, short: float) -> tuple[float, float]:
     """Torque over E, and force times l1 over E, at phi - 2 pi in [-2 pi, 0]: where the rocker comes fast, next to the
     blow, angles are then known to their own last digit."""
-    return _loads_at(coefficients, end, -math.sin(0.5 * short), -math.cos(0.5 * short))
+    return loads_at(coefficients, end, -math.sin(0.5 * short), -math.cos(0.5 * short))
 
 
 @kernel
-def _loads_at(coefficients: Array, end: float, s: float, c: float) -> tuple[float, float]:
+def loads_at(coefficients: Array, end: float, s: float, c: float) -> tuple[float, float]:
     """The same at a half angle's sine and cosine."""
     base, coupler, rocker, numerator, margin, kappa, sigma = coefficients
     transfer, rate, root = motion(base, coupler, rocker, numerator, margin, kappa, sigma, s, c)
@@ -109,33 +109,37 @@ def _cotangents(coefficients: Array) -> Array:
 
 
 @kernel
+def sampled(row: Array, end: float) -> tuple[Array, Array]:
+    """Crank angles less 2 pi, rising over the cycle, and |torque|/E and force l1/E at them: shapes (m,), (2, m)."""
+    cotangents = _cotangents(row)
+    angles, samples = np.empty(cotangents.size + 2), np.empty((2, cotangents.size + 2))
+    angles[0], angles[-1] = -2.0 * math.pi, 0.0
+    for j in range(angles.size):
+        s, c = 0.0, 1.0 if j == 0 else -1.0
+        if 0 < j < angles.size - 1:
+            s = 1.0 / math.sqrt(1.0 + cotangents[j - 1] * cotangents[j - 1])
+            c = cotangents[j - 1] * s
+            angles[j] = -2.0 * math.atan2(s, -c)
+        torque, samples[1, j] = loads_at(row, end, s, c)
+        samples[0, j] = abs(torque)
+    return angles, samples
+
+
+@kernel
 def unit_peaks(coefficients: Array, end: Array, tolerance: float) -> Array:
     """Greatest |torque|/E and its angle, greatest force l1/E and its angle, for every row: shape (n, 4). Heights are
     found to the relative ``tolerance``."""
     out = np.empty((coefficients.shape[0], 4))
     for i in range(coefficients.shape[0]):
-        row = coefficients[i]
-        cotangents = _cotangents(row)
-        angles, samples = np.empty(cotangents.size + 2), np.empty((2, cotangents.size + 2))
-        angles[0], angles[-1] = -2.0 * math.pi, 0.0
-        for j in range(angles.size):
-            s, c = 0.0, 1.0 if j == 0 else -1.0
-            if 0 < j < angles.size - 1:
-                s = 1.0 / math.sqrt(1.0 + cotangents[j - 1] * cotangents[j - 1])
-                c = cotangents[j - 1] * s
-                angles[j] = -2.0 * math.atan2(s, -c)
-            torque, samples[1, j] = _loads_at(row, end[i], s, c)
-            samples[0, j] = abs(torque)
+        angles, samples = sampled(coefficients[i], end[i])
         for which in range(2):
-            peak, at = _highest(row, end[i], angles, samples[which], which, tolerance)
+            peak, at = highest(coefficients[i], end[i], angles, samples[which], which, tolerance)
             out[i, 2 * which], out[i, 2 * which + 1] = peak, at + 2.0 * math.pi
     return out
 
 
 @kernel
-def _highest(
-    row: Array, end: float, angles: Array, samples: Array, which: int, tolerance: float
-) -> tuple[float, float]:
+def highest(row: Array, end: float, angles: Array, samples: Array, which: int, tolerance: float) -> tuple[float, float]:
     """The greatest value of the torque (0) or the force (1) and its phi - 2 pi: of humps that nearly agree, all are
     climbed, for their samples do not tell which is the higher one."""
     need, last = (1.0 - _MISSED) * samples.max(), angles.size - 1

@@ -18,9 +18,10 @@ docs/theory/impact-linkage.md); the families in this form are derived there.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any, ClassVar
 
 Number = Any
 """A float, an array, or an interval."""
@@ -87,64 +88,93 @@ def plain_ratios(base: float, coupler: float, rocker: float) -> Ratios:
     return Ratios(base, coupler, rocker, base - 1.0, coupler - 1.0, rocker - 1.0)
 
 
-class ChangePoint(Protocol):
+@dataclass(frozen=True)
+class ChangePoint(ABC):
     """One way to bring four links onto one line.
 
     ``crank_sign`` and ``rocker_sign`` tell where crank pin and rocker joint lie at the blow, seen along the base from
-    the pivot they turn about: +1 in the direction from crank pivot to rocker pivot, -1 against it.
+    the pivot they turn about: +1 in the direction from crank pivot to rocker pivot, -1 against it. The closure is
+    crank_sign lambda0 - rocker_sign lambda2 + crank_sign rocker_sign lambda3 = 1.
     """
 
-    name: str
-    parameter: str
-    crank_sign: float
-    rocker_sign: float
+    name: ClassVar[str]
+    parameter: ClassVar[str]
+    crank_sign: ClassVar[float]
+    rocker_sign: ClassVar[float]
 
+    @abstractmethod
     def family(self, gain: Gain, parameter: Number) -> Ratios:
         """The mechanism with R_k = R whose free ratio (``parameter``) is given."""
 
     def least_parameter(self, gain: Gain) -> float:
         """The crank turns fully where the free ratio exceeds this (for a, c at it: a parallelogram)."""
+        return gain.value
 
     def pole(self, gain: Gain) -> float:
         """At free ratios up to this there is no mechanism."""
+        return 0.0
 
+    @abstractmethod
     def of_transmission(self, gain: Gain, angle: float) -> float:
         """The free ratio at which nu(pi) = 2 asin(g/lambda2) is this [rad]; inf where it never is."""
 
+    @abstractmethod
     def of_crank(self, gain: Gain, crank: float) -> float:
         """The free ratio at which the crank over V (see ``optimum.family``) is this; inf where it never is."""
 
     def beyond_least(self, gain: Gain, parameter: float) -> float:
         """How far a free ratio lies beyond its least value, relative to it."""
+        return gain.below(parameter) / gain.value
 
     def least_margin(self, gain: Gain) -> float:
         """How far beyond the least value, relative to it, the free ratio must lie for a design."""
+        return NEAREST
 
+    @abstractmethod
     def margin_of_base(self, gain: Gain, base: float) -> float | None:
         """How far beyond, relative to it, the base is this many cranks long; None where no base grows without end."""
 
+    @property
+    def closure_signs(self) -> tuple[float, float, float]:
+        """Of base, coupler and rocker in the closure."""
+        return self.crank_sign, -self.rocker_sign, self.crank_sign * self.rocker_sign
+
     def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
         """Closure surplus in crank lengths: 0 for a change-point mechanism of this kind."""
+        signs = self.closure_signs
+        return signs[0] * base + signs[1] * coupler + signs[2] * rocker - 1.0
 
     def half_angle_coefficient(self, ratios: Ratios) -> Number:
         """N, the numerator's factor of tan(phi3/2)."""
+        return self.crank_sign * self._lever(ratios)
 
     def rotatability_margin(self, ratios: Ratios) -> Number:
         """M = lambda0 (lambda2 lambda3 - lambda0); the crank turns fully where it is not negative."""
+        return ratios.base * self._beside(ratios) * self._lever(ratios)
 
     def half_turn_margin(self, ratios: Ratios) -> Number:
         """lambda0 lambda3 - lambda2: 0 where the rocker swings through half a turn."""
+        return self.pin_to_pivot(ratios) * self._beside(ratios)
 
     def pin_to_pivot(self, ratios: Ratios) -> Number:
         """e, from the rocker's pivot to the crank pin at the blow."""
+        return ratios.base_less_one if self.crank_sign > 0 else ratios.base + 1.0
+
+    def _lever(self, ratios: Ratios) -> Number:
+        """|N| = lambda2 + rocker_sign."""
+        return ratios.coupler + 1.0 if self.rocker_sign > 0 else ratios.coupler_less_one
+
+    def _beside(self, ratios: Ratios) -> Number:
+        """lambda3 - crank_sign rocker_sign."""
+        return ratios.rocker_less_one if self.crank_sign * self.rocker_sign > 0 else ratios.rocker + 1.0
 
 
 @dataclass(frozen=True)
-class LargestCoupler:
-    name: str = "largest_coupler"
-    parameter: str = "lambda2"
-    crank_sign: float = 1.0
-    rocker_sign: float = 1.0
+class LargestCoupler(ChangePoint):
+    name = "largest_coupler"
+    parameter = "lambda2"
+    crank_sign = 1.0
+    rocker_sign = 1.0
 
     def family(self, gain: Gain, parameter: Number) -> Ratios:
         down = parameter + gain.square
@@ -158,50 +188,23 @@ class LargestCoupler:
             rocker_less_one=gain.below(parameter) * (parameter + gain.value) / down,
         )
 
-    def least_parameter(self, gain: Gain) -> float:
-        return gain.value
-
-    def pole(self, gain: Gain) -> float:
-        return 0.0
-
     def of_transmission(self, gain: Gain, angle: float) -> float:
         return gain.value / math.sin(0.5 * angle)
 
     def of_crank(self, gain: Gain, crank: float) -> float:
         return gain.less_one / crank - 1.0
 
-    def beyond_least(self, gain: Gain, parameter: float) -> float:
-        return gain.below(parameter) / gain.value
-
-    def least_margin(self, gain: Gain) -> float:
-        return NEAREST
-
     def margin_of_base(self, gain: Gain, base: float) -> float | None:
         # The base is below g^2 cranks.
         return None
 
-    def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
-        return base + rocker - 1.0 - coupler
-
-    def half_angle_coefficient(self, ratios: Ratios) -> Number:
-        return ratios.coupler + 1.0
-
-    def rotatability_margin(self, ratios: Ratios) -> Number:
-        return ratios.base * ratios.rocker_less_one * (ratios.coupler + 1.0)
-
-    def half_turn_margin(self, ratios: Ratios) -> Number:
-        return ratios.base_less_one * ratios.rocker_less_one
-
-    def pin_to_pivot(self, ratios: Ratios) -> Number:
-        return ratios.base_less_one
-
 
 @dataclass(frozen=True)
-class LargestRocker:
-    name: str = "largest_rocker"
-    parameter: str = "lambda2"
-    crank_sign: float = 1.0
-    rocker_sign: float = -1.0
+class LargestRocker(ChangePoint):
+    name = "largest_rocker"
+    parameter = "lambda2"
+    crank_sign = 1.0
+    rocker_sign = -1.0
 
     def family(self, gain: Gain, parameter: Number) -> Ratios:
         less_one = parameter - 1.0
@@ -240,28 +243,13 @@ class LargestRocker:
         # g^2 (p - 1)/(p - g^2) with p = g^2 (1 + margin).
         return gain.square_less_one / (base - gain.square) if base > gain.square else None
 
-    def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
-        return base + coupler - 1.0 - rocker
-
-    def half_angle_coefficient(self, ratios: Ratios) -> Number:
-        return ratios.coupler_less_one
-
-    def rotatability_margin(self, ratios: Ratios) -> Number:
-        return ratios.base * (ratios.rocker + 1.0) * ratios.coupler_less_one
-
-    def half_turn_margin(self, ratios: Ratios) -> Number:
-        return ratios.base_less_one * (ratios.rocker + 1.0)
-
-    def pin_to_pivot(self, ratios: Ratios) -> Number:
-        return ratios.base_less_one
-
 
 @dataclass(frozen=True)
-class LargestBase:
-    name: str = "largest_base"
-    parameter: str = "lambda0"
-    crank_sign: float = -1.0
-    rocker_sign: float = -1.0
+class LargestBase(ChangePoint):
+    name = "largest_base"
+    parameter = "lambda0"
+    crank_sign = -1.0
+    rocker_sign = -1.0
 
     def family(self, gain: Gain, parameter: Number) -> Ratios:
         down = parameter + gain.square
@@ -275,12 +263,6 @@ class LargestBase:
             rocker_less_one=gain.below(parameter) * (parameter + gain.value) / down,
         )
 
-    def least_parameter(self, gain: Gain) -> float:
-        return gain.value
-
-    def pole(self, gain: Gain) -> float:
-        return 0.0
-
     def of_transmission(self, gain: Gain, angle: float) -> float:
         # g (g - sin(nu/2))/(g sin(nu/2) - 1), with 1 - sin(nu/2) = 2 sin^2((pi - nu)/4).
         short = 2.0 * math.sin(0.25 * (math.pi - angle)) ** 2
@@ -291,29 +273,8 @@ class LargestBase:
         more = crank * (gain.value + 1.0) - 1.0
         return gain.square / more if more > 0 else math.inf
 
-    def beyond_least(self, gain: Gain, parameter: float) -> float:
-        return gain.below(parameter) / gain.value
-
-    def least_margin(self, gain: Gain) -> float:
-        return NEAREST
-
     def margin_of_base(self, gain: Gain, base: float) -> float | None:
         return base / gain.value - 1.0 if base > gain.value else None
-
-    def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
-        return coupler + rocker - 1.0 - base
-
-    def half_angle_coefficient(self, ratios: Ratios) -> Number:
-        return -1.0 * ratios.coupler_less_one
-
-    def rotatability_margin(self, ratios: Ratios) -> Number:
-        return ratios.base * ratios.rocker_less_one * ratios.coupler_less_one
-
-    def half_turn_margin(self, ratios: Ratios) -> Number:
-        return ratios.rocker_less_one * (ratios.base + 1.0)
-
-    def pin_to_pivot(self, ratios: Ratios) -> Number:
-        return ratios.base + 1.0
 
 
 LARGEST_COUPLER, LARGEST_ROCKER, LARGEST_BASE = LargestCoupler(), LargestRocker(), LargestBase()

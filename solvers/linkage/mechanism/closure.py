@@ -55,18 +55,12 @@ def closure(base: float, crank: float, coupler: float, rocker: float, preferred:
     A parallelogram closes as two kinds at once; the preferred one of them is taken.
     """
     longest = max(base, crank, coupler, rocker)
-    found = []
+    links, found = (base, coupler, rocker), []
     for kind in KINDS.values():
         # Scaled by the crank, so that the 1 of the closure is the crank itself.
-        surplus = math.fsum(_signed(kind, base, crank, coupler, rocker))
+        surplus = math.fsum((-crank, *(sign * link for sign, link in zip(kind.closure_signs, links, strict=True))))
         found.append(Closure(kind, surplus / crank, surplus / longest))
     return min(found, key=lambda c: (0.0 if c.closes else abs(c.relative), c.kind is not preferred))
-
-
-def _signed(kind: ChangePoint, base: float, crank: float, coupler: float, rocker: float) -> tuple[float, ...]:
-    """The terms of the closure, each exact."""
-    signs = (kind.surplus(1.0, 0.0, 0.0) + 1.0, kind.surplus(0.0, 1.0, 0.0) + 1.0, kind.surplus(0.0, 0.0, 1.0) + 1.0)
-    return signs[0] * base, -crank, signs[1] * coupler, signs[2] * rocker
 
 
 def window(bar: FourBar, surplus: float) -> Window:

@@ -26,7 +26,7 @@ from solvers.outcome import Shortfall
 
 Array = NDArray[np.float64]
 
-_GAP = 1e-3
+_GAP = 1e-2
 """To which what is attainable is proven to be the best; its value is that of a linkage, to rounding."""
 
 

@@ -27,8 +27,7 @@ def allowed_scales(quantities: Quantities) -> tuple[Array, Array]:
     if limits.min_link > 0:
         low = np.maximum(low, limits.min_link / quantities.crank)
     if limits.max_pin_force is not None:
-        force = subproblem.scene.impact_energy * quantities.force / quantities.crank
-        low = np.maximum(low, force / limits.max_pin_force)
+        low = np.maximum(low, subproblem.scene.impact_energy * quantities.force / limits.max_pin_force)
     with np.errstate(divide="ignore"):
         if limits.longest_link is not None:
             high = np.minimum(high, limits.longest_link / quantities.longest)
@@ -100,7 +99,7 @@ class MemberQuantities:
 
     @property
     def force(self) -> Array:
-        return self._peaks[:, 2]
+        return self._peaks[:, 2] / self.crank
 
     @property
     def end_low(self) -> Array:

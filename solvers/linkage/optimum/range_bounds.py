@@ -11,49 +11,49 @@ of the outline in the middle of the range, and the enclosing radius changes by a
     d_y = max(change of l1, sin (change of l3) + l3 (change of the swing)),   sin: the greatest over the arc,
 
 so width and height in a direction n change by at most 2 (d_x |n_x| + d_y |n_y|): a long base moves the height little.
-Peak loads are nowhere below their value at one crank angle, which interval arithmetic bounds over the range.
+Peak loads: see ``load_bounds``.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.linkage.loads.torque_and_pin_force import unit_peaks
 from solvers.linkage.optimum.family import Family, Members
-from solvers.linkage.optimum.load_bounds import Load, force_over, over, torque_over
+from solvers.linkage.optimum.load_bounds import FORCE, TORQUE, least_loads, peak_places
 from solvers.linkage.optimum.member_quantities import allowed_scales, within
 from solvers.linkage.problem import Subproblem
 from solvers.linkage.swept_area.bounding_box import least_areas, least_fits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
-from solvers.numerics.intervals import variable
 
 Array = NDArray[np.float64]
 _SLACK = 1e-10
 """What rounding may spoil of a bound, relative."""
 
+_FEW = 48
 AREA_TOLERANCE, FIT_TOLERANCE = 1e-3, 1e-9
 """Relative tolerances of the orientation's search in bounds; An area is
 asked only whether it is below what is enough, and then need not be sharp; a fit decides what is allowed."""
 
-ANGLE_TOLERANCE = 1e-9
-"""Relative tolerance of the peaks at whose angles the loads of a range are bounded: any angle gives a bound, and one
-next to the peak a good one."""
-
 
 @dataclass(frozen=True)
 class RangeBounds:
-    """Bounds over the ranges [low, high] of q, shape (n,). ``enough``: an area above it need not be known."""
+    """Bounds over the ranges [low, high] of q, shape (n,).
+
+    ``enough``: an area above it need not be known. ``places``: for each load where its peaks were in the ranges that
+    these are parts of, see ``load_bounds.peak_places``; where there are few ranges, peaks are looked for anew.
+    """
 
     subproblem: Subproblem
     family: Family
     low: Array
     high: Array
     enough: float
+    places: dict[int, Array] = field(default_factory=dict)
 
     @cached_property
     def _all(self) -> Members:
@@ -103,26 +103,26 @@ class RangeBounds:
         found = least_fits(self._outlines, *self._moves[1:], width, height, FIT_TOLERANCE)
         return np.maximum(found * (1 - FIT_TOLERANCE), 0.0)
 
-    @cached_property
-    def _peaks(self) -> Array:
-        """Of the members in the middle."""
-        rows = slice(2 * self.low.size, None)
-        return unit_peaks(self._all.coefficients[rows], self._middle.end, ANGLE_TOLERANCE)
+    def _least(self, which: int) -> Array:
+        """Lower bounds of a load over the ranges."""
+        n, rows, end = self.low.size, self._all.coefficients, self._middle.end
+        middle = rows[2 * n :]
+        if which not in self.places or n <= _FEW:
+            self.places[which] = peak_places(middle, end, which)
+        gain = self.family.gain.value
+        return least_loads(rows[:n], middle, rows[n : 2 * n], end, gain, which, self.places[which])
 
-    def _over(self, load: Load, peak: Array, angle: Array) -> Array:
-        """A lower bound of a load over the ranges, from its value at the angle at which the middle has its peak."""
-        low, high, place = self.family.parameter(np.stack([self.low, self.high, 0.5 * (self.low + self.high)]))
-        with np.errstate(all="ignore"):
-            found = load(over(self.family.kind, self.family.gain, variable(low, high), angle))
-        return np.maximum(found.least(peak, np.maximum(high - place, place - low)), 0.0)
+    def parts(self, alive: NDArray[np.bool_], count: int) -> dict[int, Array]:
+        """Where the parts of the ranges that are alive, so many of each, begin to look for their peaks."""
+        return {which: np.repeat(places[alive], count, axis=0) for which, places in self.places.items()}
 
     @cached_property
     def torque(self) -> Array:
-        return self._over(torque_over, self._peaks[:, 0], self._peaks[:, 1])
+        return self._least(TORQUE)
 
     @cached_property
     def force(self) -> Array:
-        return self._over(force_over, self._peaks[:, 2], self._peaks[:, 3])
+        return self._least(FORCE)
 
     @cached_property
     def end_low(self) -> Array:

@@ -8,10 +8,9 @@ import numpy as np
 
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import InternalForces
-from solvers.pin.optimum.discretised import strength_demands, wall_floor
+from solvers.pin.optimum.discretised import sought_in
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
-from solvers.pin.section.demand import least_wall
 from solvers.pin.section.flexibility import ShearFlexibility, cowper
 from solvers.pin.section.variables import solidity_of
 from solvers.pin.uniform import deflection_parts
@@ -34,8 +33,9 @@ def lightest_share(scene: Scene, limits: Limits, criterion: Criterion, shears: b
     ``shears`` says whether shear adds to the deflection. None where even the solid pin is too weak or too soft. Raises
     InvalidInput for a wall beyond the radius.
     """
-    demands = strength_demands(scene, criterion, forces_at_ends(scene))
-    wall = float(least_wall(demands, wall_floor(scene, limits), 3).max())
+    sought = sought_in(scene)
+    constraints = sought.constraints(scene, criterion, [forces_at_ends(scene)])
+    wall = float(sought.least_walls(constraints, sought.floor(scene, limits), 3).max())
     if np.isnan(wall):
         return None
     least = float(solidity_of(np.float64(wall)))

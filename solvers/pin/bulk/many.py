@@ -22,12 +22,14 @@ from solvers.outcome import Accuracy, Outcome, Status
 from solvers.pin.bulk.closed_form import Pins, Results
 from solvers.pin.bulk.constant import lightest_share
 from solvers.pin.bulk.table import demand_rows, evaluated, law_row
-from solvers.pin.check import PinCheck, RingResult, _pressures, _ring, _ring_warnings, _shape_warnings, check, exceeded
+from solvers.pin.check import PinCheck, RingResult, check, exceeded, ring_of, ring_warnings, shape_warnings
 from solvers.pin.effects import Physics, PinEffect, choose_for, compose, demands_of
 from solvers.pin.limits import NO_LIMITS, Limits
 from solvers.pin.load.macaulay import ROUNDING
+from solvers.pin.optimum.bore_sought import BoreSought
 from solvers.pin.optimum.capacity import force_limit
-from solvers.pin.scene import Scene
+from solvers.pin.ring.bearing_pressure import pressures_of_pin
+from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
 from solvers.pin.section.flexibility import cowper
 from solvers.pin.shapes.given import Profile
@@ -124,7 +126,8 @@ class _Asked:
 def _asked(place: int, case: Case) -> _Asked | None:
     """A case as the loop takes it; None where it does not. Raises InvalidInput as ``check`` does."""
     g = case.scene.geometry
-    steps = None if not case.scene.symmetric or case.limits.max_slope is not None else steps_of(case.profile, g.length)
+    alone = not case.scene.symmetric or isinstance(g, BushingGeometry)
+    steps = None if alone or case.limits.max_slope is not None else steps_of(case.profile, g.length)
     if steps is None:
         return None
     require_accuracy(case.accuracy)
@@ -157,15 +160,18 @@ def _outcome(given: _Asked, results: Results, row: int, seconds: float) -> Outco
     found = Results(*(float(column[row]) for column in results))
     use, deflection = max(found.criterion, found.shear), found.deflection
     constant = lightest_share(scene, limits, criterion, given.physics.shear_deflection)
-    ring = _ring(scene, np.array(bores)) if given.physics.ovalization else None
+    sizes = np.array(bores)
+    ring = ring_of(scene, BoreSought(g.outer_diameter), sizes) if given.physics.ovalization else None
     solid_mass = m.density * g.area * g.length
     value = PinCheck(
         mass=solid_mass * found.volume,
         solid_mass=solid_mass,
-        constant_bore_mass=None if constant is None else solid_mass * constant,
-        along=None,
+        constant_mass=None if constant is None else solid_mass * constant,
+        sections=None,
         min_bore=min(bores),
         bore_mid=bores[-1],
+        max_outer=g.outer_diameter,
+        outer_mid=g.outer_diameter,
         least_wall=0.5 * max(g.outer_diameter - max(bores), 0.0),
         max_moment=found.moment,
         max_shear=found.force,
@@ -175,7 +181,7 @@ def _outcome(given: _Asked, results: Results, row: int, seconds: float) -> Outco
         strength_utilisation=_finite(use),
         deflection=_finite(deflection),
         ring=ring,
-        pressures=_pressures(scene) if given.physics.contact_pressure else None,
+        pressures=pressures_of_pin(scene) if given.physics.contact_pressure else None,
         force_limit=scene.force / found.solid if scene.force > 0.0 else force_limit(scene, criterion),
         warnings=_warnings(given, found, ring),
     )
@@ -194,8 +200,8 @@ def _warnings(given: _Asked, found: Results, ring: RingResult | None) -> tuple[s
     if use > 1.0 + 1e-9:
         said.append(exceeded(np.array([found.first_over, found.last_over]), use))
     walls = np.maximum(outer - np.array(steps.bores), 0.0)
-    said += _shape_warnings(limits, 0.5 * float(walls.min()), found.deflection)
-    if ring is not None and scene.force > 0.0:
+    said += shape_warnings(limits, 0.5 * float(walls.min()), found.deflection)
+    if ring is not None:
         x = np.stack([(0.0, *steps.ends[:-1]), steps.ends], axis=1).ravel()
-        said += _ring_warnings(scene, limits, x, np.repeat(walls / outer, 2), ring)
+        said += ring_warnings(scene, BoreSought(outer), limits, x, np.repeat(walls / outer, 2), ring)
     return tuple(said)

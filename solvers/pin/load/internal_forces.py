@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +23,11 @@ class InternalForces:
     axial_force: float
     torque: float
 
-    @property
+    @cached_property
     def moment_total(self) -> Array:
         return _both(self.moment)
 
-    @property
+    @cached_property
     def shear_total(self) -> Array:
         return _both(self.shear)
 

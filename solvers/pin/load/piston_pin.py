@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.jit import kernel
 from solvers.pin.load.macaulay import LoadCase, MacaulayTerm
 
 Array = NDArray[np.float64]
@@ -56,6 +57,25 @@ def piston_pin_case(force: float, boss_length: float, small_end_length: float, g
             MacaulayTerm(-ramp, x3, 2, rest=rest3),
         )
     )
+
+
+@kernel
+def weigh_deflection(
+    x: Array, rest: Array, side: Array, left: float, right: float, right_rest: float, moment: Array, shear: Array,
+    length: float, stiff: float, stiff_in_shear: float, bending: Array, sheared: Array,
+) -> None:  # fmt: skip
+    """Into ``bending`` M m length/stiff and into ``sheared`` Q q length/stiff_in_shear [m] at stations, as
+    ``DeflectionReference.unit_load`` has m and q; 0 outside the span, and where a load lifts the middle.
+
+    A station on an end of the span lies inside only if its panel, which begins at ``side``, does.
+    """
+    for i in range(x.size):
+        bending[i] = sheared[i] = 0.0
+        if left <= side[i] < right and x[i] <= right:
+            arm = max(0.5 * min(x[i] - left + rest[i], right - x[i] + (right_rest - rest[i])), 0.0)
+            sign = 0.5 if x[i] <= 0.5 * (left + right) else -0.5
+            bending[i] = max(moment[i] * arm / stiff, 0.0) * length
+            sheared[i] = max(shear[i] * sign / stiff_in_shear, 0.0) * length
 
 
 @lru_cache(maxsize=256)

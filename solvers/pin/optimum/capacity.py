@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.load.macaulay import ROUNDING
-from solvers.pin.optimum.discretised import demands_at
+from solvers.pin.optimum.discretised import constraints_at
+from solvers.pin.optimum.program import Program
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.stations.between_nodes import risen
@@ -29,11 +30,11 @@ class WeakSpan:
 
 
 def solid_utilisation(scene: Scene, criterion: Criterion, x: Array, side: Array) -> Array:
-    """The greatest of all demands on the solid section at stations: F(1) <= 1 where it holds."""
+    """The greatest of all constraints on the solid section at stations: F(1) <= 1 where it holds."""
     full = np.ones_like(x)
     out = np.zeros_like(x)
-    for demand in demands_at(scene, criterion, x, side):
-        out = np.maximum(out, demand.value(full))
+    for constraint in constraints_at(scene, criterion, x, side):
+        out = np.maximum(out, constraint.value(full))
     return out
 
 
@@ -54,6 +55,16 @@ def force_limit(scene: Scene, criterion: Criterion) -> float:
     """The greatest force [N] that the solid pin carries, further cases growing in proportion."""
     probe = scene if scene.force > 0 else replace(scene, force=1.0, further_cases=())
     return probe.force / greatest_utilisation(probe, criterion)[0]
+
+
+def force_limit_of(program: Program) -> float:
+    """``force_limit`` by what is known at a program's stations."""
+    solid = np.ones_like(program.stations.x)
+    values = np.max([constraint.value(solid) for constraint in program.constraints], axis=0)
+    greatest = float(values.max())
+    if not greatest > 0.0 or (risen(program.stations, values[None]) > ROUNDING).any():
+        return force_limit(program.scene, program.criterion)
+    return program.scene.force / greatest
 
 
 def weak_span(scene: Scene, criterion: Criterion) -> WeakSpan | None:

@@ -21,10 +21,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.optimum.discretised import Program
 from solvers.pin.optimum.dual_bound import Neighbours, coupled_bound
 from solvers.pin.optimum.found import Found
-from solvers.pin.optimum.lagrangian import rising, weigh
+from solvers.pin.optimum.lagrangian import weigh
+from solvers.pin.optimum.program import Program, rising
 from solvers.pin.optimum.slope_limit import gentle
 
 Array = NDArray[np.float64]

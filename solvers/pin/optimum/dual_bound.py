@@ -28,13 +28,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.discretised import Program
+from solvers.pin.optimum.lagrangian import monotone_at
+from solvers.pin.optimum.program import Program
 from solvers.pin.section.flexibility import bending, chord, inflection, line_from, phi, phi_slope
 from solvers.pin.section.variables import v_of, wall_of
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 _LEVELS = 513
+_TIGHT, _AROUND, _TRIES, _GOLDEN = 1e-7, 0.2, 14, 0.5 * (math.sqrt(5.0) - 1.0)
+"""Below which gap no better multiplier is looked for; where and how often otherwise."""
 _SAME, _WORTH = 1e-8, 8.0
 """Deflections that agree as well as this, or as the accuracy asked for, are the same; what a share of the deflection is
 worth in the mass at most, relative."""
@@ -104,8 +107,8 @@ def least_walls_bound(program: Program, low: Array) -> float:
     for margin in (1e-12, 1e-10, 1e-8, 1e-6, 1e-4):
         thinner = wall * (1.0 - margin)
         fails = np.zeros(wall.shape, dtype=bool)
-        for demand in program.demands:
-            fails |= demand.value(thinner) > v_of(thinner)
+        for constraint in program.constraints:
+            fails |= constraint.value(thinner) > v_of(thinner)
         shrink = np.where(bound_by_strength & ~fails, np.maximum(shrink, 100.0 * margin), shrink)
         if not np.any(bound_by_strength & ~fails):
             break
@@ -182,6 +185,33 @@ def _levels(levels: Array, latest: Indices, sums: Array, a: float, b: float) -> 
                 least = min(least, sums[0, t] + sums[1, t] * bent + sums[2, t] * sheared)
             total += 0.5 * (levels[k + 1] - levels[k]) * least
     return total
+
+
+def monotone_bound_around(program: Program, low: Array, multiplier: float, u: Array) -> float:
+    """``monotone_bound`` at the answer's multiplier; where a jump to the solid section has kept that from being the
+    best one, at others around it (golden section: the bound is concave in the multiplier)."""
+    bound = monotone_bound(program, low, multiplier, u)
+    if math.isinf(multiplier) or bound >= program.volume(u) * (1.0 - _TIGHT):
+        return bound
+
+    def at(factor: float) -> float:
+        price = factor * multiplier
+        return monotone_bound(program, low, price, monotone_at(program, low, price, u))
+
+    left, right = 1.0 - _AROUND, 1.0 + _AROUND
+    ahead, behind = right - _GOLDEN * (right - left), left + _GOLDEN * (right - left)
+    one, other = at(ahead), at(behind)
+    for _ in range(_TRIES):
+        bound = max(bound, one, other)
+        if one > other:
+            right, behind, other = behind, ahead, one
+            ahead = right - _GOLDEN * (right - left)
+            one = at(ahead)
+        else:
+            left, ahead, one = ahead, behind, other
+            behind = left + _GOLDEN * (right - left)
+            other = at(behind)
+    return max(bound, one, other)
 
 
 @dataclass(frozen=True)

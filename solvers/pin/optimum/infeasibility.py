@@ -13,7 +13,7 @@ from solvers.pin.limits import Limits
 from solvers.pin.optimum.capacity import WeakSpan, force_limit, least_outer_diameter, weak_span
 from solvers.pin.optimum.discretised import assemble
 from solvers.pin.ring import ovalization
-from solvers.pin.scene import Scene
+from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import cowper
 from solvers.pin.stations.opening import opening_stations
@@ -21,12 +21,13 @@ from solvers.pin.stations.opening import opening_stations
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What is missing, where the solid section fails, and the least outer diameter [m] that meets what is missed."""
+    """What is missing, where the solid section fails, the greatest force [N] it bears, and the least outer diameter [m]
+    that meets what is missed; None of a bushing, whose outer diameter is sought."""
 
     shortfalls: tuple[Shortfall, ...]
     weak: WeakSpan | None
-    force_limit: float
-    least_outer_diameter: float
+    force_limit: float | None
+    least_outer_diameter: float | None
 
 
 def solid_deflection(scene: Scene, criterion: Criterion, physics: Physics) -> float:
@@ -65,8 +66,17 @@ def _where(weak: WeakSpan) -> str:
     return f"at x = {begin} mm" if begin == end else f"for {begin} < x < {end} mm"
 
 
+def _too_soft_a_ring(scene: Scene, limits: Limits) -> Shortfall:
+    """All that a bushing can miss: the ovalization of a solid bar does not depend on its diameter."""
+    length, m = scene.geometry.length, scene.material
+    solid = ovalization.ring(scene.force, 1.0, length, 0.0, m.elastic_modulus, m.poisson).ovalization
+    return Shortfall("max_ovalization", limits.max_ovalization, solid, "a longer or stiffer bushing, or less force")
+
+
 def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physics) -> Diagnosis:
-    """Every requirement that even the solid pin misses."""
+    """Every requirement that even the solid section misses."""
+    if isinstance(scene.geometry, BushingGeometry):
+        return Diagnosis((_too_soft_a_ring(scene, limits),), None, None, None)
     found: list[Shortfall] = []
     diameters = [0.0]
     greatest, weak = force_limit(scene, criterion), weak_span(scene, criterion)

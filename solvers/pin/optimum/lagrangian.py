@@ -14,13 +14,12 @@ for that one station; panels are halved around it like around any kink.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.discretised import Program
+from solvers.pin.optimum.program import Program, Weighed
 from solvers.pin.optimum.station_minimum import all_lightest, lightest, reaches
 from solvers.pin.section.flexibility import bending, flexibility_values, phi, phi_curvature, phi_slope, product
 
@@ -94,15 +93,6 @@ def _monotone(
             curve = max(curve, 1e-300)
             change -= slope * slope / (lam * curve)
     return total, change
-
-
-@dataclass(frozen=True)
-class Weighed:
-    """u at the stations, the deflection's multiplier (per relative deflection), and the rounds it took."""
-
-    solidity: Array
-    multiplier: float
-    rounds: int
 
 
 @kernel
@@ -292,10 +282,3 @@ def _between(program: Program, short: Array, enough: Array) -> Array:
         else:
             least = part
     return short + most * (enough - short)
-
-
-def rising(values: Array, anchor: int) -> Array:
-    """The least values above the given ones that rise from both ends toward the anchor."""
-    first = np.maximum.accumulate(values[:anchor])
-    second = np.maximum.accumulate(values[anchor:][::-1])[::-1]
-    return np.concatenate([first, second])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.optimum.discretised import Program, folded
+from solvers.pin.optimum.program import Program, folded
 from solvers.pin.stations.lobatto_panels import Stations
 
 Array = NDArray[np.float64]

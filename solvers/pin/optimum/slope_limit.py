@@ -5,11 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.optimum.discretised import Program, bore_of
-from solvers.pin.section.variables import solidity_of
+from solvers.pin.optimum.program import Program
+from solvers.pin.section.variables import solidity_of, wall_of
 from solvers.pin.stations.lobatto_panels import Stations
 
 Array = NDArray[np.float64]
+
+
+def bore_of(program: Program, solidity: Array) -> Array:
+    """A pin's bore d = D (1 - w) [m] of u."""
+    return program.scene.geometry.outer_diameter * (1.0 - wall_of(solidity))
 
 
 def gentle(program: Program, low: Array) -> Array:

@@ -15,14 +15,17 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import lru_cache
 
 from solvers.numerics.jit import kernel
 
 _FORMULA_TO, _ELASTIC_FROM = 0.65, 0.8
 """d/D up to which the formula gives the more of every figure, and from which the elastic ring does."""
+
+_FORMULA, _ELASTIC = "thin ring with load factor", "plane elastic ring"
+_THINNEST = 1.0 - 1e-6
+"""Thinner than 1e-6 of the diameter no ring is asked for: it yields by the cube of what is left."""
 
 _LEAST_RATIO = 0.02
 """Below this d/D a pin is as good as solid: the inner fibre's stress formula has 1/alpha."""
@@ -61,6 +64,15 @@ class Ring:
     model: str
 
 
+Figures = tuple[float, float, float, float, float]
+"""Growth of the diameter, hoop stress at the outer side, the inner side, the outer top, the inner top."""
+
+
+def _ring(figures: Figures, model: str) -> Ring:
+    return Ring(figures[0], RingStresses(*figures[1:]), model)
+
+
+@kernel
 def load_factor(ratio: float) -> float:
     """K = 1.5 - 15 (alpha - 0.4)^3."""
     return 1.5 - 15.0 * (ratio - 0.4) ** 3
@@ -68,17 +80,22 @@ def load_factor(ratio: float) -> float:
 
 def classical(force: float, diameter: float, length: float, ratio: float, modulus: float) -> Ring:
     """0.09 (P/(E l)) ((1 + alpha)/(1 - alpha))^3 K and the stresses at the four points; alpha = d/D to about 0.72."""
+    return _ring(_classical(force, diameter, length, ratio, modulus), _FORMULA)
+
+
+@kernel
+def _classical(force: float, diameter: float, length: float, ratio: float, modulus: float) -> Figures:
     k, wall = load_factor(ratio), 1.0 - ratio
     a = max(ratio, _LEAST_RATIO)
     growth = 0.09 * force / (modulus * length) * ((1.0 + ratio) / wall) ** 3 * k
     f, g = k * force / (length * diameter), (1.0 + ratio) / wall**2
-    stresses = RingStresses(
-        outer_side=f * (0.19 * (2.0 + ratio) * g - 1.0 / wall),
-        inner_side=-f * (0.19 * (1.0 + 2.0 * a) * g / a + 1.0 / wall),
-        outer_top=-f * (0.174 * (2.0 + ratio) * g + 0.636 / wall),
-        inner_top=f * (0.174 * (1.0 + 2.0 * a) * g / a - 0.636 / wall),
+    return (
+        growth,
+        f * (0.19 * (2.0 + ratio) * g - 1.0 / wall),
+        -f * (0.19 * (1.0 + 2.0 * a) * g / a + 1.0 / wall),
+        -f * (0.174 * (2.0 + ratio) * g + 0.636 / wall),
+        f * (0.174 * (1.0 + 2.0 * a) * g / a - 0.636 / wall),
     )
-    return Ring(growth, stresses, "thin ring with load factor")
 
 
 def thick_ring(force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float) -> Ring:
@@ -88,20 +105,25 @@ def thick_ring(force: float, diameter: float, length: float, ratio: float, modul
     side. The load's mean makes Lame's stresses, -(2/pi) (1 + alpha^2)/(1 - alpha^2) and twice -(2/pi)/(1 - alpha^2);
     its harmonics are summed as in ``_bending``. Exact to rounding for alpha up to 0.999, to 1e-11 beyond.
     """
+    return _ring(_elastic(force, diameter, length, ratio, modulus, poisson), _ELASTIC)
+
+
+@kernel
+def _elastic(force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float) -> Figures:
     outer = 0.5 * diameter
     pressure = 2.0 * force / (math.pi * outer * length)
     mean = -2.0 / math.pi
     scale = mean / ((1.0 - ratio) * (1.0 + ratio))
     around, within = scale * (1.0 + ratio**2), 2.0 * scale
     outer_side, inner_side, outer_top, inner_top, growth = _bending(ratio)
-    stresses = RingStresses(
-        outer_side=pressure * (around + outer_side - mean),
-        inner_side=pressure * (within + inner_side),
-        outer_top=pressure * (around + outer_top - mean - 1.0),
-        inner_top=pressure * (within + inner_top),
-    )
     alike = around - poisson * mean - mean - (1.0 - poisson) * _SQUARES
-    return Ring(2.0 * outer * pressure / modulus * (alike + growth), stresses, "plane elastic ring")
+    return (
+        2.0 * outer * pressure / modulus * (alike + growth),
+        pressure * (around + outer_side - mean),
+        pressure * (within + inner_side),
+        pressure * (around + outer_top - mean - 1.0),
+        pressure * (within + inner_top),
+    )
 
 
 @kernel
@@ -167,35 +189,57 @@ def _beyond_its_argument(x: float) -> float:
 
 def ring(force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float) -> Ring:
     """The ring of bore ratio alpha = d/D: of the growth and each stress the greater one of the two models."""
+    figures, by_formula = _figures(force, diameter, length, ratio, modulus, poisson)
+    return _ring(figures, _FORMULA if by_formula else _ELASTIC)
+
+
+@kernel
+def _figures(
+    force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float
+) -> tuple[Figures, bool]:
+    """Those of ``ring``, and whether the formula governs its growth."""
     if ratio >= _ELASTIC_FROM:
-        return thick_ring(force, diameter, length, ratio, modulus, poisson)
-    formula = classical(force, diameter, length, ratio, modulus)
+        return _elastic(force, diameter, length, ratio, modulus, poisson), False
+    one = _classical(force, diameter, length, ratio, modulus)
     if ratio <= _FORMULA_TO:
-        return formula
-    elastic = thick_ring(force, diameter, length, ratio, modulus, poisson)
-    one, other = formula.stresses, elastic.stresses
-    stresses = RingStresses(*(max(getattr(one, f.name), getattr(other, f.name), key=abs) for f in fields(RingStresses)))
-    governs = formula if formula.ovalization >= elastic.ovalization else elastic
-    return Ring(governs.ovalization, stresses, governs.model)
+        return one, True
+    other = _elastic(force, diameter, length, ratio, modulus, poisson)
+    by_formula = one[0] >= other[0]
+    return (
+        one[0] if by_formula else other[0],
+        one[1] if abs(one[1]) >= abs(other[1]) else other[1],
+        one[2] if abs(one[2]) >= abs(other[2]) else other[2],
+        one[3] if abs(one[3]) >= abs(other[3]) else other[3],
+        one[4] if abs(one[4]) >= abs(other[4]) else other[4],
+    ), by_formula
+
+
+@kernel
+def _growth_and_stress(
+    force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float
+) -> tuple[float, float]:
+    """The ring's growth and its greatest hoop stress."""
+    f = _figures(force, diameter, length, ratio, modulus, poisson)[0]
+    return f[0], max(abs(f[1]), abs(f[2]), abs(f[3]), abs(f[4]))
 
 
 def _crossing(
-    ring_at: Callable[[float], Ring], measure: Callable[[Ring], float], limit: float, start: float, tolerance: float
+    of_ring: tuple[float, ...], which: int, limit: float, start: float, most: float, tolerance: float
 ) -> float:  # fmt: skip
-    """The greatest d/D, to ``tolerance``, up to which ``measure``, which rises, stays within ``limit``, from ``start``
-    on, where it does."""
+    """The greatest d/D in [start, most], to ``tolerance``, up to which the growth (0) or the stress (1) of a ring of
+    force, diameter, length, modulus and Poisson's ratio ``of_ring`` stays within ``limit``; both rise."""
     from scipy.optimize import brentq
 
-    def beyond(ratio: float) -> float:
-        return measure(ring_at(ratio)) - limit
+    force, diameter, length, modulus, poisson = of_ring
 
-    # Thinner than 1e-6 of the diameter no ring is asked for: it yields by the cube of what is left.
-    thinnest = 1.0 - 1e-6
-    if beyond(thinnest) <= 0.0:
-        return thinnest
+    def beyond(ratio: float) -> float:
+        return _growth_and_stress(force, diameter, length, ratio, modulus, poisson)[which] - limit
+
+    if beyond(most) <= 0.0:
+        return most
     if beyond(start) >= 0.0:
         return start
-    found = float(brentq(beyond, start, thinnest, xtol=tolerance, rtol=4.0 * sys.float_info.epsilon))
+    found = float(brentq(beyond, start, most, xtol=tolerance, rtol=4.0 * sys.float_info.epsilon))
     while found > start and beyond(found) > 0.0:
         found = min(math.nextafter(found, 0.0), found - tolerance)
     return max(found, start)
@@ -206,13 +250,9 @@ def greatest_ratio(
     limit: float, force: float, diameter: float, length: float, modulus: float, poisson: float
 ) -> float | None:
     """The greatest d/D whose ovalization, and that of every smaller bore, stays within ``limit``; None: not even 0."""
-
-    def at(ratio: float) -> Ring:
-        return ring(force, diameter, length, ratio, modulus, poisson)
-
-    if at(0.0).ovalization > limit:
+    if _growth_and_stress(force, diameter, length, 0.0, modulus, poisson)[0] > limit:
         return None
-    return _crossing(at, lambda found: found.ovalization, limit, 0.0, 2e-16)
+    return _crossing((force, diameter, length, modulus, poisson), 0, limit, 0.0, _THINNEST, 2e-16)
 
 
 def greatest_stress(
@@ -222,7 +262,7 @@ def greatest_stress(
 
     (There the formula's inner fibre has 1/alpha, for no ring any more: the elastic ring's stress goes on falling.)
     """
-    return ring(force, diameter, length, max(ratio, _LEAST_HOOP), modulus, poisson).stresses.greatest
+    return _growth_and_stress(force, diameter, length, max(ratio, _LEAST_HOOP), modulus, poisson)[1]
 
 
 @lru_cache(maxsize=64)
@@ -230,13 +270,9 @@ def ratio_within_stress(
     limit: float, force: float, diameter: float, length: float, modulus: float, poisson: float
 ) -> float | None:
     """The greatest d/D whose hoop stress, and that of every smaller bore, stays within ``limit``; None: not even 0."""
-
-    def at(ratio: float) -> Ring:
-        return ring(force, diameter, length, ratio, modulus, poisson)
-
-    if at(_LEAST_HOOP).stresses.greatest > limit:
+    if greatest_stress(force, diameter, length, 0.0, modulus, poisson) > limit:
         return None
-    return _crossing(at, lambda found: found.stresses.greatest, limit, _LEAST_HOOP, 2e-16)
+    return _crossing((force, diameter, length, modulus, poisson), 1, limit, _LEAST_HOOP, _THINNEST, 2e-16)
 
 
 def outer_within_stress(
@@ -251,7 +287,7 @@ def outer_within_stress(
     plain = greatest_stress(force, 1.0, length, 0.0, modulus, poisson) / limit
     if bore <= _LEAST_HOOP * plain:
         return plain
-    low, high = _LEAST_HOOP, 1.0 - 1e-6
+    low, high = _LEAST_HOOP, _THINNEST
     while high - low > 2e-16:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if spare(middle) <= limit * bore else (low, middle)
@@ -259,17 +295,13 @@ def outer_within_stress(
 
 
 def ratio_at_stress(
-    stress: float, force: float, diameter: float, length: float, modulus: float, poisson: float
-) -> float:
-    """The least d/D from 0.3 on, to 1e-6, at which the ring's greatest hoop stress reaches ``stress``.
+    stress: float, force: float, diameter: float, length: float, modulus: float, poisson: float,
+    most: float = 1.0 - 1e-6,
+) -> float:  # fmt: skip
+    """The least d/D from 0.3 on up to ``most``, to 1e-6, at which the ring's greatest hoop stress reaches ``stress``.
 
     (Below 0.3 the formula's inner fibre has 1/alpha, for no ring any more.)
     """
-
-    def at(ratio: float) -> Ring:
-        return ring(force, diameter, length, ratio, modulus, poisson)
-
-    least = _LEAST_HOOP
-    if at(least).stresses.greatest > stress:
-        return least
-    return _crossing(at, lambda found: found.stresses.greatest, stress, least, 1e-6)
+    if greatest_stress(force, diameter, length, 0.0, modulus, poisson) > stress:
+        return _LEAST_HOOP
+    return _crossing((force, diameter, length, modulus, poisson), 1, stress, _LEAST_HOOP, most, 1e-6)

@@ -11,7 +11,7 @@ from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.scene import PinMaterial
 
 ALLOWABLE_SHEAR = "allowable_shear"
-"""The demand of a limit on the shear stress, apart from the criterion's."""
+"""The constraint of a limit on the shear stress, apart from the criterion's."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def saint_venant(poisson: float) -> ShearLaw:
 
 @dataclass(frozen=True)
 class Share:
-    """What one demand of a criterion takes of the forces, and by which factor shear stress counts in it."""
+    """What one constraint of a criterion takes of the forces, and by which factor shear stress counts in it."""
 
     name: str
     forces: InternalForces
@@ -64,7 +64,7 @@ class CombinedCriterion:
         return ((1.0, self.factor),)
 
     def shares(self, forces: InternalForces) -> tuple[Share, ...]:
-        """All forces in one demand."""
+        """All forces in one constraint."""
         return (Share(self.name, forces, self.factor),)
 
 

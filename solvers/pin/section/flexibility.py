@@ -107,18 +107,17 @@ def inflection(poisson: float) -> float:
     return low
 
 
-def deflection_terms(
-    moment: Array,
-    shear: Array,
-    unit_moment: Array,
-    unit_shear: Array,
-    modulus: float,
-    shear_modulus: float,
-    inertia: float,
-    area: float,
-) -> tuple[Array, Array]:
-    """Deflection per length of solid section at every station: bending M m/(E I0) and shear Q q/(G A0)."""
-    return moment * unit_moment / (modulus * inertia), shear * unit_shear / (shear_modulus * area)  # fmt: skip
+@kernel
+def densities(u: Array, bend: Array, shear: Array, a: float, b: float) -> Array:
+    """bend/v + shear phi at stations (n,): 0 where nothing pulls, inf where something does at no wall."""
+    out = np.zeros_like(u)
+    for i in range(u.size):
+        x, c = u[i], 2.0 - u[i]
+        if bend[i] != 0.0:
+            out[i] = bend[i] * (1.0 / (x * c))
+        if shear[i] != 0.0:
+            out[i] += shear[i] * (a / x + b * (1.0 - x) / (x * c * c))
+    return out
 
 
 def flexibility_values(solidity: Array, law: ShearFlexibility) -> tuple[Array, Array]:

@@ -40,6 +40,19 @@ def demanded(
 
 
 @kernel
+def raise_uses(
+    m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array, out: Array
+) -> None:  # fmt: skip
+    """Raise ``out`` to F/v, inf without a wall, 0 where nothing acts."""
+    f = np.empty_like(wall)
+    demanded(m, q, n, t, c0, c1, c2, wall, f)
+    for i in range(out.size):
+        w = wall[i]
+        if f[i] > 0.0:
+            out[i] = max(out[i], f[i] / (w * (2.0 - w) * (2.0 - 2.0 * w + w * w)))
+
+
+@kernel
 def _start(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array) -> int:
     """Walls left of the roots, NaN where F(1) > 1; how many stations ask for next to nothing."""
     light = 0

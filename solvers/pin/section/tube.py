@@ -17,9 +17,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 
+Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
 
 
@@ -70,3 +72,16 @@ def place_around(
             break
         y = new
     return max(y, low)
+
+
+@kernel
+def densities(y: Array, bend: Array, shear: Array, kappa: float, a: float, b: float) -> Array:
+    """bend f + shear g at stations (n,): 0 where nothing pulls, inf where something does at no wall."""
+    out = np.zeros_like(y)
+    for i in range(y.size):
+        if bend[i] == 0.0 and shear[i] == 0.0:
+            continue
+        out[i] = (
+            np.inf if y[i] <= 0.0 else bend[i] * bending(y[i], kappa)[0] + shear[i] * shearing(y[i], kappa, a, b)[0]
+        )
+    return out

@@ -18,8 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.discretised import Program, assemble, bore_of, folded, least_walls_at, refined, unfolded
+from solvers.pin.optimum.discretised import assemble, least_walls_at
 from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.program import Program, folded, refined, unfolded
+from solvers.pin.optimum.slope_limit import bore_of
 from solvers.pin.section.flexibility import bending, phi
 from solvers.pin.section.variables import solidity_of
 from solvers.pin.shapes.break_points.bar import kinks

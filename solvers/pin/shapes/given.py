@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.pin.load.macaulay import ROUNDING
-from solvers.pin.scene import Geometry
+from solvers.pin.scene import BushingGeometry, Geometry
 from solvers.pin.stations.lobatto_panels import LEAST_PANEL, merged
 
 Array = NDArray[np.float64]
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Profile:
-    """Bore diameters [m] at places [m] that do not fall; two points at one place are a step.
+    """Bore diameters [m], of a bushing outer ones, at places [m] that do not fall; two points at one place are a step.
 
     Points up to the middle of the pin stand for both halves. Before the first and behind the last point the bore goes
     on unchanged.
@@ -38,33 +38,34 @@ class Profile:
             if k and place < self.x[k - 1]:
                 raise InvalidInput(f"profile.{k}.x", "lies before the point ahead of it", "places that do not fall")
 
-    def require_inside(self, geometry: Geometry) -> None:
+    def require_inside(self, geometry: Geometry | BushingGeometry) -> None:
         """Refuse points beyond the pin and bores that leave no wall."""
         for k, (place, bore) in enumerate(zip(self.x, self.bore, strict=True)):
             if place > geometry.length * (1.0 + 1e-9):
-                raise InvalidInput(f"profile.{k}.x", "lies beyond the pin's end", "at most its length")
-            if bore > geometry.outer_diameter * (1.0 + 1e-12):
-                raise InvalidInput(f"profile.{k}.bore", "is wider than the pin", "at most the outer diameter")
+                raise InvalidInput(f"profile.{k}.x", "lies beyond the part's end", "at most its length")
+            geometry.require_size(k, bore)
 
     def along(self, length: float) -> WholeProfile:
         """The same over the whole pin."""
         x, bore = list(self.x), list(self.bore)
         middle = 0.5 * length
-        if x[-1] <= middle * (1.0 + 1e-12):
+        mirrored = x[-1] <= middle * (1.0 + 1e-12)
+        if mirrored:
             x, bore = x + [length - p for p in reversed(x)], bore + bore[::-1]
         if x[0] > 0.0:
             x, bore = [0.0, *x], [bore[0], *bore]
         if x[-1] < length:
             x, bore = [*x, length], [*bore, bore[-1]]
-        return WholeProfile(tuple(min(p, length) for p in x), tuple(bore))
+        return WholeProfile(tuple(min(p, length) for p in x), tuple(bore), mirrored)
 
 
 @dataclass(frozen=True)
 class WholeProfile:
-    """Points from end to end."""
+    """Points from end to end; ``mirrored`` where those of one half were made from the other's."""
 
     x: tuple[float, ...]
     bore: tuple[float, ...]
+    mirrored: bool = False
 
     @property
     def places(self) -> tuple[float, ...]:
@@ -75,19 +76,13 @@ class WholeProfile:
 
         Between the places of both, either is straight; what it is at their two ends tells all, on both sides of a step.
         """
+        if self.mirrored:
+            return True
         turned = WholeProfile(tuple(length - p for p in reversed(self.x)), self.bore[::-1])
         edges = np.array(merged(sorted(self.x + turned.x), LEAST_PANEL * length))
         side, x = np.concatenate([edges[:-1], edges[:-1]]), np.concatenate([edges[:-1], edges[1:]])
         ahead, behind = self.between(material, x, side), turned.between(material[::-1], x, side)
         return bool(np.all(np.abs(ahead - behind) <= ROUNDING * np.maximum(ahead, behind)))
-
-    def walls(self, diameter: float) -> Array:
-        """Twice the walls D - d [m] at the points, of a bore."""
-        return np.maximum(diameter - np.array(self.bore), 0.0)
-
-    def wall(self, x: Array, side: Array, diameter: float) -> Array:
-        """Relative wall 1 - d/D at stations; at a step that of the panel's own side (``side`` is its left end)."""
-        return self.between(self.walls(diameter), x, side) / diameter
 
     def between(self, values: Array, x: Array, side: Array) -> Array:
         """Values given at the points, at stations x: straight between two points, stepped where they share a place."""
@@ -97,13 +92,3 @@ class WholeProfile:
         run = points[k + 1] - points[k]
         part = np.divide(x - points[k], run, out=np.zeros_like(x), where=run > 0.0)
         return values[k] + np.clip(part, 0.0, 1.0) * (values[k + 1] - values[k])
-
-    def volume_share(self, geometry: Geometry) -> float:
-        """Mass over that of the solid pin: frustums, in walls so that a thin tube keeps its digits.
-
-        Over a segment u = w (2 - w) with w straight: mean 2 m - (w0^2 + w0 w1 + w1^2)/3, m = (w0 + w1)/2.
-        """
-        x = np.array(self.x)
-        w = self.walls(geometry.outer_diameter) / geometry.outer_diameter
-        a, b = w[:-1], w[1:]
-        return float(np.sum(np.diff(x) * ((a + b) - (a * a + a * b + b * b) / 3.0)) / geometry.length)

@@ -8,12 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.bushing.scene import BushingScene
-from solvers.pin.bushing.section import least_gaps
-from solvers.pin.optimum.discretised import demands_at
+from solvers.pin.optimum.discretised import constraints_at, sought_in
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
-from solvers.pin.section.demand import least_wall
 
 Array = NDArray[np.float64]
 
@@ -27,27 +24,22 @@ class LoadProfile:
     diameter: Array
 
 
-def free_bores(scene: Scene, criterion: Criterion, force: float, x: Array) -> Array:
-    """The greatest bore [m] at places ``x`` for a force [N], wall and stiffness unlimited; NaN where none holds.
+def free_sizes(scene: Scene, criterion: Criterion, force: float, x: Array) -> Array:
+    """The greatest bore of a pin, the least outer diameter of a bushing [m] at places ``x`` for a force [N], wall and
+    stiffness unlimited; NaN where none holds.
 
     One pass over the stations: this is the free profile in bulk.
     """
     loaded = scene if force == scene.force else replace(scene, force=force)
-    wall = least_wall(demands_at(loaded, criterion, x, x), 0.0, x.size)
-    return scene.geometry.outer_diameter * (1.0 - wall)
-
-
-def free_outsides(scene: BushingScene, criterion: Criterion, force: float, x: Array) -> Array:
-    """The least outer diameter [m] of a bushing at places ``x`` for a force [N], wall and stiffness unlimited."""
-    return scene.geometry.bore + least_gaps(replace(scene, force=force), criterion, 0.0, x, x)
+    sought = sought_in(scene)
+    return sought.sizes(sought.least_walls(constraints_at(loaded, criterion, x, x), 0.0, x.size))
 
 
 def load_sweep(
-    scene: Scene | BushingScene, criterion: Criterion, forces: Sequence[float], places: int = 121
+    scene: Scene, criterion: Criterion, forces: Sequence[float], places: int = 121
 ) -> tuple[LoadProfile, ...]:
     """The free profile of every force, from the end to the middle; the gap's two ends are among the places."""
     g = scene.geometry
     kinks = [g.boss_length, g.boss_length + g.gap]
     x = np.unique(np.concatenate([np.linspace(0.0, 0.5 * g.length, places), kinks]))
-    find = free_outsides if isinstance(scene, BushingScene) else free_bores
-    return tuple(LoadProfile(force, x, find(scene, criterion, force, x)) for force in forces)
+    return tuple(LoadProfile(force, x, free_sizes(scene, criterion, force, x)) for force in forces)

@@ -1,11 +1,11 @@
-"""What a form of bore is: the lightest profile of its shape, with a bound that no such profile undercuts."""
+"""What a form of bore or outside is: the lightest profile of its shape, with a bound that no such profile undercuts."""
 
 from __future__ import annotations
 
 from typing import Protocol
 
-from solvers.pin.optimum.discretised import Program
 from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.program import Program
 
 
 class Form(Protocol):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from app.designs.entries import _type, compile_entry, units_of, word_of
+from app.designs.entries import _DEAREST, _type, compile_entry, units_of, word_of
 from app.designs.rehearsals import PARTS
 from app.designs.signatures import ENTRIES, TUPLES
 
@@ -43,3 +43,9 @@ def test_the_bundles_hold_every_entry_once() -> None:
 )
 def test_what_no_longer_fits_is_left_to_whoever_calls_it(entry: tuple[str, str]) -> None:
     assert not compile_entry(entry)
+
+
+def test_what_is_begun_first_is_listed() -> None:
+    rooms = {name.rpartition(".")[0] for listed in ENTRIES.values() for name, _ in listed}
+    for dear in _DEAREST:
+        assert any(f"{room}.".startswith(f"{dear}.") for room in rooms), dear

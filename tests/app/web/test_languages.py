@@ -23,7 +23,7 @@ OTHERS = ("ru", "uk")
 PLACEHOLDER = re.compile(r"%\(\w+\)s|\{\w*\}|%%")
 _NOT_TRANSLATED = {
     "Crankwright", "API", "JSON", "HTTP", "RFC", "POST", "GET", "UTC", "openapi.json", "problem", "details", "FKM",
-    "CSV", "NDJSON", "Parquet",
+    "CSV", "NDJSON", "Parquet", "CrMoV", "MnCr",
     "MPa", "N·m", "mm", "ms", "EN", "RU", "UK", "NUL", "api", "designs", "checks", "analyses", "body",
 }  # fmt: skip
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 import time
 
 import pytest
@@ -248,3 +250,26 @@ def test_a_person_who_works_in_inches_reads_inches(client, pins):
     assert client.get("/units/cubits").status_code == 404
     assert client.get("/units/inch?back=//elsewhere", follow_redirects=False).headers["location"] == "/"
     client.cookies.clear()
+
+
+def test_what_a_limit_of_a_pin_is_worth_is_told_after_the_page(client):
+    """A bore of one diameter under bending alone: (d/D)^4 = 1 - W/sigma, and the mass goes with 1 - (d/D)^2."""
+    request = example("pin-profile", Mode.DESIGN, criterion="fibre", form={"kind": "constant"}, limits={})
+    run = made(client, "designs/pin-profile", request)
+    assert f'data-worth="/runs/{run["id"]}/worth"' in client.get(f"/runs/{run['id']}").text
+    squared = (run["result"]["bore_mid_mm"] / request["geometry"]["outer_diameter_mm"]) ** 2
+    used = 1.0 - squared**2
+    looser = (1.0 - math.sqrt(1.0 - used / 1.01)) / (1.0 - squared)
+    share = -math.log(looser) / math.log(1.01)
+    told = client.get(f"/runs/{run['id']}/worth").text
+    assert f"1 % more equivalent stress of bending and shear allowed saves {share:.2g} % mass" in told
+
+
+def test_what_a_limit_of_a_linkage_is_worth(client):
+    """All lengths grow with the least link: so does the pipe around them."""
+    title = "the least pipe around it"
+    run = made(client, "designs/impact-linkage", KINDS["impact-linkage"].others(Mode.DESIGN)[title])
+    assert run["result"]["active_limits"] == ["min_link_mm"]
+    told = client.get(f"/runs/{run['id']}/worth").text
+    share = float(re.search(r"1 % less shortest link required saves ([\d.]+) % enclosing radius", told)[1])
+    assert 0.0 < share <= 1.0

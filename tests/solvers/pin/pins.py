@@ -9,7 +9,8 @@ import numpy as np
 
 from solvers import pin
 from solvers.pin.effects import Physics
-from solvers.pin.optimum.discretised import assemble, refined
+from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.program import refined
 from solvers.pin.shapes.free import Free
 from solvers.pin.stations.opening import opening_stations
 

@@ -146,7 +146,7 @@ def test_the_worst_section_of_a_further_case_lies_between_stations():
     ((_, bore), _) = outcome.value.corners
     checked = pin.check(scene, pin.Profile((0.0,), (bore,)), accuracy=1e-6)
     assert used(bore) == pytest.approx(1.0, abs=5e-7)
-    assert checked.value.constant_bore_mass == pytest.approx(outcome.value.check.mass, rel=1e-6)
+    assert checked.value.constant_mass == pytest.approx(outcome.value.check.mass, rel=1e-6)
     assert checked.value.strength_utilisation >= used(bore) * (1 - checked.accuracy.estimated - 1e-9)
 
 

@@ -8,7 +8,6 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from solvers import pin
-from solvers.pin import bushing
 from solvers.pin.ring import ovalization
 from solvers.pin.section.flexibility import (
     chord,
@@ -250,8 +249,8 @@ def test_no_ring_along_a_pin_or_a_bushing_is_stressed_more_than_told(ends):
     assert told.stress_max == pytest.approx(hoop(ratios).max(), rel=1e-5)
     widest = ovalization.ring(*PIN, max(ends), MODULUS, POISSON)
     assert told.ovalization_max == pytest.approx(widest.ovalization, rel=1e-12)
-    around = bushing.BushingScene(bushing.BushingGeometry(14e-3, 24e-3, 30e-3, 1e-3), FORCE, scene.material)
+    around = pin.Scene(pin.BushingGeometry(14e-3, 24e-3, 30e-3, 1e-3), FORCE, scene.material)
     outside = pin.Profile((0.0, 0.5 * LENGTH), tuple(14e-3 / r for r in ends))
-    assert bushing.check(around, outside, effects=pin.ALL).value.ring.stress_max == pytest.approx(
+    assert pin.check(around, outside, effects=pin.ALL).value.ring.stress_max == pytest.approx(
         hoop(ratios, 14e-3).max(), rel=1e-5
     )

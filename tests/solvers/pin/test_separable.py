@@ -11,7 +11,8 @@ import pytest
 from solvers import pin
 from solvers.pin.optimum.conic import sloped
 from solvers.pin.optimum.dual_bound import least_walls_bound, monotone_bound, pointwise_bound
-from solvers.pin.optimum.lagrangian import monotone_at, rising, weigh
+from solvers.pin.optimum.lagrangian import monotone_at, weigh
+from solvers.pin.optimum.program import rising
 from solvers.pin.optimum.slope_limit import gentle
 from solvers.pin.section.flexibility import cowper, flexibility_values, product
 from solvers.pin.shapes.free import Free

@@ -11,7 +11,6 @@ import pytest
 from solvers import pin
 from solvers.errors import EffectConflict
 from solvers.outcome import Status
-from solvers.pin import bushing
 from solvers.pin.ring import ovalization
 from tests.solvers.pin.pins import VAZ, vaz
 
@@ -145,18 +144,18 @@ def test_the_ring_at_its_limit(limit):
         assert stress(1.01 * outer) < limit
 
 
-@pytest.mark.parametrize("form", [bushing.Turned(), bushing.Constant(), bushing.Stepped(2)], ids=lambda form: form.name)
+@pytest.mark.parametrize("form", [pin.Free(), pin.Constant(), pin.Stepped(2)], ids=lambda form: form.name)
 @pytest.mark.parametrize("bore", [0.0, 14e-3])
 def test_a_bushings_design_keeps_its_limits_and_holds(form, bore):
-    scene = bushing.BushingScene(bushing.BushingGeometry(bore, 24e-3, 30e-3, 1e-3), 15e3, VAZ.material)
+    scene = pin.Scene(pin.BushingGeometry(bore, 24e-3, 30e-3, 1e-3), 15e3, VAZ.material)
     limits = pin.Limits(max_ring_stress=100e6, max_deflection=12e-6)
-    outcome = bushing.design(bushing.BushingProblem(scene, limits, form))
-    verdict = bushing.judge(outcome.value.check, scene, outcome.accuracy, limits)
+    outcome = pin.design(pin.PinProblem(scene, limits, form))
+    verdict = pin.judge(outcome.value.check, scene, outcome.accuracy, limits)
     assert verdict.holds
     assert of(verdict, "max_ring_stress").reached <= 100e6 * (1 + 1e-9)
-    free = bushing.design(bushing.BushingProblem(scene, pin.Limits(), form))
-    plain = bushing.judge(free.value.check, scene, free.accuracy, pin.Limits())
-    if form == bushing.Turned():
+    free = pin.design(pin.PinProblem(scene, pin.Limits(), form))
+    plain = pin.judge(free.value.check, scene, free.accuracy, pin.Limits())
+    if form == pin.Free():
         # It ends in an edge, around a bore as without one.
         assert not plain.holds and not of(plain, "min_wall").holds
 

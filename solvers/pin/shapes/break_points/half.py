@@ -2,39 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.bushing.program import BushingProgram
-from solvers.pin.optimum.discretised import Program, folded
+from solvers.pin.optimum.discretised import least_walls_at
 from solvers.pin.optimum.lumped import Lumped
+from solvers.pin.optimum.program import Program, folded
 from solvers.pin.shapes.break_points.bar import Law, Sums, Walls, kinks
 
 Array = NDArray[np.float64]
-P = TypeVar("P", Program, BushingProgram)
 
 
 @dataclass(frozen=True)
-class Half(Generic[P]):
-    """The half that must meet the demands of both.
+class Half:
+    """The half that must meet the demands of both, solid behind the place ``solid_from`` [m]."""
 
-    least_at   the least u at places x [m] of the first half, the other half's demands included
-    lightest   the lightest walls of a program whose stations are whole steps, in their order; None where none is
-               stiff enough
-    """
-
-    program: P
-    law: Law
-    least_at: Callable[[Array], Array]
-    lightest: Callable[[P], Walls | None]
+    program: Program
+    solid_from: float = math.inf
 
     @cached_property
-    def half(self) -> P:
+    def law(self) -> Law:
+        """How its sections hold."""
+        law = self.program.law
+        return Law(self.program.sought.kappa, law.a, law.b)
+
+    def _least_at(self, x: Array) -> Array:
+        """The least u at places x [m] of the first half, the other half's demands included."""
+        p = self.program
+        least = p.sought.solidity_of(least_walls_at(p.scene, p.criterion, p.floor, x))
+        return np.where(x > self.solid_from, 1.0, least)
+
+    @cached_property
+    def half(self) -> Program:
         """The program of the half alone."""
         return folded(self.program)
 
@@ -64,7 +67,7 @@ class Half(Generic[P]):
         """The greatest least u from the end up to places that rise."""
         x = t * self.middle
         before = np.clip(np.searchsorted(self.half.stations.x, x, side="right") - 1, 0, None)
-        return np.maximum.accumulate(np.maximum(self._peaks[before], self.least_at(x)))
+        return np.maximum.accumulate(np.maximum(self._peaks[before], self._least_at(x)))
 
     def sums(self) -> Sums | None:
         """The deflection's two coefficients; None without a limit."""
@@ -76,16 +79,16 @@ class Half(Generic[P]):
         sums = np.diff(self._sums.upto(np.concatenate([[0.0], places])), axis=1)
         mean = np.divide(sums, share, out=np.zeros_like(sums), where=share > 0.0) * self.half.limit
         lumped = Lumped(np.concatenate([[0.0], places[:-1]]), places, share)
-        return self.lightest(
-            replace(
-                self.half,
-                stations=lumped,
-                lower=self.least(places),
-                anchor=places.size,
-                bending=np.maximum(mean[0], 0.0),
-                shear=np.maximum(mean[1], 0.0),
-            )
+        reduced = replace(
+            self.half,
+            stations=lumped,
+            lower=self.least(places),
+            anchor=places.size,
+            bending=np.maximum(mean[0], 0.0),
+            shear=np.maximum(mean[1], 0.0),
         )
+        found = reduced.sought.weigh(reduced, reduced.lower, True)
+        return None if found is None else Walls(found.solidity, reduced.volume(found.solidity), found.multiplier)
 
 
 def corners_of(places: Array, sizes: Array, length: float) -> tuple[tuple[float, float], ...]:
@@ -95,7 +98,7 @@ def corners_of(places: Array, sizes: Array, length: float) -> tuple[tuple[float,
     return (*half, *((length - x, d) for x, d in reversed(half)))
 
 
-def at_stations(program: Program | BushingProgram, places: Array, walls: Array) -> Array:
+def at_stations(program: Program, places: Array, walls: Array) -> Array:
     """u at a program's stations; a panel belongs to the step that holds its middle."""
     length, s = program.scene.geometry.length, program.stations
     centre = 0.5 * (s.left + s.right)

@@ -122,7 +122,7 @@ def prove(
                         a1, a2 = snapped_width(a1, a2, slice_, steps[0])
                     if a1 > a2:
                         break
-                # A centre is a candidate only where its sizes are to be had; as long as none is, those nearest to it are.
+                # A centre is a candidate where its sizes are to be had; before there is one, those nearest to it are.
                 sized = (steps[1] <= 0.0 or m1 == m2) and (steps[0] <= 0.0 or slice_[2] < slice_[3] or a1 == a2)
                 if not sized and min(incumbent, best[0]) == np.inf:
                     middle, l = sized_centre(slice_, a1, a2, m1, m2, steps)

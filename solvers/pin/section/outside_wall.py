@@ -1,6 +1,6 @@
 """The section of a bushing: the least t = D - d, twice the wall, that carries given forces around a bore d.
 
-With D = d + t and D^4 - d^4 = t (2d + t)(D^2 + d^2), which keeps the digits of a thin wall, a criterion demands
+With D = d + t and D^4 - d^4 = t (2d + t)(D^2 + d^2), which keeps the digits of a thin wall, a criterion asks for
 
     G(t) = sqrt(p^2 + r^2)/(stress (D^4 - d^4)) <= 1,   p = (32/pi) M D + (4/pi) N (D^2 + d^2),
     r = k (Q (c0 D^2 + c1 D t + c2 t^2) + (16/pi) T D).
@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.bushing.scene import BushingScene
-from solvers.pin.load.internal_forces import InternalForces, forces_at
+from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import ALLOWABLE_SHEAR, CombinedCriterion, Criterion, Share, ShearLaw
 
@@ -29,8 +28,9 @@ _MOST_STEPS = 200
 
 
 @dataclass(frozen=True)
-class Pull:
-    """What a demand takes from the forces at every station, (4, n): bending, axial, shear, torsion; over ``stress``."""
+class OutsideConstraint:
+    """What a strength constraint takes of the forces at every station, (4, n): bending, axial, shear, torsion; over
+    ``stress``."""
 
     name: str
     parts: Array
@@ -38,11 +38,13 @@ class Pull:
     stress: float
 
 
-def pulls(forces: InternalForces, criterion: Criterion, material: PinMaterial) -> tuple[Pull, ...]:
-    """Every strength demand of one load case, that of a separate shear allowable included."""
+def outside_constraints(
+    forces: InternalForces, criterion: Criterion, material: PinMaterial
+) -> tuple[OutsideConstraint, ...]:
+    """Every strength constraint of one load case, that of a separate shear allowable included."""
     law = criterion.law(material)
 
-    def pull(share: Share, stress: float) -> Pull:
+    def constraint(share: Share, stress: float) -> OutsideConstraint:
         own, k = share.forces, share.factor
         full = np.ones_like(own.moment_total)
         parts = [
@@ -51,13 +53,13 @@ def pulls(forces: InternalForces, criterion: Criterion, material: PinMaterial) -
             k * own.shear_total,
             k * 16.0 / math.pi * abs(own.torque) * full,
         ]
-        return Pull(share.name, np.stack(parts) / stress, law, stress)
+        return OutsideConstraint(share.name, np.stack(parts) / stress, law, stress)
 
-    found = [pull(share, material.allowable_stress) for share in criterion.shares(forces)]
+    found = [constraint(share, material.allowable_stress) for share in criterion.shares(forces)]
     if material.allowable_shear is not None:
         # Shear alone: bending and axial force do not count against it.
         only = InternalForces(np.zeros_like(forces.moment), forces.shear, 0.0, forces.torque)
-        found.append(pull(CombinedCriterion(ALLOWABLE_SHEAR, 1.0).shares(only)[0], material.allowable_shear))
+        found.append(constraint(CombinedCriterion(ALLOWABLE_SHEAR, 1.0).shares(only)[0], material.allowable_shear))
     return tuple(found)
 
 
@@ -109,39 +111,23 @@ def _least_gap(parts: Array, c0: float, c1: float, c2: float, d: float, out: Arr
         out[i] = t
 
 
-def least_gap(pull: Pull, bore: float) -> Array:
+def least_gap(constraint: OutsideConstraint, bore: float) -> Array:
     """The least t = D - d [m] of every station, (n,); 0 where nothing pulls."""
-    out = np.empty(pull.parts.shape[1])
-    _least_gap(np.ascontiguousarray(pull.parts), pull.law.c0, pull.law.c1, pull.law.c2, bore, out)
+    out = np.empty(constraint.parts.shape[1])
+    _least_gap(
+        np.ascontiguousarray(constraint.parts), constraint.law.c0, constraint.law.c1, constraint.law.c2, bore, out
+    )
     return out
 
 
-def utilisation(pull: Pull, bore: float, gap: Array) -> Array:
+def utilisation(constraint: OutsideConstraint, bore: float, gap: Array) -> Array:
     """G at t of shape (n,): inf where something pulls at no wall, 0 where nothing pulls."""
-    d, t, law = bore, gap, pull.law
+    d, t, law = bore, gap, constraint.law
     outer = d + t
     full = t * (2.0 * d + t) * (outer**2 + d * d)
-    m, n, q, s = pull.parts
+    m, n, q, s = constraint.parts
     p = m * outer + n * (outer**2 + d * d)
     r = q * (law.c0 * outer**2 + law.c1 * outer * t + law.c2 * t * t) + s * outer
     f = np.hypot(p, r)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(f > 0.0, f / full, 0.0)
-
-
-def pulls_at(
-    scene: BushingScene, criterion: Criterion, x: Array, side: Array, rest: Array | float = 0.0
-) -> tuple[Pull, ...]:
-    """Every strength demand of every load case at stations; ``rest`` as in ``forces_at``."""
-    found: list[Pull] = []
-    for case in scene.cases:
-        found += pulls(forces_at(case, x, side, rest), criterion, scene.material)
-    return tuple(found)
-
-
-def least_gaps(scene: BushingScene, criterion: Criterion, floor: float, x: Array, side: Array) -> Array:
-    """The least t that every demand, and the ``floor``, ask for."""
-    found = np.full(x.shape, floor)
-    for pull in pulls_at(scene, criterion, x, side):
-        found = np.maximum(found, least_gap(pull, scene.geometry.bore))
-    return found

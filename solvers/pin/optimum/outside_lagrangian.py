@@ -8,14 +8,13 @@ the Lagrangian's slope falls nearly as a power of y.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.bushing.program import BushingProgram
-from solvers.pin.bushing.section import utilisation
+from solvers.pin.optimum.program import Program, Weighed
+from solvers.pin.section.outside_wall import utilisation
 from solvers.pin.section.tube import bending, place_around, shearing
 
 Array = NDArray[np.float64]
@@ -79,16 +78,7 @@ def _monotone(lam: float, share: Array, low: Array, bend: Array, shear: Array, k
     return total, change
 
 
-@dataclass(frozen=True)
-class Weighed:
-    """y at the stations, the deflection's multiplier (per relative deflection), and the rounds it took."""
-
-    y: Array
-    multiplier: float
-    rounds: int
-
-
-def _respond(program: BushingProgram, lam: float, low: Array, y: Array, monotone: bool) -> tuple[float, float]:
+def _respond(program: Program, lam: float, low: Array, y: Array, monotone: bool) -> tuple[float, float]:
     total = change = 0.0
     way = _monotone if monotone else _free
     halves = (slice(0, program.anchor), slice(program.anchor, y.size))
@@ -98,15 +88,15 @@ def _respond(program: BushingProgram, lam: float, low: Array, y: Array, monotone
         cut = [np.ascontiguousarray(v[half][::step]) for v in (program.share, low, program.bending, program.shear)]
         piece = np.empty(cut[0].size)
         t, c = way(
-            lam, cut[0], cut[1], cut[2] / program.limit, cut[3] / program.limit, program.kappa, program.a, program.b,
-            piece,
+            lam, cut[0], cut[1], cut[2] / program.limit, cut[3] / program.limit, program.sought.kappa, program.law.a,
+            program.law.b, piece,
         )  # fmt: skip
         y[half] = piece[::step]
         total, change = total + t, change + c
     return total, change
 
 
-def weigh(program: BushingProgram, low: Array, monotone: bool) -> Weighed:
+def weigh(program: Program, low: Array, monotone: bool) -> Weighed:
     """The least volume that keeps the deflection limit (there always is one); it ends within CLOSE of the limit."""
     if program.limit is None or program.deflection(low) <= program.limit:
         return Weighed(low, 0.0, 0)
@@ -133,7 +123,7 @@ def weigh(program: BushingProgram, low: Array, monotone: bool) -> Weighed:
     return Weighed(best[1], best[0], rounds)
 
 
-def bound(program: BushingProgram, low: Array, multiplier: float, y: Array, monotone: bool) -> float:
+def bound(program: Program, low: Array, multiplier: float, y: Array, monotone: bool) -> float:
     """Lower bound of the volume over all y >= low (not falling toward the middle) that keep the deflection limit.
 
     Tangents of the Lagrangian at y, over [low, top]; at ``top`` every slope is positive, so no minimum lies beyond.
@@ -143,7 +133,7 @@ def bound(program: BushingProgram, low: Array, multiplier: float, y: Array, mono
 
     def slopes(at: Array) -> Array:
         safe = np.where(pulls, at, 1.0)
-        f, g = _slopes(safe, program.kappa, program.a, program.b)
+        f, g = _slopes(safe, program.sought.kappa, program.law.a, program.law.b)
         return share * (1.0 + scale * (program.bending * f + program.shear * g))
 
     top = float(y.max())
@@ -174,17 +164,17 @@ def _slopes(y: Array, kappa: float, a: float, b: float) -> tuple[Array, Array]:
     return f, g
 
 
-def strength_bound(program: BushingProgram, low: Array) -> float:
+def strength_bound(program: Program, low: Array) -> float:
     """Volume of walls thinner than the least ones by 1e-12 (more where rounding hides that), each shown not to hold."""
-    gap = program.gap_of(program.lower)
+    gap = program.sought.wall_of(program.lower)
     own = gap > program.floor * (1.0 + 4e-16)
     loss = 1e-12
     for margin in (1e-12, 1e-10, 1e-8):
         loss = margin
         thinner = gap * (1.0 - margin)
         fails = np.zeros(gap.shape, dtype=bool)
-        for pull in program.pulls:
-            fails |= utilisation(pull, program.scene.geometry.bore, thinner) > 1.0
+        for constraint in program.constraints:
+            fails |= utilisation(constraint, program.scene.geometry.bore, thinner) > 1.0
         if not np.any(own & ~fails):
             break
     return program.volume(low * (1.0 - 2.0 * loss))

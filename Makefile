@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 SERVICE := $(VENV)/.service
 STAMP := $(VENV)/.installed
 
-.PHONY: help run test lint messages screenshots lock bench campaign system sbom clean
+.PHONY: help run test lint messages screenshots lock bench campaign system sbom audit clean
 
 help:            ## list the commands
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -47,11 +47,12 @@ campaign: $(STAMP)  ## hold every promise against thousands of random scenes (ho
 	$(BIN)/python -m tests.hard_cases.hunt all 3600
 	$(BIN)/python -m tests.hard_cases.page
 
-sbom: $(STAMP)   ## what the service is made of, with hashes and licences: sbom.json, licences.txt; known faults where their database can be reached
+sbom: $(STAMP)   ## what the service is made of, with hashes and licences: sbom.json, licences.txt
 	$(BIN)/python -m scripts.sbom > sbom.json
 	$(BIN)/python -m scripts.sbom --licences > licences.txt
-	@$(BIN)/python -m pip_audit --require-hashes --disable-pip -r requirements.lock \
-	  || echo "known faults were not looked up, or some were found: see above (pip install pip-audit; it needs the network)"
+
+audit: $(STAMP)  ## known faults of what is locked, or that they could not be looked up (needs pip-audit)
+	$(BIN)/python -m scripts.audit
 
 LOCKING := uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet --no-header
 

@@ -8,6 +8,7 @@ import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable
+from dataclasses import asdict
 from functools import partial
 from typing import Any, Protocol
 
@@ -173,7 +174,7 @@ class Downloads:
         return export
 
     async def _make(self, export: Export, run: Run, wishes: Wishes) -> File | Refusal:
-        payload = json.dumps({"run": run, "tool": wishes.tool, "angle_deg": wishes.angle_deg}).encode()
+        payload = json.dumps({"run": run, "wishes": asdict(wishes)}).encode()
         mode = f"{calls.EXPORT}{export.name}"
         try:
             if export.where is Where.SOLIDS:

@@ -55,14 +55,14 @@ def problem_response(problem: Problem) -> Response:
     return Response(body, status_code=problem.status, headers=problem.headers, media_type=MEDIA_TYPE)
 
 
-def invalid(error: ValidationError) -> Problem:
-    """The refusal of a body. Values are never echoed, for JSON cannot carry them all."""
-    return refusal(error.errors(include_url=False))
+def invalid(error: ValidationError, model: Any) -> Problem:
+    """The refusal of a body by its model. Values are never echoed, for JSON cannot carry them all."""
+    return refusal(error.errors(include_url=False), model=model)
 
 
-def refusal(errors: Iterable[Mapping[str, Any]], depth: int = 0) -> Problem:
-    """One entry per bad field; ``depth`` parts of each location are dropped."""
-    detail, entries = summed_up(errors, depth)
+def refusal(errors: Iterable[Mapping[str, Any]], depth: int = 0, model: Any = None) -> Problem:
+    """One entry per bad field: see ``summed_up``."""
+    detail, entries = summed_up(errors, depth, model)
     return Problem(422, INVALID, detail, entries)
 
 

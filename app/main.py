@@ -23,7 +23,8 @@ from app.api.heads import Heads
 from app.batches import chunk
 from app.batches.service import BatchService
 from app.downloads import Downloads
-from app.edge.asgi import Application
+from app.edge.asgi import Application, Scope
+from app.edge.crowds import ALWAYS
 from app.edge.stack import GuardedFastAPI, edge
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.jobs.template import Template
@@ -32,17 +33,23 @@ from app.jobs.warming import Told, tell_nobody
 from app.logging import configure, get_logger
 from app.settings import Settings
 from app.store.errors import StoreError
-from app.store.lock import ServiceLock
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import InTurn, Service, ServiceLimits
 from app.version import VERSION
-from app.web import actions, batch_pages, form_pages, login, pages, reference, run_pages
+from app.web import actions, batch_pages, form_pages, login, pages, reference, run_pages, worth
 from app.web.languages import Speaking
 from app.web.problems import problem_page
 from app.web.rendering import STATIC
 
 logger = get_logger(__name__)
+
+
+def untold(scope: Scope) -> bool:
+    """Whether a request is left out of traces: files of the pages, and what asks how the service is."""
+    return scope["path"] in ALWAYS or scope["path"].startswith("/static/")
+
+
 _DAY_S = 24 * 3600.0
 
 
@@ -86,7 +93,6 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         pool = _pool(settings, template, told)
         pool.start()
         upgrade(settings.database_url)
-        lock = ServiceLock(settings.database_url)
         store = RunStore(settings.database_url, keys_kept=settings.keys_kept, seen=metrics.written)
         check_protected(settings, store)
         service = Service(
@@ -94,7 +100,11 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
             pool,
             settings.solve_budget_s,
             ServiceLimits(
-                settings.queue_patience_s, settings.short_solve_s, settings.max_accepted, settings.max_accepted_of_one
+                settings.queue_patience_s,
+                settings.short_solve_s,
+                settings.max_accepted,
+                settings.max_accepted_of_one,
+                settings.lease_s,
             ),
             Turns(TurnLimits(settings.workers, settings.max_waiting, settings.max_waiting_of_one)),
         )
@@ -102,11 +112,9 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         metrics.watch(service.turns, service.accepted)
         downloads = app.state.downloads = Downloads(InTurn(service), settings.solve_budget_s)
         app.state.batches = many = BatchService(
-            store, pool, settings.solve_budget_s, settings.batch_lease_s, settings.max_batch_items
+            store, pool, settings.solve_budget_s, settings.lease_s, settings.max_batch_items
         )
-        if lock.held:
-            # Beside another process only its batches are shared: its promised runs are its own.
-            await service.resume()
+        service.start()
         many.start()
         upkeep = asyncio.create_task(expire_daily(store))
         try:
@@ -118,7 +126,6 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
             await service.close()
             pool.close()
             store.close()
-            lock.release()
 
     app = GuardedFastAPI(
         title="Crankwright",
@@ -129,6 +136,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         docs_url=None,
         redoc_url=None,
         dependencies=[Depends(check_forgery)],
+        telemetry={"auto_configure": True, "exclude": untold},
         generate_unique_id_function=lambda route: route.name.replace("-", "_"),
     )
     app.state.settings = settings
@@ -161,6 +169,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
         run_pages.router,
         batch_pages.router,
         actions.router,
+        worth.router,
         reference.router,
         login.router,
     ):

@@ -7,6 +7,7 @@ drain of `DRAIN_S` at most, in which accepted requests are answered and stored; 
 from __future__ import annotations
 
 import json
+import os
 import threading
 import time
 from types import FrameType
@@ -35,6 +36,8 @@ def run(host: str, port: int, database_url: str, template: Template, demo: bool 
     """Serve until a signal comes. Raises StoreError and Unprotected for what an operator can mend."""
     settings = Settings(host=host, port=port, database_url=database_url)
     prepare(settings)
+    # What is left for a collector that is away must not hold up the service's end; by default each signal takes 10 s.
+    os.environ.setdefault("OTEL_EXPORTER_OTLP_TIMEOUT", "1")
     application = create_app(settings, template, Teller())
     connections = Connections(
         ConnectionLimits(

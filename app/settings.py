@@ -10,6 +10,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 from app.designs.schema import GREATEST_TIME_S
 from app.edge.hosts import is_loopback
 from app.logging import LogFormat, LogLevel
+from app.store.leases import LEASE_S
 
 REQUESTS_PER_MINUTE = 1200
 """The quota where others reach the service."""
@@ -44,8 +45,11 @@ class Settings(BaseSettings):
         description="processes that solve batches, behind all others; 0: this process solves none",
     )
     batch_niceness: int = Field(default=19, ge=0, le=19, description="how far they stand back for all others")
-    batch_lease_s: float = Field(
-        default=15.0, ge=0.2, le=600.0, description="after what silence another process takes over a piece of a batch"
+    lease_s: float = Field(
+        default=LEASE_S,
+        ge=0.2,
+        le=600.0,
+        description="after what silence of a process another takes over its pieces of batches and promised runs",
     )
     max_upload_bytes: int = Field(
         default=50_000_000, ge=1_000, description="the largest file of a batch that a page takes"

@@ -8,9 +8,9 @@ import json
 import threading
 import time
 from collections import Counter
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 from pydantic import BaseModel
@@ -38,6 +38,7 @@ from app.jobs.errors import (
 from app.jobs.executor import Executor
 from app.jobs.turns import Length, TurnLimits, Turns
 from app.logging import get_logger
+from app.promises import MOST_ATTEMPTS, Promises
 from app.referring import resolved
 from app.sameness import same
 from app.single_flight import Flights
@@ -45,6 +46,8 @@ from app.solve_ends import cut, named
 from app.store.errors import DamagedRecord, StoreClosed, UnknownRun
 from app.store.faults import StoreFault
 from app.store.hashing import canonical_json
+from app.store.leases import LEASE_S
+from app.store.promises import TakenOver
 from app.store.record import Finish, RunRecord, RunStatus, StoredResponse
 from app.store.repository import RunStore
 from app.store.viewer import viewer
@@ -60,17 +63,21 @@ _RETRY_S, _LONGEST_PAUSE_S = 0.2, 10.0
 _SHORT = (Mode.CHECK, Mode.ANALYSIS)
 """Modes that usually end in a moment."""
 _MOST_COMPLETED = 64
+_CRASHES_BORNE = 5
+"""So often a promised run is begun again whose worker was killed, by the system or by anybody."""
 
 
 @dataclass(frozen=True)
 class ServiceLimits:
     """``patience_s`` is how long a request waits for a worker; ``short_s`` after what a check or an analysis counts as
-    long work; ``accepted`` how many runs may be open after a 202, ``accepted_of_one`` those of one caller."""
+    long work; ``accepted`` how many runs may be open after a 202, ``accepted_of_one`` those of one caller; ``lease_s``
+    after what silence of this process another takes those over."""
 
     patience_s: float = 30.0
     short_s: float = 1.0
     accepted: int = 200
     accepted_of_one: int = 50
+    lease_s: float = LEASE_S
 
 
 @dataclass(frozen=True)
@@ -86,14 +93,17 @@ class Service:
     """What is solved under an idempotency key just now."""
     accepted: Counter[str] = field(default_factory=Counter)
     """How many open runs were promised to each caller."""
-    background: dict[str, asyncio.Task[None]] = field(default_factory=dict)
-    """The solves after a 202, by the id of the run."""
     progress: dict[str, Progress] = field(default_factory=dict)
     """How far the long solves under way are, by the id of the run."""
     completed: dict[str, bytes] = field(default_factory=dict)
     """The results of items of batches that were solved once more for their curves, by the id of the run."""
     stopping: threading.Event = field(default_factory=threading.Event)
     """Set when the service was asked to stop."""
+
+    @cached_property
+    def promises(self) -> Promises:
+        """The runs after a 202."""
+        return Promises(self.store, self.limits.lease_s)
 
     async def answer(self, kind: Kind, mode: Mode, request: BaseModel) -> RunRecord:
         """The run for a request, answered but not stored yet. Raises Problem if the solver refuses the request."""
@@ -181,6 +191,9 @@ class Service:
         async with self.turns.turn(Length.LONG, who, patience_s):
             if begun is not None:
                 await begun()
+                for _ in range(_CRASHES_BORNE):
+                    with contextlib.suppress(WorkerCrashed):
+                        return await call(kill_s, report)
             return await call(kill_s, report)
 
     def _told(self, run_id: str, progress: Progress) -> None:
@@ -248,7 +261,8 @@ class Service:
             with place:
                 response = await self._keep(run, 202, key, request_hash)
                 if response.run_id == run.id:
-                    self._begin(run, job_of(kind, mode), request, place.pop_all())
+                    solve = self._solve_once_warm(run, job_of(kind, mode), request, time.perf_counter())
+                    self.promises.follow(run.id, self._finish(run, solve), place.pop_all())
             return response
 
         # What is stored as queued is begun, even where its client goes away in between.
@@ -303,7 +317,7 @@ class Service:
         """Store a run as queued whose solve has begun; its id."""
         with place:
             await self._keep(run, 202, None, "")
-            self._follow(run, self._finish(run, solve), place.pop_all())
+            self.promises.follow(run.id, self._finish(run, solve), place.pop_all())
         return run.id
 
     async def _insisted(self, solve: Awaitable[RunRecord], run: RunRecord, job: Job, request: BaseModel) -> RunRecord:
@@ -321,44 +335,37 @@ class Service:
             status = (await self.store.get(run_id)).status
             raise Problem(409, "The run has ended", f"the run is {status}; what has ended cannot be cancelled")
         # The store first: however the solve ends now, the run is cancelled and stays so.
-        task = self.background.get(run_id)
-        if task is not None:
-            task.cancel()
+        self.promises.cancel(run_id)
         return await self.shown(run_id)
 
-    async def resume(self) -> None:
-        """Take up the runs that were promised by a 202 and left open when a former service process ended."""
-        for run in await self.store.open_runs():
-            try:
-                job = job_of(KINDS[run.kind], Mode(run.mode))
-                request = job.request.model_validate_json(run.spec)
-            except (KeyError, ValueError):
-                title, why = "The service stopped", "it ended before this run did, and this version cannot take it up"
-                failed = runs.failed(run, 500, title, why, time.perf_counter())
-                await self.store.finish(run.id, runs.end_of(failed))
-            else:
-                self._begin(run, job, request, contextlib.ExitStack())
+    def start(self) -> None:
+        """Begin to take over the runs that were promised by processes which have ended."""
+        self.promises.start(self._taken_up)
 
-    def _begin(self, run: RunRecord, job: Job, request: BaseModel, place: contextlib.ExitStack) -> None:
-        solve = self._solve_once_warm(run, job, request, time.perf_counter())
-        self._follow(run, self._finish(run, solve), place)
-
-    def _follow(self, run: RunRecord, work: Coroutine[Any, Any, None], place: contextlib.ExitStack) -> None:
-        task = asyncio.create_task(work)
-        self.background[run.id] = task
-
-        def ended(_task: asyncio.Task[None]) -> None:
-            self.background.pop(run.id, None)
-            place.close()
-
-        task.add_done_callback(ended)
+    async def _taken_up(self, taken: TakenOver) -> None:
+        run, now = taken.run, time.perf_counter()
+        title = "The service stopped"
+        try:
+            job = job_of(KINDS[run.kind], Mode(run.mode))
+            request = job.request.model_validate_json(run.spec)
+        except (KeyError, ValueError):
+            why = "it ended before this run did, and this version cannot take it up"
+            await self._write_down(run, runs.failed(run, 500, title, why, now))
+            return
+        if taken.attempts >= MOST_ATTEMPTS:
+            why = f"it ended {taken.attempts} times while this run was solved"
+            await self._write_down(run, runs.failed(run, 500, title, why, now))
+            return
+        await self._finish(run, self._solve_once_warm(run, job, request, now))
 
     async def _keep(self, run: RunRecord, status: int, key: str | None, request_hash: str) -> StoredResponse:
+        """Store a run, answered or promised; what is to be answered."""
         location = f"/api/v1/runs/{run.id}"
         response = StoredResponse(
             key or "", request_hash, run.id, status, location, "application/json", runs.run_json(run)
         )
-        first = await self.store.put(run, response if key else None)
+        put = self.promises.put if status == 202 else self.store.put
+        first = await put(run, response if key else None)
         return first or response
 
     async def _finish(self, run: RunRecord, solve: Awaitable[RunRecord]) -> None:
@@ -368,7 +375,7 @@ class Service:
             ended = await solve
         except Problem as problem:
             ended = runs.refused(run, problem.body, started)
-        except ExecutorClosed:  # it stays open, and the next start takes it up
+        except ExecutorClosed:  # it stays open, and the next process takes it up
             return
         except Exception as error:
             logger.exception("background_solve_failed", **named(run))
@@ -376,7 +383,7 @@ class Service:
         await self._write_down(run, ended)
 
     async def _write_down(self, run: RunRecord, ended: RunRecord) -> None:
-        """Store how a run ended, as soon as the store can: it was promised. What stays open the next start solves."""
+        """Store how a run ended, as soon as the store can: it was promised. What stays open the next process solves."""
         pause_s = _RETRY_S
         while True:
             try:
@@ -405,11 +412,8 @@ class Service:
                 await asyncio.sleep(_RETRY_S)
 
     async def close(self) -> None:
-        """Let go of background solves: their runs stay open and are taken up at the next start."""
-        tasks = list(self.background.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        """Let go of promised runs: they stay open, and the next process takes them up."""
+        await self.promises.close()
 
 
 @dataclass(frozen=True)

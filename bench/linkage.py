@@ -17,9 +17,11 @@ from scipy.optimize import fsolve
 
 from bench.kernels import median_time
 from solvers import linkage
-from solvers.linkage.envelope import least_box, sweep
-from solvers.linkage.family import Family
-from solvers.linkage.four_bar import FourBar, bulk_transfer, coefficients, half_angle, of_family
+from solvers.linkage.mechanism.angular_velocity_ratio import bulk_transfer
+from solvers.linkage.mechanism.kinematics import FourBar, coefficients, half_angle, of_family
+from solvers.linkage.optimum.family import Family
+from solvers.linkage.swept_area.bounding_box import least_box
+from solvers.linkage.swept_area.outline import sweep
 
 ANGLES, DESIGNS = 360, 2000
 RESTITUTION, RATIO = 0.3, 2.5

@@ -20,11 +20,14 @@ import numpy as np
 
 from app.designs.pictures.chart import BLUE, RED, Chart, decades_around
 from solvers import pin
-from solvers.pin.certificate import pointwise_bound
-from solvers.pin.interior_point import sloped
-from solvers.pin.program import Physics, Program, assemble, opening_stations
-from solvers.pin.separable import weigh
-from solvers.pin.stations import NODES, Stations
+from solvers.pin.effects import Physics
+from solvers.pin.optimum.conic import sloped
+from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.dual_bound import pointwise_bound
+from solvers.pin.optimum.lagrangian import weigh
+from solvers.pin.optimum.program import Program
+from solvers.pin.stations.lobatto_panels import NODES, Stations
+from solvers.pin.stations.opening import opening_stations
 
 STATIONS = 1_000
 FORCE, BENDING_LIMIT, LIMIT = 15e3, 6.785153977e-6, 11.22302193e-6
@@ -121,16 +124,16 @@ def _above(program: Program, u: np.ndarray) -> float:
 def run() -> list[Row]:
     """Every way, warmed up, one after another."""
     x = np.linspace(0.0, 0.04, STATIONS)
-    ours, theirs = pin.free_bores(SCENE, CRITERION, FORCE, x), by_brentq(x)
+    ours, theirs = pin.free_sizes(SCENE, CRITERION, FORCE, x), by_brentq(x)
     many = np.linspace(0.0, 0.04, 100_000)
     apart = float(np.abs(theirs / ours - 1.0).max())
     rows = [
         Row("free profile", "this, 1,000 stations",
-            median_time(lambda: pin.free_bores(SCENE, CRITERION, FORCE, x), 201), STATIONS, apart),
+            median_time(lambda: pin.free_sizes(SCENE, CRITERION, FORCE, x), 201), STATIONS, apart),
         Row("free profile", "this, 1,000 stations of a new pin",
-            median_time(lambda: pin.free_bores(replace(SCENE), CRITERION, FORCE, x), 201), STATIONS, apart),
+            median_time(lambda: pin.free_sizes(replace(SCENE), CRITERION, FORCE, x), 201), STATIONS, apart),
         Row("free profile", "this, 100,000 stations",
-            median_time(lambda: pin.free_bores(SCENE, CRITERION, FORCE, many), 21), many.size, apart),
+            median_time(lambda: pin.free_sizes(SCENE, CRITERION, FORCE, many), 21), many.size, apart),
         Row("free profile", "brentq at every station", median_time(lambda: by_brentq(x), 7), STATIONS, apart),
     ]  # fmt: skip
     program = program_of(STATIONS, BENDING_LIMIT, shear=False)
@@ -199,7 +202,7 @@ def accuracy_rows() -> list[Row]:
         ):
             if name == "cone program" and stations > 800:
                 continue
-            mass = program.solid_mass * program.volume(solve(program))
+            mass = program.mass_unit * program.volume(solve(program))
             seconds = median_time(lambda s=solve, p=program: s(p), repeats)
             rows.append(Row(f"midpoints, {name}", "", seconds, stations, abs(mass / exact - 1.0)))
     return rows

@@ -10,9 +10,10 @@ import numpy as np
 from app.designs.pictures.chart import BLUE, GREEN, RED, Chart, Linear
 from oracles.textbook.pin_bore_iteration import factor
 from solvers import pin
-from solvers.pin.loads import forces_at
-from solvers.pin.program import opening_stations
-from solvers.pin.section import Demand, ShearLaw, least_wall
+from solvers.pin.load.internal_forces import forces_at
+from solvers.pin.section.criteria import ShearLaw
+from solvers.pin.section.strength import StrengthConstraint, least_wall
+from solvers.pin.stations.opening import opening_stations
 
 PICTURE = Path(__file__).parents[1] / "docs" / "pin-iteration.svg"
 FORCES = (15e3, 17.12e3, 18.98e3)
@@ -20,7 +21,7 @@ FORCES = (15e3, 17.12e3, 18.98e3)
 
 def ratios(m: np.ndarray, q: np.ndarray) -> np.ndarray:
     """d/D of the section equation."""
-    return 1.0 - least_wall([Demand("paper", m, q, 0.0, 0.0, ShearLaw(3.0, -3.0, 1.0), 1.0)], 0.0, m.size)
+    return 1.0 - least_wall([StrengthConstraint("paper", m, q, 0.0, 0.0, ShearLaw(3.0, -3.0, 1.0), 1.0)], 0.0, m.size)
 
 
 def boundary(points: int = 181) -> tuple[list[float], list[float]]:

@@ -1,6 +1,6 @@
 """Gather what the pages say, and bring the catalogues of its translations up to date.
 
-    python -m scripts.messages          # write app/web/locale/*/LC_MESSAGES/crankwright.po and .mo
+    python -m scripts.messages          # write app/words/locale/*/LC_MESSAGES/crankwright.po and .mo
     python -m scripts.messages --todo   # print what still lacks a translation
 
 Texts come from the templates (``{% trans %}`` and ``_("…")``), from the Python of ``app/web`` and of the verdict, and
@@ -33,20 +33,32 @@ from app.designs.refusals import ALLOWED_BY_TYPE, LIMITS
 from app.designs.registry import KINDS
 from app.exports.registry import EXPORTS
 from app.store.record import RunStatus
-from app.web import captions, listing, shaping
-from app.web.drawings import SENTENCES, in_words
-from app.web.fields import split_unit
+from app.web import listing
 from app.web.forms.faults import SAYS
 from app.web.forms.tree import build
-from app.web.languages import DOMAIN, LANGUAGES, LOCALE, speaking
 from app.web.rendering import templates
+from app.words import captions, shaping, solver_texts
+from app.words.drawings import SENTENCES, in_words
+from app.words.fields import split_unit
+from app.words.languages import DOMAIN, LANGUAGES, LOCALE, speaking
+from app.words.units import System, measuring
 from solvers.effects import EffectState
 
 ROOT = Path(__file__).parent.parent
 TEMPLATES = ROOT / "app" / "web" / "templates"
-SOURCES = (*sorted((ROOT / "app" / "web").rglob("*.py")), ROOT / "app" / "designs" / "verdict.py")
-# The second argument of a Problem is its title.
-KEYWORDS: dict[str, Any] = {"_": None, "gettext": None, "ngettext": (1, 2), "Problem": (2,)}
+_APP = ROOT / "app"
+SOURCES = (
+    *(path for folder in ("web", "words", "reports") for path in sorted((_APP / folder).rglob("*.py"))),
+    _APP / "designs" / "verdict.py",
+    *sorted((_APP / "designs").glob("*/chain.py")),
+)
+KEYWORDS: dict[str, Any] = {
+    "_": None, "gettext": None, "ngettext": (1, 2),
+    # The second argument of a Problem is its title.
+    "Problem": (2,),
+    # Of calculations by hand: what a number is, what a step finds.
+    "title": None, "remark": None, "given": (2,), "step": (3,), "Column": (2,),
+}  # fmt: skip
 _ELSEWHERE = (
     "Not Found",
     "Internal Server Error",
@@ -68,7 +80,7 @@ _ELSEWHERE = (
     "the ring's hoop stress is not judged: the effect ovalization is left out",
     "the speed would swing by more than a tenth: forces at constant speed are not what will happen",
 )
-"""What frameworks, solvers and other parts of the service say on pages; what has figures in it stays English."""
+"""What frameworks, solvers and other parts of the service say on pages; those with figures: `solver_texts`."""
 _FIELDS_DEEP = 5
 _WORD = re.compile(r"[^\W\d_]{3}")
 """What has no three letters in a row is a symbol, the same in every language."""
@@ -117,12 +129,14 @@ def registered() -> set[str]:
                 build(kind, mode)
                 for request in _requests(kind, mode):
                     drawing = kind.drawing(request)
-                    if drawing is not None:
-                        in_words(drawing)
+                    for units in System if drawing is not None else ():
+                        with measuring(units):
+                            in_words(drawing)
     found = hearing.heard | set(_names()) | set(_of_kinds()) | set(_ELSEWHERE)
     found |= {word.label for words in (ROD, PIN, LINKAGE) for word in words.values()}
     found |= {denial for kind in KINDS.values() for denial in kind.denials.values()}
     found |= {*captions.CAPTIONS.values(), *captions.OF_A_KIND.values(), *shaping.SIZES.values()}
+    found |= {*solver_texts.PATTERNS, *solver_texts.PLAIN}
     found |= {text for texts in claims.FIXED for text in texts.values()}
     found |= {part for export in EXPORTS.values() for part in export.title.split(": ", 1)} | set(captions.PART_TITLES)
     found |= {sentence for caption in captions.PARTS.values() for sentence in SENTENCES.split(caption)}

@@ -55,15 +55,21 @@ class Material:
         return self.elastic_modulus / (2.0 * (1.0 + self.poisson))
 
 
+@dataclass(frozen=True, kw_only=True)
+class Catalogued:
+    """What a catalogue tells of a material: what it is, and where each of its numbers is from."""
+
+    title: str = field(compare=False)
+    sources: Mapping[str, str] = field(compare=False)
+
+
 @dataclass(frozen=True)
-class Listed(Material):
-    """A material of the catalogue: what it is, and where each of its numbers is from."""
-
-    title: str = field(default="", compare=False)
-    sources: Mapping[str, str] = field(default_factory=dict, compare=False)
+class Listed(Material, Catalogued):
+    """A strip material of the catalogue."""
 
 
-def _sources(**told: str) -> Mapping[str, str]:
+def sources_of(**told: str) -> Mapping[str, str]:
+    """Sources by the names of the quantities, not to be changed."""
     return MappingProxyType(told)
 
 
@@ -74,7 +80,7 @@ CATALOGUE: dict[str, Listed] = {
     "paper-strip": Listed(
         210e9, 480e6, 1.15, 0.12, 1200e6, 7850.0,
         title="The strip of Obolenskaya and Klochko's machine",
-        sources=_sources(
+        sources=sources_of(
             elastic_modulus=_ASSUMED, fatigue_limit=_ASSUMED, fatigue_reduction=_ASSUMED,
             mean_stress_sensitivity=_ASSUMED, yield_strength=_ASSUMED, density=_ASSUMED, poisson=_ASSUMED,
         ),
@@ -82,7 +88,7 @@ CATALOGUE: dict[str, Listed] = {
     "spring-steel-1.1274": Listed(
         206e9, 620e6, 1.25, 0.20, 1450e6, 7850.0, 0.3, 1800e6,
         title="Carbon spring steel strip C100S, 1.1274, hardened, tempered and polished",
-        sources=_sources(
+        sources=sources_of(
             elastic_modulus="what design standards for springs take for hardened carbon steel at room temperature",
             fatigue_limit=_SHEETS,
             fatigue_reduction="assumed for polished surfaces and rounded edges, with little more than bending",
@@ -96,7 +102,7 @@ CATALOGUE: dict[str, Listed] = {
     "stainless-1.4310": Listed(
         185e9, 550e6, 1.25, 0.25, 1300e6, 7900.0, 0.3, 1600e6,
         title="Stainless spring strip X10CrNi18-8, 1.4310, cold rolled to EN 10151 +C1500",
-        sources=_sources(
+        sources=sources_of(
             elastic_modulus="cold rolled strip as suppliers tell it after EN 10151: 179 GPa at 1300, 185 at 1800 MPa",
             fatigue_limit=_SHEETS,
             fatigue_reduction="assumed for polished surfaces and rounded edges, with little more than bending",

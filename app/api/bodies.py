@@ -46,7 +46,7 @@ def parse(model: type[M], body: bytes) -> M:
     try:
         request = model.model_validate_json(body)
     except ValidationError as error:
-        raise invalid(error) from None
+        raise invalid(error, model) from None
     if repeated := _repeated_names(body):
         raise Problem(422, INVALID, "names appear more than once", repeated)
     if contradictions := request.contradictions():

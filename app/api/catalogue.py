@@ -15,7 +15,8 @@ from app.designs.registry import KINDS, example_of, modes_of, plots_of
 from app.errors import Problem
 from app.exports.export import Tool, of_a_part
 from app.exports.registry import EXPORTS
-from solvers.materials import CATALOGUE
+from solvers import materials as strips
+from solvers import pin
 
 router = APIRouter(prefix="/api/v1", tags=["catalogue"])
 
@@ -80,7 +81,7 @@ class KindInfo(KindLine):
 
 
 class MaterialInfo(_Shown):
-    """A material of the catalogue, and where its numbers are from."""
+    """A material of the catalogue, and where its numbers are from; null: no number that its kinds ask for."""
 
     name: str
     title: str
@@ -88,10 +89,11 @@ class MaterialInfo(_Shown):
     shear_modulus_gpa: float
     poisson: float
     density_kg_m3: float
-    fatigue_limit_mpa: float = Field(description="smooth, in alternating bending")
-    fatigue_reduction: float = Field(description="K: notch, size and surface together")
-    mean_stress_sensitivity: float = Field(description="ψ of Serensen")
-    yield_strength_mpa: float
+    allowable_stress_mpa: float | None = Field(description="of a pin; a convention of design, not of the steel")
+    fatigue_limit_mpa: float | None = Field(description="smooth, in alternating bending")
+    fatigue_reduction: float | None = Field(description="K: notch, size and surface together")
+    mean_stress_sensitivity: float | None = Field(description="ψ of Serensen")
+    yield_strength_mpa: float | None
     ultimate_strength_mpa: float | None
     sources: dict[str, str] = Field(description="of every number, by its name")
     kinds: list[str] = Field(description="whose requests take the name")
@@ -174,41 +176,38 @@ def _one_kind(slug: str) -> bytes:
 
 @cache
 def _all_materials() -> bytes:
-    found = []
-    for name, entry in CATALOGUE.items():
-        takers = [
-            kind.slug
-            for kind in KINDS.values()
-            if any(name in (field.choices or ()) for mode in kind.jobs for field in fields_of(kind, mode))
-        ]
-        found.append(
-            MaterialInfo(
-                name=name,
-                title=entry.title,
-                elastic_modulus_gpa=entry.elastic_modulus / 1e9,
-                shear_modulus_gpa=entry.shear_modulus / 1e9,
-                poisson=entry.poisson,
-                density_kg_m3=entry.density,
-                fatigue_limit_mpa=entry.fatigue_limit / 1e6,
-                fatigue_reduction=entry.fatigue_reduction,
-                mean_stress_sensitivity=entry.mean_stress_sensitivity,
-                yield_strength_mpa=entry.yield_strength / 1e6,
-                ultimate_strength_mpa=None if entry.ultimate_strength is None else entry.ultimate_strength / 1e6,
-                sources={_UNITED[quantity]: source for quantity, source in entry.sources.items()},
-                kinds=takers,
-            )
-        )
+    found = [_material(name, entry) for name, entry in {**strips.CATALOGUE, **pin.CATALOGUE}.items()]
     return MaterialList(items=found).model_dump_json().encode()
 
 
-_UNITED = {
-    "elastic_modulus": "elastic_modulus_gpa",
-    "density": "density_kg_m3",
-    "poisson": "poisson",
-    "fatigue_limit": "fatigue_limit_mpa",
-    "fatigue_reduction": "fatigue_reduction",
-    "mean_stress_sensitivity": "mean_stress_sensitivity",
-    "yield_strength": "yield_strength_mpa",
-    "ultimate_strength": "ultimate_strength_mpa",
+def _material(name: str, entry: Any) -> MaterialInfo:
+    """One of either catalogue."""
+    numbers = {f"{quantity}{unit}": getattr(entry, quantity, None) for quantity, (unit, _) in _UNITS.items()}
+    sizes = {f"{quantity}{unit}": size for quantity, (unit, size) in _UNITS.items()}
+    takers = [
+        kind.slug
+        for kind in KINDS.values()
+        if any(name in (field.choices or ()) for mode in kind.jobs for field in fields_of(kind, mode))
+    ]
+    return MaterialInfo(
+        name=name,
+        title=entry.title,
+        **{key: None if value is None else value / sizes[key] for key, value in numbers.items()},
+        sources={quantity + _UNITS[quantity][0]: source for quantity, source in entry.sources.items()},
+        kinds=takers,
+    )
+
+
+_UNITS = {
+    "elastic_modulus": ("_gpa", 1e9),
+    "shear_modulus": ("_gpa", 1e9),
+    "poisson": ("", 1.0),
+    "density": ("_kg_m3", 1.0),
+    "allowable_stress": ("_mpa", 1e6),
+    "fatigue_limit": ("_mpa", 1e6),
+    "fatigue_reduction": ("", 1.0),
+    "mean_stress_sensitivity": ("", 1.0),
+    "yield_strength": ("_mpa", 1e6),
+    "ultimate_strength": ("_mpa", 1e6),
 }
-"""Quantities of a material as the contract names them."""
+"""Units of a material's quantities in the contract: the end of the name, and the size in SI."""

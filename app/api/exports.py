@@ -11,6 +11,7 @@ from fastapi.responses import HTMLResponse
 from app.downloads import Downloads
 from app.exports.export import Tool, Wishes
 from app.submission import Service
+from app.words.languages import Language
 
 router = APIRouter(prefix="/api/v1/runs", tags=["runs"])
 _RETRY_S = 2
@@ -46,12 +47,13 @@ async def run_export(
         float | None,
         Query(ge=-3600, le=3600, allow_inf_nan=False, description="of a linkage: the crank's angle; none: at the blow"),
     ] = None,
+    language: Annotated[Language, Query(description="of a report")] = Language.EN,
 ) -> Response:
     """One of the run's exports, as its `links.exports` lists them."""
     service: Service = request.app.state.service
     downloads: Downloads = request.app.state.downloads
     run = json.loads(await service.shown(run_id, whole=True))
-    made = await downloads.file(run, export, Wishes(tool, angle_deg))
+    made = await downloads.file(run, export, Wishes(tool, angle_deg, language))
     if made is None:
         return _later(request)
     name = f"{run['kind']}-{run['id']}.{made.extension}"

@@ -7,9 +7,7 @@ one transaction with the chunk's mark.
 from __future__ import annotations
 
 import asyncio
-import os
 import pickle
-import socket
 import time
 from collections import OrderedDict
 from dataclasses import replace
@@ -32,13 +30,12 @@ from app.store.batch_reads import active_batches, block_of
 from app.store.batch_records import BatchRecord, Chunk, Item
 from app.store.errors import StoreError, UnknownRun
 from app.store.hashing import canonical_json
+from app.store.leases import LEASE_S, new_owner
 from app.store.repository import RunStore
 from app.store.viewer import seeing_as
 
 logger = get_logger(__name__)
 
-LEASE_S = 15.0
-"""So long a chunk stays with a process that gives no sign of life."""
 _CHUNK_S = 0.4
 """What a chunk is to take: long against storing it, short against a person's patience."""
 _FIRST_GUESS_S = {Mode.CHECK: 2e-3, Mode.ANALYSIS: 2e-2, Mode.DESIGN: 0.2, Mode.ACCURACY: 5.0}
@@ -59,7 +56,7 @@ class BatchEngine:
     def __init__(self, store: RunStore, executor: Executor, solve_budget_s: float, lease_s: float = LEASE_S) -> None:
         self._store, self._executor, self._solve_budget_s = store, executor, solve_budget_s
         self._lease_s = lease_s
-        self.owner = f"{socket.gethostname()[:30]}:{os.getpid()}:{os.urandom(4).hex()}"
+        self.owner = new_owner()
         self._wake = asyncio.Event()
         self._tasks: dict[asyncio.Task[None], int] = {}
         self._item_s: dict[tuple[str, str, str], float] = {}

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from app.batches.engine import LEASE_S, BatchEngine
+from app.batches.engine import BatchEngine
 from app.batches.fields import MOST_COLUMNS, texts, unknown
 from app.batches.intake import Lines, Receiver, header_of, in_slices
 from app.batches.results import Format, Wanted, streamed
@@ -30,6 +30,7 @@ from app.store.batch_operations import Acknowledge, Cancel, Drop, Open, find_ans
 from app.store.batch_reads import BatchFilter, get_batch, list_batches
 from app.store.batch_records import BatchRecord, BatchStatus, new_batch_id
 from app.store.hashing import canonical_json
+from app.store.leases import LEASE_S
 from app.store.record import utc_now
 from app.store.repository import RunStore
 from app.store.viewer import own_key, viewer

@@ -102,7 +102,7 @@ class Sweep(Strict):
         try:
             sweep = cls.model_validate_json(body)
         except ValidationError as error:
-            raise invalid(error) from None
+            raise invalid(error, cls) from None
         if wrong := sweep.contradictions():
             raise Problem(422, INVALID, "values contradict each other", wrong)
         return sweep

@@ -125,7 +125,7 @@ class _Reader:
 
     def _field(self, schema: Mapping[str, Any], path: str, when: str, required: bool, nullable: bool) -> FieldInfo:
         place = path.replace("[]", "")
-        words, unit = split_unit(place.rpartition(".")[2])
+        _, unit = split_unit(place.rpartition(".")[2])
         choices = schema.get("enum") or ([schema["const"]] if "const" in schema else None)
         told = schema.get("type", "string")
         kind = told if told == "form" else "choice" if choices else "list" if told == "array" else told
@@ -133,7 +133,7 @@ class _Reader:
         limits = items if kind == "list" else schema
         return FieldInfo(
             path=path,
-            label=looked_up(self._words.labels, COMMON.labels, place) or words,
+            label=self._words.label(place),
             unit=unit,
             type=kind,
             required=required,

@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from app.designs.units import split_unit
+
 Request = dict[str, Any]
 """A request as JSON tells it."""
 
@@ -50,6 +52,16 @@ class FormWords:
     hidden: frozenset[str] = frozenset()
     columns: Mapping[str, Mapping[str, tuple[tuple[str, ...], str]]] = field(default_factory=dict)
     switches: Mapping[str, Switch] = field(default_factory=dict)
+
+    def label(self, path: str) -> str:
+        """What a field is called: as it is worded, else as it is named, limits by their end."""
+        label = looked_up(self.labels, COMMON.labels, path)
+        if label is not None:
+            return label
+        words = split_unit(path.rpartition(".")[2])[0]
+        for short, long in (("min ", "least "), ("max ", "greatest ")):
+            words = long + words.removeprefix(short) if words.startswith(short) else words
+        return words[:1].upper() + words[1:]
 
 
 COMMON = FormWords(

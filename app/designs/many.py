@@ -43,7 +43,7 @@ def accepted(job: Job, body: Mapping[str, Any]) -> tuple[BaseModel, None] | tupl
     try:
         request = job.request.model_validate(body)
     except ValidationError as error:
-        return None, _refusal(*summed_up(error.errors(include_url=False)))
+        return None, _refusal(*summed_up(error.errors(include_url=False), model=job.request))
     if contradictions := request.contradictions():  # type: ignore[attr-defined]
         return None, _refusal("values contradict each other", contradictions)
     return request, None

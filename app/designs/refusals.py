@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from app.designs.nearest import fields_at, nearest
 from app.designs.schema import Entry, is_tag
 
 MOST_ENTRIES = 100
@@ -37,10 +38,11 @@ ALLOWED_BY_TYPE = {
     "string_type": "a string",
     "string_pattern_mismatch": "no NUL character",
     "list_type": "an array",
+    "tuple_type": "an array",
     "missing": REQUIRED,
-    "extra_forbidden": "only the fields of the contract",
     "model_type": "an object",
     "model_attributes_type": "an object",
+    "dict_type": "an object",
     "json_invalid": "one well-formed JSON value in UTF-8",
     "datetime_parsing": "a time such as 2026-01-31T12:00:00Z",
     "datetime_from_date_parsing": "a time such as 2026-01-31T12:00:00Z",
@@ -54,23 +56,39 @@ SAID_BY_TYPE = {
     "float_parsing": "is not a number",
     "int_type": "is not a whole number",
     "int_parsing": "is not a whole number",
+    "int_from_float": "is not a whole number",
+    "string_type": "is not a string",
+    "list_type": "is not an array",
+    "tuple_type": "is not an array",
+    "model_type": "is not an object",
+    "model_attributes_type": "is not an object",
+    "dict_type": "is not an object",
+    "too_short": "has too few items",
+    "too_long": "has too many items",
+    "string_too_short": "has too few characters",
+    "string_too_long": "has too many characters",
+    "string_pattern_mismatch": "has a character that is not allowed",
+    "literal_error": "is none of the values it can have",
+    "enum": "is none of the values it can have",
+    "extra_forbidden": "is no field",
 }
+_WORD = re.compile(r"[\w.-]+")
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*")
 
 
-def summed_up(errors: Iterable[Mapping[str, Any]], depth: int = 0) -> tuple[str, list[Entry]]:
+def summed_up(errors: Iterable[Mapping[str, Any]], depth: int = 0, model: Any = None) -> tuple[str, list[Entry]]:
     """A sentence and one entry per bad field: pointer, what is wrong, what is allowed; ``depth`` parts of each location
-    are dropped.
+    are dropped. With the ``model`` that found the errors, a name that is no field is told what it may have been.
 
     A request can be wrong in ten thousand places; the first hundred are told.
     """
     found = list(errors)
-    entries = [_entry(item, depth) for item in found[:MOST_ENTRIES]]
+    entries = [_entry(item, depth, model) for item in found[:MOST_ENTRIES]]
     fields = "1 field" if len(found) == 1 else f"{len(found)} fields"
     return f"{fields} cannot be accepted", entries
 
 
-def _entry(item: Mapping[str, Any], depth: int) -> Entry:
+def _entry(item: Mapping[str, Any], depth: int, model: Any) -> Entry:
     context = item.get("ctx", {})
     limits = [text.format(context[key]) for key, text in LIMITS.items() if key in context]
     allowed = ", ".join(limits) or ALLOWED_BY_TYPE.get(item["type"], "see the contract")
@@ -83,7 +101,21 @@ def _entry(item: Mapping[str, Any], depth: int) -> Entry:
             detail, allowed = "is text with a decimal comma", "a number with a decimal point and without quotes"
         else:
             detail, allowed = "is text", "a number, without quotes"
+    elif item["type"] == "extra_forbidden":
+        allowed = ", ".join(fields_at(model, item["loc"][:-1])) or "the fields of this object"
+        detail = _or_rather(detail, item["loc"][-1], allowed)
+    elif item["type"] in ("literal_error", "enum"):
+        detail = _or_rather(detail, item.get("input"), allowed)
+    elif item["type"] == "one_of" and isinstance(given := item.get("input"), Mapping):
+        meant = (_or_rather(detail, word, allowed) for word in given.values())
+        detail = next((words for words in meant if words != detail), detail)
     return {"pointer": json_pointer(parts), "detail": detail, "allowed": allowed}
+
+
+def _or_rather(detail: str, given: Any, allowed: str) -> str:
+    """What is wrong, with the one of the allowed words that is most like what was given."""
+    meant = nearest(given, _WORD.findall(allowed)) if isinstance(given, str) else None
+    return detail if meant in (None, given) else f"{detail}; did you mean {meant}?"
 
 
 def json_pointer(parts: Iterable[int | str]) -> str:

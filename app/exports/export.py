@@ -41,10 +41,12 @@ class Wishes:
 
     tool       the CAD program that parameters are for
     angle_deg  the crank's angle after the blow in which a linkage stands; None: at the blow
+    language   of a report
     """
 
     tool: Tool = Tool.FREECAD
     angle_deg: float | None = None
+    language: str = "en"
 
 
 @dataclass(frozen=True)

@@ -6,22 +6,25 @@ from datetime import datetime
 
 from app.designs.kind import Kind
 from app.exports.export import Export, Run, Wishes
+from app.words.languages import speaking
 
 
-def make_html(_kind: Kind, run: Run, _wishes: Wishes) -> bytes:
+def make_html(_kind: Kind, run: Run, wishes: Wishes) -> bytes:
     """One HTML file that asks nobody for anything."""
     from app.reports.build import report_of
     from app.reports.html import html
 
-    return html(report_of(run)).encode()
+    with speaking(wishes.language):
+        return html(report_of(run)).encode()
 
 
-def make_pdf(_kind: Kind, run: Run, _wishes: Wishes) -> bytes:
+def make_pdf(_kind: Kind, run: Run, wishes: Wishes) -> bytes:
     """The same as PDF, with the request attached."""
     from app.reports.build import report_of
     from app.reports.pdf import pdf
 
-    return pdf(report_of(run), datetime.fromisoformat(run["created_at"]))
+    with speaking(wishes.language):
+        return pdf(report_of(run), datetime.fromisoformat(run["created_at"]))
 
 
 HTML = Export("html", "HTML: the report, with the calculation by hand", "text/html; charset=utf-8", "html", make_html)

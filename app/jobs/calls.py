@@ -40,11 +40,11 @@ def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer 
 
 def _file(kind_slug: str, name: str, payload: bytes) -> File | Refusal:
     from app.designs.registry import KINDS
-    from app.exports.export import Tool, Wishes
+    from app.exports.export import Wishes
     from app.exports.registry import EXPORTS
 
     asked = json.loads(payload)
-    wishes = Wishes(Tool(asked["tool"]), asked["angle_deg"])
+    wishes = Wishes(**asked["wishes"])
     return EXPORTS[name].file(KINDS[kind_slug], asked["run"], wishes)
 
 

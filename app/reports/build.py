@@ -1,4 +1,7 @@
-"""From a run to its report: verdict, drawing, inputs, calculation, effects, accuracy, proof, plots, repetition."""
+"""From a run to its report: verdict, drawing, inputs, calculation, effects, accuracy, proof, plots, repetition.
+
+It is worded in the language spoken where it is built; so are the writers' own few words.
+"""
 
 from __future__ import annotations
 
@@ -7,18 +10,14 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from pydantic import ValidationError
-
-from app.designs.calculation.chain import DEGREE, Chain, NotANumber
 from app.designs.kind import Kind, Mode
 from app.designs.pictures.chart import STYLE
 from app.designs.registry import KINDS, plots_for
-from app.designs.units import split_unit
+from app.reports.calculation import blocks_of, chain_of, compared
 from app.reports.content import (
     Banner,
     Block,
     Bullets,
-    Calculation,
     Facts,
     Figure,
     Figures,
@@ -28,36 +27,38 @@ from app.reports.content import (
     Standing,
     Table,
 )
-from app.web.captions import captioned
-from app.web.effects import effect_rows
-from app.web.inputs import groups
-from app.web.part import made_part, part_of
-from app.web.shaping import sentences
-from app.web.verdicts import margin, reached, required, standing
+from app.words.captions import captioned
+from app.words.drawings import part_of
+from app.words.effects import effect_rows
+from app.words.fields import named, plain
+from app.words.inputs import groups
+from app.words.languages import gettext as _
+from app.words.languages import language
+from app.words.shaping import sentences
+from app.words.solver_texts import spoken
+from app.words.verdicts import margin, reached, required, standing, summary
 
-_MODES = {"design": "Design", "check": "Check", "analysis": "Analysis", "accuracy": "Study of accuracy"}
-_WORDS = {Standing.HOLDS: "Holds", Standing.DOUBTFUL: "Holds, in doubt", Standing.FAILS: "Does not hold"}
 _MOTION = re.compile(r"<animate [^>]*/>")
 _LIGHT = "<style>svg{color:#1d2430}</style>"
 _MOST_PLOTS = 4
-_CLOSE = 1e-4
-"""Up to this a figure by hand and the run's are the same: six digits were carried."""
 
 
 def report_of(run: Mapping[str, Any]) -> Report:
     """The report of a run with a result, as its JSON tells it."""
     kind = KINDS[run["kind"]]
+    title = _(kind.title)
     return Report(
-        title=run["name"] or kind.title,
-        subtitle=f"{kind.title} · {_MODES[run['mode']]}",
+        title=run["name"] or title,
+        subtitle=f"{title} · {_first_upper(_(run['mode']))}",
         about=(
-            ("run", run["id"]),
-            ("made", f"{run['created_at'][:19].replace('T', ' ')} UTC"),
-            ("solver", f"{run['solver']['name']} {run['solver']['version']}"),
+            (_("run"), run["id"]),
+            (_("made"), f"{run['created_at'][:19].replace('T', ' ')} UTC"),
+            (_("solver"), f"{run['solver']['name']} {run['solver']['version']}"),
         ),
         opening=tuple(_opening(kind, run)),
         sections=tuple(section for section in _sections(kind, run) if section.blocks),
         request=json.dumps(run["spec"], indent=1, ensure_ascii=False),
+        language=language(),
     )
 
 
@@ -65,132 +66,82 @@ def _opening(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
     verdict = run["verdict"]
     if verdict:
         how = Standing(standing(verdict, run["accuracy"]))
-        yield Banner(how, _WORDS[how], verdict["summary"])
+        yield Banner(how, _standing(how), summary(verdict, kind.slug, run["accuracy"]))
         yield _criteria(verdict)
         if verdict["cautions"]:
-            yield Bullets(tuple(_sentence(text) for text in verdict["cautions"]))
+            yield Bullets(tuple(_sentence(spoken(text)) for text in verdict["cautions"]))
     elif run["status"] == "infeasible":
-        yield Banner(Standing.FAILS, "No such design", "There is none: not all that is required can be had.")
+        none = _("There is no such design: not all that is required can be had.")
+        yield Banner(Standing.FAILS, _("No such design"), none)
         yield _diagnosis(run["result"])
     else:
-        yield Banner(Standing.PLAIN, kind.title, _headline(run))
+        yield Banner(Standing.PLAIN, _(kind.title), _headline(run))
         if run["result"].get("warnings"):
-            yield Bullets(tuple(_sentence(text) for text in run["result"]["warnings"]))
+            yield Bullets(tuple(_sentence(spoken(text)) for text in run["result"]["warnings"]))
     if run["mode"] != Mode.ACCURACY and run["status"] == "succeeded":
-        made = made_part(kind, dict(run))
-        drawing, caption = made or part_of(kind, dict(run))
+        drawing, caption = part_of(kind, dict(run))
         if drawing:
             yield Figure(_light(drawing), caption)
+
+
+def _standing(how: Standing) -> str:
+    if how is Standing.FAILS:
+        return _("Does not hold")
+    return _("Holds, in doubt") if how is Standing.DOUBTFUL else _("Holds")
 
 
 def _headline(run: Mapping[str, Any]) -> str:
     figure = run["figure"]
     if not figure or figure.get("value") is None:
-        return "An analysis has no verdict; its results follow."
-    words, unit = split_unit(figure["name"])
-    return f"{_sentence(words).rstrip('.')}: {_number(figure['value'])} {unit}".rstrip() + "."
+        return _("An analysis has no verdict; its results follow.")
+    words, unit = named(figure["name"])
+    return f"{_first_upper(words)}: {_number(figure['value'])} {unit}".rstrip() + "."
 
 
 def _criteria(verdict: Mapping[str, Any]) -> Table:
     rows = tuple(
-        (item["label"], reached(item), required(item), margin(item), "holds" if item["holds"] else "does not hold")
-        for item in verdict["criteria"]
+        (_(c["label"]), reached(c), required(c), margin(c), _("holds") if c["holds"] else _("does not hold"))
+        for c in verdict["criteria"]
     )
     failing = frozenset(k for k, item in enumerate(verdict["criteria"]) if not item["holds"])
-    head = ("criterion", "reached", "required", "to spare", "")
+    head = (_("criterion"), _("reached"), _("required"), _("margin"), "")
     return Table(head, rows, frozenset({1, 2, 3}), (30, 20, 24, 12, 14), failing)
 
 
 def _diagnosis(result: Mapping[str, Any]) -> Table:
     rows = []
     for item in result["diagnosis"]:
-        words, unit = split_unit(item["requirement"])
-        best = "nothing" if item["attainable"] is None else f"{_number(item['attainable'])} {unit}".rstrip()
-        rows.append((words, f"{_number(item['required'])} {unit}".rstrip(), best, item["advice"]))
-    return Table(("requirement", "required", "attainable", "advice"), tuple(rows), frozenset({1, 2}), (20, 16, 16, 48))
+        words, unit = named(item["requirement"])
+        best = _("nothing") if item["attainable"] is None else f"{_number(item['attainable'])} {unit}".rstrip()
+        rows.append((words, f"{_number(item['required'])} {unit}".rstrip(), best, spoken(item["advice"])))
+    head = (_("requirement"), _("required"), _("attainable"), _("advice"))
+    return Table(head, tuple(rows), frozenset({1, 2}), (20, 16, 16, 48))
 
 
 def _sections(kind: Kind, run: Mapping[str, Any]) -> Iterator[Section]:
-    yield Section("What was asked", tuple(_inputs(run)))
+    yield Section(_("What was asked"), tuple(_inputs(run)))
     chain = chain_of(kind, run)
     if chain is not None and chain.items:
-        yield Section("The calculation, step by step", tuple(_calculation(kind, run, chain)))
-    yield Section("Results", tuple(_results(run)))
+        yield Section(_("The calculation, step by step"), (*blocks_of(chain), *compared(kind, run, chain)))
+    yield Section(_("Results"), tuple(_results(run)))
     shaped = sentences(run)
-    yield Section("What shaped it", (_shaped(shaped),) if shaped else ())
-    yield Section("Effects", tuple(_effects(kind, run)))
-    yield Section("Accuracy", tuple(_accuracy(run)))
+    yield Section(_("What shaped it"), (_shaped(shaped),) if shaped else ())
+    yield Section(_("Effects"), tuple(_effects(kind, run)))
+    yield Section(_("Accuracy"), tuple(_accuracy(run)))
     none = run["status"] == "infeasible"
-    yield Section(
-        "How it is known that there is none" if none else "How it is known to be the best", tuple(_proof(run))
-    )
+    known = _("How it is known that there is none") if none else _("How it is known to be the best")
+    yield Section(known, tuple(_proof(run)))
     if run["status"] == "succeeded":
-        yield Section("Pictures", tuple(_pictures(kind, run)))
+        yield Section(_("Pictures"), tuple(_pictures(kind, run)))
     if chain is not None and chain.sources:
-        yield Section("Sources", (Bullets(tuple(f"[{k}] {text}" for k, text in enumerate(chain.sources, 1))),))
-    yield Section("To repeat this", tuple(_repeating(run)))
-
-
-def chain_of(kind: Kind, run: Mapping[str, Any]) -> Chain | None:
-    """The calculation by hand of a run that found or was given something; it ends where a step has no value."""
-    if run["status"] != "succeeded" or run["mode"] == Mode.ACCURACY:
-        return None
-    chain = Chain()
-    try:
-        kind.calculation(run, chain)
-    except NotANumber:
-        chain.remark("The next step has no value that the digits carried could tell: the rest is left to the run.")
-    except ValidationError:
-        chain.remark("The request is of an earlier version and cannot be read any more.")
-    return chain
-
-
-def _calculation(kind: Kind, run: Mapping[str, Any], chain: Chain) -> Iterator[Block]:
-    yield Paragraph(
-        "In the order in which one would check it by hand. Every step shows its formula, then the numbers put in, then "
-        "the result; it is calculated from the numbers as they are printed, so a pocket calculator finds the same "
-        "digits. Where the same formula comes again, only its numbers are shown. Brackets name sources, listed below."
-    )
-    yield Calculation(chain)
-    compared = [step for step in chain.steps if step.told is not None]
-    if not compared:
-        return
-    rows, apart = [], False
-    for step in compared:
-        ratio = step.ratio
-        off = None if ratio is None else ratio - 1.0
-        same = off is not None and abs(off) < _CLOSE
-        apart = apart or not same
-        unit = "" if step.unit == DEGREE else f" {step.unit}"
-        told = f"{_number(step.told)}{step.unit if step.unit == DEGREE else unit}".rstrip()
-        shown = "—" if off is None else "the same" if same else f"{ratio:.5g}"
-        rows.append((step.words, f"{step.result}{unit}".rstrip(), told, shown))
-    yield Table(
-        ("quantity", "by hand", "the run", "run over hand"), tuple(rows), frozenset({1, 2, 3}), (40, 22, 22, 16)
-    )
-    yield Paragraph(_why_apart(kind, run, apart))
-
-
-def _why_apart(kind: Kind, run: Mapping[str, Any], apart: bool) -> str:
-    active = [e for e in effect_rows(kind, run) if e["state"] == "active" and e["name"] not in kind.followed]
-    if not apart:
-        return "The run agrees with the calculation by hand to the digits carried (one part in 10 000)."
-    if not active:
-        return (
-            "What is apart comes from carrying six digits, from integrals that a person takes by a coarser rule, or "
-            "from instants that were searched for more closely by the run."
-        )
-    told = "; ".join(f"{_plain(e['name'])} ({e['adds']}): {e['may_change']}" for e in active)
-    return (
-        "The run has effects that cannot be followed by hand; the last column is the factor by which they, and the six "
-        f"digits carried, change a figure. They may change the results by: {told}."
-    )
+        yield Section(_("Sources"), (Bullets(tuple(f"[{k}] {text}" for k, text in enumerate(chain.sources, 1))),))
+    yield Section(_("To repeat this"), tuple(_repeating(run)))
 
 
 def _inputs(run: Mapping[str, Any]) -> Iterator[Block]:
     found = groups(run)
     if found:
-        yield Facts(tuple((_sentence(g.title).rstrip("."), tuple((i.words, i.text) for i in g.inputs)) for g in found))
+        yield Facts(tuple((_first_upper(g.title), tuple((i.words, i.text) for i in g.inputs)) for g in found))
 
 
 _ELSEWHERE = {"fatigue_criterion", "objective", "value", "value_unit", "certificate", "transfer"}
@@ -202,14 +153,14 @@ def _results(run: Mapping[str, Any]) -> Iterator[Block]:
         if isinstance(value, bool) or name in _ELSEWHERE:
             continue
         if isinstance(value, (int, float)):
-            words, unit = split_unit(name)
+            words, unit = named(name)
             rows.append((words, f"{_number(value)} {unit}".rstrip()))
         elif isinstance(value, dict):
-            words, unit = split_unit(name)
+            words, unit = named(name)
             for inner, v in value.items():
                 if isinstance(v, bool) or not isinstance(v, (int, float)):
                     continue
-                own, its = split_unit(inner)
+                own, its = named(inner)
                 rows.append((f"{words}: {own}", f"{_number(v)} {its or unit}".rstrip()))
     if rows:
         yield Facts((("", tuple(rows)),))
@@ -222,45 +173,56 @@ def _levels(levels: list[Mapping[str, Any]]) -> Table:
     rows = tuple(
         (
             f"{level['accuracy']:g}",
-            "failed" if level["error"] is None else f"{'≤ ' if level['at_most'] else ''}{level['error']:.1e}",
+            _("failed") if level["error"] is None else f"{'≤ ' if level['at_most'] else ''}{level['error']:.1e}",
             "—" if level["time_median_s"] is None else f"{1e3 * level['time_median_s']:.3g} ms",
             str(level["runs"]),
         )
         for level in levels
     )
-    return Table(("accuracy asked for", "greatest error", "median time", "runs"), rows, frozenset({0, 1, 2, 3}))
+    head = (_("accuracy asked for"), _("greatest error"), _("time, median"), _("solves"))
+    return Table(head, rows, frozenset({0, 1, 2, 3}))
 
 
 def _shaped(shaped: list[dict[str, str]]) -> Bullets:
-    return Bullets(tuple(f"{_sentence(item['name']).rstrip('.')}: {item['worth']}." for item in shaped))
+    return Bullets(tuple(f"{_first_upper(item['name'])}: {item['worth']}." for item in shaped))
 
 
 def _effects(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
     rows = tuple(
-        (_plain(e["name"]), "computed" if e["state"] == "active" else "left out", e["may_change"], e["adds"], e["why"])
+        (
+            plain(e["name"]),
+            _("computed") if e["state"] == "active" else _("left out"),
+            e["may_change"],
+            e["adds"],
+            spoken(e["why"]),
+        )
         for e in effect_rows(kind, run)
     )
     if rows:
+        told = _(
+            "What was computed beside the core of the physics, and what was left out. The bounds are relative to the "
+            "main results."
+        )
         tolerance = run["spec"].get("effect_tolerance")
-        told = (
-            "" if tolerance is None else f", as long as all of them together may change less than {100 * tolerance:g} %"
-        )
-        yield Paragraph(
-            f"What was computed beside the core of the physics, and what was left out{told}. The bounds are relative "
-            "to the main results."
-        )
-        yield Table(("effect", "", "may change", "what it adds", "why"), rows, frozenset(), (17, 11, 14, 27, 31))
+        if tolerance is not None:
+            told += " " + _("What was left out may change them by less than %(share)s %% together.") % {
+                "share": f"{100 * tolerance:g}"
+            }
+        yield Paragraph(told)
+        head = (_("effect"), "", _("may change the results by"), _("what it adds"), _("why"))
+        yield Table(head, rows, frozenset(), (17, 11, 14, 27, 31))
 
 
 def _accuracy(run: Mapping[str, Any]) -> Iterator[Block]:
     told = run["accuracy"]
     if told:
-        met = "met" if told["met"] else "NOT met"
-        settings = ", ".join(f"{_plain(name)} {_number(value)}" for name, value in told["settings"].items())
-        yield Paragraph(
-            f"Asked for {told['requested']:.0e}, estimated {told['estimated']:.1g}: {met}"
-            + (f" ({settings})." if settings else ".")
-        )
+        asked = _("Asked for %(requested)s, estimated %(estimated)s:") % {
+            "requested": f"{told['requested']:.0e}",
+            "estimated": f"{told['estimated']:.1g}",
+        }
+        settings = ", ".join(f"{plain(name)} {_number(value)}" for name, value in told["settings"].items())
+        met = _("met") if told["met"] else _("not met")
+        yield Paragraph(f"{asked} {met}" + (f" ({settings})." if settings else "."))
 
 
 def _proof(run: Mapping[str, Any]) -> Iterator[Block]:
@@ -268,14 +230,21 @@ def _proof(run: Mapping[str, Any]) -> Iterator[Block]:
     if not certificate or "method" not in certificate:
         return
     gap = certificate.get("gap")
-    told = "no gap is known" if gap is None else "to the last digits" if gap < 1e-9 else f"gap {100 * gap:.1g} %"
-    rows = [("shown by", f"{certificate['method']}; {told}")]
+    if gap is None:
+        told = _("no gap is known")
+    else:
+        told = _("to the last digits") if gap < 1e-9 else _("gap %(share)s %%") % {"share": f"{100 * gap:.1g}"}
+    rows = [(_("shown by"), f"{spoken(certificate['method'])}; {told}")]
     if certificate.get("bound") is not None:
-        rows.append(("bound", _number(certificate["bound"])))
-    names = ("proven", "physics", "form", "range")
-    words = ("what is proven", "for which physics", "among which forms", "within which range")
-    rows += [(say, str(certificate[name])) for name, say in zip(names, words, strict=True) if certificate.get(name)]
-    rows += [("only estimated", text) for text in certificate.get("estimated") or ()]
+        rows.append((_("bound"), _number(certificate["bound"])))
+    words = {
+        "proven": _("what is proven"),
+        "physics": _("for which physics"),
+        "form": _("among which forms"),
+        "range": _("within which range"),
+    }
+    rows += [(say, spoken(str(certificate[name]))) for name, say in words.items() if certificate.get(name)]
+    rows += [(_("only estimated"), spoken(text)) for text in certificate.get("estimated") or ()]
     yield Table(("", ""), tuple(rows), frozenset(), (20, 80))
 
 
@@ -289,21 +258,15 @@ def _pictures(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
 
 def _repeating(run: Mapping[str, Any]) -> Iterator[Block]:
     yield Paragraph(
-        "The request travels with this file. Sent to any Crankwright of the same version it gives the same figures."
+        _("The request travels with this file. Sent to any Crankwright of the same version it gives the same figures.")
     )
-    yield Table(
-        ("", ""),
-        (
-            ("request", f"POST /api/v1/{_path(run)}"),
-            ("its hash", run["spec_hash"]),
-            (
-                "answered by",
-                f"{run['solver']['name']} {run['solver']['version']}, run {run['id']}, {run['created_at']}",
-            ),
-        ),
-        frozenset(),
-        (20, 80),
+    by = f"{run['solver']['name']} {run['solver']['version']}, {run['id']}, {run['created_at']}"
+    rows = (
+        (_("request"), f"POST /api/v1/{_path(run)}"),
+        (_("its hash"), run["spec_hash"]),
+        (_("answered by"), by),
     )
+    yield Table(("", ""), rows, frozenset(), (20, 80))
 
 
 def _path(run: Mapping[str, Any]) -> str:
@@ -320,10 +283,10 @@ def _number(value: object) -> str:
     return f"{value:.6g}".replace("-", "−") if isinstance(value, float) else str(value)
 
 
-def _plain(name: str) -> str:
-    return name.replace("_", " ")
+def _first_upper(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _sentence(text: str) -> str:
-    text = text[:1].upper() + text[1:]
+    text = _first_upper(text)
     return text if text.endswith((".", "!", "?")) else text + "."

@@ -1,11 +1,12 @@
-"""What a report consists of: plain text, tables, pictures and calculations. How it looks is the renderers'."""
+"""What a report consists of: plain text, tables, pictures and formulas. How it looks is the writers'."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-from app.designs.calculation.chain import Chain
+from app.designs.calculation.printed import Printed
 
 
 class Standing(StrEnum):
@@ -75,11 +76,55 @@ class Figures:
 
 
 @dataclass(frozen=True)
-class Calculation:
-    chain: Chain
+class Part:
+    """The begin of a part of the calculation."""
+
+    text: str
 
 
-Block = Banner | Paragraph | Bullets | Table | Facts | Figure | Figures | Calculation
+@dataclass(frozen=True)
+class Given:
+    """A symbol with its number, and what it is."""
+
+    symbol: str
+    number: Printed
+    unit: str
+    words: str
+
+
+@dataclass(frozen=True)
+class Givens:
+    items: tuple[Given, ...]
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A formula, the numbers put in, and the result; ``again``: the formula itself was shown before.
+
+    ``source`` is the number of its source in the list; ``told`` what the run says of the quantity.
+    """
+
+    symbol: str
+    formula: str
+    numbers: Mapping[str, Printed]
+    result: Printed
+    unit: str
+    words: str
+    source: str = ""
+    told: str = ""
+    again: bool = False
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Numbers under (symbol, unit), a row for each place; ``first`` is the number of the first row."""
+
+    head: tuple[tuple[str, str], ...]
+    rows: tuple[tuple[Printed, ...], ...]
+    first: int
+
+
+Block = Banner | Paragraph | Bullets | Table | Facts | Figure | Figures | Part | Givens | Formula | Rows
 
 
 @dataclass(frozen=True)
@@ -92,7 +137,7 @@ class Section:
 class Report:
     """A report; ``title`` is the user's own, ``subtitle`` what was done, ``about`` what identifies the run.
 
-    ``request`` is the run's request as JSON, which solves the same again.
+    ``request`` is the run's request as JSON, which solves the same again. ``language`` is the code of its texts'.
     """
 
     title: str
@@ -101,3 +146,4 @@ class Report:
     opening: tuple[Block, ...]
     sections: tuple[Section, ...]
     request: str
+    language: str = "en"

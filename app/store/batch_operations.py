@@ -8,31 +8,24 @@ each other.
 from __future__ import annotations
 
 import hashlib
-import time
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from importlib import import_module
 from typing import Any
 
-from sqlalchemy import Connection, delete, func, insert, select, update
+from sqlalchemy import Connection, delete, insert, select, update
 
 from app.store.batch_items import DIGEST_BYTES, digest
 from app.store.batch_records import ACTIVE, BatchRecord, BatchStatus, Block, Chunk, ChunkState, Item, ItemStatus
 from app.store.errors import IdempotencyConflict
+from app.store.leases import now
 from app.store.models import batch_blocks, batch_chunks, batch_items, batches, idempotency_keys
 from app.store.record import utc_now
 
 RECEIVING_S = 600.0
 """So long after its last block a batch that is not acknowledged counts as given up."""
 _COLUMNS = [field.name for field in fields(BatchRecord)]
-
-
-def now(connection: Connection) -> float:
-    """Unix time by the clock that all processes of this database share."""
-    if connection.dialect.name == "postgresql":
-        return float(connection.scalar(select(func.extract("epoch", func.clock_timestamp()))))
-    return time.time()
 
 
 @dataclass(frozen=True)

@@ -85,6 +85,11 @@ def fault_of(error: BaseException) -> StoreFault | None:
     return None if trouble is None else StoreFault(trouble, str(original).splitlines()[0] if str(original) else "")
 
 
+def collided(error: BaseException) -> bool:
+    """Whether two transactions stood in each other's way, and the server ended this one: it may be tried again."""
+    return isinstance(error, DBAPIError) and getattr(error.orig, "sqlstate", None) in ("40P01", "40001")
+
+
 @contextmanager
 def told() -> Iterator[None]:
     """What the driver raises within comes out as a StoreFault where it is one."""

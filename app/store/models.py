@@ -54,8 +54,7 @@ class UtcDateTime(TypeDecorator[datetime]):
 
 def _index_where_given(column: str) -> Index:
     given = text(f"{column} IS NOT NULL")
-    # Migrations make the indexes. PostgreSQL's own word for the condition would import its dialect wherever runs are
-    # kept, which takes a twentieth of a check on the command line.
+    # Migrations make the indexes. postgresql_where would import that dialect wherever runs are kept.
     return Index(None, column, "id", sqlite_where=given)
 
 
@@ -115,6 +114,16 @@ idempotency_keys = Table(
     Column("body", LargeBinary, nullable=False),
     Column("row_hash", String(64), nullable=False),
     Index(None, "run_id"),
+)
+
+# A run that was promised by a 202, until it ends: which process works on it, and until when that holds.
+promises = Table(
+    "promises",
+    metadata,
+    Column("run_id", String(36), ForeignKey("runs.id"), primary_key=True),
+    Column("owner", String(64), nullable=False),
+    Column("leased_until", Float, nullable=False),
+    Column("attempts", Integer, nullable=False),
 )
 
 api_keys = Table(

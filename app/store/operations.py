@@ -9,7 +9,7 @@ from datetime import datetime
 from sqlalchemy import Connection, delete, insert, select, update
 
 from app.store.errors import DamagedRecord, IdempotencyConflict, UnknownRun
-from app.store.models import idempotency_keys, runs
+from app.store.models import idempotency_keys, promises, runs
 from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, StoredResponse
 from app.store.rows import check, response_to_row, row_to_response, row_to_run, run_to_row
 from app.store.upkeep import oldest_id
@@ -58,7 +58,7 @@ class PutOnce:
 
 @dataclass(frozen=True)
 class Advance:
-    """Move an open run on: to running, or to its end. Returns False if the run had ended already."""
+    """Move an open run on: to running, or to its end, and its promise's. Returns False if the run had ended already."""
 
     run_id: str
     change: Finish | None
@@ -71,6 +71,11 @@ class Advance:
         if record.status not in OPEN_STATUSES:
             return False
         _rewrite(connection, _changed(record, self.change))
+        promised = promises.c.run_id == self.run_id
+        if self.change is None:
+            connection.execute(update(promises).where(promised).values(attempts=promises.c.attempts + 1))
+        else:
+            connection.execute(delete(promises).where(promised))
         return True
 
 

@@ -17,7 +17,6 @@ from typing import Any, Self, TypeVar
 
 from sqlalchemy import ColumnElement, Connection, Select, select, tuple_
 
-from app.logging import get_logger
 from app.store.batch_reads import find_batch, get_item_run, list_item_runs
 from app.store.batch_records import BatchRecord
 from app.store.engine import make_engine
@@ -25,10 +24,10 @@ from app.store.errors import DamagedRecord, InvalidCursor, UnknownRun
 from app.store.faults import FileWatch, StoreFault, Trouble, told
 from app.store.models import runs
 from app.store.operations import Advance, Put, PutOnce, find_response
+from app.store.promises import Promise
 from app.store.recent import RecentSpecs
 from app.store.record import (
     ANSWERED_STATUSES,
-    OPEN_STATUSES,
     Finish,
     RunFilter,
     RunOrder,
@@ -43,7 +42,6 @@ from app.store.upkeep import Expire, Probe
 from app.store.viewer import Viewer, own_key, viewer
 from app.store.writer import GroupWriter, Operation
 
-logger = get_logger(__name__)
 T = TypeVar("T")
 
 MAX_PAGE = 200
@@ -106,6 +104,14 @@ class RunStore:
         self._recent.add(record.spec_hash)
         return first
 
+    async def promise(
+        self, record: RunRecord, response: StoredResponse | None, owner: str, lease_s: float
+    ) -> StoredResponse | None:
+        """``put`` of an open run that ``owner`` works on: see ``app.store.promises``."""
+        first = await self._writer.submit(Promise(_insertion(record, response, self._since()), owner, lease_s))
+        self._recent.add(record.spec_hash)
+        return first
+
     def put_and_wait(self, record: RunRecord, response: StoredResponse | None = None) -> StoredResponse | None:
         """``put`` for code without an event loop (the command line)."""
         first = self._writer.submit_and_wait(_insertion(record, response, self._since()))
@@ -137,13 +143,6 @@ class RunStore:
         if not who.everything and record.owner != who.owner:
             raise UnknownRun(run_id)
         return record
-
-    async def open_runs(self) -> list[RunRecord]:
-        """The runs that are queued or running, oldest first.
-
-        For the one service process of a database, at its start: what a former one had promised and left.
-        """
-        return await self._read(_open_runs)
 
     async def find_response(self, key: str, request_hash: str) -> StoredResponse | None:
         """The answer kept under an idempotency key, None if the key is new, IdempotencyConflict if it is another's."""
@@ -273,17 +272,6 @@ def _get(connection: Connection, run_id: str) -> RunRecord:
 
 def _newest_specs(connection: Connection) -> list[str]:
     return list(connection.scalars(select(runs.c.spec_hash).order_by(runs.c.id.desc()).limit(RECENT)))
-
-
-def _open_runs(connection: Connection) -> list[RunRecord]:
-    wanted = select(runs).where(runs.c.status.in_(OPEN_STATUSES)).order_by(runs.c.created_at, runs.c.id)
-    found = []
-    for row in connection.execute(wanted).mappings().all():
-        try:
-            found.append(row_to_run(row))
-        except DamagedRecord as damage:
-            logger.error("record_damaged", table=damage.table, key=damage.key)
-    return found
 
 
 def _find_answer(

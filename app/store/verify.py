@@ -28,6 +28,7 @@ from app.store.models import (
     batches,
     idempotency_keys,
     ledger,
+    promises,
     runs,
 )
 from app.store.rows import is_intact
@@ -98,7 +99,7 @@ def _tolerate_broken_text(connection: Connection) -> None:
 def _schema_damages(connection: Connection) -> Iterator[Damage]:
     inspector = inspect(connection)
     present = set(inspector.get_table_names())
-    for table in (*_TABLES, ledger, *_BATCHES):
+    for table in (*_TABLES, ledger, promises, *_BATCHES):
         if table.name not in present:
             yield Damage(table.name, None, "the table is missing")
             continue

@@ -18,8 +18,10 @@ from sqlalchemy.exc import IntegrityError
 
 from app.store.engine import WRITE
 from app.store.errors import StoreClosed
-from app.store.faults import StoreFault, Trouble, fault_of
+from app.store.faults import StoreFault, Trouble, collided, fault_of
 
+_ATTEMPTS = 3
+"""So often a write is tried that another process comes in the way of."""
 _WAITED_FOR = (Trouble.BUSY, Trouble.UNREACHABLE)
 
 Operation = Callable[[Connection], Any]
@@ -134,8 +136,9 @@ class GroupWriter:
                 try:
                     _operate(connection, group)
                 except BaseException as error:
-                    # What is wrong with the database is wrong for each of them.
-                    settled = fault_of(error) is not None
+                    # What is wrong with the database is wrong for each of them; two groups that each hold what the
+                    # other wants come through one by one.
+                    settled = fault_of(error) is not None and not collided(error)
                     raise
             self._check()
         except BaseException as error:
@@ -147,7 +150,7 @@ class GroupWriter:
         return settled
 
     def _write_alone(self, ticket: _Ticket) -> None:
-        for attempt in (1, 2):
+        for left in reversed(range(_ATTEMPTS)):
             ticket.value, ticket.error = None, None
             try:
                 self._check()
@@ -155,14 +158,11 @@ class GroupWriter:
                     ticket.value = ticket.operation(connection)
                 self._check()
                 return
-            except IntegrityError as error:
-                # Another process may have committed the same key in between: the second attempt sees it.
-                ticket.error = error
-                if attempt == 2:
-                    return
             except BaseException as error:
                 ticket.error = error
-                return
+                # Another process may have committed the same key in between: the next attempt sees it.
+                if not left or not (isinstance(error, IntegrityError) or collided(error)):
+                    return
 
 
 def _operate(connection: Connection, group: list[_Ticket]) -> None:

@@ -13,9 +13,9 @@ from app.designs.kind import Mode
 from app.designs.registry import KINDS, job_of, modes_of
 from app.errors import Problem
 from app.submission import Service
-from app.web.effects import switched
 from app.web.run_pages import run_of
 from app.web.stock import rounded, stock_offer
+from app.words.effects import switched
 
 router = APIRouter(include_in_schema=False)
 

@@ -25,8 +25,8 @@ from app.errors import Problem
 from app.store.batch_reads import BatchFilter
 from app.store.batch_records import ACTIVE
 from app.store.errors import UnknownBatch
-from app.web.languages import gettext
 from app.web.rendering import page
+from app.words.languages import gettext
 
 router = APIRouter(include_in_schema=False)
 _ON_A_PAGE = 50

@@ -7,9 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from app.web.fields import named, split_unit
-from app.web.inputs import Input, differing
-from app.web.languages import gettext as _
+from app.designs.units import split_unit
+from app.words.fields import named
+from app.words.inputs import Input, differing
+from app.words.languages import gettext as _
+from app.words.units import told, unit_shown
 
 _SAME = 1e-12
 """Numbers that differ by less, relative to the greater one, are the same."""
@@ -58,7 +60,8 @@ def _numbers(result: Mapping[str, Any]) -> list[tuple[str, Any]]:
 
 def _row(name: str, a: Any, b: Any) -> Row:
     words, unit = named(name)
-    return Row(words, unit, _told(a), _told(b), difference(a, b))
+    a, b = (told(v, unit) if isinstance(v, float) else v for v in (a, b))
+    return Row(words, unit_shown(unit), _text(a), _text(b), difference(a, b))
 
 
 def difference(a: Any, b: Any) -> str:
@@ -71,7 +74,7 @@ def difference(a: Any, b: Any) -> str:
     return f"{b - a:+.4g}{share}"
 
 
-def _told(value: Any) -> str:
+def _text(value: Any) -> str:
     if value is None:
         return _("none")
     if isinstance(value, bool):
@@ -86,16 +89,19 @@ def _margins(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[Row]:
     for words in [*sides[0], *(n for n in sides[1] if n not in sides[0])]:
         left, right = (side.get(words) for side in sides)
         unit = (left or right)["unit"]
-        values = [side and side["reached"] for side in (left, right)]
-        rows.append(Row(_(words), unit, *(_criterion(side) for side in (left, right)), difference(*values)))
+        values = [
+            None if not side or side["reached"] is None else told(side["reached"], unit) for side in (left, right)
+        ]
+        rows.append(Row(_(words), unit_shown(unit), *(_criterion(side) for side in (left, right)), difference(*values)))
     return rows
 
 
 def _criterion(found: Mapping[str, Any] | None) -> str:
     if found is None:
         return _("not judged")
-    reached = _("none") if found["reached"] is None else f"{found['reached']:.4g}"
+    unit = found["unit"]
+    reached = _("none") if found["reached"] is None else f"{told(found['reached'], unit):.4g}"
     said = (
         _("%(reached)s of %(required)s, holds") if found["holds"] else _("%(reached)s of %(required)s, does not hold")
     )
-    return said % {"reached": reached, "required": f"{found['required']:.4g}"}
+    return said % {"reached": reached, "required": f"{told(found['required'], unit):.4g}"}

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 from app.exports.export import Tool
 from app.exports.registry import EXPORTS
-from app.web.languages import gettext as _
+from app.words.languages import gettext as _
+from app.words.languages import language
 
 _TOOLS = {
     Tool.FREECAD: "FreeCAD",
@@ -30,6 +31,8 @@ def downloads_of(run: dict[str, Any]) -> list[Download]:
     found = []
     for name, href in run["links"]["exports"].items():
         head, words = (_(part) for part in EXPORTS[name].title.partition(": ")[::2])
+        if name in ("html", "pdf") and language() != "en":
+            href = f"{href}?language={language()}"
         if name == "parameters":
             found += [Download(f"{href}?for={tool}", f"{head}: {shown}", words) for tool, shown in _TOOLS.items()]
         else:

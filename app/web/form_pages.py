@@ -18,16 +18,16 @@ from app.errors import Problem, busy
 from app.jobs.errors import Busy
 from app.store.record import RunFilter, RunStatus
 from app.submission import Service
-from app.web.drawings import drawn
+from app.web.again import checked_as
 from app.web.forms.faults import Faults, placed
 from app.web.forms.groups import Group
 from app.web.forms.nodes import Texts, applies
 from app.web.forms.numbers import others
 from app.web.forms.tree import form_of
 from app.web.forms.words import script_words
-from app.web.languages import gettext as _
-from app.web.part import checked_as
 from app.web.rendering import page, templates
+from app.words.drawings import drawn
+from app.words.languages import gettext as _
 
 router = APIRouter(include_in_schema=False)
 

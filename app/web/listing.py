@@ -10,7 +10,7 @@ from urllib.parse import urlencode
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.store.record import RunFilter, RunOrder, RunStatus
-from app.web.languages import gettext as _
+from app.words.languages import gettext as _
 
 FIELDS = ("kind", "mode", "status", "holds", "text", "since", "until", "order", "batch_id")
 ORDERS = {

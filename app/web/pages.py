@@ -1,4 +1,4 @@
-"""The start page, and the choice of a language."""
+"""The start page, and the choice of language and units."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ from app.errors import Problem
 from app.jobs.warming import in_words
 from app.store.record import RunFilter
 from app.submission import Service
-from app.web.drawings import drawn
-from app.web.languages import COOKIE, LANGUAGES
+from app.web.languages import COOKIE, UNITS_COOKIE
 from app.web.rendering import page
+from app.words.drawings import drawn
+from app.words.languages import LANGUAGES
+from app.words.units import SYSTEMS
 
 router = APIRouter(include_in_schema=False)
 _A_YEAR_S = 365 * 24 * 3600
@@ -41,8 +43,20 @@ async def choose_language(code: str, back: Annotated[str, Query(max_length=2000)
     """Speak a language from now on, and go back to the page that it was chosen on."""
     if code not in LANGUAGES:
         raise Problem(404, "No such page", "there is no such language")
+    return _chosen(COOKIE, code, back)
+
+
+@router.get("/units/{code}")
+async def choose_units(code: str, back: Annotated[str, Query(max_length=2000)] = "/") -> Response:
+    """Show and read lengths and pressures in these units from now on, and go back."""
+    if code not in SYSTEMS:
+        raise Problem(404, "No such page", "there are no such units")
+    return _chosen(UNITS_COOKIE, code, back)
+
+
+def _chosen(cookie: str, value: str, back: str) -> Response:
     # Back within this service only: a second slash would name another host.
     inside = back.startswith("/") and not back.startswith(("//", "/\\")) and back.isprintable()
     answer = RedirectResponse(back if inside else "/", status_code=303)
-    answer.set_cookie(COOKIE, code, max_age=_A_YEAR_S, httponly=True, samesite="lax")
+    answer.set_cookie(cookie, value, max_age=_A_YEAR_S, httponly=True, samesite="lax")
     return answer

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +14,10 @@ from markupsafe import Markup
 from app.access.forgery import FIELD
 from app.access.sessions import session
 from app.designs.registry import KINDS
-from app.designs.verdict import summary_of
-from app.web import verdicts
-from app.web.fields import named
-from app.web.languages import LANGUAGES, catalogue, gettext, language, ngettext
+from app.words import units, verdicts
+from app.words.fields import named, plain
+from app.words.languages import LANGUAGES, gettext, language, ngettext
+from app.words.solver_texts import spoken
 
 STATIC = Path(__file__).parent / "static"
 POLICY = (
@@ -33,50 +32,34 @@ templates.env.policies["ext.i18n.trimmed"] = True
 templates.env.install_gettext_callables(gettext, ngettext, newstyle=True)  # type: ignore[attr-defined]
 
 
-def figure(value: Any) -> str:
-    """A value to the digits that a person reads."""
+def figure(value: Any, unit: str = "") -> str:
+    """A value to the digits that a person reads, in the units in use."""
     if isinstance(value, bool):
         return gettext("yes") if value else gettext("no")
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return f"{units.told(value, unit):.6g}" if isinstance(value, float) else str(value)
 
 
-def short(value: float) -> str:
+def short(value: float, unit: str = "") -> str:
     """Four digits, without a power of ten where a person would write none."""
+    value = units.told(value, unit)
     return f"{value:,.0f}".replace(",", "\u202f") if 9999.5 <= abs(value) < 1e7 else f"{value:.4g}"
 
 
 def label(name: str) -> dict[str, str]:
-    """A field's name in words of the page's language, and its unit."""
+    """A field's name in words of the page's language, its unit as it is told, and the metric one."""
     words, unit = named(name)
-    return {"words": words, "unit": unit}
-
-
-def plain(name: object) -> str:
-    """A name of the contract as words of the page's language."""
-    return gettext(str(name).replace("_", " ").replace("-", " "))
-
-
-def spoken(text: str) -> str:
-    """A text made elsewhere, in the page's language if the catalogue has it."""
-    return gettext(text)
+    return {"words": words, "unit": units.unit_shown(unit), "metric": unit}
 
 
 def foreign(text: str) -> Markup:
     """The attribute that says that a text made elsewhere is English, where the page is not and the catalogue has no
     translation."""
-    return Markup(' lang="en"') if language() != "en" and gettext(text) == text else Markup()
+    return Markup(' lang="en"') if language() != "en" and spoken(text) == text else Markup()
 
 
 def first_upper(text: str) -> str:
     """With a capital letter in front, all else as it is."""
     return text[:1].upper() + text[1:]
-
-
-def summary(verdict: Mapping[str, Any], kind: str, accuracy: Mapping[str, Any] | None) -> str:
-    """A stored verdict's sentence in the page's language."""
-    if language() == "en":
-        return verdict["summary"]
-    return summary_of(verdict, KINDS[kind].denials if kind in KINDS else {}, accuracy, catalogue())
 
 
 def back_of(request: Request) -> str:
@@ -85,16 +68,26 @@ def back_of(request: Request) -> str:
 
 
 templates.env.filters["figure"] = figure
+templates.env.filters["quantity"] = units.quantity
+templates.env.filters["unit"] = units.unit_shown
+templates.env.globals["SYSTEMS"] = units.SYSTEMS
+templates.env.globals["system"] = units.system
 templates.env.filters["label"] = label
 templates.env.filters["short"] = short
 templates.env.filters["plain"] = plain
-templates.env.filters["summary"] = summary
 templates.env.filters["spoken"] = spoken
 templates.env.filters["foreign"] = foreign
 templates.env.filters["first_upper"] = first_upper
 templates.env.globals["back_of"] = back_of
 templates.env.globals["language"] = language
-for _filter in (verdicts.standing, verdicts.reached, verdicts.required, verdicts.margin, verdicts.used):
+for _filter in (
+    verdicts.standing,
+    verdicts.reached,
+    verdicts.required,
+    verdicts.margin,
+    verdicts.used,
+    verdicts.summary,
+):
     templates.env.filters[_filter.__name__] = _filter
 
 

@@ -13,17 +13,17 @@ from app.designs.registry import KINDS, modes_of, plots_for
 from app.store.errors import UnknownRun
 from app.store.record import OPEN_STATUSES, RunFilter, RunStatus
 from app.submission import Service
-from app.web.captions import captioned
 from app.web.comparison import compare
 from app.web.downloads import downloads_of
-from app.web.effects import effect_rows
-from app.web.inputs import groups
-from app.web.languages import gettext as _
 from app.web.listing import Listing, asked_of
-from app.web.part import made_part, part_of
 from app.web.rendering import page
-from app.web.shaping import sentences
 from app.web.stock import stock_offer
+from app.words.captions import captioned
+from app.words.drawings import part_of
+from app.words.effects import effect_rows
+from app.words.inputs import groups
+from app.words.languages import gettext as _
+from app.words.shaping import loosened, sentences
 
 router = APIRouter(include_in_schema=False)
 _ON_A_PAGE = 50
@@ -104,7 +104,6 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
         numbers["worst_fibre"] = _("outer, +h/2") if numbers["worst_fibre"] > 0 else _("inner, −h/2")
     succeeded = run["status"] == RunStatus.SUCCEEDED
     own = run["mode"] in kind.jobs
-    drawing, caption = part_of(kind, run) if own else ("", "")
     return page(
         request,
         "run.html",
@@ -119,11 +118,10 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
         checkable=run["mode"] == Mode.DESIGN and succeeded and Mode.CHECK in kind.jobs,
         inputs=groups(run),
         shaped=sentences(run),
+        worth=bool(loosened(run)),
         effects=effect_rows(kind, run),
         switchable=own and run["status"] not in OPEN_STATUSES,
         stock=stock_offer(run),
-        drawing=drawing,
-        caption=caption,
+        drawn=part_of(kind, run) if own else None,
         downloads=downloads_of(run),
-        part=made_part(kind, run),
     )

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from solvers.linkage import KINDS
-from solvers.linkage.kinds import Gain
+from solvers.linkage.mechanism.change_point import Gain
 
 
 def request(rng: np.random.Generator) -> dict[str, Any]:

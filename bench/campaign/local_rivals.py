@@ -19,8 +19,8 @@ import numpy as np
 from scipy.optimize import minimize, minimize_scalar
 
 from solvers import linkage, pin
-from solvers.linkage.family import FURTHER, Family
-from solvers.linkage.tolerances import Closure
+from solvers.linkage.mechanism.closure import Closure
+from solvers.linkage.optimum.family import FURTHER, Family
 from solvers.outcome import Outcome
 
 STEPS = (1e-4, 1e-3, 1e-2)
@@ -237,7 +237,7 @@ def linkage_scanned(
 
         def look(q: float, family: Family = family, kind: linkage.ChangePoint = kind) -> float:
             bar = family.member(q)
-            crank = problem.question.fixed_scale / (float(bar.ratios.rocker) * bar.end)
+            crank = problem.subproblem.fixed_scale / (float(bar.ratios.rocker) * bar.end)
             check = linkage.check(
                 scene, linkage.Mechanism(bar, crank, Closure(kind, 0.0, 0.0)), problem.limits,
                 demands=problem.demands(),

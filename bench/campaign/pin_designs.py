@@ -111,7 +111,7 @@ class PinProblem:
         active = frozenset(e["name"] for e in answer.effects if e["state"] == "active")
         selection = EffectSelection(active, frozenset(e["name"] for e in answer.effects) - active)
         if self._seeks_outside:
-            return Bushing(request.bushing_problem(), selection)
+            return Bushing(request.problem(), selection)
         return pin_of(request.problem(), selection)
 
     @property

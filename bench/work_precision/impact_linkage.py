@@ -21,7 +21,7 @@ from scipy.optimize import fsolve
 from bench.campaign.scenes import Scene, scenes
 from bench.linkage import pylinkage_mechanism
 from bench.work_precision.curves import Method, Results
-from solvers.linkage.four_bar import FourBar
+from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.references import linkage as oracle
 
 TITLE = "The impact linkage's check"

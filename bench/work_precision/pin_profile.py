@@ -23,9 +23,11 @@ from scipy.optimize import brentq, minimize
 from bench.pin import Midpoints
 from bench.work_precision.curves import Method, Results
 from solvers import pin
-from solvers.pin.interior_point import sloped
-from solvers.pin.program import Physics, Program, assemble
-from solvers.pin.separable import weigh
+from solvers.pin.effects import Physics
+from solvers.pin.optimum.conic import sloped
+from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.lagrangian import weigh
+from solvers.pin.optimum.program import Program
 
 TITLE = "The free bore of a piston pin"
 CASES = 200
@@ -194,7 +196,7 @@ def _on_midpoints(tier: Callable[[Program], np.ndarray], count: int, case: PinCa
     stations = Midpoints(x - 0.5 * h, x + 0.5 * h)
     limits = pin.Limits(max_deflection=case.limit)
     program = assemble(case.scene, limits, pin.CRITERIA["tresca_paper"], Physics(shear_deflection=False), stations)
-    masses = [program.solid_mass * program.volume(u) for u in (program.lower, tier(program))]
+    masses = [program.mass_unit * program.volume(u) for u in (program.lower, tier(program))]
     return dict(zip(("free", "stiff"), masses, strict=True))
 
 

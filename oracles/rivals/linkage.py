@@ -18,10 +18,9 @@ from scipy.optimize import minimize_scalar
 from oracles.rivals.hunt import Array, Hunt, Look, Space, Spent
 from oracles.rivals.starts import Strength, along, compete, step_along_limits
 from solvers import linkage
-from solvers.linkage.design import told_value
-from solvers.linkage.family import Family
-from solvers.linkage.four_bar import FourBar
-from solvers.linkage.tolerances import Closure
+from solvers.linkage.mechanism.closure import Closure
+from solvers.linkage.mechanism.kinematics import FourBar
+from solvers.linkage.optimum.family import Family
 
 _BEYOND = 1e3
 """So much closer to the ends of a type's range than designs go."""
@@ -32,8 +31,7 @@ _LEAST_ANGLE = 1e-9
 
 
 def _links(check: linkage.LinkageCheck) -> tuple[float, float, float, float]:
-    lengths = check.mechanism.lengths
-    return lengths.base, lengths.crank, lengths.coupler, lengths.rocker
+    return check.mechanism.lengths.links
 
 
 def cost_of(problem: linkage.LinkageProblem, value: float) -> float:
@@ -43,13 +41,13 @@ def cost_of(problem: linkage.LinkageProblem, value: float) -> float:
 
 def look_at(problem: linkage.LinkageProblem, family: Family, bar: FourBar, scale: float) -> Look:
     """What the check says of a member of a size."""
-    scene = problem.question.settled(scale, bar.end)
+    scene = problem.subproblem.settled(scale, bar.end)
     mechanism = linkage.Mechanism(bar, scale / (float(bar.ratios.rocker) * bar.end), Closure(family.kind, 0.0, 0.0))
     found = linkage.check(scene, mechanism, problem.limits, _needed(problem), demands=problem.demands()).value
     kept = margins(problem.limits, found)
     if found.strike is None or found.strike.peaks is None:
         return Look(math.inf, kept)
-    return Look(cost_of(problem, told_value(problem, scene, found)), kept)
+    return Look(cost_of(problem, problem.objective.read(found, scene)), kept)
 
 
 def _needed(problem: linkage.LinkageProblem) -> linkage.EffectSelection:
@@ -90,15 +88,15 @@ class Way:
 
 def ways(problem: linkage.LinkageProblem, scale: float) -> Iterator[Way]:
     """All types; ``scale`` is the answer's V [m], or one about which sizes are sought."""
-    question = problem.question
+    subproblem = problem.subproblem
     for kind in problem.kinds:
         family = Family(kind, problem.scene.restitution.gain)
         low, high = (math.exp(end) for end in family.range)
         ends, sizes = (low / _BEYOND, high * _BEYOND), (scale / _SIZES, scale * _SIZES)
-        if question.fixed_scale is not None:
-            yield _way(family, (ends,), lambda p, f=family: (f.member(math.log(p[0])), question.fixed_scale))
-        elif question.fixed_end is not None:
-            at = family.margin_where(lambda members: members.end, question.fixed_end)
+        if subproblem.fixed_scale is not None:
+            yield _way(family, (ends,), lambda p, f=family: (f.member(math.log(p[0])), subproblem.fixed_scale))
+        elif subproblem.fixed_end is not None:
+            at = family.margin_where(lambda members: members.end, subproblem.fixed_end)
             if at is not None:
                 bar = family.member(at)
                 yield _way(family, (sizes,), lambda p, bar=bar: (bar, float(p[0])))
@@ -155,9 +153,9 @@ def _told(problem: linkage.LinkageProblem, way: Way, bar: FourBar, scale: float)
     """The answer's parameters."""
     kind, gain = way.family.kind, way.family.gain
     beyond = math.log(kind.beyond_least(gain, float(getattr(bar.ratios, _RATIO[kind.parameter]))))
-    if problem.question.fixed_scale is not None:
+    if problem.subproblem.fixed_scale is not None:
         return np.array([beyond])
-    return np.array([math.log(scale)] if problem.question.fixed_end is not None else [beyond, math.log(scale)])
+    return np.array([math.log(scale)] if problem.subproblem.fixed_end is not None else [beyond, math.log(scale)])
 
 
 _RATIO = {"lambda0": "base", "lambda2": "coupler"}

@@ -18,12 +18,11 @@ from oracles.rivals.hunt import Array, Hunt, Look, Space
 from oracles.rivals.starts import Strength, along, compete, step_along_limits
 from solvers import pin
 from solvers.effects import EffectSelection
-from solvers.pin import bushing, ring
-from solvers.pin.check import on_profile
-from solvers.pin.effects import choose_for, compose, demands_of
-from solvers.pin.flexibility import cowper
-from solvers.pin.program import Physics
-from solvers.pin.section import solidity_of
+from solvers.pin.check import halves_alike, on_profile
+from solvers.pin.effects import Physics, choose_for, compose, demands_of
+from solvers.pin.optimum.discretised import sought_in
+from solvers.pin.ring import ovalization
+from solvers.pin.section.variables import solidity_of
 
 ACCURACY = 1e-8
 _THINNEST, _THICKEST = 1e-7, 4.0
@@ -95,19 +94,19 @@ class Pin:
     def figures(self, profile: pin.Profile) -> Figures:
         scene = self.problem.scene
         g, m = scene.geometry, scene.material
-        whole = profile.along(g.length)
-        if not whole.is_symmetric(g.length, whole.walls(g.outer_diameter)):
+        whole, sought = profile.along(g.length), sought_in(scene)
+        sizes = np.array(whole.bore)
+        if not halves_alike(scene, whole):
             scene = replace(scene, mirrored=False)
-        law = cowper(m.poisson)
-        program, wall, _ = on_profile(scene, whole, self.problem.criterion, self.physics, law, ACCURACY)
+        program, wall, _ = on_profile(scene, whole, self.problem.criterion, self.physics, ACCURACY)
         oval = stress = None
         if (self.limits.max_ovalization or self.limits.max_ring_stress) is not None and wall.min() > 0.0:
             widest, middle = (
-                ring.ring(scene.force, g.outer_diameter, g.length, 1.0 - w, m.elastic_modulus, m.poisson)
+                ovalization.ring(scene.force, g.outer_diameter, g.length, 1.0 - w, m.elastic_modulus, m.poisson)
                 for w in (float(wall.min()), float(wall[-1 if scene.symmetric else wall.size // 2]))
             )
             oval, stress = widest.ovalization, max(widest.stresses.greatest, middle.stresses.greatest)
-        mass, use = program.solid_mass * whole.volume_share(g), float(program.uses(wall).max())
+        mass, use = sought.mass_of(scene, np.array(whole.x), sizes), float(program.uses(wall).max())
         return Figures(mass, use, program.deflection(solidity_of(wall)), oval, stress)
 
 
@@ -115,7 +114,7 @@ class Pin:
 class Bushing:
     """A bushing, by its check."""
 
-    problem: bushing.BushingProblem
+    problem: pin.PinProblem
     selection: EffectSelection
 
     @property
@@ -135,7 +134,7 @@ class Bushing:
 
     def figures(self, profile: pin.Profile) -> Figures:
         p = self.problem
-        found = bushing.check(p.scene, profile, p.criterion, p.limits, self.selection, accuracy=ACCURACY).value
+        found = pin.check(p.scene, profile, p.criterion, p.limits, self.selection, accuracy=ACCURACY).value
         oval, stress = (None, None) if found.ring is None else (found.ring.ovalization_max, found.ring.stress_max)
         return Figures(found.mass, found.strength_utilisation, found.deflection, oval, stress)
 

@@ -3,7 +3,8 @@
 It takes the bore ratio beta = d/D of the last pass to compute the section's forces' share F, and F to compute the next
 bore. Its error shrinks by F'(beta)/(4 beta^3) a pass, so it settles only where that is less than 1 in magnitude: over
 the quarter disc m^2 + q^2 <= 1 of all loads that a pin can carry that is a little less than half. Newton's method in
-the wall (``solvers.pin.section``) settles from everywhere; this tier answers None where the iteration does not.
+the wall (``solvers.pin.section.strength``) settles from everywhere;
+this tier answers None where the iteration does not.
 """
 
 from __future__ import annotations

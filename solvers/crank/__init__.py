@@ -12,29 +12,28 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
-    "CrankDynamics": "analysis",
-    "analyse": "analysis",
+    "CrankDynamics": "check",
+    "analyse": "check",
     "EFFECTS": "effects",
-    "IndicatorPressure": "indicator",
-    "STROKES": "indicator",
-    "Stroke": "indicator",
-    "Estimate": "mass_reduction",
-    "Pendulum": "mass_reduction",
-    "RodMasses": "mass_reduction",
-    "USUAL": "mass_reduction",
-    "Weighing": "mass_reduction",
-    "estimate": "mass_reduction",
-    "swing": "mass_reduction",
-    "weigh": "mass_reduction",
-    "CrankThrow": "masses",
-    "RodMass": "masses",
-    "three_particles": "masses",
-    "ExactMotion": "motion",
-    "TwoHarmonicMotion": "motion",
-    "TablePressure": "pressure",
-    "Repair": "repair",
-    "repaired_indicator": "repair",
-    "repaired_table": "repair",
+    "IndicatorPressure": "gas.indicator_diagram",
+    "STROKES": "gas.indicator_diagram",
+    "Stroke": "gas.indicator_diagram",
+    "Estimate": "masses.scaling",
+    "Pendulum": "masses.pendulum",
+    "RodMasses": "masses.reduced_rod",
+    "USUAL": "masses.scaling",
+    "Weighing": "masses.weighing",
+    "estimate": "masses.scaling",
+    "swing": "masses.pendulum",
+    "weigh": "masses.weighing",
+    "CrankThrow": "masses.two_mass_model",
+    "RodMass": "masses.two_mass_model",
+    "three_particles": "masses.two_mass_model",
+    "ExactMotion": "motion.slider_crank",
+    "TablePressure": "gas.pressure_table",
+    "Repair": "gas.data_repair",
+    "repaired_indicator": "gas.data_repair",
+    "repaired_table": "gas.data_repair",
     "Cylinder": "scene",
     "Engine": "scene",
     "Masses": "scene",
@@ -49,4 +48,5 @@ __all__ = sorted(_HOME)
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    found = globals()[name] = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    return found

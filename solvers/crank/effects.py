@@ -10,15 +10,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from solvers.crank.cycle import Array, Composition, Cycle, Forces
-from solvers.crank.motion import ExactMotion, Motion, Posture, TwoHarmonicMotion
-from solvers.crank.pressure import Curve
+from solvers.crank.cycle.forces import Composition, Cycle, Machine, instant
+from solvers.crank.gas.unrolled_pressure import Curve, Unrolled, within
 from solvers.crank.scene import Scene
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
 
 _ANGLES = 128
 """Per turn; a maximum taken from them is no greater than the true one, which makes the bounds no smaller."""
@@ -27,38 +30,55 @@ _SEEN = 0.9
 """Of the work's swing, what sums over the angles are trusted to have seen."""
 
 
-@dataclass(frozen=True)
-class Background:
-    """What acts without an effect, at some angles of the cycle: what that effect's own share is held against."""
+class Background(NamedTuple):
+    """What acts without an effect, from some angles of the cycle: what that effect's own share is held against.
 
-    angle: Array
-    forces: Forces
-    phases: tuple[float, ...]
-    period: float
+    The greatest magnitude of the gas force [N]; the least of the greatest loads on rod, crank pin and main bearings
+    [N]; the greatest magnitude of the side force [N]; the magnitude of one cylinder's mean torque [N m]; the work
+    between the extremes of the speed, all cylinders together [J].
+    """
 
-    @cached_property
-    def least_load(self) -> float:
-        """The least of the greatest loads [N] on rod, crank pin and main bearings."""
-        f = self.forces
-        return float(min(np.max(np.abs(load)) for load in (f.rod, f.crank_pin_load, f.main_bearing_load)))
+    gas_force: float
+    least_load: float
+    side_force: float
+    mean_torque: float
+    work_swing: float
 
-    @cached_property
-    def side_force(self) -> float:
-        """The greatest magnitude of the side force [N]."""
-        return float(np.max(np.abs(self.forces.side)))
 
-    @cached_property
-    def mean_torque(self) -> float:
-        """The magnitude of one cylinder's mean torque [N m]."""
-        return abs(float(np.mean(self.forces.torque)))
-
-    @cached_property
-    def work_swing(self) -> float:
-        """The work [J] between the extremes of the speed, all cylinders together."""
-        angle, period = self.angle, self.period
-        torque = sum(np.interp(angle - psi, angle, self.forces.torque, period=period) for psi in self.phases)
-        work = np.cumsum(torque - np.mean(torque)) * (period / angle.size)
-        return _SEEN * float(np.ptp(work))
+@kernel
+def _background(machine: Machine, gas: Unrolled, phases: Array, count: int) -> Background:
+    period, last = gas.breaks[-1] - gas.breaks[0], gas.stroke.size - 1
+    torque, k = np.empty(count), 0
+    force = side = rod = crank_pin = bearing = mean = 0.0
+    for i in range(count):
+        phi = within((i + 0.5) * period / count, gas.breaks)
+        if phi < gas.breaks[k]:
+            k = 0
+        while k < last and gas.breaks[k + 1] <= phi:
+            k += 1
+        at = instant(phi, k, machine, gas)
+        axial, square = at.gas + at.inertia, at.tangential * at.tangential
+        force, side = max(force, abs(at.gas)), max(side, abs(at.side))
+        rod = max(rod, axial * axial + at.side * at.side)
+        crank_pin = max(crank_pin, square + (at.radial - machine.big_end) ** 2)
+        bearing = max(bearing, square + (at.radial - machine.turning) ** 2)
+        torque[i] = at.tangential * machine.frame.r
+        mean += torque[i] / count
+    surplus = np.full(count, -mean * phases.size)
+    for phase in phases:
+        # The other cylinders' torque between the angles seen of the first.
+        later = (-phase * count / period) % count
+        share, low = later - math.floor(later), math.floor(later) % count
+        for i in range(count):
+            high = low + 1 if low + 1 < count else 0
+            surplus[i] += (1.0 - share) * torque[low] + share * torque[high]
+            low = high
+    work = least = most = 0.0
+    for i in range(count):
+        work += surplus[i]
+        least, most = min(least, work), max(most, work)
+    swing = _SEEN * (most - least) * period / count
+    return Background(force, math.sqrt(min(rod, crank_pin, bearing)), side, abs(mean), swing)
 
 
 @dataclass(frozen=True)
@@ -95,18 +115,17 @@ class Situation:
         return (*self.in_line, *self.still[1:], *both)
 
     def _background(self, offset: bool, inertia: bool) -> Background:
-        scene = self.scene
-        period = scene.cylinder.period
+        scene, composition = self.scene, Composition()
+        composition = PinOffset().join(composition, scene) if offset else composition
+        composition = ReciprocatingInertia().join(composition, scene) if inertia else composition
+        machine = Cycle(scene, composition, self.curve).machine
         count = _ANGLES * scene.cylinder.strokes // 2
-        angle = (np.arange(count) + 0.5) * (period / count)
-        axial = (ReciprocatingInertia(),) if inertia else ()
-        composition = Composition(scene.mechanism.motion(with_offset=offset), axial=axial)
-        return Background(angle, Cycle(scene, composition, self.curve).forces(angle), scene.engine.phases, period)
+        return _background(machine, self.curve.unrolled, np.array(scene.engine.phases), count)
 
-    @cached_property
+    @property
     def gas_force(self) -> float:
         """The greatest magnitude of the gas force [N]."""
-        return float(np.max(np.abs(self.gas.forces.gas)))
+        return self.gas.gas_force
 
     @property
     def cylinders(self) -> int:
@@ -143,9 +162,11 @@ class CrankEffect(Protocol):
     summary: str
     measure: str
 
-    def influence(self, situation: Situation) -> float: ...
+    def influence(self, situation: Situation) -> float:
+        """See ``solvers.effects.Effect``."""
 
-    def join(self, composition: Composition, scene: Scene) -> Composition: ...
+    def join(self, composition: Composition, scene: Scene) -> Composition:
+        """The composition with what this effect adds."""
 
 
 def _relative(part: float, whole: float) -> float:
@@ -178,16 +199,7 @@ class ReciprocatingInertia:
         )
 
     def join(self, composition: Composition, scene: Scene) -> Composition:
-        return replace(composition, axial=(*composition.axial, self))
-
-    def axial_force(self, cycle: Cycle, at: Posture) -> Array:
-        return self._force(cycle, at, cycle.scene.masses.reciprocating)
-
-    def on_wrist_pin(self, cycle: Cycle, at: Posture) -> Array:
-        return self._force(cycle, at, cycle.scene.masses.piston)
-
-    def _force(self, cycle: Cycle, at: Posture, mass: float) -> Array:
-        return -mass * cycle.angular_speed**2 * at.acceleration
+        return replace(composition, reciprocating=scene.masses.reciprocating, piston=scene.masses.piston)
 
 
 @dataclass(frozen=True)
@@ -220,12 +232,7 @@ class RodInertiaCouple:
         )
 
     def join(self, composition: Composition, scene: Scene) -> Composition:
-        return replace(composition, lateral=(*composition.lateral, self))
-
-    def side_force(self, cycle: Cycle, at: Posture) -> Array:
-        # 1/cos(beta) is the length of the tangent's own triangle, in whatever motion.
-        couple = cycle.scene.masses.rod.inertia_defect * cycle.angular_speed**2 * at.turning
-        return couple * np.hypot(1.0, at.tangent) / cycle.motion.rod_length
+        return replace(composition, inertia_defect=scene.masses.rod.inertia_defect)
 
 
 @dataclass(frozen=True)
@@ -252,7 +259,7 @@ class PinOffset:
         )
 
     def join(self, composition: Composition, scene: Scene) -> Composition:
-        return replace(composition, motion=scene.mechanism.motion())
+        return replace(composition, offset=scene.mechanism.offset)
 
 
 @dataclass(frozen=True)
@@ -285,17 +292,9 @@ def choose_for(
     return choose(EFFECTS, Situation(scene, curve), selection, tolerance, demands)
 
 
-def compose(choice: Choice[CrankEffect], scene: Scene, accuracy: float) -> Composition:
-    """The physics that the chosen effects make up, on top of the gas force in an in-line mechanism.
-
-    Without offset the two-harmonic motion will do where its error, at most lambda^2 of any result, is within the
-    accuracy asked for.
-    """
-    m = scene.mechanism
-    in_line: Motion = ExactMotion(m.crank_radius, m.rod_length)
-    if (m.crank_radius / m.rod_length) ** 2 <= accuracy:
-        in_line = TwoHarmonicMotion(m.crank_radius, m.rod_length)
-    composition = Composition(in_line)
+def compose(choice: Choice[CrankEffect], scene: Scene) -> Composition:
+    """The physics that the chosen effects make up, on top of the gas force in an in-line mechanism."""
+    composition = Composition()
     for effect in choice.active:
         composition = effect.join(composition, scene)
     return composition

@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from solvers.crank.cylinder import Cylinder
-from solvers.crank.masses import CrankThrow, RodMass
-from solvers.crank.motion import ExactMotion
-from solvers.crank.pressure import Pressure
+from solvers.crank.gas.cylinder import Cylinder
+from solvers.crank.gas.unrolled_pressure import Pressure
+from solvers.crank.masses.two_mass_model import CrankThrow, RodMass
+from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import require
 
 

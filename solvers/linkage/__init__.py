@@ -8,14 +8,15 @@ outcome = linkage.check(scene, linkage.of_ratio(scene, linkage.LARGEST_BASE, 3.0
 
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.linkage.bulk import Case, LinkageTable, check_family, check_many
-from solvers.linkage.check import check, of_lengths, of_ratio, tool_speed
+from solvers.linkage.check import check, of_ratio
 from solvers.linkage.design import LinkageDesign, design
 from solvers.linkage.effects import EFFECTS
-from solvers.linkage.front import AGAINST, MOST_POINTS, FrontPoint, front
-from solvers.linkage.kinds import KINDS, LARGEST_BASE, LARGEST_COUPLER, LARGEST_ROCKER
-from solvers.linkage.problem import OBJECTIVES, LinkageProblem, demands_of
-from solvers.linkage.result import Lengths, LinkageCheck, Mechanism
-from solvers.linkage.scene import Drive, Limits, Motor, Restitution, Scene
+from solvers.linkage.mechanism.change_point import KINDS, LARGEST_BASE, LARGEST_COUPLER, LARGEST_ROCKER
+from solvers.linkage.mechanism.lengths import Lengths, Mechanism, of_lengths
+from solvers.linkage.pareto_front import AGAINST, MOST_POINTS, FrontPoint, front
+from solvers.linkage.problem import OBJECTIVES, Limits, LinkageProblem, demands_of
+from solvers.linkage.result import LinkageCheck
+from solvers.linkage.scene import Drive, Motor, Restitution, Scene
 from solvers.linkage.verdict import Given, judge
 
 __all__ = [
@@ -53,5 +54,4 @@ __all__ = [
     "judge",
     "of_lengths",
     "of_ratio",
-    "tool_speed",
 ]

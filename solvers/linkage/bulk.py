@@ -11,14 +11,18 @@ from numpy.typing import NDArray
 
 from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput, require
-from solvers.linkage.check import PLAIN, check, check_with, unit_figures
-from solvers.linkage.envelope import outlines
-from solvers.linkage.figures import enclosing_radii, least_areas
-from solvers.linkage.four_bar import coefficients, greatest_transfers, swing
-from solvers.linkage.kinds import ChangePoint, Gain, Ratios
-from solvers.linkage.loads import SHARP, unit_peaks
-from solvers.linkage.result import LinkageCheck, Mechanism
-from solvers.linkage.scene import Limits, Scene
+from solvers.linkage.check import PLAIN, check, check_with, ratio_results
+from solvers.linkage.loads.torque_and_pin_force import SHARP, unit_peaks
+from solvers.linkage.mechanism.angular_velocity_ratio import greatest_transfers
+from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
+from solvers.linkage.mechanism.kinematics import coefficients, swing
+from solvers.linkage.mechanism.lengths import Mechanism
+from solvers.linkage.problem import Limits
+from solvers.linkage.result import LinkageCheck
+from solvers.linkage.scene import Scene
+from solvers.linkage.swept_area.bounding_box import least_areas
+from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
+from solvers.linkage.swept_area.outline import outlines
 from solvers.outcome import Outcome
 
 Array = NDArray[np.float64]
@@ -55,10 +59,10 @@ def check_many(cases: Iterable[Case]) -> list[Outcome[LinkageCheck] | InvalidInp
     """
     cases = list(cases)
     found: list[Outcome[LinkageCheck] | InvalidInput] = []
-    for case, figures in zip(cases, unit_figures([case.mechanism for case in cases]), strict=True):
+    for case, own in zip(cases, ratio_results([case.mechanism for case in cases]), strict=True):
         try:
             outcome = check_with(
-                figures, case.scene, case.mechanism, case.limits, case.effects, case.effect_tolerance, case.accuracy,
+                own, case.scene, case.mechanism, case.limits, case.effects, case.effect_tolerance, case.accuracy,
                 case.demands,
             )  # fmt: skip
         except InvalidInput as refusal:
@@ -113,7 +117,7 @@ def check_family(
     rows = coefficients(kind, ratios)
     gain = np.sqrt(rows[:, 0] * rows[:, 1] / rows[:, 2])
     less = rows[:, 5] / rows[:, 2] / (gain + 1.0)
-    reach = np.asarray(kind.reach(ratios), dtype=float)
+    reach = np.asarray(kind.pin_to_pivot(ratios), dtype=float)
     require(bool(np.all(reach > 0.0)), f"ratios.{kind.parameter}", "gives no mechanism of this type", "above g²")
     start, end, turned = less / reach, (gain + 1.0) / reach, swing(kind, ratios)
     rotatable, none = rows[:, 4] >= 0.0, np.full(parameter.size, np.nan)

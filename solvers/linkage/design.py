@@ -4,29 +4,29 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, EffectSelection
 from solvers.linkage.check import check
-from solvers.linkage.diagnosis import diagnose
 from solvers.linkage.effects import Situation, choose_for
-from solvers.linkage.endless import refuse_endless
-from solvers.linkage.family import FURTHER, GREATEST_MARGIN, Family
-from solvers.linkage.kinds import LONGEST, NEAREST, ChangePoint
+from solvers.linkage.mechanism.change_point import LONGEST, NEAREST, ChangePoint
+from solvers.linkage.mechanism.closure import Closure
+from solvers.linkage.mechanism.lengths import Mechanism
+from solvers.linkage.optimum.branch_and_bound import Proven, search_all
+from solvers.linkage.optimum.family import FURTHER, GREATEST_MARGIN, Family
+from solvers.linkage.optimum.infeasibility import diagnose
+from solvers.linkage.optimum.unbounded import refuse_endless
 from solvers.linkage.problem import LinkageProblem
-from solvers.linkage.result import LinkageCheck, Mechanism
+from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import Scene
-from solvers.linkage.search import Proven, search_all
-from solvers.linkage.tolerances import Closure
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
 
 METHOD = "branch and bound over the free ratio of every type, orientation included"
-LEAST_GAP, GREATEST_GAP = 1e-6, 1e-3
-_ACTIVE = 1e-7
+LEAST_GAP = 1e-6
+_ACTIVE, _WIDE = 1e-7, 5e-4
 _SAME = 1e-10
-"""Figures that agree as well as this are the same: both are closed forms, or extremes closed in on to less."""
+"""Quantities that agree as well as this are the same: both are closed forms, or extremes closed in on to less."""
 
 
 @dataclass(frozen=True)
@@ -59,20 +59,21 @@ def design(
 ) -> Outcome[LinkageDesign]:
     """The best linkage for a problem, or the diagnosis why there is none.
 
-    Made for the middle of the restitution's range. ``accuracy`` sets the gap of the proof, within [1e-6, 1e-3]; the
-    answer itself is closed in on to rounding. Raises InvalidInput where the request makes no sense.
+    Made for the middle of the restitution's range. ``accuracy`` is the gap of the proof, no less than 1e-6; the answer
+    itself is closed in on to a small share of it. Raises InvalidInput where the request makes no sense.
     """
     started = time.perf_counter()
     require_accuracy(accuracy)
-    gap = min(max(accuracy, LEAST_GAP), GREATEST_GAP)
+    gap = max(accuracy, LEAST_GAP)
     refuse_endless(problem)
-    question, gain = problem.question, problem.scene.restitution.gain
+    subproblem, gain = problem.subproblem, problem.scene.restitution.gain
     families = [Family(kind, gain) for kind in problem.kinds]
-    found = list(zip(families, search_all(question, families, gap), strict=True))
+    found = list(zip(families, search_all(subproblem, families, gap), strict=True))
     feasible = [(family, proven) for family, proven in found if proven.q is not None]
     settings: dict[str, float | int | str] = {"gap": gap}
     if not feasible:
-        situation = Situation(problem.scene, found[0][0].member(0.0), 1.0, None)
+        nominal = Mechanism(found[0][0].member(0.0), 1.0, Closure(problem.kinds[0], 0.0, 0.0))
+        situation = Situation(problem.scene, nominal, problem.limits, accuracy, False, None)
         choice = choose_for(situation, effects, effect_tolerance, problem.demands())
         return Outcome(
             Status.INFEASIBLE,
@@ -85,16 +86,18 @@ def design(
         )
     family, best = min(feasible, key=lambda pair: pair[1].cost)
     mechanism = _mechanism(family, best)
-    scene = question.settled(best.scale, mechanism.bar.end)
+    scene = subproblem.settled(best.scale, mechanism.bar.end)
     outcome = check(scene, mechanism, problem.limits, effects, effect_tolerance, accuracy, problem.demands())
-    value = _value(problem, best.cost)
+    value = problem.objective.value(best.cost)
     # What the check says of the answer may differ from what was searched with: the bound gives way by that.
-    apart = abs(told_value(problem, scene, outcome.value) / value - 1.0)
+    apart = abs(problem.objective.read(outcome.value, scene) / value - 1.0)
     bound = min(proven.bound for _, proven in found) * (1.0 - (apart if apart > _SAME else 0.0))
     alternatives = tuple(_alternative(problem, family, proven) for family, proven in found)
-    judged = _warned(outcome.value, family, best)
+    judged = _warned(outcome.value, family, best, gap)
     result = LinkageDesign(judged, scene, problem.objective.name, value, _active(problem, outcome.value), alternatives)
-    certificate = Certificate(METHOD, _value(problem, bound), max(1.0 - bound / best.cost, 0.0), _evidence(found))
+    certificate = Certificate(
+        METHOD, problem.objective.value(bound), max(1.0 - bound / best.cost, 0.0), _evidence(found)
+    )
     return Outcome(
         Status.SUCCEEDED,
         result,
@@ -111,31 +114,13 @@ def _mechanism(family: Family, proven: Proven) -> Mechanism:
     return Mechanism(bar, crank, Closure(family.kind, 0.0, 0.0))
 
 
-def told_value(problem: LinkageProblem, scene: Scene, found: LinkageCheck) -> float:
-    """The objective of a checked linkage that runs in this scene, whose speed and frequency are settled."""
-    read: dict[str, Callable[[], float]] = {
-        "box_area": lambda: found.box.area,
-        "longest_link": lambda: found.mechanism.crank * float(found.mechanism.bar.longest),
-        "enclosing_radius": lambda: found.enclosing_radius,
-        "peak_torque": lambda: found.strike.peaks.torque,
-        "pin_force": lambda: found.strike.peaks.force,
-        "impact_speed": lambda: scene.impact_speed,
-        "blow_frequency": lambda: scene.blow_frequency,
-    }
-    return read[problem.objective.name]()
-
-
-def _value(problem: LinkageProblem, cost: float) -> float:
-    return cost if problem.objective.sign > 0 else 1.0 / cost
-
-
 def _alternative(problem: LinkageProblem, family: Family, proven: Proven) -> Alternative:
     if proven.q is None:
         why = "no mechanism of this type meets the limits"
         if proven.cells == 0:
             why = "no mechanism of this type turns fully with links, transmission angle and speed as asked for"
         return Alternative(family.kind, None, None, why)
-    return Alternative(family.kind, _mechanism(family, proven), _value(problem, proven.cost), "")
+    return Alternative(family.kind, _mechanism(family, proven), problem.objective.value(proven.cost), "")
 
 
 def _evidence(found: list[tuple[Family, Proven]]) -> dict[str, float | int | str]:
@@ -149,7 +134,7 @@ def _evidence(found: list[tuple[Family, Proven]]) -> dict[str, float | int | str
     return out
 
 
-def _warned(value: LinkageCheck, family: Family, best: Proven) -> LinkageCheck:
+def _warned(value: LinkageCheck, family: Family, best: Proven, gap: float) -> LinkageCheck:
     said = []
     low, high = family.range
     if abs(best.q - low) < _ACTIVE or abs(high - best.q) < _ACTIVE:
@@ -161,7 +146,7 @@ def _warned(value: LinkageCheck, family: Family, best: Proven) -> LinkageCheck:
             "objective would be gained"
             + ("; a limit on the size would give a mechanism that can be built" if endless else "")
         )
-    elif best.gap > GREATEST_GAP:
+    elif best.gap > 2.0 * max(gap, _WIDE):
         said.append(f"a better mechanism is excluded only to {best.gap:.1e}")
     return replace(value, warnings=(*value.warnings, *said)) if said else value
 

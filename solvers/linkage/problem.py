@@ -1,36 +1,71 @@
 """A design problem of the impact linkage: what is required, what is wanted, and the size each member then takes.
 
-The scale V (see ``family``) is fixed by speed and frequency where the rocker strikes at its own joint: V = v/omega.
-With a tool at a given radius r the free ratio is fixed instead, by v = omega r |u31(2 pi)|, and V is free within the
-limits. Where the speed or the frequency is what is sought, both are free.
+The scale V (see ``optimum.family``) is fixed by speed and frequency where the rocker strikes at its own joint:
+V = v/omega. With a tool at a given radius r the free ratio is fixed instead, by v = omega r |u31(2 pi)|, and V is free
+within the limits. Where the speed or the frequency is what is sought, both are free.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.effects import Demand
 from solvers.errors import InvalidInput, require
-from solvers.linkage.kinds import KINDS, ChangePoint
-from solvers.linkage.scene import Limits, Scene
+from solvers.linkage.mechanism.change_point import KINDS, ChangePoint
+from solvers.linkage.result import LinkageCheck
+from solvers.linkage.scene import TRANSMISSION, Scene, require_positive
 
 Array = NDArray[np.float64]
 
 
-class Figures(Protocol):
+@dataclass(frozen=True)
+class Limits:
+    """Size limits [m], the greatest pin force [N], and the range [rad] of the mid-cycle transmission angle."""
+
+    min_link: float = 0.0
+    joint_radius: float = 0.0
+    longest_link: float | None = None
+    width: float | None = None
+    height: float | None = None
+    enclosing_radius: float | None = None
+    max_pin_force: float | None = None
+    transmission_angle: tuple[float, float] | None = TRANSMISSION
+
+    @property
+    def sized(self) -> bool:
+        """Whether something keeps the mechanism from growing."""
+        return any(v is not None for v in (self.longest_link, self.enclosing_radius, self.width, self.height))
+
+    def __post_init__(self) -> None:
+        names = ("longest_link", "width", "height", "enclosing_radius", "max_pin_force")
+        require_positive({f"limits.{name}": getattr(self, name) for name in names})
+        for name in ("min_link", "joint_radius"):
+            value = getattr(self, name)
+            require(math.isfinite(value) and value >= 0, f"limits.{name}", "must not be negative", "[0, inf)")
+        for name, pads in (("width", 2.0), ("height", 2.0), ("enclosing_radius", 1.0)):
+            value = getattr(self, name)
+            ok = value is None or value > pads * self.joint_radius
+            require(ok, f"limits.{name}", "leaves no room beside the joints themselves", "more than the joints need")
+        if self.transmission_angle is not None:
+            low, high = self.transmission_angle
+            ok = 0 <= low <= high <= math.pi
+            require(ok, "limits.transmission_angle", "is not a range of angles", "0 <= low <= high <= 180 degrees")
+
+
+class Quantities(Protocol):
     """What members (one a row) are, or bounds of what ranges of members can be, at least as good as any in the range.
 
     ``scale`` is the least and greatest V allowed; ``crank``, ``end_high`` are upper bounds, the others lower ones:
-    per V the crank, the longest link, the enclosing radius; per energy torque and force times crank; |u31(2 pi)|;
+    per V the crank, the longest link, the enclosing radius; per energy torque and force times V; |u31(2 pi)|;
     the least orientation's max(W/width, H/height) per V; and nu(pi) from the wanted range.
     """
 
-    question: Question
+    subproblem: Subproblem
 
     @property
     def scale(self) -> tuple[Array, Array]: ...
@@ -53,113 +88,129 @@ class Figures(Protocol):
     def area(self, scale: Array) -> Array: ...
 
 
-class Objective(Protocol):
-    """What is wanted, as a positive cost to be made small; ``grows`` says that a larger V lowers it, ``slows`` that
-    with a tool at its own radius a smaller |u31(2 pi)| does."""
-
-    name: str
-    sign: int
-    effect: str | None
-    settles_motion: bool
-    grows: bool
-    slows: bool
-
-    def cost(self, figures: Figures) -> Array: ...
-
-
 @dataclass(frozen=True)
-class BoxArea:
-    name: str = "box_area"
-    sign: int = 1
-    effect: str | None = "envelope"
-    settles_motion: bool = False
-    grows: bool = False
-    slows: bool = False
+class Objective:
+    """What is wanted, as a positive cost to be made small.
 
-    def cost(self, figures: Figures) -> Array:
-        return figures.area(figures.scale[0])
+    ``sign`` -1 for what shall be great, ``effect`` without which it has no value. ``settles_motion`` says that it finds
+    the speed or the frequency of the blow, ``grows`` that a larger V lowers it, ``slows`` that with a tool at its own
+    radius a smaller |u31(2 pi)| does.
+    """
 
+    name: ClassVar[str]
+    sign: ClassVar[int] = 1
+    effect: ClassVar[str | None] = None
+    settles_motion: ClassVar[bool] = False
+    grows: ClassVar[bool] = False
+    slows: ClassVar[bool] = False
 
-@dataclass(frozen=True)
-class LongestLink:
-    name: str = "longest_link"
-    sign: int = 1
-    effect: str | None = None
-    settles_motion: bool = False
-    grows: bool = False
-    slows: bool = False
+    def cost(self, quantities: Quantities) -> Array:
+        """The cost of members, or its lower bound over ranges of members."""
+        raise NotImplementedError
 
-    def cost(self, figures: Figures) -> Array:
-        return figures.scale[0] * figures.longest
+    def value(self, cost: float) -> float:
+        """The objective [SI] of a cost, and the other way round."""
+        return cost if self.sign > 0 else 1.0 / cost
 
+    def read(self, check: LinkageCheck, scene: Scene) -> float:
+        """The objective [SI] of a checked linkage that runs in this scene."""
+        raise NotImplementedError
 
-@dataclass(frozen=True)
-class EnclosingRadius:
-    name: str = "enclosing_radius"
-    sign: int = 1
-    effect: str | None = "envelope"
-    settles_motion: bool = False
-    grows: bool = False
-    slows: bool = False
-
-    def cost(self, figures: Figures) -> Array:
-        return figures.scale[0] * figures.radius + figures.question.limits.joint_radius
+    def settled(self, scene: Scene, stroke: float) -> Scene:
+        """The scene with the speed or the frequency that follows from the stroke v/omega [m], if one is sought."""
+        return scene
 
 
-@dataclass(frozen=True)
-class PeakTorque:
-    name: str = "peak_torque"
-    sign: int = 1
-    effect: str | None = None
-    settles_motion: bool = False
-    grows: bool = False
-    slows: bool = False
+class BoxArea(Objective):
+    name = "box_area"
+    effect = "envelope"
 
-    def cost(self, figures: Figures) -> Array:
-        return figures.question.scene.impact_energy * figures.torque
+    def cost(self, quantities: Quantities) -> Array:
+        return quantities.area(quantities.scale[0])
+
+    def read(self, check: LinkageCheck, scene: Scene) -> float:
+        return check.box.area
 
 
-@dataclass(frozen=True)
-class PinForce:
-    name: str = "pin_force"
-    sign: int = 1
-    effect: str | None = None
-    settles_motion: bool = False
-    grows: bool = True
-    slows: bool = False
+class LongestLink(Objective):
+    name = "longest_link"
 
-    def cost(self, figures: Figures) -> Array:
-        return figures.question.scene.impact_energy * figures.force / (figures.crank * figures.scale[1])
+    def cost(self, quantities: Quantities) -> Array:
+        return quantities.scale[0] * quantities.longest
+
+    def read(self, check: LinkageCheck, scene: Scene) -> float:
+        return check.mechanism.crank * check.mechanism.bar.longest
 
 
-@dataclass(frozen=True)
-class ImpactSpeed:
-    name: str = "impact_speed"
-    sign: int = -1
-    effect: str | None = None
-    settles_motion: bool = True
-    grows: bool = True
-    slows: bool = False
+class EnclosingRadius(Objective):
+    name = "enclosing_radius"
+    effect = "envelope"
 
-    def cost(self, figures: Figures) -> Array:
-        radius = figures.question.scene.tool_radius
-        stroke = figures.scale[1] if radius is None else radius * figures.end_high
-        return 1.0 / (figures.question.scene.crank_speed * stroke)
+    def cost(self, quantities: Quantities) -> Array:
+        return quantities.scale[0] * quantities.radius + quantities.subproblem.limits.joint_radius
+
+    def read(self, check: LinkageCheck, scene: Scene) -> float:
+        return check.enclosing_radius
 
 
-@dataclass(frozen=True)
-class BlowFrequency:
-    name: str = "blow_frequency"
-    sign: int = -1
-    effect: str | None = None
-    settles_motion: bool = True
-    grows: bool = False
-    slows: bool = True
+class PeakTorque(Objective):
+    name = "peak_torque"
 
-    def cost(self, figures: Figures) -> Array:
-        radius = figures.question.scene.tool_radius
-        stroke = figures.scale[0] if radius is None else radius * figures.end_low
-        return 2.0 * math.pi * stroke / figures.question.scene.impact_speed
+    def cost(self, quantities: Quantities) -> Array:
+        return quantities.subproblem.scene.impact_energy * quantities.torque
+
+    def read(self, check: LinkageCheck, scene: Scene) -> float:
+        return check.strike.peaks.torque
+
+
+class PinForce(Objective):
+    name = "pin_force"
+    grows = True
+
+    def cost(self, quantities: Quantities) -> Array:
+        energy = quantities.subproblem.scene.impact_energy
+        return energy * quantities.force / quantities.scale[1]
+
+    def read(self, check: LinkageCheck, scene: Scene) -> float:
+        return check.strike.peaks.force
+
+
+class ImpactSpeed(Objective):
+    name = "impact_speed"
+    sign = -1
+    settles_motion = True
+    grows = True
+
+    def cost(self, quantities: Quantities) -> Array:
+        scene = quantities.subproblem.scene
+        radius = scene.tool_radius
+        stroke = quantities.scale[1] if radius is None else radius * quantities.end_high
+        return 1.0 / (scene.crank_speed * stroke)
+
+    def read(self, check: LinkageCheck, scene: Scene) -> float:
+        return scene.impact_speed
+
+    def settled(self, scene: Scene, stroke: float) -> Scene:
+        return replace(scene, impact_speed=scene.crank_speed * stroke)
+
+
+class BlowFrequency(Objective):
+    name = "blow_frequency"
+    sign = -1
+    settles_motion = True
+    slows = True
+
+    def cost(self, quantities: Quantities) -> Array:
+        scene = quantities.subproblem.scene
+        radius = scene.tool_radius
+        stroke = quantities.scale[0] if radius is None else radius * quantities.end_low
+        return 2.0 * math.pi * stroke / scene.impact_speed
+
+    def read(self, check: LinkageCheck, scene: Scene) -> float:
+        return scene.blow_frequency
+
+    def settled(self, scene: Scene, stroke: float) -> Scene:
+        return replace(scene, blow_frequency=scene.impact_speed / (2.0 * math.pi * stroke))
 
 
 OBJECTIVES: dict[str, Objective] = {
@@ -172,7 +223,7 @@ OBJECTIVES: dict[str, Objective] = {
 
 
 @dataclass(frozen=True)
-class Question:
+class Subproblem:
     """Scene, limits and objective: all that a search over one family needs to know."""
 
     scene: Scene
@@ -204,14 +255,9 @@ class Question:
         return (math.inf if width is None else width - pads), (math.inf if height is None else height - pads)
 
     def settled(self, scale: float, end: float) -> Scene:
-        """The scene with the speed or the frequency that a member of scale V has."""
-        scene = self.scene
-        stroke = scale if scene.tool_radius is None else scene.tool_radius * end
-        if self.objective.name == "impact_speed":
-            return replace(scene, impact_speed=scene.crank_speed * stroke)
-        if self.objective.name == "blow_frequency":
-            return replace(scene, blow_frequency=scene.impact_speed / (2.0 * math.pi * stroke))
-        return scene
+        """The scene with the speed or the frequency that a member of scale V and of this |u31(2 pi)| has."""
+        radius = self.scene.tool_radius
+        return self.objective.settled(self.scene, scale if radius is None else radius * end)
 
 
 @dataclass(frozen=True)
@@ -225,12 +271,8 @@ class LinkageProblem:
 
     def __post_init__(self) -> None:
         require(bool(self.kinds), "types", "allows no type at all", "at least one of " + ", ".join(KINDS))
-        sized = any(
-            value is not None
-            for value in (self.limits.longest_link, self.limits.enclosing_radius, self.limits.width, self.limits.height)
-        )
-        free = self.question.fixed_scale is None
-        if free and self.objective.grows and not sized:
+        free = self.subproblem.fixed_scale is None
+        if free and self.objective.grows and not self.limits.sized:
             raise InvalidInput(
                 "limits", f"the larger the mechanism the better its {self.objective.name}", "a limit on its size"
             )
@@ -240,15 +282,14 @@ class LinkageProblem:
             )
 
     @property
-    def question(self) -> Question:
-        return Question(self.scene, self.limits, self.objective)
+    def subproblem(self) -> Subproblem:
+        return Subproblem(self.scene, self.limits, self.objective)
 
     def demands(self) -> tuple[Demand, ...]:
         """The effects without which limits and objective mean nothing."""
-        out = (
-            [] if self.objective.effect is None else [Demand(self.objective.effect, f"objective {self.objective.name}")]
-        )
-        return (*out, *demands_of(self.limits))
+        effect = self.objective.effect
+        own = () if effect is None else (Demand(effect, f"objective {self.objective.name}"),)
+        return (*own, *demands_of(self.limits))
 
 
 def demands_of(limits: Limits) -> tuple[Demand, ...]:

@@ -1,54 +1,19 @@
-"""What a linkage is and what a check says of it, SI units."""
+"""What a check says of a linkage, SI units."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.errors import require
-from solvers.linkage.envelope import Box
-from solvers.linkage.four_bar import FourBar
-from solvers.linkage.impact import Running
-from solvers.linkage.loads import Peaks
-from solvers.linkage.tolerances import Closure, Window
+from solvers.linkage.loads.torque_and_pin_force import Peaks
+from solvers.linkage.mechanism.closure import Window
+from solvers.linkage.mechanism.lengths import Mechanism
+from solvers.linkage.steady_state.periodic_solution import Running
+from solvers.linkage.swept_area.bounding_box import Box
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Lengths:
-    """Links [m]: base l0, crank l1, coupler l2, rocker l3."""
-
-    base: float
-    crank: float
-    coupler: float
-    rocker: float
-
-    def __post_init__(self) -> None:
-        for name in ("base", "crank", "coupler", "rocker"):
-            value = getattr(self, name)
-            require(math.isfinite(value) and value > 0, f"lengths.{name}", "must be positive", "(0, inf)")
-        longest = max(self.base, self.crank, self.coupler, self.rocker)
-        others = self.base + self.crank + self.coupler + self.rocker - longest
-        name = next(n for n in ("base", "crank", "coupler", "rocker") if getattr(self, n) == longest)
-        require(longest < others, f"lengths.{name}", "the other links cannot reach around it", "less than their sum")
-
-
-@dataclass(frozen=True)
-class Mechanism:
-    """A linkage to evaluate: its kind and ratios, the crank's length [m], and how far its closure is missed."""
-
-    bar: FourBar
-    crank: float
-    closure: Closure
-
-    @property
-    def lengths(self) -> Lengths:
-        r = self.bar.ratios
-        return Lengths(self.crank * r.base, self.crank, self.crank * r.coupler, self.crank * r.rocker)
 
 
 @dataclass(frozen=True)
@@ -77,7 +42,8 @@ class LinkageCheck:
     """The results of a check, SI units; None where a result does not exist.
 
     ``strike`` is None for lengths that miss their closure and for a kind of motion that cannot strike; ``confined`` is
-    the crank angle [rad] that a crank cannot exceed to either side of the blow where it does not turn fully.
+    the crank angle [rad] that a crank cannot exceed to either side of the blow where it does not turn fully. What
+    follows ``window``, with the box and the circle, is there only where the effect that brings it runs.
     """
 
     mechanism: Mechanism

@@ -9,7 +9,8 @@ import math
 from dataclasses import dataclass
 
 from solvers.errors import require
-from solvers.linkage.kinds import Gain
+from solvers.linkage.mechanism.change_point import Gain
+from solvers.linkage.mechanism.lengths import Mechanism
 
 LEAST_RESTITUTION, GREATEST_RESTITUTION = 1e-6, 0.95
 """A restitution of 0 makes a kite that never strikes back; near 1 the links grow without bound."""
@@ -113,31 +114,13 @@ class Scene:
         """omega [rad/s]: one blow a turn."""
         return 2.0 * math.pi * self.blow_frequency
 
+    def striking_radius(self, mechanism: Mechanism) -> float:
+        """Radius [m] about the rocker's pivot at which the tool strikes."""
+        rocker = mechanism.crank * float(mechanism.bar.ratios.rocker)
+        return rocker if self.tool_radius is None else self.tool_radius
 
-@dataclass(frozen=True)
-class Limits:
-    """Size limits [m], the greatest pin force [N], and the range [rad] of the mid-cycle transmission angle."""
-
-    min_link: float = 0.0
-    joint_radius: float = 0.0
-    longest_link: float | None = None
-    width: float | None = None
-    height: float | None = None
-    enclosing_radius: float | None = None
-    max_pin_force: float | None = None
-    transmission_angle: tuple[float, float] | None = TRANSMISSION
-
-    def __post_init__(self) -> None:
-        names = ("longest_link", "width", "height", "enclosing_radius", "max_pin_force")
-        require_positive({f"limits.{name}": getattr(self, name) for name in names})
-        for name in ("min_link", "joint_radius"):
-            value = getattr(self, name)
-            require(math.isfinite(value) and value >= 0, f"limits.{name}", "must not be negative", "[0, inf)")
-        for name, pads in (("width", 2.0), ("height", 2.0), ("enclosing_radius", 1.0)):
-            value = getattr(self, name)
-            ok = value is None or value > pads * self.joint_radius
-            require(ok, f"limits.{name}", "leaves no room beside the joints themselves", "more than the joints need")
-        if self.transmission_angle is not None:
-            low, high = self.transmission_angle
-            ok = 0 <= low <= high <= math.pi
-            require(ok, "limits.transmission_angle", "is not a range of angles", "0 <= low <= high <= 180 degrees")
+    def tool_speed(self, mechanism: Mechanism) -> float:
+        """Speed [m/s] of the tool before the blow; 0 for a mechanism that cannot strike."""
+        if not mechanism.can_strike:
+            return 0.0
+        return self.crank_speed * self.striking_radius(mechanism) * mechanism.bar.end

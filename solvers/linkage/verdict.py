@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from solvers.linkage.check import NO_STEADY_RUNNING
+from solvers.linkage.effects import NO_STEADY_RUNNING
+from solvers.linkage.problem import Limits
 from solvers.linkage.result import LinkageCheck
-from solvers.linkage.scene import STRENGTH_SPEED, Limits, Scene
+from solvers.linkage.scene import STRENGTH_SPEED, Scene
 from solvers.linkage.warnings import SPEED_SLACK
 from solvers.outcome import Accuracy
 from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, equal, slack_of, unknown, yes

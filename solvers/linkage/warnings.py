@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 
 from solvers.linkage.result import LinkageCheck
-from solvers.linkage.scene import TRANSMISSION, Scene
+from solvers.linkage.scene import STRENGTH_SPEED, TRANSMISSION, Scene
 
 _LARGE = 100.0
 SPEED_SLACK = 1e-3
 """How far, relative, the speed of a blow may be from the one asked for."""
 
 
-def warnings_of(check: LinkageCheck, scene: Scene, strength: float) -> tuple[str, ...]:
+def warnings_of(check: LinkageCheck, scene: Scene) -> tuple[str, ...]:
     """Sentences for people; empty where there is nothing to say."""
     out = []
     if check.window is not None:
@@ -28,8 +28,8 @@ def warnings_of(check: LinkageCheck, scene: Scene, strength: float) -> tuple[str
     if check.confined is None and strike.greatest > strike.end * (1 + 1e-9):
         share = strike.greatest / strike.end
         out.append(f"the rocker is {share:.3f} times as fast in mid-cycle as at the blow")
-    if strike.impact_speed > strength * (1 + 1e-9):
-        limit = f"{strength:g} m/s, the strength of the parts"
+    if strike.impact_speed > STRENGTH_SPEED * (1 + 1e-9):
+        limit = f"{STRENGTH_SPEED:g} m/s, the strength of the parts"
         out.append(f"the impact speed of {strike.impact_speed:.3g} m/s exceeds {limit}")
     if abs(strike.impact_speed / scene.impact_speed - 1.0) > SPEED_SLACK:
         asked = f"the {scene.impact_speed:.4g} m/s asked for"

@@ -1,176 +1,96 @@
-"""Arithmetic of intervals over arrays: every result holds all values that the operands could give.
+"""Functions of one variable over a range of it: enclosures of their values and of their derivatives, for kernels.
 
+A ``Ranged`` function is known by its value in a place of the range, by an interval of its values and by one of its
+slopes. By the mean value theorem f(x) lies in f(m) + f'(range) (x - m) as well, which is sharper than the values' own
+arithmetic where the range is small; every operation keeps what both leave. So the width beyond the true range falls
+with the square of the range's.
 Ends are not rounded outward: what is proven by them is proven up to rounding, a few parts in 1e16 an operation.
 Source: R. E. Moore, Interval Analysis, 1966.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 
-import numpy as np
-from numpy.typing import NDArray
+from solvers.numerics.jit import kernel
 
-Array = NDArray[np.float64]
+Ranged = tuple[float, float, float, float, float]
+"""The value in the place, the least and the greatest value, the least and the greatest slope."""
 
-
-@dataclass(frozen=True, eq=False)
-class Interval:
-    """[low, high], arrays of one shape with low <= high."""
-
-    low: Array
-    high: Array
-
-    __array_ufunc__ = None
-    """Array operators leave mixed operations to this class."""
-
-    def __neg__(self) -> Interval:
-        return Interval(-self.high, -self.low)
-
-    def __add__(self, other: Interval | Array | float) -> Interval:
-        if not isinstance(other, Interval):
-            return Interval(self.low + other, self.high + other)
-        return Interval(self.low + other.low, self.high + other.high)
-
-    def __sub__(self, other: Interval | Array | float) -> Interval:
-        right = as_interval(other)
-        return Interval(self.low - right.high, self.high - right.low)
-
-    def __mul__(self, other: Interval | Array | float) -> Interval:
-        if not isinstance(other, Interval):
-            ends = self.low * other, self.high * other
-            return Interval(np.minimum(*ends), np.maximum(*ends))
-        a, b = self.low * other.low, self.low * other.high
-        c, d = self.high * other.low, self.high * other.high
-        return Interval(np.minimum(np.minimum(a, b), np.minimum(c, d)), np.maximum(np.maximum(a, b), np.maximum(c, d)))
-
-    def __truediv__(self, other: Interval | Array | float) -> Interval:
-        right = as_interval(other)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            inverse = Interval(1.0 / right.high, 1.0 / right.low)
-        out = self * inverse
-        through = (right.low <= 0) & (right.high >= 0)
-        return Interval(np.where(through, -np.inf, out.low), np.where(through, np.inf, out.high))
-
-    def __radd__(self, other: Array | float) -> Interval:
-        return self + other
-
-    def __rmul__(self, other: Array | float) -> Interval:
-        return self * other
-
-    def __rsub__(self, other: Array | float) -> Interval:
-        return as_interval(other) - self
-
-    def __rtruediv__(self, other: Array | float) -> Interval:
-        return as_interval(other) / self
-
-    def square(self) -> Interval:
-        """x^2, without the width of x times x."""
-        size = self.magnitude()
-        return Interval(size.low**2, size.high**2)
-
-    def root(self) -> Interval:
-        """The square root; what lies below 0 counts as 0."""
-        return Interval(np.sqrt(np.maximum(self.low, 0.0)), np.sqrt(np.maximum(self.high, 0.0)))
-
-    def magnitude(self) -> Interval:
-        """|x|."""
-        through = (self.low <= 0) & (self.high >= 0)
-        ends = np.abs(self.low), np.abs(self.high)
-        return Interval(np.where(through, 0.0, np.minimum(*ends)), np.maximum(*ends))
+Reach = tuple[float, float]
+"""How far the range goes to the left and to the right of the place."""
 
 
-def as_interval(value: Interval | Array | float) -> Interval:
-    """A number or an array as intervals without width."""
-    if isinstance(value, Interval):
-        return value
-    array = np.asarray(value, float)
-    return Interval(array, array)
+@kernel
+def scaled(a: Ranged, factor: float) -> Ranged:
+    """A multiple by a factor that is not negative."""
+    return a[0] * factor, a[1] * factor, a[2] * factor, a[3] * factor, a[4] * factor
 
 
-@dataclass(frozen=True, eq=False)
-class Sloped:
-    """A function of one variable over ranges of it: enclosures of its values and of its derivative.
-
-    By the mean value theorem f(x) lies in f(m) + f'(range) (x - m), which is sharper than the values' own enclosure
-    where the range is small: the width beyond the true range falls with the square of the range's.
-    """
-
-    value: Interval
-    slope: Interval
-
-    __array_ufunc__ = None
-
-    def __neg__(self) -> Sloped:
-        return Sloped(-self.value, -self.slope)
-
-    def __add__(self, other: Sloped | Array | float) -> Sloped:
-        if not isinstance(other, Sloped):
-            return Sloped(self.value + other, self.slope)
-        return Sloped(self.value + other.value, self.slope + other.slope)
-
-    def __sub__(self, other: Sloped | Array | float) -> Sloped:
-        return self + -other
-
-    def __mul__(self, other: Sloped | Array | float) -> Sloped:
-        if not isinstance(other, Sloped):
-            return Sloped(self.value * other, self.slope * other)
-        return Sloped(self.value * other.value, self.slope * other.value + self.value * other.slope)
-
-    def __truediv__(self, other: Sloped | Array | float) -> Sloped:
-        right = as_sloped(other)
-        quotient = self.value / right.value
-        return Sloped(quotient, (self.slope - quotient * right.slope) / right.value)
-
-    def __radd__(self, other: Array | float) -> Sloped:
-        return self + other
-
-    def __rmul__(self, other: Array | float) -> Sloped:
-        return self * other
-
-    def __rsub__(self, other: Array | float) -> Sloped:
-        return as_sloped(other) - self
-
-    def __rtruediv__(self, other: Array | float) -> Sloped:
-        return as_sloped(other) / self
-
-    def square(self) -> Sloped:
-        """f^2."""
-        return Sloped(self.value.square(), 2.0 * self.value * self.slope)
-
-    def root(self) -> Sloped:
-        """sqrt(f)."""
-        root = self.value.root()
-        return Sloped(root, 0.5 * self.slope / root)
-
-    def magnitude(self) -> Sloped:
-        """|f|; its slope is that of f or of -f, either where the sign may change."""
-        low, high = self.slope.low, self.slope.high
-        positive, negative = self.value.low >= 0, self.value.high <= 0
-        most = np.maximum(np.abs(low), np.abs(high))
-        slope = Interval(
-            np.where(positive, low, np.where(negative, -high, -most)),
-            np.where(positive, high, np.where(negative, -low, most)),
-        )
-        return Sloped(self.value.magnitude(), slope)
-
-    def least(self, middle: Array, half: Array) -> Array:
-        """The greatest lower bound known over ranges of half width ``half``, given the values in their middles."""
-        steepest = np.maximum(np.abs(self.slope.low), np.abs(self.slope.high))
-        with np.errstate(invalid="ignore"):
-            mean_value = np.nan_to_num(middle - steepest * half, nan=-np.inf, neginf=-np.inf)
-        own = np.nan_to_num(self.value.low, nan=-np.inf, posinf=-np.inf, neginf=-np.inf)
-        return np.maximum(mean_value, own)
+@kernel
+def raised(a: Ranged, more: float) -> Ranged:
+    """a + a constant."""
+    return a[0] + more, a[1] + more, a[2] + more, a[3], a[4]
 
 
-def variable(low: Array, high: Array) -> Sloped:
-    """The variable itself over ranges."""
-    return Sloped(Interval(low, high), as_interval(np.ones_like(low)))
+@kernel
+def plus(a: Ranged, b: Ranged, reach: Reach) -> Ranged:
+    """a + b."""
+    return kept(a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], reach)
 
 
-def as_sloped(value: Sloped | Array | float) -> Sloped:
-    """A constant as a function."""
-    if isinstance(value, Sloped):
-        return value
-    array = np.asarray(value, float)
-    return Sloped(as_interval(array), as_interval(np.zeros_like(array)))
+@kernel
+def minus(a: Ranged, b: Ranged, reach: Reach) -> Ranged:
+    """a - b."""
+    return kept(a[0] - b[0], a[1] - b[2], a[2] - b[1], a[3] - b[4], a[4] - b[3], reach)
+
+
+@kernel
+def times(a: Ranged, b: Ranged, reach: Reach) -> Ranged:
+    """a b."""
+    low, high = _product(a[1], a[2], b[1], b[2])
+    left_low, left_high = _product(a[3], a[4], b[1], b[2])
+    right_low, right_high = _product(a[1], a[2], b[3], b[4])
+    return kept(a[0] * b[0], low, high, left_low + right_low, left_high + right_high, reach)
+
+
+@kernel
+def over(a: Ranged, b: Ranged, reach: Reach) -> Ranged:
+    """a/b where b is above 0."""
+    inverse_low, inverse_high = 1.0 / b[2], 1.0 / b[1]
+    low, high = _product(a[1], a[2], inverse_low, inverse_high)
+    part_low, part_high = _product(low, high, b[3], b[4])
+    slope, slope_high = _product(a[3] - part_high, a[4] - part_low, inverse_low, inverse_high)
+    return kept(a[0] / b[0], low, high, slope, slope_high, reach)
+
+
+@kernel
+def squared(a: Ranged, reach: Reach) -> Ranged:
+    """a^2, without the width of a times a."""
+    least, most = min(abs(a[1]), abs(a[2])), max(abs(a[1]), abs(a[2]))
+    if a[1] <= 0.0 <= a[2]:
+        least = 0.0
+    slope, slope_high = _product(2.0 * a[1], 2.0 * a[2], a[3], a[4])
+    return kept(a[0] * a[0], least * least, most * most, slope, slope_high, reach)
+
+
+@kernel
+def rooted(a: Ranged, reach: Reach) -> Ranged:
+    """sqrt(a) where a is above 0."""
+    low, high = math.sqrt(a[1]), math.sqrt(a[2])
+    slope, slope_high = _product(a[3], a[4], 0.5 / high, 0.5 / low)
+    return kept(math.sqrt(a[0]), low, high, slope, slope_high, reach)
+
+
+@kernel
+def _product(a: float, a_high: float, b: float, b_high: float) -> tuple[float, float]:
+    one, two, three, four = a * b, a * b_high, a_high * b, a_high * b_high
+    return min(min(one, two), min(three, four)), max(max(one, two), max(three, four))
+
+
+@kernel
+def kept(place: float, low: float, high: float, slope: float, slope_high: float, reach: Reach) -> Ranged:
+    """What the arithmetic of the values and the mean value theorem both leave."""
+    down = max(max(slope_high, 0.0) * reach[0], max(-slope, 0.0) * reach[1])
+    up = max(max(-slope, 0.0) * reach[0], max(slope_high, 0.0) * reach[1])
+    return place, max(low, place - down), min(high, place + up), slope, slope_high

@@ -33,9 +33,9 @@ KERNELS: list[Kernel] = []
 class Kernel:
     """A function that is compiled when it is first called, from Python or from another kernel."""
 
-    def __init__(self, function: Callable[..., Any], fastmath: object) -> None:
+    def __init__(self, function: Callable[..., Any], fastmath: object, inlined: bool = False) -> None:
         self.py_func = function
-        self._fastmath = fastmath
+        self._fastmath, self._inlined = fastmath, inlined
         update_wrapper(self, function)
         KERNELS.append(self)
 
@@ -52,7 +52,7 @@ class Kernel:
 
         The entry takes apart every array of every tuple, which is most of what a small kernel costs to compile.
         """
-        return self._dispatcher(no_cpython_wrapper=True)
+        return self._dispatcher(no_cpython_wrapper=True, forceinline=self._inlined)
 
     @property
     def is_compiled(self) -> bool:
@@ -89,6 +89,14 @@ def kernel(function: F) -> F:
     denied in so many words: left unsaid, it would be taken over from whichever kernel calls this one first.
     """
     return cast(F, Kernel(function, fastmath=False))
+
+
+def inlined_kernel(function: F) -> F:
+    """As ``kernel``, for a few lines that loops of other kernels call with large tuples: its code becomes theirs.
+
+    Otherwise every number and array of a tuple is handed over at every call, which may take longer than the lines do.
+    """
+    return cast(F, Kernel(function, fastmath=False, inlined=True))
 
 
 def reducing_kernel(function: F) -> F:

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from solvers.numerics.jit import kernel
+from solvers.numerics.jit import kernel, reducing_kernel
 
 Array = NDArray[np.float64]
 
@@ -40,14 +40,13 @@ _INSIDE = 1e-14
 
 
 class Rule(NamedTuple):
-    """The n points on [-1, 1], their barycentric weights, the differentiation matrix (n, n), the rows that give the
-    last six Chebyshev coefficients (6, n), and Clenshaw and Curtis' weights (n,)."""
+    """The n points on [-1, 1], their barycentric weights, and what the value at each point, a row each, gives to the
+    derivatives at all of them (n, n) and to the last six Chebyshev coefficients (n, 6)."""
 
     points: Array
     weights: Array
     derivative: Array
     tail: Array
-    mean: Array
 
 
 class Panels(NamedTuple):
@@ -79,9 +78,7 @@ def rule_of(n: int) -> Rule:
     np.fill_diagonal(derivative, 0.0)
     np.fill_diagonal(derivative, -derivative.sum(axis=1))
     series = np.linalg.inv(chebyshev.chebvander(x, n - 1))
-    k = np.arange(n)
-    moments = np.where(k % 2 == 0, 2.0 / (1.0 - np.where(k % 2 == 0, k, 0) ** 2.0), 0.0)
-    return Rule(x, weights, derivative, np.ascontiguousarray(series[-_TAIL:]), moments @ series)
+    return Rule(x, weights, np.ascontiguousarray(derivative.T), np.ascontiguousarray(series[-_TAIL:].T))
 
 
 def _points(left: Array, right: Array, rule: Rule) -> Array:
@@ -160,13 +157,12 @@ def tail_errors(values: Array, rule: Rule) -> Array:
 @kernel
 def panel_error(f: Array, rule: Rule) -> float:
     """How far off one panel's interpolant may be."""
-    pairs = np.zeros(3)
-    for k in range(rule.tail.shape[0]):
-        total = 0.0
-        for j in range(f.size):
-            total += rule.tail[k, j] * f[j]
-        pairs[k // 2] = max(pairs[k // 2], abs(total))
-    first, middle, last = pairs
+    a, b, c, d, e, g = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(f.size):
+        value = f[j]
+        a, b, c = a + rule.tail[j, 0] * value, b + rule.tail[j, 1] * value, c + rule.tail[j, 2] * value
+        d, e, g = d + rule.tail[j, 3] * value, e + rule.tail[j, 4] * value, g + rule.tail[j, 5] * value
+    first, middle, last = max(abs(a), abs(b)), max(abs(c), abs(d)), max(abs(e), abs(g))
     # A pair that happens to be small tells little: its neighbours say how great coefficients are and how they fall.
     ratio = max(last / middle if middle > 0.0 else 1.0, middle / first if first > 0.0 else 1.0)
     ratio = min(max(ratio, _FASTEST), _SLOWEST)
@@ -189,21 +185,49 @@ def interpolate(f: Array, rule: Rule, x: float) -> float:
 
 
 @kernel
-def _zero(f: Array, rule: Rule, left: int, tolerance: float) -> float:
-    """Where the interpolant crosses zero between the points ``left`` and the next, by Illinois' rule."""
+def _zero(f: Array, rule: Rule, left: int, small: float) -> tuple[float, float]:
+    """Where the interpolant crosses zero between the points ``left`` and the next, or is as small as that, by Illinois'
+    rule; and its value there."""
     a, b, fa, fb = rule.points[left], rule.points[left + 1], f[left], f[left + 1]
-    x = a
+    x, value = a, fa
     for _ in range(_MOST_STEPS):
         before, x = x, b - fb * (b - a) / (fb - fa)
         value = interpolate(f, rule, x)
-        if value == 0.0 or abs(x - before) <= tolerance:
+        if abs(value) <= small or abs(x - before) <= 4.0 * _EPS:
             break
         if value * fb < 0.0:
             a, fa = b, fb
         else:
             fa *= 0.5
         b, fb = x, value
-    return x
+    return x, value
+
+
+@kernel
+def slopes_of(f: Array, rule: Rule, out: Array) -> None:
+    """Derivatives of one panel's interpolant at its points, by x in [-1, 1], into ``out`` (n,)."""
+    out[:] = 0.0
+    for k in range(f.size):
+        for j in range(out.size):
+            out[j] += rule.derivative[k, j] * f[k]
+
+
+@reducing_kernel
+def largest(f: Array) -> float:
+    """The greatest magnitude."""
+    most = 0.0
+    for i in range(f.size):
+        most = max(most, abs(f[i]))
+    return most
+
+
+@reducing_kernel
+def _top_and_jump(f: Array, sign: float) -> tuple[float, float]:
+    """The greatest of sign f, and the greatest step from one point to the next."""
+    most, jump = sign * f[0], 0.0
+    for j in range(1, f.size):
+        most, jump = max(most, sign * f[j]), max(jump, abs(f[j] - f[j - 1]))
+    return most, jump
 
 
 @kernel
@@ -214,28 +238,23 @@ def greatest(edges: Array, rule: Rule, f: Array, sign: float, tolerance: float) 
     crossing of the tangents, and where that is above the best so far it is looked for as a zero of the slope.
     """
     n = rule.points.size
-    best, which = -np.inf, 0
-    for k in range(f.size):
-        if sign * f[k] > best:
-            best, which = sign * f[k], k
-    top, x, missed = which // n, rule.points[which % n], 0.0
+    best, top, x, missed = -np.inf, 0, 0.0, 0.0
+    for p in range(edges.size - 1):
+        most, jump = _top_and_jump(f[p * n : (p + 1) * n], sign)
+        if most > best:
+            best, top = most, p
+    for j in range(n):
+        if sign * f[top * n + j] == best:
+            x = rule.points[j]
     slope = np.empty(n)
     for p in range(edges.size - 1):
         g = f[p * n : (p + 1) * n]
-        most, jump = -np.inf, 0.0
-        for j in range(n):
-            most = max(most, sign * g[j])
-            if j > 0:
-                jump = max(jump, abs(g[j] - g[j - 1]))
+        most, jump = _top_and_jump(g, sign)
         if most + 0.5 * jump <= best:
             continue
-        for j in range(n):
-            total = 0.0
-            for k in range(n):
-                total += rule.derivative[j, k] * g[k]
-            slope[j] = sign * total
+        slopes_of(g, rule, slope)
         for j in range(n - 1):
-            rise, fall = slope[j], -slope[j + 1]
+            rise, fall = sign * slope[j], -sign * slope[j + 1]
             if rise <= 0.0 or fall <= 0.0:
                 continue
             width = rule.points[j + 1] - rule.points[j]
@@ -245,8 +264,8 @@ def greatest(edges: Array, rule: Rule, f: Array, sign: float, tolerance: float) 
                 continue
             # The value misses its top by the slope that is left, squared, over twice the bend.
             bend = (rise + fall) / width
-            place = _zero(slope, rule, j, math.sqrt(0.1 * tolerance / bend) + 4.0 * _EPS)
-            value, left_over = sign * interpolate(g, rule, place), interpolate(slope, rule, place)
+            place, left_over = _zero(slope, rule, j, math.sqrt(0.1 * tolerance * bend))
+            value = sign * interpolate(g, rule, place)
             if value > best or (p == top and value >= best):
                 best, top, x, missed = value, p, place, left_over * left_over / bend
     where = 0.5 * (edges[top] + edges[top + 1]) + 0.5 * (edges[top + 1] - edges[top]) * x
@@ -261,7 +280,7 @@ def zeros(edges: Array, rule: Rule, f: Array) -> Array:
         g = f[p * n : (p + 1) * n]
         for j in range(n - 1):
             if g[j] * g[j + 1] < 0.0:
-                x = _zero(g, rule, j, 4.0 * _EPS)
+                x = _zero(g, rule, j, 0.0)[0]
                 found.append(0.5 * (edges[p] + edges[p + 1]) + 0.5 * (edges[p + 1] - edges[p]) * x)
     return np.array(found)
 

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import fusing_kernel
-from solvers.numerics.panels import Rule, greatest, panel_error
+from solvers.numerics.panels import Rule, greatest, panel_error, slopes_of
 from solvers.numerics.ripple import KINDS, TURN, Ripple, element_at, modes_at, tabulate
 
 Array = NDArray[np.float64]
@@ -230,16 +230,10 @@ def _bends(g: Array, sign: float, half: float, rule: Rule, slope: Array, bend: A
     sure to be concave where ``sign`` times it is looked at."""
     n = g.size
     own = np.empty(n)
-    for j in range(n):
-        total = 0.0
-        for k in range(n):
-            total += rule.derivative[j, k] * g[k]
-        slope[j] = total / half
-    for j in range(n):
-        total = 0.0
-        for k in range(n):
-            total += rule.derivative[j, k] * slope[k]
-        own[j] = -sign * total / half
+    slopes_of(g, rule, slope)
+    slope /= half
+    slopes_of(slope, rule, own)
+    own *= -sign / half
     for j in range(n):
         most, least = abs(own[j]), own[j]
         for k in range(max(j - 1, 0), min(j + 3, n)):

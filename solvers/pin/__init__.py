@@ -1,32 +1,43 @@
-"""The piston pin: the lightest bore for a given outer diameter.
+"""The piston pin, the lightest bore for a given outer diameter; the bushing, the lightest outside for a given bore.
 
 from solvers import pin
 
 scene = pin.Scene(pin.Geometry(...), force, pin.PinMaterial(...))
 outcome = pin.design(pin.PinProblem(scene))
+
+A bushing's scene has a ``pin.BushingGeometry``; everything else is alike.
 """
 
 from solvers.effects import ALL, AUTO, EffectSelection
-from solvers.pin.capacity import force_limit
-from solvers.pin.check import PinCheck, check
-from solvers.pin.cones import Cone
-from solvers.pin.design import PinDesign, PinProblem, design, explain
-from solvers.pin.diagnosis import Diagnosis
+from solvers.pin.bulk.many import Case, check_many
+from solvers.pin.bulk.table import PinTable, check_bores
+from solvers.pin.check import PinCheck, Stress, check
+from solvers.pin.design import PinDesign, design, explain
 from solvers.pin.effects import EFFECTS
-from solvers.pin.family import LoadProfile, free_bores, load_sweep
-from solvers.pin.loads import LoadCase, MacaulayTerm
-from solvers.pin.pointwise import Constant, Free
-from solvers.pin.profile import Profile
-from solvers.pin.scene import Geometry, Limits, PinMaterial, Scene
-from solvers.pin.section import CRITERIA
-from solvers.pin.stepped import Stepped
+from solvers.pin.limits import Limits
+from solvers.pin.load.macaulay import LoadCase, MacaulayTerm
+from solvers.pin.materials import CATALOGUE, PinSteel
+from solvers.pin.optimum.capacity import force_limit
+from solvers.pin.optimum.infeasibility import Diagnosis
+from solvers.pin.problem import PinProblem
+from solvers.pin.scene import BushingGeometry, Geometry, PinMaterial, Scene
+from solvers.pin.section.criteria import CRITERIA
+from solvers.pin.shapes.cone import Cone
+from solvers.pin.shapes.constant import Constant
+from solvers.pin.shapes.free import Free
+from solvers.pin.shapes.given import Profile
+from solvers.pin.shapes.load_family import LoadProfile, free_sizes, load_sweep
+from solvers.pin.shapes.stepped import Stepped
 from solvers.pin.verdict import judge
 
 __all__ = [
     "ALL",
     "AUTO",
+    "CATALOGUE",
     "CRITERIA",
     "EFFECTS",
+    "BushingGeometry",
+    "Case",
     "Cone",
     "Constant",
     "Diagnosis",
@@ -41,14 +52,19 @@ __all__ = [
     "PinDesign",
     "PinMaterial",
     "PinProblem",
+    "PinSteel",
+    "PinTable",
     "Profile",
     "Scene",
     "Stepped",
+    "Stress",
     "check",
+    "check_bores",
+    "check_many",
     "design",
     "explain",
     "force_limit",
-    "free_bores",
+    "free_sizes",
     "judge",
     "load_sweep",
 ]

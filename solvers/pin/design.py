@@ -1,30 +1,34 @@
-"""Finding the lightest pin: the form's best profile on stations refined until the mass is as exact as asked."""
+"""Finding the lightest pin or bushing: the best of its form on stations refined until the mass is as exact as asked."""
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, EffectSelection
-from solvers.errors import InvalidInput
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
-from solvers.pin.certificate import told_apart
 from solvers.pin.check import PinCheck, assess, on_profile
-from solvers.pin.contour import Cubic, contour
-from solvers.pin.diagnosis import Diagnosis, diagnose
-from solvers.pin.effects import choose_for, compose, demands_of
-from solvers.pin.flexibility import cowper
-from solvers.pin.form import Form, Found
-from solvers.pin.loads import ROUNDING
-from solvers.pin.pointwise import FREE, lightest_constant
-from solvers.pin.profile import Profile
-from solvers.pin.program import Physics, Program, assemble, opening_stations, refined, wall_floor, walls_of
-from solvers.pin.scene import NO_LIMITS, Limits, Scene
-from solvers.pin.section import CRITERIA, Criterion
-from solvers.pin.stations import Stations
+from solvers.pin.effects import Physics, choose_for, compose, demands_of
+from solvers.pin.load.macaulay import ROUNDING
+from solvers.pin.optimum.discretised import assemble, sought_in
+from solvers.pin.optimum.dual_bound import told_apart
+from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.infeasibility import Diagnosis, diagnose
+from solvers.pin.optimum.program import Program, refined
+from solvers.pin.problem import PinProblem
+from solvers.pin.section.flexibility import cowper
+from solvers.pin.shapes.constant import lightest_constant
+from solvers.pin.shapes.contour import Cubic, contour
+from solvers.pin.shapes.free import FREE
+from solvers.pin.shapes.given import Profile
+from solvers.pin.stations.lobatto_panels import Stations
+from solvers.pin.stations.opening import opening_stations
 
 Array = NDArray[np.float64]
 _MOST_STATIONS, _MOST_COUPLED = 4000, 1000
@@ -36,28 +40,25 @@ _CLOSE = 1e-6
 
 
 @dataclass(frozen=True)
-class PinProblem:
-    """A scene, the limits that the pin must keep, the criterion, and the form that its bore shall have."""
-
-    scene: Scene
-    limits: Limits = NO_LIMITS
-    form: Form = FREE
-    criterion: Criterion = CRITERIA["tresca_paper"]
-
-
-@dataclass(frozen=True)
 class PinDesign:
-    """The pin found, as a check sees it, and beside it what other forms weigh under the same limits [kg].
+    """The pin or bushing found, as a check sees it, and beside it what other forms weigh under the same limits [kg].
 
-    ``corners`` are the bore's points where it is made of straight lines, else None; ``contour`` the bore as cubics
-    where it is not.
+    ``corners`` are the points of the diameter sought where it is made of straight lines, else None; ``sizes`` that
+    diameter [m] at ``stations`` of the part, which is ``length`` [m] long.
     """
 
     check: PinCheck
     form: str
     free_mass: float
     corners: tuple[tuple[float, float], ...] | None
-    contour: tuple[Cubic, ...] | None
+    stations: Stations
+    sizes: Array
+    length: float
+
+    @cached_property
+    def contour(self) -> tuple[Cubic, ...] | None:
+        """The diameter sought as cubics over the whole part where it is not made of straight lines."""
+        return None if self.corners else contour(self.stations, self.sizes, self.length)
 
 
 def design(
@@ -66,18 +67,17 @@ def design(
     effect_tolerance: float = 1e-2,
     accuracy: float = 1e-6,
 ) -> Outcome[PinDesign]:
-    """The lightest pin of a form, with its certificate, or the diagnosis why there is none.
+    """The lightest pin or bushing of a form, with its certificate, or the diagnosis why there is none.
 
     Raises InvalidInput where the request makes no sense, EffectConflict for an excluded effect that a limit needs.
     """
     started = time.perf_counter()
-    if not 1e-12 <= accuracy <= 1e-1:
-        raise InvalidInput("accuracy", "lies outside what can be asked for", "[1e-12, 1e-1]")
+    require_accuracy(accuracy)
     scene, limits = problem.scene, problem.limits
     choice = choose_for(scene, effects, effect_tolerance, demands_of(limits))
     physics = compose(choice)
     found = None
-    if np.isfinite(wall_floor(scene, limits)):
+    if math.isfinite(sought_in(scene).floor(scene, limits)):
         found = _on_refined_stations(problem, physics, accuracy)
     if found is None:
         return Outcome(
@@ -93,19 +93,19 @@ def design(
     relaxed = replace(program, limits=replace(limits, max_slope=None))
     constant = lightest_constant(relaxed, accuracy)
     free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
-    shown, wall, places = _as_made(problem, physics, program, best, accuracy)
+    shown, walls, places = _as_made(problem, physics, program, best, accuracy)
+    unit = program.mass_unit
     value = PinDesign(
         check=assess(
-            shown, wall, problem.criterion, physics, limits, best.volume,
-            None if constant is None else constant.volume, places,
+            shown, walls, limits, unit * best.volume, None if constant is None else unit * constant[0], places
         ),
         form=problem.form.name,
-        free_mass=program.solid_mass * free.volume,
+        free_mass=unit * free.volume,
         corners=best.corners,
-        contour=None if best.corners else contour(
-            shown.stations, scene.geometry.outer_diameter * (1.0 - wall), scene.geometry.length
-        ),
-    )  # fmt: skip
+        stations=shown.stations,
+        sizes=shown.sought.sizes(walls),
+        length=scene.geometry.length,
+    )
     evidence = dict(best.evidence)
     if limits.max_deflection is not None:
         evidence.setdefault("deflection_as_constrained_um", 1e6 * program.deflection(best.solidity))
@@ -117,7 +117,7 @@ def design(
         _warned(value, gap, accuracy),
         choice.manifest,
         Accuracy(accuracy, doubt + ROUNDING, {"stations": int(best.solidity.size)}),
-        certificate=Certificate(best.method, program.solid_mass * max(bound, 0.0), gap, evidence),
+        certificate=Certificate(best.method, unit * max(bound, 0.0), gap, evidence),
         timing={"solve_s": time.perf_counter() - started},
     )
 
@@ -133,14 +133,14 @@ def _warned(value: PinDesign, gap: float, accuracy: float) -> PinDesign:
 def _as_made(
     problem: PinProblem, physics: Physics, program: Program, best: Found, accuracy: float
 ) -> tuple[Program, Array, tuple[float, ...]]:
-    """The bore found on stations of its own, its corners among them, by the law that a check uses."""
-    law = cowper(problem.scene.material.poisson)
+    """The shape found on stations of its own, its corners among them, by the law that a check uses."""
     if best.corners is None:
-        return replace(program, law=law), walls_of(program, best.solidity), ()
-    bore = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
-    whole = bore.along(problem.scene.geometry.length)
-    shown, wall, _ = on_profile(problem.scene, whole, problem.criterion, physics, law, accuracy)
-    return shown, wall, whole.places
+        law = cowper(problem.scene.material.poisson)
+        return replace(program, law=law), program.sought.walls(program, best.solidity), ()
+    given = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
+    whole = given.along(problem.scene.geometry.length)
+    shown, walls, _ = on_profile(problem.scene, whole, problem.criterion, physics, accuracy)
+    return shown, walls, whole.places
 
 
 def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_tolerance: float = 1e-2) -> Diagnosis:

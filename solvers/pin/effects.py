@@ -1,4 +1,4 @@
-"""The effects a pin's scene can call for, each an object with an a-priori bound."""
+"""The effects that a pin or a bushing can call for, each an object with an a-priori bound."""
 
 from __future__ import annotations
 
@@ -7,10 +7,19 @@ from functools import cached_property
 from typing import Protocol
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
-from solvers.pin.flexibility import cowper
-from solvers.pin.loads import forces_at
-from solvers.pin.program import Physics, opening_stations
-from solvers.pin.scene import Limits, Scene
+from solvers.pin.limits import Limits
+from solvers.pin.scene import BushingGeometry, Scene
+from solvers.pin.section.flexibility import cowper
+from solvers.pin.uniform import deflection_parts
+
+
+@dataclass(frozen=True)
+class Physics:
+    """What is computed beyond strength: whether shear deflects, whether the ring's results are wanted."""
+
+    shear_deflection: bool = True
+    ovalization: bool = True
+    contact_pressure: bool = True
 
 
 @dataclass(frozen=True)
@@ -22,15 +31,8 @@ class Situation:
     @cached_property
     def shear_against_bending(self) -> float:
         """Shear over bending deflection where both sections are full: (E I0/(G A0)) int Q q/int M m."""
-        scene, g, m = self.scene, self.scene.geometry, self.scene.material
-        stations = opening_stations(scene)
-        forces = forces_at(scene.cases[0], stations.x, stations.side, stations.rest)
-        moment, shear = scene.reference.unit_load(stations.x, stations.rest)
-        bent = float(stations.share @ (forces.moment[0] * moment))
-        sheared = float(stations.share @ (forces.shear[0] * shear))
-        if bent <= 0.0:
-            return 0.0
-        return m.elastic_modulus * g.inertia / (m.shear_modulus * g.area) * sheared / bent
+        bent, sheared = deflection_parts(self.scene)
+        return sheared / bent if bent > 0.0 else 0.0
 
 
 class PinEffect(Protocol):
@@ -58,6 +60,9 @@ class ShearDeflection:
     measure: str = "1.5 r/(1 + r) with r = (2A + B/2) E I0 int Q q/(G A0 int M m): its share of the deflection"
 
     def influence(self, situation: Situation) -> float:
+        if isinstance(situation.scene.geometry, BushingGeometry):
+            # Shear's part grows with the outside, which is what is sought: up to all of the deflection.
+            return 1.0
         law = cowper(situation.scene.material.poisson)
         r = (2.0 * law.a + 0.5 * law.b) * situation.shear_against_bending
         return min(1.0, 1.5 * r / (1.0 + r))

@@ -1,4 +1,4 @@
-"""The inputs of the piston pin: geometry, loads, material, limits. SI units throughout.
+"""The inputs: geometry of the pin or the bushing, loads, material. SI units throughout.
 
 Every dataclass refuses, with ``InvalidInput``, what the model cannot mean; whatever passes may be computed.
 """
@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from solvers.errors import require
-from solvers.pin.loads import DeflectionReference, LoadCase, pin_places, piston_pin_case
+from solvers.pin.load.macaulay import LoadCase
+from solvers.pin.load.piston_pin import DeflectionReference, pin_places, piston_pin_case
 
 
 def require_positive(owner: object, prefix: str, *names: str) -> None:
@@ -39,8 +40,15 @@ class Geometry:
 
     @property
     def places(self) -> tuple[tuple[float, float], ...]:
-        """See ``loads.pin_places``."""
+        """See ``piston_pin.pin_places``."""
         return pin_places(self.boss_length, self.small_end_length, self.gap)
+
+    def require_size(self, k: int, bore: float) -> None:
+        """Refuse the k-th bore of a profile where it leaves no wall."""
+        require(
+            bore <= self.outer_diameter * (1.0 + 1e-12), f"profile.{k}.bore", "is wider than the pin",
+            "at most the outer diameter",
+        )  # fmt: skip
 
     @property
     def area(self) -> float:
@@ -51,6 +59,38 @@ class Geometry:
     def inertia(self) -> float:
         """I0 = pi D^4/64 of the solid section."""
         return math.pi * self.outer_diameter**4 / 64.0
+
+
+@dataclass(frozen=True)
+class BushingGeometry:
+    """A bushing's: bore d (0: a shaft); boss length a, small-end length b, gap delta as a pin's. The outer diameter is
+    what is sought."""
+
+    bore: float
+    boss_length: float
+    small_end_length: float
+    gap: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_positive(self, "geometry", "boss_length", "small_end_length")
+        require(math.isfinite(self.gap) and self.gap >= 0, "geometry.gap", "must not be negative", "[0, inf)")
+        require(math.isfinite(self.bore) and self.bore >= 0, "bore", "must not be negative", "[0, inf)")
+
+    @property
+    def length(self) -> float:
+        return self.places[-1][0]
+
+    @property
+    def places(self) -> tuple[tuple[float, float], ...]:
+        """See ``piston_pin.pin_places``."""
+        return pin_places(self.boss_length, self.small_end_length, self.gap)
+
+    def require_size(self, k: int, outer: float) -> None:
+        """Refuse the k-th outer diameter of a profile where it leaves no wall."""
+        require(
+            outer >= self.bore * (1.0 - 1e-12), f"profile.{k}.outer_diameter", "is narrower than the bore",
+            "at least the bore",
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -75,44 +115,15 @@ class PinMaterial:
 
 
 @dataclass(frozen=True)
-class Limits:
-    """What the profile must keep besides strength; None: no such limit.
-
-    min_wall         least wall thickness [m]
-    max_deflection   greatest deflection of the middle against the bosses' inner edges [m]
-    max_ovalization  greatest growth of a diameter [m]
-    max_slope        greatest change of the bore's diameter per length, |dd/dx|
-    max_ring_stress  greatest hoop stress of the ring that the pin's section is [Pa]
-    """
-
-    min_wall: float = 0.0
-    max_deflection: float | None = None
-    max_ovalization: float | None = None
-    max_slope: float | None = None
-    max_ring_stress: float | None = None
-
-    def __post_init__(self) -> None:
-        require(
-            math.isfinite(self.min_wall) and self.min_wall >= 0, "limits.min_wall", "must not be negative", "[0, D/2]"
-        )
-        for name in ("max_deflection", "max_ovalization", "max_slope", "max_ring_stress"):
-            if getattr(self, name) is not None:
-                require_positive(self, "limits", name)
-
-
-NO_LIMITS = Limits()
-
-
-@dataclass(frozen=True)
 class Scene:
-    """A pin under its load, outer diameter given.
+    """A pin under its load, outer diameter given, or a bushing, bore given.
 
     ``force`` is the piston's greatest force: rod force in the middle, half of it on each boss. ``further_cases`` are
-    load cases that the same pin must carry as well (see ``solvers.pin.loads``). ``mirrored`` says that the bore may be
-    taken as alike in both halves.
+    load cases that the same pin must carry as well (see ``solvers.pin.load.macaulay``). ``mirrored`` says that the bore
+    may be taken as alike in both halves.
     """
 
-    geometry: Geometry
+    geometry: Geometry | BushingGeometry
     force: float
     material: PinMaterial
     further_cases: tuple[LoadCase, ...] = ()

@@ -1,4 +1,4 @@
-"""What a pin must keep: its limits, a wall, the allowable stress in bending and shear, and as a ring."""
+"""What a pin or a bushing must keep: its limits, a wall, the allowable stress in bending and shear, and as a ring."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from solvers.outcome import Accuracy, EffectReport
 from solvers.pin.check import PinCheck, RingResult
-from solvers.pin.scene import Limits, PinMaterial, Scene
+from solvers.pin.limits import Limits
+from solvers.pin.scene import PinMaterial, Scene
 from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, left_out, slack_of, unknown
 
 Array = NDArray[np.float64]
@@ -19,25 +20,27 @@ Array = NDArray[np.float64]
 def judge(
     check: PinCheck, scene: Scene, accuracy: Accuracy, limits: Limits, effects: Iterable[EffectReport] = ()
 ) -> Verdict:
-    """The verdict on a pin.
+    """The verdict on a pin or a bushing.
 
     Without ``max_ring_stress`` the ring's hoop stress is judged against the allowable stress. Where the effect
     ovalization did not run, the ring is not judged, and a caution says so.
     """
     slack = slack_of(accuracy)
-    slope = steepest(check.along.x, check.along.bore) if limits.max_slope is not None else None
+    slope, along = None, check.along
+    if limits.max_slope is not None:
+        slope = max(steepest(along.x, along.bore), steepest(along.x, along.outer))
     return Verdict(
         (
-            *of_stresses(check.equivalent_stress_max, check.shear_stress_max, scene.material, slack),
-            of_wall(check.least_wall, limits, slack),
-            *of_ring(check.ring, scene.force, scene.material, limits, slack),
-            *of_shape(check.deflection, slope, limits, slack),
+            *_of_stresses(check.equivalent_stress_max, check.shear_stress_max, scene.material, slack),
+            _of_wall(check.least_wall, limits, slack),
+            *_of_ring(check.ring, scene.force, scene.material, limits, slack),
+            *_of_shape(check.deflection, slope, limits, slack),
         ),
-        (*check.warnings, *not_judged(check.ring), *of_deflection(limits, effects)),
+        (*check.warnings, *_not_judged(check.ring), *_of_deflection(limits, effects)),
     )
 
 
-def of_stresses(
+def _of_stresses(
     equivalent: float | None, shear: float | None, material: PinMaterial, slack: float
 ) -> tuple[Criterion, ...]:
     """Greatest stresses [Pa] against their allowables; None: there is no wall."""
@@ -47,7 +50,7 @@ def of_stresses(
     return tuple(found)
 
 
-def of_ring(
+def _of_ring(
     ring: RingResult | None, force: float, material: PinMaterial, limits: Limits, slack: float
 ) -> tuple[Criterion, ...]:
     """Hoop stress and ovalization where the wall is thinnest."""
@@ -66,7 +69,7 @@ def of_ring(
     return tuple(found)
 
 
-def of_wall(wall: float, limits: Limits, slack: float) -> Criterion:
+def _of_wall(wall: float, limits: Limits, slack: float) -> Criterion:
     """The least wall; without a limit there must be one at all."""
     asked = limits.min_wall > 0.0
     if wall > 0.0:
@@ -74,7 +77,7 @@ def of_wall(wall: float, limits: Limits, slack: float) -> Criterion:
     return Criterion("min_wall", Sense.AT_LEAST, limits.min_wall, 0.0, -1.0, False, asked)
 
 
-def of_shape(deflection: float | None, slope: float | None, limits: Limits, slack: float) -> tuple[Criterion, ...]:
+def _of_shape(deflection: float | None, slope: float | None, limits: Limits, slack: float) -> tuple[Criterion, ...]:
     """Deflection [m] (None: something is held by nothing) and slope against their limits."""
     found = []
     if limits.max_deflection is not None:
@@ -84,14 +87,14 @@ def of_shape(deflection: float | None, slope: float | None, limits: Limits, slac
     return tuple(found)
 
 
-def not_judged(ring: RingResult | None) -> tuple[str, ...]:
+def _not_judged(ring: RingResult | None) -> tuple[str, ...]:
     """What the verdict leaves out."""
     if ring is not None:
         return ()
     return ("the ring's hoop stress is not judged: the effect ovalization is left out",)
 
 
-def of_deflection(limits: Limits, effects: Iterable[EffectReport]) -> tuple[str, ...]:
+def _of_deflection(limits: Limits, effects: Iterable[EffectReport]) -> tuple[str, ...]:
     """Shear that is left out of a deflection that is limited."""
     return left_out(effects, () if limits.max_deflection is None else ("shear_deflection",))
 

@@ -169,7 +169,7 @@ class _Design:
 
         def watch() -> None:
             # The first admissible strip is waited for, within reason.
-            if model.strips > _PATIENCE or context.known() is not None:
+            if model.strips > _PATIENCE or context.known():
                 self.watch()
 
         model.watch = watch

@@ -51,15 +51,17 @@ def wait_until(condition: Callable[[], Any], seconds: float = 60.0) -> Any:
 
 
 class Running:
-    """``crankwright serve`` on a free port; ``cold`` gives it an empty kernel cache."""
+    """``crankwright serve`` on a free port, on a database of its own in the folder where no ``url`` is given; ``cold``
+    gives it an empty kernel cache."""
 
-    def __init__(self, folder: Path, cold: bool = False, **settings: object) -> None:
-        environment = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+    def __init__(self, folder: Path, cold: bool = False, url: str = "", **settings: object) -> None:
+        path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
+        environment = {**os.environ, "PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"}
         environment |= {f"CRANKWRIGHT_{name.upper()}": str(value) for name, value in settings.items()}
         if cold:
             environment["NUMBA_CACHE_DIR"] = str(folder / "kernels")
         self.output = folder / "output.txt"
-        database = f"sqlite:///{folder}/runs.sqlite3"
+        database = url or f"sqlite:///{folder}/runs.sqlite3"
         with self.output.open("w") as file:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", "app.cli", "serve", "--port", "0", "--database-url", database],

@@ -21,8 +21,8 @@ from app.designs.problems import MEANINGS, UNTYPED, anchor, problem_type
 from app.designs.registry import KINDS
 from app.errors import _BUSY
 from app.web.forms.tree import form_of
-from solvers.pin.capacity import WeakSpan
-from solvers.pin.diagnosis import _where
+from solvers.pin.optimum.capacity import WeakSpan
+from solvers.pin.optimum.infeasibility import _where
 
 ROOT = Path(__file__).parents[2]
 PHRASES = {status.phrase for status in HTTPStatus}

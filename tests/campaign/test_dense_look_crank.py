@@ -14,7 +14,7 @@ import pytest
 
 from bench.campaign.scenes import scene_of
 from solvers import crank
-from solvers.crank.cycle import Cycle
+from solvers.crank.cycle.forces import Cycle
 from solvers.crank.effects import EFFECTS, compose
 from solvers.effects import ALL, Choice
 from tests.solvers.crank.machines import CAR, car
@@ -38,7 +38,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 def cycle_of(scene):
     """The cycle with every effect."""
     curve = scene.pressure.unroll(scene.mechanism.motion(), scene.cylinder)
-    return Cycle(scene, compose(Choice(EFFECTS, ()), scene, ACCURACY), curve)
+    return Cycle(scene, compose(Choice(EFFECTS, ()), scene), curve)
 
 
 def grid_of(cycle):
@@ -52,7 +52,7 @@ def grid_of(cycle):
 
 
 def summed(cycle, angle):
-    return sum(cycle.torque(angle - phase) for phase in cycle.scene.engine.phases)
+    return sum(cycle.forces(angle - phase).torque for phase in cycle.scene.engine.phases)
 
 
 def over_cells(function, angle):

@@ -14,9 +14,9 @@ import pytest
 from bench.campaign.scenes import scene_of
 from solvers import linkage
 from solvers.effects import EffectSelection
-from solvers.linkage.impact import rocker_inertia
-from solvers.linkage.loads import series
-from solvers.linkage.running import MATRIX, NODES, WEIGHTS, inertias, mesh, speeds_of, turn
+from solvers.linkage.loads.torque_and_pin_force import series
+from solvers.linkage.steady_state.collocation import MATRIX, NODES, WEIGHTS, inertias, mesh, speeds_of, turn
+from solvers.linkage.steady_state.periodic_solution import rocker_inertia
 
 ACCURACY = 1e-6
 ANGLES, SWEPT, DIRECTIONS, CENTRES, PARTS = 20_000, 1_200, 721, 31, 64

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from bench.campaign.scenes import scene_of
-from solvers.pin import ring
+from solvers.pin.ring import ovalization
 
 ACCURACY, ROUNDING = 1e-6, 1e-9
 _CROWD = np.geomspace(1e-9, 0.5, 30)
@@ -40,11 +40,11 @@ class Part:
 class Bar:
     def __init__(self, request):
         self.around = request.seeks_outside
-        self.scene = request.bushing() if self.around else request.scene()
+        self.scene = request.scene()
         g, self.criterion = self.scene.geometry, request.criterion
         self.a, self.b, self.gap, self.length = g.boss_length, g.small_end_length, g.gap, g.length
         self.size = g.bore if self.around else g.outer_diameter
-        self.parts = list(self._parts(request.outside() if self.around else request.bore()))
+        self.parts = list(self._parts(request.given()))
 
     def _parts(self, profile):
         x, size, length = list(profile.x), list(profile.bore), self.length
@@ -116,7 +116,7 @@ class Bar:
         D, ratio, _ = self.section(part, RINGS)
         m = self.scene.material
         rings = (
-            ring.ring(self.scene.force, d, self.length, r, m.elastic_modulus, m.poisson).stresses.greatest
+            ovalization.ring(self.scene.force, d, self.length, r, m.elastic_modulus, m.poisson).stresses.greatest
             for d, r in zip(D, ratio, strict=True)
             if 0.3 <= r < 1.0 - 1e-5
         )

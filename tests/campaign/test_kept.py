@@ -78,9 +78,9 @@ def test_a_write_that_fails_spoils_nothing(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("source", "concerned"),
     [
-        ("solvers/pin/loads.py", {"pin-profile"}),
+        ("solvers/pin/load/macaulay.py", {"pin-profile"}),
         ("solvers/references/rod_check.py", {"flexible-rod"}),
-        ("solvers/crank/motion.py", {"crank-dynamics", "flexible-rod"}),
+        ("solvers/crank/motion/slider_crank.py", {"crank-dynamics", "flexible-rod"}),
         ("app/designs/impact_linkage/kind.py", {"impact-linkage"}),
         ("bench/campaign/linkage_designs.py", {"impact-linkage"}),
         ("solvers/numerics/periodic.py", set(DRAWN)),

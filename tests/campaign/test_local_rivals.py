@@ -16,11 +16,11 @@ from bench.campaign.pin_designs import PinProblem
 from bench.campaign.rivalry import Problem
 from bench.campaign.rod_designs import RodProblem
 from solvers.linkage import KINDS as TYPES
-from solvers.linkage.family import Family
-from solvers.pin import cones
-from solvers.pin import program as pin_program
-from solvers.pin.bushing import forms as bushing_forms
-from solvers.pin.flexibility import ShearFlexibility
+from solvers.linkage.optimum.family import Family
+from solvers.pin.optimum import discretised as pin_program
+from solvers.pin.section.flexibility import ShearFlexibility
+from solvers.pin.shapes import cone as cones
+from solvers.pin.shapes import stepped
 
 pin_design = importlib.import_module("solvers.pin.design")
 rod_design = importlib.import_module("solvers.rod.design")
@@ -85,8 +85,8 @@ def test_a_bushing_of_fewer_steps_than_asked_is_noticed(monkeypatch):
     body = {**PAPERS, "geometry": geometry, "variable": "outer", "bore_mm": 12.0}
     problem = pin_of(body, {"kind": "stepped", "steps": 3}, max_deflection_um=8.0)
     assert stand(judged("pin-profile", problem))
-    right = bushing_forms.lightest_steps
-    monkeypatch.setattr(bushing_forms, "lightest_steps", lambda half, steps, known: right(half, steps - 1, known))
+    right = stepped.lightest_steps
+    monkeypatch.setattr(stepped, "lightest_steps", lambda half, steps, known: right(half, steps - 1, known))
     found = judged("pin-profile", problem)
     assert not found.bounded and found.better > 1e-5
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from app.designs.fields import fields_of
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from tests.clients.bridge import on_a_port
@@ -89,6 +90,58 @@ def test_the_way_to_the_service_needs_no_freecad(client, monkeypatch):
     with pytest.raises(cw.Refused):
         cw.Service("file:///etc")
     assert "FreeCAD" not in sys.modules
+
+
+def _form(monkeypatch, slug, mode):
+    monkeypatch.syspath_prepend(str(FOLDER))
+    from crankwright_form import Form
+
+    kind = KINDS[slug]
+    return Form([field.model_dump() for field in fields_of(kind, mode)], kind.example(mode))
+
+
+@pytest.mark.parametrize(
+    ("slug", "mode"), [(kind.slug, mode) for kind in KINDS.values() for mode in kind.jobs if mode != Mode.ANALYSIS]
+)
+def test_the_dialogs_form_means_the_example_it_begins_with(monkeypatch, slug, mode):
+    job = KINDS[slug].jobs[mode]
+    made = job.request.model_validate(_form(monkeypatch, slug, mode).request())
+    assert made == job.request.model_validate(KINDS[slug].example(mode))
+
+
+def test_forms_are_switched_in_the_dialog(monkeypatch):
+    """What was typed stays, what belongs to the form left goes, and the request is one that the service takes."""
+    form = _form(monkeypatch, "flexible-rod", Mode.CHECK)
+    assert form.chosen["load.kind"] == "schmidt" and form.chosen["material"] == "custommaterial"
+    form.keep({"mechanism.speed_hz": 40.0})
+    form.choose("load.kind", "constant")
+    form.choose("material", "cataloguematerial")
+    paths = [field["path"] for field in form.shown()]
+    assert "load.constant_pressure_mpa" in paths and "load.p_min_mpa" not in paths
+    assert "material.name" in paths and "material.density_kg_m3" not in paths
+    assert form.value("load.back_pressure_mpa") is None
+    form.keep({"load.constant_pressure_mpa": 0.5, "material.name": "stainless-1.4310"})
+    request = KINDS["flexible-rod"].jobs[Mode.CHECK].request.model_validate(form.request())
+    assert request.load.kind == "constant" and request.load.constant_pressure_mpa == 0.5
+    assert request.material.name == "stainless-1.4310" and request.mechanism.speed_hz == 40.0
+    form.choose("load.kind", "schmidt")
+    assert form.value("load.p_min_mpa") is None
+
+    pin = _form(monkeypatch, "pin-profile", Mode.DESIGN)
+    assert pin.chosen["material"] == "pinmaterial"
+    pin.choose("material", "pinsteel")
+    pin.choose("effects", "all")
+    pin.keep({"material.name": "pin-steel-17Cr3", "form.kind": "free", "form.steps": None})
+    made = KINDS["pin-profile"].jobs[Mode.DESIGN].request.model_validate(pin.request())
+    assert made.material.name == "pin-steel-17Cr3" and made.effects == "all" and made.form.kind == "free"
+
+    linkage = _form(monkeypatch, "impact-linkage", Mode.CHECK)
+    other = next(c for f in linkage.shown() if f["path"] == "restitution" for c in f["choices"]
+                 if c != linkage.chosen["restitution"])  # fmt: skip
+    linkage.choose("restitution", other)
+    below = [f["path"] for f in linkage.shown() if f["path"].startswith("restitution")]
+    linkage.keep({p: 0.5 for p in below if "." in p or other == "number"})
+    KINDS["impact-linkage"].jobs[Mode.CHECK].request.model_validate(linkage.request())
 
 
 def test_the_macro_is_python():

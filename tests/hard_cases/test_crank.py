@@ -14,8 +14,8 @@ import mpmath as mp
 import pytest
 
 from solvers import crank
-from solvers.crank import kinematics
-from solvers.crank.motion import crank_angle, derivative
+from solvers.crank.motion import in_line as kinematics
+from solvers.crank.motion.slider_crank import crank_angle, derivative
 from solvers.effects import ALL
 from tests.hard_cases.make_crank_references import load_cases
 

@@ -16,9 +16,10 @@ import pytest
 
 from solvers import linkage
 from solvers.errors import InvalidInput
-from solvers.linkage.envelope import least_box, sweep
-from solvers.linkage.four_bar import of_family
-from solvers.linkage.loads import peaks
+from solvers.linkage.loads.torque_and_pin_force import peaks
+from solvers.linkage.mechanism.kinematics import of_family
+from solvers.linkage.swept_area.bounding_box import least_box
+from solvers.linkage.swept_area.outline import sweep
 from tests.hard_cases.make_linkage_references import load_cases
 
 EPS = 2.0**-52

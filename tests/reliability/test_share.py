@@ -17,6 +17,7 @@ from app.designs.registry import KINDS
 from app.store.verify import verify
 from tests.app.running import Running, wait_until
 from tests.reliability.attacks import attack, told
+from tests.reliability.fuzz import PARSERS, spoil
 
 CAMPAIGN = bool(os.environ.get("CRANKWRIGHT_CAMPAIGN"))
 RAW, KILLS = (100_000, 60) if CAMPAIGN else (200, 1)
@@ -67,3 +68,13 @@ def test_what_was_acknowledged_survives_kills(tmp_path: Path):
     report = verify(f"sqlite:///{tmp_path}/runs.sqlite3")
     assert report.sound and report.runs == report.idempotency_keys and report.runs >= len(acknowledged) > 0
     print(f"{KILLS} kills, {len(acknowledged)} acknowledged runs, none lost")
+
+
+@pytest.mark.timeout(36_000 if CAMPAIGN else 180)
+@pytest.mark.parametrize("parser", PARSERS)
+def test_no_bytes_break_a_parser(parser):
+    """``python -m tests.reliability.fuzz`` looks further, guided by coverage."""
+    number = 100_000 if CAMPAIGN else 150
+    understood = spoil(parser, number)
+    print(f"{parser}: {number} spoiled examples, {understood} requests understood")
+    assert understood > 0

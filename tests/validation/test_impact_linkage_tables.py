@@ -11,7 +11,7 @@ import math
 import pytest
 
 from solvers import linkage
-from solvers.linkage.four_bar import of_family
+from solvers.linkage.mechanism.kinematics import of_family
 
 TABLE_1 = {
     "lambda2": ("0.75", "1.0", "1.25", "1.5", "1.75", "2.0", "2.5", "3.0"),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from solvers import pin
-from solvers.pin.capacity import force_limit, weak_span
+from solvers.pin.optimum.capacity import force_limit, weak_span
 from tests.solvers.pin.pins import BENDING_ONLY, PAPER, VAZ, grams, scaled, vaz
 
 
@@ -30,7 +30,7 @@ def printed(value, text):
 )  # fmt: skip
 def test_the_profile(x, bore):
     """At 30 mm the table this follows prints 14.67917573; in 50 digits it is 14.679175701873."""
-    found = pin.free_bores(VAZ, PAPER, 15e3, np.array([x * 1e-3]))
+    found = pin.free_sizes(VAZ, PAPER, 15e3, np.array([x * 1e-3]))
     assert printed(found[0] * 1e3, bore)
 
 

@@ -130,7 +130,8 @@ class _Crank:
     def _instants(self) -> None:
         c, worst = self.chain, list(self.result["worst"])
         c.title("The same at every instant that loads a part")
-        c.remark("Rows: " + ", ".join(f"{k} {_INSTANTS[w['name']]}" for k, w in enumerate(worst)) + ".")
+        rows = ", ".join(f"{k} {_INSTANTS[w['name']]}" for k, w in enumerate(worst))
+        c.remark(rows)
         # Symbols with the row's number below; the formulas are those above.
         columns = [Column("phi", "angle", DEGREE), Column("p", "pressure", "MPa")]
         columns += [Column(symbol, words, unit, formula) for symbol, formula, words, unit in self._formulas]

@@ -18,9 +18,9 @@ from app.designs.crank_dynamics.request import DynamicsRequest
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.schema import MEGA, MILLI, RepairDone, Strict, envelope, refusal_problem, repairs_json, scaled
 from solvers import crank
-from solvers.crank.cycle import Forces
-from solvers.crank.engine import Balance, SpeedSwing
-from solvers.crank.pressure import TableCurve
+from solvers.crank.cycle.forces import Forces
+from solvers.crank.engine.speed_fluctuation import SpeedSwing
+from solvers.crank.engine.unbalance import Balance
 from solvers.errors import InvalidInput
 
 
@@ -151,8 +151,8 @@ def _series(found: crank.CrankDynamics) -> dict[str, Any]:
 
 def _cycle(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:
     curve = found.curve
-    if isinstance(curve, TableCurve):
-        angle, pressure = np.asarray(curve.angle), np.asarray(curve.values)
+    if curve.points is not None:
+        angle, pressure = curve.points
     else:
         angle = np.unique(np.concatenate([np.mod(curve.breaks, scene.cylinder.period), found.angle]))
         pressure = curve.pressure(angle)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
-from solvers.crank import kinematics
-from solvers.crank.motion import ExactMotion
+from solvers.crank.motion import in_line as kinematics
+from solvers.crank.motion.slider_crank import ExactMotion
 
 
 def _closed(values: Sequence[float]) -> list[float]:

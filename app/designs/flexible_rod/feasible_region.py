@@ -15,6 +15,7 @@ from app.designs.pictures.contours import inside, level_lines
 from app.designs.schema import MILLI
 from solvers import rod
 from solvers.errors import InvalidInput
+from solvers.fatigue import CRITERIA
 
 _SIDE = 7
 """Lengths and thicknesses, on either side of what was found, at which strips are checked."""
@@ -28,7 +29,7 @@ _AROUND = (0.7, 1.4)
 _MOST = 2.0
 """Margins, in logarithms, are cut here: what is far from its limit has no line to place."""
 
-_CRITERIA = (
+_LIMITS = (
     ("min_stability_safety", "stability_safety", "buckling", RED),
     ("min_fatigue_safety", "fatigue_safety", "fatigue", BLUE),
     ("min_yield_safety", "yield_safety", "yield", "#8a5a00"),
@@ -71,11 +72,12 @@ def _margin(check: rod.RodCheck, field: str, name: str, required: float) -> floa
 def feasible_region(run: dict[str, Any]) -> str:
     """SVG of the region in which every requirement holds, with the line on which each ends, and the answer."""
     spec, dimensions = run["spec"], run["result"]["dimensions"]
-    asked = {field: spec["requirements"].get(field) for field, *_ in _CRITERIA}
+    asked = {field: spec["requirements"].get(field) for field, *_ in _LIMITS}
     asked["min_fatigue_safety"] = asked["min_fatigue_safety"] or 1.0
     asked["min_stability_safety"] = asked["min_stability_safety"] or 1.0
     request = request_of(run)
     scene, width = request.scene(), dimensions["b_mm"] * MILLI
+    criterion = CRITERIA[request.fatigue_criterion](scene.material)
     states = {effect["name"]: effect["state"] == "active" for effect in run["effects"]}
     settled = rod.EffectSelection(
         frozenset(name for name, on in states.items() if on), frozenset(name for name, on in states.items() if not on)
@@ -88,13 +90,13 @@ def feasible_region(run: dict[str, Any]) -> str:
     thicknesses = np.clip(
         np.outer(levels, (lengths / dimensions["l_mm"]) ** _BENT), min(low, levels[0]), max(high, levels[-1])
     )
-    used = [(field, name, words, color) for field, name, words, color in _CRITERIA if asked[field] is not None]
+    used = [(field, name, words, color) for field, name, words, color in _LIMITS if asked[field] is not None]
     margins = np.full((len(used), *thicknesses.shape), np.nan)
     for i in range(levels.size):
         for j, length in enumerate(lengths):
             try:
                 strip = rod.Dimensions(width, thicknesses[i, j] * MILLI, length * MILLI)
-                check = rod.check(scene, strip, settled, request.effect_tolerance, _ACCURACY).value
+                check = rod.check(scene, strip, settled, request.effect_tolerance, _ACCURACY, criterion).value
             except InvalidInput:
                 continue
             for k, (field, name, _, _) in enumerate(used):

@@ -25,8 +25,8 @@ from app.designs.schema import (
     one_of,
 )
 from solvers import rod
-from solvers.crank.indicator import IndicatorPressure
-from solvers.crank.repair import Repair
+from solvers.crank.gas.data_repair import Repair
+from solvers.crank.gas.indicator_diagram import IndicatorPressure
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
 from solvers.rod.load.indicator import fields_of_load

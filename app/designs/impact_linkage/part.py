@@ -132,7 +132,7 @@ def _placed(flat: Outline, shift: Place, angle: float) -> Outline:
     return Outline(to(flat.start), tuple(pieces), flat.layer)
 
 
-def swept(circles: Sequence[tuple[Place, float]]) -> Outline:
+def convex_outline(circles: Sequence[tuple[Place, float]]) -> Outline:
     """The least convex outline around circles of one radius: straight lines and arcs."""
     radius = circles[0][1]
     corners = _hull([center for center, _ in circles])
@@ -198,7 +198,7 @@ def _drawing(
         shapes.append(Line(tuple(way), Layer.CENTER))
         around = np.linspace(0.0, 2.0 * math.pi, _AROUND, endpoint=False)
         circle = [(crank * math.cos(a), crank * math.sin(a)) for a in around]
-        shapes.append(swept([(place, eye) for place in (*circle, *way, (0.0, 0.0), (base, 0.0))]))
+        shapes.append(convex_outline([(place, eye) for place in (*circle, *way, (0.0, 0.0), (base, 0.0))]))
     below = min(y for shape in shapes for _, y in extent(shape))
     dimensions = []
     for number, name in enumerate(LINKS):

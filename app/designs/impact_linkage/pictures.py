@@ -9,8 +9,8 @@ import numpy as np
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
 from app.designs.schema import MILLI
 from solvers.linkage import KINDS
-from solvers.linkage.four_bar import FourBar, of_lengths
-from solvers.linkage.loads import series
+from solvers.linkage.loads.torque_and_pin_force import series
+from solvers.linkage.mechanism.kinematics import FourBar, of_lengths
 
 _CYCLE = Linear(0.0, 360.0)
 _CUT = 4.0

@@ -243,7 +243,7 @@ class CheckRequest(LinkageRequest):
             kind = linkage.KINDS[self.type]
             found = linkage.of_ratio(scene, kind, getattr(self.ratios, kind.parameter))
         if self.impact_speed_m_s is None or self.blow_frequency_hz is None:
-            own = linkage.tool_speed(scene, found)
+            own = scene.tool_speed(found)
             scene = replace(scene, impact_speed=own) if own > 0 and math.isfinite(own) else scene
         return scene, found
 

@@ -11,8 +11,9 @@ from pydantic import Field
 from app.designs.impact_linkage.request import LinkageRequest
 from app.designs.schema import MILLI, Strict, scaled
 from solvers import linkage
-from solvers.linkage.result import Mechanism, Strike
-from solvers.linkage.tolerances import Window
+from solvers.linkage.mechanism.closure import Window
+from solvers.linkage.mechanism.lengths import Mechanism
+from solvers.linkage.result import Strike
 
 SQUARE_MILLI = MILLI**2
 

@@ -22,6 +22,7 @@ from app.designs.drawing import (
     Shape,
     extent,
 )
+from app.designs.pictures.chart import STYLE
 
 WIDTH, HEIGHT = 430.0, 360.0
 _STEP, _GAP, _ARROW, _LETTER = 25.0, 4.0, 7.0, 7.6
@@ -80,6 +81,11 @@ def drawing_svg(drawing: Drawing) -> str:
     )
     # A page may have several drawings of one part; an id stands in it once.
     return out.replace("HATCH", f"hatch-{crc32(out.encode()):08x}")
+
+
+def drawing_alone(drawing: Drawing) -> str:
+    """The same as a picture that stands by itself, with inks of its own."""
+    return drawing_svg(drawing).replace("</title>", f"</title>{STYLE}", 1)
 
 
 def drawing_to_scale(drawing: Drawing) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from app.designs.calculation.chain import Chain, Column
 from app.designs.pin_profile.request import CheckRequest, DesignRequest
+from app.designs.schema import MEGA
 
 PAPER = "paper on optimal forms of piston pins and bushings (iteration by MathCAD), example VAZ-2112"
 BEAM = "S. P. Timoshenko: Strength of Materials, beams"
@@ -66,6 +67,7 @@ class _Pin:
     def __init__(self, run: Mapping[str, Any], chain: Chain) -> None:
         model = DesignRequest if run["mode"] == "design" else CheckRequest
         self.request = model.model_validate(run["spec"])
+        self.material = self.request.material.to_solver()
         self.result: Mapping[str, Any] = run["result"]
         self.active = {e["name"] for e in run["effects"] if e["state"] == "active"}
         g = self.request.geometry
@@ -97,8 +99,8 @@ class _Pin:
             c.given("d", "bore", q.bore_mm, "mm")
         else:
             c.given("D", "outer diameter", q.geometry.outer_diameter_mm, "mm")
-        c.given("rho", "density", q.material.density_kg_m3, "kg/m³")
-        c.given("sigma_adm", "allowable stress", q.material.allowable_stress_mpa, "MPa")
+        c.given("rho", "density", self.material.density, "kg/m³")
+        c.given("sigma_adm", "allowable stress", self.material.allowable_stress / MEGA, "MPa")
 
     def _forces(self) -> None:
         c = self.chain
@@ -141,8 +143,8 @@ class _Pin:
             self._section(n, x, from_end, words, told)
         c = self.chain
         c.step("k", "sigma_eq_w / sigma_adm", "use of the allowable stress")
-        if self.request.material.allowable_shear_mpa is not None:
-            c.given("tau_adm", "allowable shear stress", self.request.material.allowable_shear_mpa, "MPa")
+        if self.material.allowable_shear is not None:
+            c.given("tau_adm", "allowable shear stress", self.material.allowable_shear / MEGA, "MPa")
             c.step("k_tau", "tau_w / tau_adm", "use of the allowable shear stress, at that place")
 
     def _section(self, n: str, x: float, from_end: float, words: str, told: float | None) -> None:
@@ -161,7 +163,7 @@ class _Pin:
         c.step(f"sigma_{n}", f"abs(M_{n}) / W_{n}", "bending stress, outer fibre", "MPa", BEAM)
         if law == "saint_venant":
             if "nu" not in c.known:
-                c.given("nu", "Poisson's ratio", self.request.material.poisson)
+                c.given("nu", "Poisson's ratio", self.material.poisson)
             upper = f"4 * abs(Q_{n}) * ((3 + 2 * nu) * {D}**2 + (1 + 2 * nu) * {d}**2)"
             formula = f"{upper} / (pi * (1 + nu) * ({D}**4 - {d}**4))"
             c.step(f"tau_{n}", formula, "shear stress (Saint-Venant)", "MPa", ELASTIC)
@@ -225,7 +227,8 @@ class _Pin:
         terms = self._simpson("V", "F", len(parts), count, "volume of the part", "mm³")
         factor = "" if whole else "2 * "
         told = self.result["mass_g"]
-        c.step("m", f"{factor}rho * ({terms}) * 1e-6", "mass" if whole else "mass, both halves", "g", told=told)
+        words = "mass" if whole else "mass, both halves"
+        c.step("m", f"{factor}rho * ({terms}) * 1e-6", words, "g", told=told)
 
     def _diameter_all_along(self, symbol: str, words: str) -> None:
         if symbol not in self.chain.known:
@@ -255,7 +258,7 @@ class _Pin:
         if len(parts) > _MOST_PARTS:
             return
         c.title("Deflection of the middle against the bosses' inner edges (unit load)")
-        c.given("E", "elastic modulus", 1e3 * self.request.material.elastic_modulus_gpa, "MPa")
+        c.given("E", "elastic modulus", self.material.elastic_modulus / MEGA, "MPa")
         varies, words = ("D", "outer diameter") if self.outside else ("d", "bore")
         moment = "P * a / 6 + P * (x - a) / 2 - P * max(x - c, 0)**2 / (2 * b)"
         columns = [Column("x", "place", "mm"), Column(varies, words, "mm")]
@@ -264,7 +267,7 @@ class _Pin:
         bent = "M * (x - a) / (2 * E * I)"
         if "shear_deflection" in self.active:
             if "nu" not in c.known:
-                c.given("nu", "Poisson's ratio", self.request.material.poisson)
+                c.given("nu", "Poisson's ratio", self.material.poisson)
             c.step("G", "E / (2 * (1 + nu))", "shear modulus", "MPa")
             c.step("c_1", "(7 + 6 * nu) / (6 * (1 + nu))", "Cowper's constants", source=COWPER)
             c.step("c_2", "(20 + 12 * nu) / (6 * (1 + nu))", "Cowper's constants", source=COWPER)
@@ -306,13 +309,12 @@ class _Pin:
         ratio = r["bore_mid_mm"] / self.request.geometry.outer_diameter_mm
         c.title("The ring in the middle")
         if ratio > _FORMULA_HOLDS:
-            c.remark(
-                f"The ring is thin (d/D = {ratio:.3f}, more than {_FORMULA_HOLDS}): an elastic ring's series joins in "
-                "there, which is left to the run."
-            )
+            thin = f"The ring is thin (d/D = {ratio:.3f}, more than {_FORMULA_HOLDS})"
+            said = f"{thin}: an elastic ring's series joins in there, which is left to the run."
+            c.remark(said)
             return
         if "E" not in c.known:
-            c.given("E", "elastic modulus", 1e3 * self.request.material.elastic_modulus_gpa, "MPa")
+            c.given("E", "elastic modulus", self.material.elastic_modulus / MEGA, "MPa")
         if "d" not in c.known and "d_m" not in c.known:
             c.given("d_m", "bore in the middle", r["bore_mid_mm"], "mm")
         c.step("alpha", f"{'d_m' if 'd_m' in c.known else 'd'} / D", "bore over outer diameter")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from app.designs.drawing import (
@@ -10,112 +12,135 @@ from app.designs.drawing import (
     Layer,
     Line,
     Note,
+    Outline,
     Place,
     given,
     length,
     rectangle,
     words_of,
 )
+from app.designs.pin_profile.part import Span, all_along, section, straight_between, walls
 
 _AROUND = 0.4
 """How far bosses and small end reach beyond the pin, in its diameters."""
+_PIN, _BUSHING = "The pin, cut along its axis, to scale", "The bushing, cut along its axis, to scale"
+Shapes = list[Line | Outline]
+
+
+@dataclass(frozen=True)
+class _Seats:
+    """Along the part: a boss, a gap, the small end, a gap, a boss; mm."""
+
+    boss: float
+    small_end: float
+    gap: float
+
+    @property
+    def length(self) -> float:
+        return 2.0 * (self.boss + self.gap) + self.small_end
+
+    def around(self, outer: float, reach: float) -> Shapes:
+        """Bosses and small end from the part's outer diameter to ``reach``, and the axis."""
+        L, c = self.length, self.boss + self.gap
+        ends = ((0.0, self.boss), (c, c + self.small_end), (L - self.boss, L))
+        shapes: Shapes = [
+            rectangle(start, 0.5 * outer * up, end, reach * up, Layer.CONTEXT) for up in (-1, 1) for start, end in ends
+        ]
+        return [*shapes, Line(((-0.06 * outer, 0.0), (L + 0.06 * outer, 0.0)), Layer.CENTER)]
+
+    def dimensions(self, reach: float) -> list[Dimension]:
+        L, c = self.length, self.boss + self.gap
+        told = [
+            Dimension((L - self.boss, -reach), (L, -reach), words_of("boss", self.boss), "x", -reach, -1,
+                      "geometry.boss_length_mm"),
+            Dimension((c, -reach), (c + self.small_end, -reach), words_of("small end", self.small_end), "x", -reach,
+                      -1, "geometry.small_end_length_mm"),
+            Dimension((0.0, reach), (L, reach), words_of("", L), "x", reach, 1),
+        ]  # fmt: skip
+        if self.gap:
+            edges = (self.boss, -reach), (c, -reach)
+            told.append(Dimension(*edges, words_of("gap", self.gap), "x", -reach, -2, "geometry.gap_mm"))
+        return told
+
+
+def in_machine(run: Mapping[str, Any]) -> Drawing:
+    """The part of a run with a result, between bosses and small end."""
+    g, (bore, outside) = run["spec"]["geometry"], walls(run)
+    seats = _Seats(g["boss_length_mm"], g["small_end_length_mm"], g["gap_mm"])
+    outer = _greatest(outside)
+    reach = (0.5 + _AROUND) * outer
+    shapes = [*seats.around(outer, reach), *_cut(bore, outside, seats.length)]
+    title = _BUSHING if run["spec"]["variable"] == "outer" else _PIN
+    return Drawing(title, tuple(shapes), tuple(seats.dimensions(reach)), caption="Cut along the axis. mm, to scale.")
 
 
 def drawing(request: dict[str, Any]) -> Drawing | None:
     """From a check: the section; from a design: what is given, and the least wall where there is one."""
     boss, small_end = length(request, "geometry.boss_length_mm"), length(request, "geometry.small_end_length_mm")
-    gap = length(request, "geometry.gap_mm") or 0.0
     if not (boss and small_end):
         return None
-    half = boss + gap + 0.5 * small_end
+    seats = _Seats(boss, small_end, length(request, "geometry.gap_mm") or 0.0)
+    L = seats.length
     bushing = request.get("variable") == "outer"
-    profile = _profile(request, "outer_diameter_mm" if bushing else "bore_mm", half)
-    bore = length(request, "bore_mm")
-    inside = _all_along(bore, half) if bushing or not profile else profile
-    outer = length(request, "geometry.outer_diameter_mm")
-    outside = profile if bushing and profile else _all_along(outer, half)
-    known = outside or (_all_along(2.0 * bore, half) if bushing and bore else None)
-    if known is None:
-        return None
-    D = max(d for _, d in known)
+    profile = _profile(request, "outer_diameter_mm" if bushing else "bore_mm", L)
+    bore, outer = length(request, "bore_mm"), length(request, "geometry.outer_diameter_mm")
+    inside = (None if bore is None else all_along(bore, L)) if bushing or not profile else profile
+    outside = profile if bushing and profile else None if outer is None else all_along(outer, L)
+    D = _greatest(outside) if outside else 2.0 * bore if bushing and bore else 0.0
     if not D:
         return None
     reach = (0.5 + _AROUND) * D
-    shapes: list[Line] = [
-        rectangle(side * a, 0.5 * D * up, side * z, reach * up, Layer.CONTEXT)
-        for up in (-1, 1)
-        for side, a, z in ((1, half - boss, half), (-1, half - boss, half), (1, -0.5 * small_end, 0.5 * small_end))
-    ]
-    if outside is None:
-        shapes.append(rectangle(-half, -0.5 * D, half, 0.5 * D, Layer.HIDDEN))
+    shapes = seats.around(D, reach)
     if outside and inside:
-        shapes += [_cut(outside, inside, up) for up in (-1, 1)]
-        shapes += [Line(((x, -0.5 * d), (x, 0.5 * d)), Layer.OUTLINE) for x, d in (inside[0], inside[-1]) if d]
+        shapes += _cut(inside, outside, L)
     elif outside:
-        shapes.append(rectangle(-half, -0.5 * D, half, 0.5 * D))
+        shapes.append(rectangle(0.0, -0.5 * D, L, 0.5 * D))
     else:
-        shapes += [Line(((-half, up * 0.5 * bore), (half, up * 0.5 * bore))) for up in (-1, 1)]
-    shapes.append(Line(((-half - 0.06 * D, 0.0), (half + 0.06 * D, 0.0)), Layer.CENTER))
-    dimensions = [
-        Dimension((half - boss, -reach), (half, -reach), words_of("boss", boss), "x", -reach, -1,
-                  "geometry.boss_length_mm"),
-        Dimension((-0.5 * small_end, -reach), (0.5 * small_end, -reach), words_of("small end", small_end), "x", -reach,
-                  -1, "geometry.small_end_length_mm"),
-        Dimension((-half, reach), (half, reach), words_of("", 2.0 * half), "x", reach, 1),
-    ]  # fmt: skip
-    if gap:
-        edges = (-half + boss, -reach), (-0.5 * small_end, -reach)
-        dimensions.append(Dimension(*edges, words_of("gap", gap), "x", -reach, -2, "geometry.gap_mm"))
+        shapes.append(rectangle(0.0, -0.5 * D, L, 0.5 * D, Layer.HIDDEN))
+        shapes += [Line(((0.0, up * 0.5 * bore), (L, up * 0.5 * bore))) for up in (-1, 1)]
+    dimensions, notes = seats.dimensions(reach), []
     if outer and outside:
         dimensions.append(
-            Dimension((-half, -0.5 * D), (-half, 0.5 * D), words_of("ø", D), "y", -half, -1,
-                      "geometry.outer_diameter_mm")
-        )  # fmt: skip
+            Dimension((0.0, -0.5 * D), (0.0, 0.5 * D), words_of("ø", D), "y", 0.0, -1, "geometry.outer_diameter_mm")
+        )
     if bore and inside:
-        edges = (half, -0.5 * bore), (half, 0.5 * bore)
-        dimensions.append(Dimension(*edges, words_of("ø", bore), "y", half, 1, "bore_mm"))
-    notes, caption = [], "Cut along the axis"
+        edges = (L, -0.5 * bore), (L, 0.5 * bore)
+        dimensions.append(Dimension(*edges, words_of("ø", bore), "y", L, 1, "bore_mm"))
     wall = length(request, "limits.min_wall_mm")
     if outside and not inside:
-        notes.append(Note((0.0, 0.0), "bore to be found"))
+        notes.append(Note((0.5 * L, 0.0), "bore to be found"))
         if wall and 2.0 * wall < D:
-            shapes += [
-                Line(((-half, up * (0.5 * D - wall)), (half, up * (0.5 * D - wall))), Layer.HIDDEN) for up in (-1, 1)
-            ]
-    if outside is None:
-        caption = "The bushing's bore; its outside, dashed, is to be found"
+            edge = 0.5 * D - wall
+            shapes += [Line(((0.0, up * edge), (L, up * edge)), Layer.HIDDEN) for up in (-1, 1)]
     if wall and outside:
-        edges = (half, 0.5 * D - wall), (half, 0.5 * D)
+        edges = (L, 0.5 * D - wall), (L, 0.5 * D)
         level = 2 if bore else 1
-        dimensions.append(Dimension(*edges, words_of("wall ≥", wall), "y", half, level, "limits.min_wall_mm"))
-    return Drawing(
-        "The bushing, cut along its axis, to scale" if bushing else "The pin, cut along its axis, to scale",
-        tuple(shapes), tuple(dimensions), tuple(notes), f"{caption}. mm, to scale.",
-    )  # fmt: skip
+        dimensions.append(Dimension(*edges, words_of("wall ≥", wall), "y", L, level, "limits.min_wall_mm"))
+    caption = "Cut along the axis" if outside else "The bushing's bore; its outside, dashed, is to be found"
+    title = _BUSHING if bushing else _PIN
+    return Drawing(title, tuple(shapes), tuple(dimensions), tuple(notes), f"{caption}. mm, to scale.")
 
 
-def _all_along(diameter: float | None, half: float) -> list[Place] | None:
-    return None if diameter is None else [(-half, diameter), (half, diameter)]
+def _greatest(spans: Sequence[Span]) -> float:
+    return max(d for span in spans for d in (span.first, span.last))
 
 
-def _profile(request: dict[str, Any], name: str, half: float) -> list[Place] | None:
-    """Diameters along the whole pin from its points: half a pin stands for both halves."""
+def _cut(bore: Sequence[Span], outside: Sequence[Span], L: float) -> Shapes:
+    """Both cut faces, and the ends of the bore."""
+    shapes: Shapes = [section(bore, outside, L, sign) for sign in (1.0, -1.0)]
+    ends = ((0.0, bore[0].first), (L, bore[-1].last))
+    return shapes + [Line(((x, -0.5 * d), (x, 0.5 * d))) for x, d in ends if d]
+
+
+def _profile(request: dict[str, Any], name: str, L: float) -> list[Span] | None:
+    """Diameters along the whole part from its points: half a part stands for both halves."""
     points = given(request, "profile")
     if not isinstance(points, list) or not points:
         return None
-    found = [(length(p, "x_mm"), length(p, name)) for p in points if isinstance(p, dict)]
-    if any(x is None or d is None for x, d in found) or sorted(x for x, _ in found) != [x for x, _ in found]:
-        return None
-    along = [(min(x, 2.0 * half) - half, d) for x, d in found]
-    along = [(-half, along[0][1]), *along] if along[0][0] > -half else along
-    if along[-1][0] <= 1e-6 * half:
-        along = [*along, (0.0, along[-1][1])]
-        return along + [(-x, d) for x, d in reversed(along)]
-    return along if along[-1][0] >= half * (1.0 - 1e-6) else [*along, (half, along[-1][1])]
-
-
-def _cut(outside: list[Place], inside: list[Place], up: int) -> Line:
-    """One of the two cut faces."""
-    over = [(x, up * 0.5 * d) for x, d in outside]
-    under = [(x, up * 0.5 * d) for x, d in reversed(inside)]
-    return Line((*over, *under), Layer.SECTION, closed=True)
+    found: list[Place] = []
+    for point in points:
+        x, d = (length(point, key) if isinstance(point, dict) else None for key in ("x_mm", name))
+        if x is None or d is None or (found and x < found[-1][0]):
+            return None
+        found.append((x, d))
+    return straight_between(found, L) or None

@@ -1,6 +1,17 @@
 """The pin's forms: the order of thought and a designer's words."""
 
 from app.designs.form import FormWords, Switch
+from solvers import pin
+
+
+def _steel(name: str) -> str:
+    m = pin.CATALOGUE[name]
+    return f"{name.removeprefix('pin-steel-')}: allowable stress {m.allowable_stress / 1e6:g} MPa, {_treated(m.title)}"
+
+
+def _treated(title: str) -> str:
+    return title.rpartition(", ")[2]
+
 
 FORM = FormWords(
     sections={
@@ -27,6 +38,8 @@ FORM = FormWords(
         "geometry.gap_mm": "Gap beside the small end",
         "load": "Load",
         "load.force_n": "Greatest force on the piston",
+        "material": "Material",
+        "material.name": "Steel",
         "material.allowable_stress_mpa": "Allowable stress",
         "material.allowable_shear_mpa": "Allowable shear stress",
         "criterion": "Equivalent stress",
@@ -56,11 +69,14 @@ FORM = FormWords(
         "limits.max_ovalization_um": "takes ovalization into account",
         "limits.max_slope": "change of diameter per length, for what a tool can turn",
         "limits.min_wall_mm": "",
+        "material.name": "for orientation, not for release: the allowable stress is a convention, not the steel's own",
         "material.allowable_shear_mpa": "empty: only the equivalent stress is judged",
         "profile": "a line for each point; two points at one place are a step; half a part stands for both halves",
     },
     options={
         "variable": {"bore": "a pin: its bore is in question", "outer": "a bushing: its outside is in question"},
+        "material": {"pinmaterial": "its properties", "pinsteel": "from the list"},
+        "material.name": {name: _steel(name) for name in pin.CATALOGUE},
         "load": {"load": "a force", "run": "stored run of crank dynamics"},
         "criterion": {
             "tresca_paper": "Tresca, of bending and mean shear",
@@ -88,5 +104,6 @@ FORM = FormWords(
         }
     },
     only={"form": "design"},
+    starts={"material": {"pinsteel": {"name": "pin-steel-16MnCr5"}}},
     sliders=frozenset({"bore_mm", "geometry.outer_diameter_mm", "load.force_n"}),
 )

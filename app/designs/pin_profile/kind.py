@@ -25,7 +25,6 @@ from app.designs.pin_profile.result import (
     DesignResult,
     InfeasibleResult,
     PinResult,
-    bushing_json,
     design_json,
     infeasible_json,
     pin_json,
@@ -36,7 +35,6 @@ from app.designs.verdict import denials, verdict_json
 from solvers import pin
 from solvers.errors import InvalidInput
 from solvers.outcome import Outcome
-from solvers.pin import bushing
 
 
 def run_check(request: CheckRequest) -> Answer:
@@ -44,53 +42,34 @@ def run_check(request: CheckRequest) -> Answer:
     limits = request.limits.to_solver()
     how = pin.CRITERIA[request.criterion], limits, request.selection(), request.effect_tolerance, request.accuracy
     try:
-        if request.seeks_outside:
-            outcome = bushing.check(request.bushing(), request.outside(), *how)
-            verdict = bushing.judge(outcome.value, request.bushing(), outcome.accuracy, limits, outcome.effects)
-            return envelope(outcome, bushing_json(outcome.value), verdict_json(verdict, WORDS, outcome.accuracy))
         scene = request.scene()
-        outcome = pin.check(scene, request.bore(), *how)
+        outcome = pin.check(scene, request.given(), *how)
     except InvalidInput as refusal:
         return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
     verdict = pin.judge(outcome.value, scene, outcome.accuracy, limits, outcome.effects)
-    result = pin_json(outcome.value, scene.geometry.outer_diameter)
-    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
+    return envelope(outcome, pin_json(outcome.value), verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 def run_design(request: DesignRequest) -> Answer:
     """Find the pin or the bushing."""
     try:
-        return _design_bushing(request) if request.seeks_outside else _design_pin(request)
+        problem = request.problem()
+        outcome = pin.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
     except InvalidInput as refusal:
         return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
-
-
-def _design_pin(request: DesignRequest) -> Answer:
-    problem = request.problem()
-    outcome = pin.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
-    found, outer = outcome.value, problem.scene.geometry.outer_diameter
+    found = outcome.value
     if found is None:
-        why = pin.explain(problem, request.selection(), request.effect_tolerance)
+        why = None
+        if not request.seeks_outside:
+            why = pin.explain(problem, request.selection(), request.effect_tolerance)
         return envelope(outcome, infeasible_json(outcome, why, _claim(request, outcome)))
+    given = found.check.min_bore if request.seeks_outside else found.check.max_outer
+    names = ("outer_diameter_mm", "bore_mm") if request.seeks_outside else ("bore_mm", "outer_diameter_mm")
     corners = found.corners and [
-        {"x_mm": x / MILLI, "bore_mm": bore / MILLI, "outer_diameter_mm": outer / MILLI} for x, bore in found.corners
+        {"x_mm": x / MILLI, **dict(zip(names, (size / MILLI, given / MILLI), strict=True))} for x, size in found.corners
     ]
     verdict = pin.judge(found.check, problem.scene, outcome.accuracy, problem.limits, outcome.effects)
-    result = design_json(outcome, pin_json(found.check, outer), corners, _claim(request, outcome))
-    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
-
-
-def _design_bushing(request: DesignRequest) -> Answer:
-    problem = request.bushing_problem()
-    outcome = bushing.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
-    found, bore = outcome.value, problem.scene.geometry.bore
-    if found is None:
-        return envelope(outcome, infeasible_json(outcome, None, _claim(request, outcome)))
-    corners = found.corners and [
-        {"x_mm": x / MILLI, "bore_mm": bore / MILLI, "outer_diameter_mm": outer / MILLI} for x, outer in found.corners
-    ]
-    verdict = bushing.judge(found.check, problem.scene, outcome.accuracy, problem.limits, outcome.effects)
-    result = design_json(outcome, bushing_json(found.check), corners, _claim(request, outcome))
+    result = design_json(outcome, pin_json(found.check), corners, _claim(request, outcome))
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 

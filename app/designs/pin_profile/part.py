@@ -20,6 +20,7 @@ from app.designs.drawing import (
     words_of,
 )
 from app.designs.part import Parameter, Part, Revolution
+from app.designs.pin_profile.request import material_of
 
 _SAME = 1e-9
 """Of a length: what no tool tells apart."""
@@ -59,23 +60,34 @@ def has_part(run: Mapping[str, Any]) -> bool:
 def part(run: Mapping[str, Any], _angle_deg: float | None = None) -> Part:
     """The part from its stored result: a revolution about x, which runs from one end of the pin to the other."""
     result, spec = run["result"], run["spec"]
-    g = spec["geometry"]
-    length = 2.0 * (g["boss_length_mm"] + g["gap_mm"]) + g["small_end_length_mm"]
-    bushing = spec["variable"] == "outer"
-    found = _found(result, spec, length, bushing)
-    given = result["min_bore_mm"] if bushing else result["outer_max_mm"]
-    even = [Span(0.0, length, given, given, 0.0, 0.0)]
-    bore, outside = (even, found) if bushing else (found, even)
-    drills = () if bushing else tuple(_drills(found, length))
+    g, bushing = spec["geometry"], spec["variable"] == "outer"
+    bore, outside = walls(run)
+    length = bore[-1].end
+    drills = () if bushing else tuple(_drills(bore, length))
     return Part(
         title="Piston pin bushing" if bushing else "Piston pin",
-        solids=(Revolution("bushing" if bushing else "pin", _profile(bore, outside, length)),),
+        solids=(Revolution("bushing" if bushing else "pin", section(bore, outside, length)),),
         parameters=tuple(_parameters(g, length, bore, outside, bushing, drills)),
         drawing=_drawing(bore, outside, length, bushing, drills),
         mass_g=result["mass_g"],
-        density_kg_m3=spec["material"]["density_kg_m3"],
+        density_kg_m3=material_of(spec).density,
         remarks=tuple(_remarks(drills)),
     )
+
+
+def walls(run: Mapping[str, Any]) -> tuple[list[Span], list[Span]]:
+    """Bore and outside of a run with a result, from end to end."""
+    result, spec = run["result"], run["spec"]
+    g, bushing = spec["geometry"], spec["variable"] == "outer"
+    length = 2.0 * (g["boss_length_mm"] + g["gap_mm"]) + g["small_end_length_mm"]
+    found = _found(result, spec, length, bushing)
+    even = all_along(result["min_bore_mm"] if bushing else result["outer_max_mm"], length)
+    return (even, found) if bushing else (found, even)
+
+
+def all_along(diameter: float, length: float) -> list[Span]:
+    """One diameter from end to end."""
+    return [Span(0.0, length, diameter, diameter, 0.0, 0.0)]
 
 
 def _found(result: Mapping[str, Any], spec: Mapping[str, Any], length: float, bushing: bool) -> list[Span]:
@@ -89,10 +101,10 @@ def _found(result: Mapping[str, Any], spec: Mapping[str, Any], length: float, bu
         plain = spec["geometry"]["outer_diameter_mm"] if bushing else spec.get("bore_mm")
         # A design of before contours: its table, straight from line to line.
         points = result["profile"] if plain is None or "form" in spec else [{"x_mm": 0.0, name: plain}]
-    return _merged(_spans([(float(p["x_mm"]), float(p[name])) for p in points], length))
+    return _merged(straight_between([(float(p["x_mm"]), float(p[name])) for p in points], length))
 
 
-def _spans(points: list[Place], length: float) -> list[Span]:
+def straight_between(points: list[Place], length: float) -> list[Span]:
     """Straight between points; half a pin stands for both halves, and ends go on unchanged."""
     if points[-1][0] <= 0.5 * length * (1.0 + 1e-12):
         points = points + [(length - x, d) for x, d in reversed(points)]
@@ -137,7 +149,7 @@ def _pieces(spans: Sequence[Span], start: Place, sign: float = 1.0) -> Iterator[
         here = last
 
 
-def _profile(bore: Sequence[Span], outside: Sequence[Span], length: float, sign: float = 1.0) -> Outline:
+def section(bore: Sequence[Span], outside: Sequence[Span], length: float, sign: float = 1.0) -> Outline:
     """One cut face: along the bore, up, back along the outside."""
     start = (0.0, 0.5 * sign * bore[0].first)
     back = [span.reversed() for span in reversed(outside)]
@@ -227,7 +239,7 @@ def _drawing(
 ) -> Drawing:
     """Cut along the axis, both faces, the ends of the bore beyond them."""
     D = max(d for span in outside for d in (span.first, span.last))
-    shapes: list[Outline | Line] = [_profile(bore, outside, length, sign) for sign in (1.0, -1.0)]
+    shapes: list[Outline | Line] = [section(bore, outside, length, sign) for sign in (1.0, -1.0)]
     shapes += [
         Line(((x, -0.5 * d), (x, 0.5 * d))) for x, d in ((0.0, bore[0].first), (length, bore[-1].last)) if d > 0.0
     ]

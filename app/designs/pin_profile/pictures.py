@@ -6,11 +6,15 @@ import math
 from typing import Any
 
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around, opening, stacked
+from app.designs.pictures.drawing_svg import drawing_alone
+from app.designs.pin_profile.drawing import in_machine
+from app.designs.pin_profile.request import DesignRequest, material_of
+from app.designs.schema import MEGA
 from solvers import pin
-from solvers.pin.capacity import force_limit
-from solvers.pin.family import load_sweep
+from solvers.pin.optimum.capacity import force_limit
+from solvers.pin.shapes.load_family import load_sweep
 
-_WIDTH, _MARGIN, _TEXT = 560.0, 20.0, 34.0
+_WIDTH = 560.0
 _LOADS = (0.25, 0.5, 0.75, 0.9, 0.99)
 _OUTSIDE_LOADS = (0.25, 0.5, 1.0, 2.0)
 
@@ -21,42 +25,8 @@ def _columns(run: dict[str, Any], *names: str) -> list[list[float]]:
 
 
 def bore_picture(run: dict[str, Any]) -> str:
-    """SVG of the pin cut along its axis, to scale: the wall tinted, rod and bosses as bars beside it."""
-    x, bore, outside = _columns(run, "x_mm", "bore_mm", "outer_diameter_mm")
-    g = run["spec"]["geometry"]
-    a, b, gap = g["boss_length_mm"], g["small_end_length_mm"], g["gap_mm"]
-    length = 2.0 * a + b + 2.0 * gap
-    outer = max(outside)
-    scale = (_WIDTH - 2.0 * _MARGIN) / length
-    middle = _TEXT + _MARGIN + 0.5 * outer * scale
-    height = middle + 0.5 * outer * scale + _MARGIN + _TEXT
-
-    def at(place: float, radius: float) -> str:
-        return f"{_MARGIN + place * scale:.2f},{middle - radius * scale:.2f}"
-
-    out = [
-        opening("The pin cut along its axis, to scale", _WIDTH, height),
-    ]
-    for sign in (1.0, -1.0):
-        inner = "L".join(at(p, sign * 0.5 * d) for p, d in zip(reversed(x), reversed(bore), strict=True))
-        skin = "L".join(at(p, sign * 0.5 * d) for p, d in zip(x, outside, strict=True))
-        edge = f"M{skin}L{inner}Z"
-        out.append(f'<path d="{edge}" fill="{BLUE}" fill-opacity="0.25" stroke="{BLUE}" stroke-width="1.2"/>')
-    out.append(
-        f'<path d="M{at(0.0, 0.0)}L{at(length, 0.0)}" stroke="currentColor" stroke-opacity="0.5" '
-        'stroke-dasharray="12 3 2 3"/>'
-    )
-    for begin, end, side, words in (
-        (0.0, a, -1.0, "boss"), (a + gap, a + gap + b, 1.0, "rod"), (length - a, length, -1.0, "boss"),
-    ):  # fmt: skip
-        y = middle - side * (0.5 * outer * scale + 8.0)
-        left, right = _MARGIN + begin * scale, _MARGIN + end * scale
-        out.append(
-            f'<line x1="{left:.1f}" x2="{right:.1f}" y1="{y:.1f}" y2="{y:.1f}" stroke="{GREY}" stroke-width="5"/>'
-            f'<text x="{0.5 * (left + right):.1f}" y="{y + (-8.0 if side > 0 else 18.0):.1f}" text-anchor="middle" '
-            f'fill="currentColor">{words} {end - begin:.4g} mm</text>'
-        )
-    return "".join(out) + "</svg>"
+    """SVG of the part cut along its axis, between bosses and small end, to scale."""
+    return drawing_alone(in_machine(run))
 
 
 def forces_picture(run: dict[str, Any]) -> str:
@@ -132,7 +102,7 @@ def stress_picture(run: dict[str, Any]) -> str:
     """SVG of the equivalent stress along the pin, and the allowable."""
     rows = [row for row in run["result"]["profile"] if row["equivalent_stress_mpa"] is not None]
     x, stress = [row["x_mm"] for row in rows], [row["equivalent_stress_mpa"] for row in rows]
-    allowable = run["spec"]["material"]["allowable_stress_mpa"]
+    allowable = material_of(run["spec"]).allowable_stress / MEGA
     chart = Chart(
         "Equivalent stress",
         Linear(0.0, run["result"]["profile"][-1]["x_mm"]),
@@ -148,15 +118,13 @@ def stress_picture(run: dict[str, Any]) -> str:
 
 def load_family(run: dict[str, Any]) -> str:
     """SVG of free profiles over the load (the paper's figure 5), and of this pin: diameter over half the length."""
-    from app.designs.pin_profile.request import DesignRequest
-
     spec = {name: value for name, value in run["spec"].items() if name in DesignRequest.model_fields}
     if run["spec"]["variable"] == "bore":
         spec["bore_mm"] = None
     request = DesignRequest.model_validate({**spec, "form": {"kind": "free"}})
     sought = "outer_diameter_mm" if request.seeks_outside else "bore_mm"
     if request.seeks_outside:
-        scene, force = request.bushing(), request.load.force
+        scene, force = request.scene(), request.load.force
         profiles = load_sweep(scene, pin.CRITERIA[request.criterion], [share * force for share in _OUTSIDE_LOADS])
         title, words = "Outsides over the load", "outer diameter, mm"
     else:

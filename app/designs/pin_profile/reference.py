@@ -11,6 +11,7 @@ from app.designs.pin_profile.request import CheckRequest, DesignRequest, PinRequ
 from app.designs.pin_profile.result import MICRO
 from app.designs.schema import MEGA, MILLI
 from solvers.accuracy import Exact, Reference
+from solvers.pin.check import halves_alike
 
 _NAMES = {
     "mass": ("mass_g", MILLI),
@@ -31,10 +32,10 @@ def check_reference(request: CheckRequest, answer: Answer) -> Reference | None:
     """A check's main results; of a bore that differs between the halves not its deflection. No bushing's."""
     if request.seeks_outside:
         return None
-    geometry = request.scene().geometry
-    whole = request.bore().along(geometry.length)
+    scene = request.scene()
+    whole = request.given().along(scene.geometry.length)
     points = list(zip(whole.x, whole.bore, strict=True))
-    alike = whole.is_symmetric(geometry.length, whole.walls(geometry.outer_diameter))
+    alike = halves_alike(scene, whole)
 
     def bore(case: dict[str, Any], watch: Watch) -> Found:
         # Imported here: arbitrary precision is of use to studies alone.

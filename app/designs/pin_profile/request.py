@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -22,7 +23,6 @@ from app.designs.schema import (
     one_of,
 )
 from solvers import pin
-from solvers.pin import bushing
 
 MICRO = 1e-6
 MOST_POINTS = 5_000
@@ -35,12 +35,6 @@ _PLAIN_FORMS = {
     "constant": pin.Constant(),
     "double_cone": pin.Cone(),
     "cone_cylinder": pin.Cone(cylinder=True),
-}
-
-_OUTSIDE_FORMS = {
-    "free": bushing.Turned(),
-    "drillable": bushing.Turned(one_way=True),
-    "constant": bushing.Constant(),
 }
 
 
@@ -73,7 +67,9 @@ _Load = one_of(
 )
 
 
-class Material(Strict):
+class PinMaterial(Strict):
+    """The properties of any material."""
+
     allowable_stress_mpa: Positive
     allowable_shear_mpa: Positive | None = Field(default=None, description="null: the criterion alone")
     elastic_modulus_gpa: Positive
@@ -88,6 +84,41 @@ class Material(Strict):
             self.density_kg_m3,
             _times(self.allowable_shear_mpa, MEGA),
         )
+
+
+class PinSteel(Strict):
+    """A steel of the catalogue, and what its designer allows it if that is other than the catalogue's."""
+
+    name: Literal[tuple(pin.CATALOGUE)] = Field(description="a name of the catalogue")  # type: ignore[valid-type]
+    allowable_stress_mpa: Positive | None = Field(default=None, description="null: the catalogue's")
+    allowable_shear_mpa: Positive | None = Field(default=None, description="null: the criterion alone")
+
+    def to_solver(self) -> pin.PinMaterial:
+        listed = pin.CATALOGUE[self.name]
+        own = _times(self.allowable_stress_mpa, MEGA)
+        return pin.PinMaterial(
+            own or listed.allowable_stress, listed.elastic_modulus, listed.poisson, listed.density,
+            _times(self.allowable_shear_mpa, MEGA),
+        )  # fmt: skip
+
+
+def _form_of_material(value: Any) -> str | None:
+    if isinstance(value, dict):
+        return "steel" if "name" in value else "own"
+    return {PinMaterial: "own", PinSteel: "steel"}.get(type(value))
+
+
+Material = one_of(
+    _form_of_material,
+    {"own": PinMaterial, "steel": PinSteel},
+    "an object with the material's properties, or with its name in the catalogue",
+)
+
+
+def material_of(spec: Mapping[str, Any]) -> pin.PinMaterial:
+    """The material of a stored request, SI units."""
+    given = spec["material"]
+    return (PinSteel if "name" in given else PinMaterial).model_validate(given).to_solver()
 
 
 class PinLimits(Strict):
@@ -123,10 +154,6 @@ class BoreForm(Strict):
 
     def to_solver(self) -> pin.Free | pin.Constant | pin.Stepped | pin.Cone:
         return pin.Stepped(int(self.steps or 2)) if self.kind == "stepped" else _PLAIN_FORMS[self.kind]
-
-    def of_outside(self) -> bushing.Turned | bushing.Constant | bushing.Stepped:
-        """The same form of a bushing's outside."""
-        return bushing.Stepped(int(self.steps or 2)) if self.kind == "stepped" else _OUTSIDE_FORMS[self.kind]
 
 
 class PinRequest(SolverRequest):
@@ -170,29 +197,15 @@ class PinRequest(SolverRequest):
         return found
 
     def scene(self) -> pin.Scene:
-        """The pin in SI units. Raises InvalidInput for what only the solver can see."""
+        """The pin or the bushing in SI units. Raises InvalidInput for what only the solver can see."""
         g = self.geometry
-        return pin.Scene(
-            pin.Geometry(
-                (g.outer_diameter_mm or 0.0) * MILLI,
-                g.boss_length_mm * MILLI,
-                g.small_end_length_mm * MILLI,
-                g.gap_mm * MILLI,
-            ),
-            self.load.force,
-            self.material.to_solver(),
-        )
-
-    def bushing(self) -> bushing.BushingScene:
-        """The bushing in SI units. Raises InvalidInput for what only the solver can see."""
-        g = self.geometry
-        return bushing.BushingScene(
-            bushing.BushingGeometry(
-                self.bore_mm * MILLI, g.boss_length_mm * MILLI, g.small_end_length_mm * MILLI, g.gap_mm * MILLI
-            ),
-            self.load.force,
-            self.material.to_solver(),
-        )
+        lengths = g.boss_length_mm * MILLI, g.small_end_length_mm * MILLI, g.gap_mm * MILLI
+        geometry: pin.Geometry | pin.BushingGeometry
+        if self.seeks_outside:
+            geometry = pin.BushingGeometry((self.bore_mm or 0.0) * MILLI, *lengths)
+        else:
+            geometry = pin.Geometry((g.outer_diameter_mm or 0.0) * MILLI, *lengths)
+        return pin.Scene(geometry, self.load.force, self.material.to_solver())
 
 
 def _needs_outside(request: PinRequest) -> list[Entry]:
@@ -261,19 +274,13 @@ class CheckRequest(PinRequest):
                 found.append(entry(f"/profile/{k}/{other}", "is not what this profile gives", "null"))
         return found[:20]
 
-    def bore(self) -> pin.Profile:
-        """The bore in metres."""
+    def given(self) -> pin.Profile:
+        """The bore, of a bushing the outer diameter, in metres."""
         if self.profile is None:
-            return pin.Profile((0.0,), (self.bore_mm * MILLI,))
-        return pin.Profile(tuple(p.x_mm * MILLI for p in self.profile), tuple(p.bore_mm * MILLI for p in self.profile))
-
-    def outside(self) -> pin.Profile:
-        """A bushing's outer diameters in metres."""
-        if self.profile is None:
-            return pin.Profile((0.0,), (self.geometry.outer_diameter_mm * MILLI,))
-        return pin.Profile(
-            tuple(p.x_mm * MILLI for p in self.profile), tuple(p.outer_diameter_mm * MILLI for p in self.profile)
-        )
+            size = self.geometry.outer_diameter_mm if self.seeks_outside else self.bore_mm
+            return pin.Profile((0.0,), (size * MILLI,))
+        sizes = (p.outer_diameter_mm if self.seeks_outside else p.bore_mm for p in self.profile)
+        return pin.Profile(tuple(p.x_mm * MILLI for p in self.profile), tuple(size * MILLI for size in sizes))
 
 
 class DesignRequest(PinRequest, DesignSettings):
@@ -293,13 +300,7 @@ class DesignRequest(PinRequest, DesignSettings):
         return found + _needs_outside(self)
 
     def problem(self) -> pin.PinProblem:
-        """The pin's problem in SI units. Raises InvalidInput for what only the solver can see."""
+        """The problem in SI units. Raises InvalidInput for what only the solver can see."""
         return pin.PinProblem(
             self.scene(), self.limits.to_solver(), self.form.to_solver(), pin.CRITERIA[self.criterion]
-        )
-
-    def bushing_problem(self) -> bushing.BushingProblem:
-        """The bushing's problem in SI units. Raises InvalidInput for what only the solver can see."""
-        return bushing.BushingProblem(
-            self.bushing(), self.limits.to_solver(), self.form.of_outside(), pin.CRITERIA[self.criterion]
         )

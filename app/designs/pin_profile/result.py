@@ -22,7 +22,6 @@ from app.designs.schema import (
 )
 from solvers import pin
 from solvers.outcome import Outcome
-from solvers.pin import bushing
 
 Array = NDArray[np.float64]
 
@@ -88,12 +87,32 @@ class PinResult(Strict):
     warnings: list[str]
 
 
-def _shared(check: pin.PinCheck | bushing.BushingCheck) -> dict[str, Any]:
-    """What pins and bushings answer alike."""
-    ring, pressures = check.ring, check.pressures
+def _sections(x: Array, bore: Array, outer: Array, moment: Array, shear: Array, stress: Array) -> list[dict[str, Any]]:
+    return [
+        {
+            "x_mm": float(place) / MILLI,
+            "bore_mm": float(d) / MILLI,
+            "outer_diameter_mm": float(D) / MILLI,
+            "moment_nmm": float(bent) / MILLI,
+            "shear_n": float(sheared),
+            "equivalent_stress_mpa": float(equivalent) / MEGA if np.isfinite(equivalent) else None,
+        }
+        for place, d, D, bent, sheared, equivalent in zip(x, bore, outer, moment, shear, stress, strict=True)
+    ]
+
+
+def pin_json(check: pin.PinCheck) -> dict[str, Any]:
+    """The check of a pin or a bushing in the names and units of the contract."""
+    ring, pressures, along = check.ring, check.pressures, check.along
     sides = ("outer_side", "inner_side", "outer_top", "inner_top")
     return {
         "mass_g": check.mass / MILLI,
+        "solid_mass_g": scaled(check.solid_mass, MILLI),
+        "constant_bore_mass_g": scaled(check.constant_mass, MILLI),
+        "min_bore_mm": check.min_bore / MILLI,
+        "bore_mid_mm": check.bore_mid / MILLI,
+        "outer_max_mm": check.max_outer / MILLI,
+        "outer_mid_mm": check.outer_mid / MILLI,
         "least_wall_mm": check.least_wall / MILLI,
         "max_moment_nmm": check.max_moment / MILLI,
         "max_shear_n": check.max_shear,
@@ -109,55 +128,9 @@ def _shared(check: pin.PinCheck | bushing.BushingCheck) -> dict[str, Any]:
         "ring_stresses_mpa": ring and {name: getattr(ring.stresses, name) / MEGA for name in sides},
         "contact_pressures_mpa": pressures
         and {name: getattr(pressures, name) / MEGA for name in ("small_end", "boss_mean", "boss_peak")},
-        "warnings": list(check.warnings),
-    }
-
-
-def _sections(x: Array, bore: Array, outer: Array, moment: Array, shear: Array, stress: Array) -> list[dict[str, Any]]:
-    return [
-        {
-            "x_mm": float(place) / MILLI,
-            "bore_mm": float(d) / MILLI,
-            "outer_diameter_mm": float(D) / MILLI,
-            "moment_nmm": float(bent) / MILLI,
-            "shear_n": float(sheared),
-            "equivalent_stress_mpa": float(equivalent) / MEGA if np.isfinite(equivalent) else None,
-        }
-        for place, d, D, bent, sheared, equivalent in zip(x, bore, outer, moment, shear, stress, strict=True)
-    ]
-
-
-def pin_json(check: pin.PinCheck, outer_diameter: float) -> dict[str, Any]:
-    """A pin's check in the names and units of the contract."""
-    along = check.along
-    outer = np.full_like(along.x, outer_diameter)
-    return {
-        **_shared(check),
-        "solid_mass_g": check.solid_mass / MILLI,
-        "constant_bore_mass_g": scaled(check.constant_bore_mass, MILLI),
-        "min_bore_mm": check.min_bore / MILLI,
-        "bore_mid_mm": check.bore_mid / MILLI,
-        "outer_max_mm": outer_diameter / MILLI,
-        "outer_mid_mm": outer_diameter / MILLI,
         "force_limit_n": check.force_limit,
-        "profile": _sections(along.x, along.bore, outer, along.moment, along.shear, along.equivalent),
-    }
-
-
-def bushing_json(check: bushing.BushingCheck) -> dict[str, Any]:
-    """A bushing's check in the names and units of the contract."""
-    along = check.along
-    bore = np.full_like(along.x, check.bore)
-    return {
-        **_shared(check),
-        "solid_mass_g": None,
-        "constant_bore_mass_g": scaled(check.constant_mass, MILLI),
-        "min_bore_mm": check.bore / MILLI,
-        "bore_mid_mm": check.bore / MILLI,
-        "outer_max_mm": check.max_outer / MILLI,
-        "outer_mid_mm": check.outer_mid / MILLI,
-        "force_limit_n": None,
-        "profile": _sections(along.x, bore, along.outer, along.moment, along.shear, along.equivalent),
+        "profile": _sections(along.x, along.bore, along.outer, along.moment, along.shear, along.equivalent),
+        "warnings": list(check.warnings),
     }
 
 

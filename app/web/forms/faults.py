@@ -10,7 +10,8 @@ from app.designs.refusals import LIMITS, REQUIRED
 from app.errors import Problem
 from app.web.forms.groups import Group
 from app.web.forms.nodes import Node, Texts
-from app.web.languages import gettext as _
+from app.words.languages import gettext as _
+from app.words.units import told, unit_shown
 
 SAYS = {
     "is out of range": "is out of range",
@@ -20,6 +21,7 @@ SAYS = {
     "is not a whole number": "is not a whole number",
     "is not a finite number": "is no finite number",
 }
+_TOLD_BY_WHAT_IS_ALLOWED = ("is none of the values it can have", "has too few ", "has too many ", "is not an ")
 _SAID_ALREADY = {"a number", "a number, without quotes", REQUIRED, "a whole number", "a finite number"}
 
 
@@ -38,7 +40,7 @@ class Faults:
 _PATH = re.compile(r"\b[a-z]\w*(?:\.\w+)+")
 
 
-def said(entry: Mapping[str, str], named: Mapping[str, str]) -> str:
+def said(entry: Mapping[str, str], named: Mapping[str, str], unit: str = "") -> str:
     """An entry of problem details in words: what is wrong, what is allowed; fields by their labels, not their paths."""
 
     def label(found: re.Match[str]) -> str:
@@ -48,22 +50,29 @@ def said(entry: Mapping[str, str], named: Mapping[str, str]) -> str:
     words = _(SAYS.get(detail, detail))
     if allowed in _SAID_ALREADY or allowed == "see the contract":
         return words
-    told = ", ".join(map(_limit, allowed.split(", ")))
-    if detail.startswith(("Input should be ", "List should have ")):
-        return _("must be %(allowed)s") % {"allowed": told}
+    limits = ", ".join(_limit(text, unit) for text in allowed.split(", "))
+    if detail.startswith(_TOLD_BY_WHAT_IS_ALLOWED):
+        return _("must be %(allowed)s") % {"allowed": limits}
     if detail == "is out of range":
-        return f"{words}: {told}"
-    return _("%(words)s (allowed: %(allowed)s)") % {"words": words, "allowed": told}
+        return f"{words}: {limits}"
+    return _("%(words)s (allowed: %(allowed)s)") % {"words": words, "allowed": limits}
 
 
-def _limit(text: str) -> str:
+def _limit(text: str, unit: str) -> str:
     """A limit as `app.errors` words it: its figure put into the same words of the page's language."""
     for pattern in sorted(LIMITS.values(), key=len, reverse=True):
         before, _sep, behind = pattern.partition("{}")
         figure = text.removeprefix(before).removesuffix(behind)
         if before and f"{before}{figure}{behind}" == text:
-            return _(pattern).format(figure)
+            return _(pattern).format(_told(figure, unit))
     return _(text)
+
+
+def _told(figure: str, unit: str) -> str:
+    try:
+        return f"{told(float(figure), unit):.6g}" if unit_shown(unit) != unit else figure
+    except ValueError:
+        return figure
 
 
 def placed(form: Group, texts: Texts, problem: Problem) -> Faults:
@@ -78,7 +87,7 @@ def placed(form: Group, texts: Texts, problem: Problem) -> Faults:
         if part is None:
             elsewhere.append(f"{entry['pointer'].strip('/')} {said(entry, named)}".strip())
             continue
-        words = part.fault(entry["pointer"], said(entry, named))
+        words = part.fault(entry["pointer"], said(entry, named, getattr(part, "unit", "")))
         if words not in at.get(part.name, ""):
             at[part.name] = f"{at[part.name]}; {words}" if part.name in at else words
         labels[part.name] = part.label

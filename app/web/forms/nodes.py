@@ -133,7 +133,7 @@ class Number(Node):
             into[self.key] = ""
 
     def show(self, value: Any, texts: dict[str, str]) -> None:
-        texts[self.name] = shown(value)
+        texts[self.name] = shown(value, self.unit)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,6 +6,8 @@ import math
 import re
 from typing import Any
 
+from app.words.units import meant, told, unit_shown
+
 UNITS: dict[str, dict[str, float]] = {
     "mm": {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "µm": 1e-3, "in": 25.4, '"': 25.4, "ft": 304.8},
     "µm": {"um": 1.0, "µm": 1.0, "mm": 1e3, "in": 25400.0, "mil": 25.4},
@@ -27,14 +29,16 @@ UNITS: dict[str, dict[str, float]] = {
     "W": {"w": 1.0, "kw": 1e3},
 }  # fmt: skip
 
+_MOST_DIGITS = 16
 _NUMBER = re.compile(r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*(\S.*)?")
 
 
 def others(unit: str) -> str:
-    """The units that a field takes beside its own, for people."""
-    return ", ".join(
-        name for name, size in UNITS.get(unit, {}).items() if size != 1.0 and name not in ("um", '"', "msi")
-    )
+    """The units that a field takes beside the one it is told in, for people."""
+    known = {unit: 1.0, **{name: size for name, size in UNITS.get(unit, {}).items() if size != 1.0}}
+    here = unit_shown(unit).lower()
+    found = [name for name in known if name not in ("um", '"', "msi") and name.lower() != here]
+    return ", ".join(found) if len(known) > 1 else ""
 
 
 def number(text: str, unit: str = "") -> float | str:
@@ -43,19 +47,25 @@ def number(text: str, unit: str = "") -> float | str:
     if matched is None:
         return text
     digits, behind = matched.groups()
-    size = 1.0 if behind is None or behind == unit else UNITS.get(unit, {}).get(behind.strip().lower())
+    value = float(digits.replace(",", "."))
+    if behind is None:
+        return meant(value, unit) if math.isfinite(value) else text
+    size = 1.0 if behind == unit else UNITS.get(unit, {}).get(behind.strip().lower())
     if size is None:
         return text
-    value = float(digits.replace(",", "."))
     # A unit of its own is multiplied in; the field's own number stays as it was typed.
     value = value if size == 1.0 else value * size
     return value if math.isfinite(value) else text
 
 
-def shown(value: Any) -> str:
-    """A value of a request as text of its field, without loss."""
+def shown(value: Any, unit: str = "") -> str:
+    """A value of a request as text of its field: without loss in its own unit, to a dozen digits in another."""
     if value is None:
         return ""
+    if unit_shown(unit) != unit and isinstance(value, (int, float)):
+        # As few digits as mean the same.
+        texts = (f"{told(value, unit):.{digits}g}" for digits in range(3, _MOST_DIGITS))
+        return next((text for text in texts if meant(float(text), unit) == value), repr(told(value, unit)))
     if isinstance(value, float):
         return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
     return str(value)

@@ -9,7 +9,8 @@ from typing import Any, ClassVar
 
 from app.web.forms.nodes import Node, Texts, applies
 from app.web.forms.numbers import number, shown
-from app.web.languages import gettext as _
+from app.words.languages import gettext as _
+from app.words.units import unit_shown
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +26,7 @@ class Numbers(Node):
         return [number(cell, self.unit) for cell in cells] if cells or not self.nullable else None
 
     def show(self, value: Any, texts: dict[str, str]) -> None:
-        texts[self.name] = "; ".join(shown(item) for item in value or ())
+        texts[self.name] = "; ".join(shown(item, self.unit) for item in value or ())
 
 
 def cells_of(line: str, columns: int = 0) -> list[str]:
@@ -63,7 +64,7 @@ class Table(Node):
 
     @property
     def headings(self) -> list[str]:
-        own = [f"{c.label}, {c.unit}" if c.unit else c.label for c in self.columns]
+        own = [f"{c.label}, {unit_shown(c.unit)}" if c.unit else c.label for c in self.columns]
         return [self.first, *own] if self.shape == "groups" else own
 
     def rows(self, texts: Texts) -> list[list[str]]:
@@ -90,18 +91,18 @@ class Table(Node):
         return {c.key: [number(row[i], c.unit) for row in rows if i < len(row)] for i, c in enumerate(self.columns)}
 
     def take(self, source: Mapping[str, Any], texts: dict[str, str]) -> None:
-        lines: list[list[Any]] = []
+        lines: list[list[str]] = []
         if self.shape == "columns":
             lines = self._lines(source)
         elif self.shape == "rows":
-            lines = [[row.get(c.key) for c in self.columns] for row in source.get(self.key) or ()]
+            lines = [[shown(row.get(c.key), c.unit) for c in self.columns] for row in source.get(self.key) or ()]
         else:
             for index, group in enumerate(source.get(self.key) or (), start=1):
-                lines += [[index, *line] for line in self._lines(group)]
-        texts[self.name] = "\n".join("\t".join(shown(cell) for cell in line) for line in lines)
+                lines += [[str(index), *line] for line in self._lines(group)]
+        texts[self.name] = "\n".join("\t".join(line) for line in lines)
 
-    def _lines(self, source: Mapping[str, Any]) -> list[list[Any]]:
-        lists = [source.get(c.key) or [] for c in self.columns]
+    def _lines(self, source: Mapping[str, Any]) -> list[list[str]]:
+        lists = [[shown(cell, c.unit) for cell in source.get(c.key) or ()] for c in self.columns]
         return [list(line) for line in zip(*lists, strict=False)]
 
     def fault(self, pointer: str, words: str) -> str:

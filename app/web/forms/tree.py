@@ -8,12 +8,13 @@ from typing import Any
 
 from app.designs.form import COMMON, looked_up
 from app.designs.kind import Kind, Mode
-from app.web.fields import split_unit
+from app.designs.units import split_unit
 from app.web.forms.groups import Group, Member, Range, Union
 from app.web.forms.nodes import Choice, Constant, Effects, Flag, Node, Number, Several, Switched, Text
 from app.web.forms.tables import Column, Numbers, Table
-from app.web.languages import gettext as _
-from app.web.languages import language
+from app.words.languages import gettext as _
+from app.words.languages import language
+from app.words.units import system, told
 
 Schema = Mapping[str, Any]
 _WIDE = (1e-6, 1e6)
@@ -22,12 +23,12 @@ _TAGS = ("kind", "method")
 
 
 def form_of(kind: Kind, mode: Mode) -> Group:
-    """The form of a kind and mode in the language spoken, as one group of sections."""
-    return _form_in(kind, mode, language())
+    """The form of a kind and mode in the language and the units in use, as one group of sections."""
+    return _form_in(kind, mode, language(), system())
 
 
 @cache
-def _form_in(kind: Kind, mode: Mode, _language: str) -> Group:
+def _form_in(kind: Kind, mode: Mode, _language: str, _system: str) -> Group:
     return build(kind, mode)
 
 
@@ -69,7 +70,7 @@ class _Builder:
             name=key,
             pointer=f"/{key}",
             path=key,
-            label=self._label(key, key),
+            label=_(self._words.label(key)),
             members=tuple(members),
             options=self._options(key, [m.tag for m in members]),
         )
@@ -150,15 +151,15 @@ class _Builder:
             nullable = len(members) < len(schema["anyOf"])
             schema = {**self._resolved(members[0]), **{k: v for k, v in schema.items() if k != "anyOf"}}
         unit = split_unit(key)[1] or unit
-        told = _help(schema, nullable)
+        own = _help(schema, nullable)
         said = looked_up(self._words.helps, COMMON.helps, path)
         shared: dict[str, Any] = {
             "key": key,
             "name": prefix + key,
             "pointer": "/" + path.replace(".", "/"),
             "path": path,
-            "label": self._label(path, key),
-            "help": _(told if said is None else said),
+            "label": _(self._words.label(path)),
+            "help": _(own if said is None else said),
             "when": self._words.when.get(path, ""),
         }
         adds = nullable and default is None and not {path, key} & (self._words.always | COMMON.always)
@@ -211,7 +212,7 @@ class _Builder:
             Number(
                 **shared,
                 unit=unit,
-                allowed=_allowed(schema),
+                allowed=_allowed(schema, unit),
                 nullable=nullable,
                 whole=whole,
                 start=default,
@@ -229,7 +230,7 @@ class _Builder:
                 path=shared["path"],
                 label=end % {"label": shared["label"]},
                 unit=unit,
-                allowed=_allowed(item),
+                allowed=_allowed(item, unit),
             )
             for i, end in enumerate((_("%(label)s, least"), _("%(label)s, greatest")))
         ]
@@ -252,7 +253,7 @@ class _Builder:
         return Union(**shared, members=tuple(members), options=options)
 
     def _columns(self, properties: Mapping[str, Schema], keys: list[str]) -> tuple[Column, ...]:
-        return tuple(Column(k, self._label(k, k), split_unit(k)[1]) for k in keys)
+        return tuple(Column(k, _(self._words.label(k)), split_unit(k)[1]) for k in keys)
 
     def _tables(self, item: Schema, shared: dict[str, Any]) -> list[Node]:
         properties = {n: self._resolved(s) for n, s in item["properties"].items()}
@@ -273,7 +274,7 @@ class _Builder:
 
     def _table(self, name: str, parent: str, path: str, columns: tuple[Column, ...], shape: str, first: str) -> Node:
         pointer = "/" + parent.replace(".", "/") if parent else ""
-        label = self._label(f"{parent}.points", "points")
+        label = _(self._words.label(f"{parent}.points"))
         return Table(
             key="",
             name=name.rpartition(".")[0] + ".points",
@@ -286,15 +287,6 @@ class _Builder:
             shape=shape,
             first=first,
         )
-
-    def _label(self, path: str, key: str) -> str:
-        label = looked_up(self._words.labels, COMMON.labels, path)
-        if label is None:
-            words = split_unit(key)[0]
-            for short, long in (("min ", "least "), ("max ", "greatest ")):
-                words = long + words.removeprefix(short) if words.startswith(short) else words
-            label = words[:1].upper() + words[1:]
-        return _(label)
 
     def _options(self, path: str, values: list[str]) -> dict[str, str]:
         words = looked_up(self._words.options, COMMON.options, path) or {}
@@ -330,7 +322,7 @@ def _help(schema: Schema, nullable: bool) -> str:
     return text.replace("null:", "empty:") if nullable else text
 
 
-def _allowed(schema: Schema) -> str:
+def _allowed(schema: Schema, unit: str) -> str:
     """The range in words; nothing where it is as wide as the arithmetic."""
     low, above = schema.get("minimum"), schema.get("exclusiveMinimum")
     high, below = schema.get("maximum"), schema.get("exclusiveMaximum")
@@ -340,14 +332,14 @@ def _allowed(schema: Schema) -> str:
     if low == _WIDE[0]:
         low, above = None, 0
     if low is not None and high is not None:
-        return f"{low:g} … {high:g}"
+        return f"{told(low, unit):g} … {told(high, unit):g}"
     found = []
     if low is not None:
-        found.append(_("at least %(x)s") % {"x": f"{low:g}"})
+        found.append(_("at least %(x)s") % {"x": f"{told(low, unit):g}"})
     elif above is not None:
-        found.append(_("more than %(x)s") % {"x": f"{above:g}"})
+        found.append(_("more than %(x)s") % {"x": f"{told(above, unit):g}"})
     if high is not None:
-        found.append(_("at most %(x)s") % {"x": f"{high:g}"})
+        found.append(_("at most %(x)s") % {"x": f"{told(high, unit):g}"})
     elif below is not None:
-        found.append(_("less than %(x)s") % {"x": f"{below:g}"})
+        found.append(_("less than %(x)s") % {"x": f"{told(below, unit):g}"})
     return ", ".join(found)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.web.languages import gettext as _
+from app.words.languages import gettext as _
 
 
 def script_words() -> dict[str, str]:

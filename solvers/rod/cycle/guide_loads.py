@@ -1,5 +1,4 @@
-"""What the piston's guide bears over a turn: greatest side force, clamp moment and contact pressure, mean friction
-power.
+"""What the piston's guide bears over a turn: greatest side force, clamp moment and contact load, mean friction power.
 
     |T| + 6 |M|/Lp is the greatest of the four sums +-T +- 6 M/Lp,  M = M0 + T e,
     power = mean of (4/pi) mu int |q| ds |v|
@@ -12,113 +11,153 @@ between them it is integrated by Gauss' rule.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from solvers.numerics.panels import Panels, rule_of, split, tail_errors, values_at, zeros
-from solvers.numerics.ripple import reaches, ripple_at
-from solvers.rod.cycle.sampled import TURN, Extreme, SampledCycle
-from solvers.rod.piston.friction import power_at
-from solvers.rod.piston.skirt import pressure_per_load
+from solvers.numerics.jit import kernel
+from solvers.numerics.panels import Rule, greatest, largest, panel_error, zeros
+from solvers.numerics.ripple import Ripple, reaches
+from solvers.numerics.ripple_peaks import greatest_with_ripple
+from solvers.rod.cycle.sampling import TURN
+from solvers.rod.piston.skirt import both_walls
 from solvers.rod.scene import Scene
 
 Array = NDArray[np.float64]
 
+SIDE_FORCE, CLAMP_MOMENT, CONTACT_LOAD, GUIDE_READINGS = range(4)
+"""Greatest |T| [N], |M0| [N m] and |T| + 6 |M0 + T e|/Lp [N] over the turn, and how many these are."""
+
+_ORDERS = (6, 10, 16, 22)
+_GAUSS = np.concatenate([np.stack(legendre.leggauss(order)) for order in _ORDERS], axis=1)
+"""Points and weights of Gauss' rules of rising order, one after the other."""
+_MOST_HALVINGS = 3
+"""Of the parts that the highest order integrates by."""
 _WIDE = 0.95
-_FINE, _COARSE = legendre.leggauss(22), legendre.leggauss(16)
-_EIGHTHS = 0.125 * TURN * np.arange(8)
-"""The dead centres, and as many angles more as keep |v| close to a polynomial between them."""
-_KINKS, _NOTICED = 80.0, 1.0
-"""By how much, all together, the slope of a reaction's weight in the mean jumps over the turn, at the most; of the
-tolerance, what of the ringing may be left out of the mean."""
-_RADIANS, _POINTS, _FASTEST = 8.0, 16, 1500.0
-"""Of the fastest mode in a panel, its points, and the fastest mode [1/rad] that is looked at."""
 
 
-def guide_loads(sampled: SampledCycle, contact: bool) -> tuple[Extreme, Extreme, Extreme | None]:
-    """Greatest |T| [N], |M0| [N m] and, where asked for, contact pressure [Pa]."""
-    piston, ringing = sampled.cycle.scene.piston, sampled.ringing
-    # Quantities at the panels' points, and behind them what they take of the ringing's parts: sums act on both.
-    side, moment = np.append(sampled.side, ringing.side), np.append(sampled.moment, ringing.moment)
-    greatest_side, greatest_moment = _magnitude(sampled, side), _magnitude(sampled, moment)
-    if not contact:
-        return greatest_side, greatest_moment, None
-    couple = 6.0 / piston.skirt_length * (moment + side * piston.clamp_offset)
-    sums = _greater(_magnitude(sampled, side + couple), _magnitude(sampled, side - couple))
-    per_force = pressure_per_load(piston.diameter, piston.skirt_length)
-    return greatest_side, greatest_moment, Extreme(sums.value * per_force, sums.error * per_force, sums.angle)
+class Guide(NamedTuple):
+    """The guide and what loads it, SI units.
+
+    side, moment  T [N] and M0 [N m] at the panels' points, (n,)
+    lever         6/Lp [1/m] of the skirt
+    offset        clamp offset e [m]
+    per_wall      (4/pi) mu r omega [m/s]: friction power per wall force and |dx/dphi|/r
+    ratio         r/L
+    """
+
+    side: Array
+    moment: Array
+    lever: float
+    offset: float
+    per_wall: float
+    ratio: float
 
 
-def _magnitude(sampled: SampledCycle, both: Array) -> Extreme:
-    quantity, parts = both[: sampled.side.size], both[sampled.side.size :]
-    return _greater(sampled.greatest(quantity, parts), sampled.greatest(-quantity, -parts))
+def guide_of(scene: Scene, side: Array, moment: Array) -> Guide:
+    """The guide of a machine."""
+    mechanism, piston = scene.mechanism, scene.piston
+    per_wall = piston.friction_coefficient * (4.0 / math.pi) * mechanism.crank_radius * mechanism.angular_speed
+    ratio = mechanism.crank_radius / mechanism.rod_length
+    return Guide(side, moment, 6.0 / piston.skirt_length, piston.clamp_offset, per_wall, ratio)
 
 
-def _greater(one: Extreme, other: Extreme) -> Extreme:
-    best, rest = (one, other) if one.value >= other.value else (other, one)
-    return Extreme(best.value, max(best.error, rest.value + rest.error - best.value), best.angle)
+@kernel
+def couple_of(side: Array, moment: Array, lever: float, offset: float) -> Array:
+    """6 (M0 + T e)/Lp [N] of side forces and clamp moments, or of what these take of anything."""
+    return lever * (moment + offset * side)
 
 
-def friction_power(sampled: SampledCycle) -> tuple[float, float]:
-    """Mean friction power [W] and its relative error."""
-    piston, mechanism = sampled.cycle.scene.piston, sampled.cycle.scene.mechanism
-    lever = 6.0 / piston.skirt_length
-    most = float(np.abs(sampled.side).max() + lever * np.abs(sampled.moment + sampled.side * piston.clamp_offset).max())
-    panels, (side, moment), left_out = _with_ripple(sampled, lever, most)
-    couple = lever * (moment + side * piston.clamp_offset)
-    first = panels.edges[0]
-    steep = _steep(mechanism.crank_radius / mechanism.rod_length)
-    crossed = [zeros(*panels, row) for row in (couple - side, couple + side)]
-    corners = np.concatenate([_EIGHTHS, steep, *crossed])
-    corners = first + np.mod(corners - first, TURN)
-    ends = np.unique(np.concatenate([panels.edges, corners]))
-    both = np.stack([side, moment])
-    fine, coarse = (_mean(sampled.cycle.scene, panels, both, ends, rule) for rule in (_FINE, _COARSE))
-    if not fine:
-        return 0.0, 0.0
-    # Relative to the greatest reactions all over the turn; the mean of |v| is two strokes a turn.
-    bound = piston.friction_coefficient * (4.0 / math.pi) * most * 4.0 * mechanism.crank_radius * mechanism.speed
-    couple = lever * (sampled.moment + sampled.side * piston.clamp_offset)
-    missed = tail_errors(np.stack([sampled.side, couple]), sampled.panels.rule).sum(axis=0)
-    mean_missed = float(missed @ np.diff(sampled.panels.edges)) / TURN / most if most else 0.0
-    return fine, abs(fine - coarse) / fine + (mean_missed + left_out) * bound / fine
+@kernel
+def greater(one: float, of_one: float, other: float, of_other: float) -> tuple[float, float]:
+    """The greater of two values with its error, which the other's may reach beyond."""
+    if one >= other:
+        return one, max(of_one, other + of_other - one)
+    return other, max(of_other, one + of_one - other)
 
 
-def _with_ripple(sampled: SampledCycle, lever: float, most: float) -> tuple[Panels, Array, float]:
-    """T and M0 with as much of the ringing as their mean may notice, on panels that resolve it; and what the rest could
-    do to that mean, relative to the greatest reactions ``most`` [N]."""
-    ringing, offset = sampled.ringing, sampled.cycle.scene.piston.clamp_offset
-    smooth, panels = np.stack([sampled.side, sampled.moment]), sampled.panels
-    if not ringing.ripple.modes:
-        return panels, smooth, 0.0
-    couple = lever * (ringing.moment + offset * ringing.side)
-    reach = (reaches(ringing.ripple, ringing.side) + reaches(ringing.ripple, couple)).max(axis=0) / most
-    pace = ringing.ripple.pace.max(axis=0)
-    # A mean notices where an oscillation begins anew, where the slope of its weight jumps, and the square of it.
-    begins, turns = 2.0 * ringing.begins / TURN, _KINKS / TURN
-    noticed = reach * np.minimum(begins / pace + turns / pace**2 + reach.sum(), 1.0)
-    left = np.append(np.cumsum(noticed[::-1])[::-1], 0.0)
-    modes = int(np.flatnonzero((left <= _NOTICED * sampled.tolerance) | (np.append(pace, np.inf) > _FASTEST))[0])
-    if modes:
-        widest = _RADIANS / pace[:modes].max()
-        panels = Panels(split(panels.edges, widest), rule_of(_POINTS))
-        angle = panels.angles_inside
-        smooth = sampled.at(smooth, angle)
-        smooth += ripple_at(ringing.ripple, modes, np.stack([ringing.side, ringing.moment]), angle)
-    return panels, smooth, float(left[modes])
+@kernel
+def magnitude(
+    edges: Array, rule: Rule, quantity: Array, ripple: Ripple | None, parts: Array, tolerance: float
+) -> tuple[float, float]:
+    """The greatest magnitude over the turn, to ``tolerance`` of itself, and an estimate of its absolute error: of a
+    quantity at the panels' points, and of what rings with these weights of the ripple's parts."""
+    wanted = tolerance * largest(quantity)
+    if ripple is None:
+        above, of_above, _ = greatest(edges, rule, quantity, 1.0, wanted)
+        below, of_below, _ = greatest(edges, rule, quantity, -1.0, wanted)
+    else:
+        reach = reaches(ripple, parts)
+        above, of_above, _ = greatest_with_ripple(edges, rule, quantity, 1.0, wanted, ripple, parts, reach)
+        below, of_below, _ = greatest_with_ripple(edges, rule, quantity, -1.0, wanted, ripple, parts, reach)
+    return greater(above, of_above, below, of_below)
 
 
-def _mean(scene: Scene, panels: Panels, both: Array, ends: Array, rule: tuple[Array, Array]) -> float:
-    points, weights = rule
-    half = 0.5 * np.diff(ends)
-    angle = (0.5 * (ends[1:] + ends[:-1])[:, None] + half[:, None] * points).ravel()
-    side, moment = values_at(*panels, both, angle)
-    power = power_at(scene, angle, side, moment)
-    return float(half @ (power.reshape(half.size, -1) @ weights)) / TURN
+@kernel
+def read_guide(
+    edges: Array, rule: Rule, guide: Guide, ripple: Ripple | None, of_side: Array, of_moment: Array, contact: bool,
+    tolerance: float, out: Array,
+) -> float:  # fmt: skip
+    """Side force, clamp moment and, where asked for, contact load into ``out`` (GUIDE_READINGS,); the greatest relative
+    error. ``of_side`` and ``of_moment`` are what T [N] and M0 [N m] take of the ripple's parts, (parts,)."""
+    out[SIDE_FORCE], missed = magnitude(edges, rule, guide.side, ripple, of_side, tolerance)
+    error = relative(missed, out[SIDE_FORCE])
+    out[CLAMP_MOMENT], missed = magnitude(edges, rule, guide.moment, ripple, of_moment, tolerance)
+    error = max(error, relative(missed, out[CLAMP_MOMENT]))
+    if contact:
+        couple = couple_of(guide.side, guide.moment, guide.lever, guide.offset)
+        of_couple = couple_of(of_side, of_moment, guide.lever, guide.offset)
+        one, of_one = magnitude(edges, rule, guide.side + couple, ripple, of_side + of_couple, tolerance)
+        two, of_two = magnitude(edges, rule, guide.side - couple, ripple, of_side - of_couple, tolerance)
+        out[CONTACT_LOAD], missed = greater(one, of_one, two, of_two)
+        error = max(error, relative(missed, out[CONTACT_LOAD]))
+    return error
 
 
+@kernel
+def relative(error: float, value: float) -> float:
+    """An absolute error as a share of a value, 0 where there is no value."""
+    return error / abs(value) if value != 0.0 else 0.0
+
+
+@kernel
+def _both_at(edges: Array, rule: Rule, guide: Guide, angle: float) -> tuple[float, float]:
+    """T [N] and M0 [N m] at an angle: interpolants of their panel (``numerics.panels.interpolate``)."""
+    n = rule.points.size
+    p = min(max(np.searchsorted(edges, angle, side="right") - 1, 0), edges.size - 2)
+    x = (2.0 * angle - edges[p] - edges[p + 1]) / (edges[p + 1] - edges[p])
+    side, moment, below = 0.0, 0.0, 0.0
+    for j in range(n):
+        apart = x - rule.points[j]
+        if apart == 0.0:
+            return guide.side[p * n + j], guide.moment[p * n + j]
+        share = rule.weights[j] / apart
+        below += share
+        side += share * guide.side[p * n + j]
+        moment += share * guide.moment[p * n + j]
+    return side / below, moment / below
+
+
+@kernel
+def _power_by(edges: Array, rule: Rule, guide: Guide, ends: Array, first: int, last: int) -> float:
+    """Mean friction power [W] by one of Gauss' rules between ends."""
+    total = 0.0
+    for k in range(ends.size - 1):
+        half, middle, part = 0.5 * (ends[k + 1] - ends[k]), 0.5 * (ends[k + 1] + ends[k]), 0.0
+        for j in range(first, last):
+            angle = middle + half * _GAUSS[0, j]
+            side, moment = _both_at(edges, rule, guide, angle)
+            sine = math.sin(angle)
+            lean = math.sqrt((1.0 - guide.ratio * sine) * (1.0 + guide.ratio * sine))
+            wall = both_walls(abs(side), guide.lever * abs(moment + side * guide.offset))
+            part += _GAUSS[1, j] * (wall * abs(sine * (1.0 + guide.ratio * math.cos(angle) / lean)))
+        total += half * part
+    return guide.per_wall * total / TURN
+
+
+@kernel
 def _steep(ratio: float) -> Array:
     """Angles graded toward the quarters of the turn, where v changes over a width of sqrt(1 - lambda^2)."""
     width = math.sqrt((1.0 - ratio) * (1.0 + ratio))
@@ -126,4 +165,37 @@ def _steep(ratio: float) -> Array:
         return np.empty(0)
     steps = math.ceil(2.0 * math.asinh(0.25 * TURN / width))
     away = width * np.sinh(0.5 * np.arange(-steps, steps + 1))
-    return np.concatenate([0.25 * TURN + away, 0.75 * TURN + away])
+    return np.concatenate((0.25 * TURN + away, 0.75 * TURN + away))
+
+
+@kernel
+def friction_power(edges: Array, rule: Rule, guide: Guide, tolerance: float) -> tuple[float, float]:
+    """Mean friction power [W] and its relative error, by as high an order as ``tolerance`` asks for."""
+    n, couple = rule.points.size, couple_of(guide.side, guide.moment, guide.lever, guide.offset)
+    # The dead centres, and as many angles more as keep |v| close to a polynomial between them.
+    corners = np.concatenate((
+        0.125 * TURN * np.arange(8), _steep(guide.ratio), zeros(edges, rule, couple - guide.side),
+        zeros(edges, rule, couple + guide.side),
+    ))  # fmt: skip
+    ends = np.sort(np.concatenate((edges, edges[0] + np.mod(corners - edges[0], TURN))))
+    before, power, error, first = 0.0, 0.0, np.inf, 0
+    for order in _ORDERS:
+        before, power = power, _power_by(edges, rule, guide, ends, first, first + order)
+        error, first = abs(power - before), first + order
+        if error <= tolerance * power:
+            break
+    for _ in range(_MOST_HALVINGS):
+        if error <= tolerance * power:
+            break
+        ends = np.sort(np.concatenate((ends, 0.5 * (ends[1:] + ends[:-1]))))
+        before, power = power, _power_by(edges, rule, guide, ends, first - _ORDERS[-1], first)
+        error = abs(power - before)
+    if power == 0.0:
+        return 0.0, 0.0
+    # Relative to the greatest reactions all over the turn; the mean of |v| is two strokes a turn.
+    missed = 0.0
+    for p in range(edges.size - 1):
+        both = panel_error(guide.side[p * n : (p + 1) * n], rule) + panel_error(couple[p * n : (p + 1) * n], rule)
+        missed += both * (edges[p + 1] - edges[p])
+    bound = guide.per_wall * 4.0 / TURN
+    return power, (error + missed / TURN * bound) / power

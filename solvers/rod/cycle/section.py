@@ -7,23 +7,22 @@ At the section z, with kappa = psi' and the corrections' series added to it,
 Along the strip every station whose severity, or the parabola through it and its neighbours, leaves room for the
 greatest one starts a bracket, on both fibres: the clamp and the bulge inside the span compete, and at the best strips
 they are equal. A round looks at five sections of a bracket (``solvers.numerics.brackets``); at each of them the
-extremes over the turn are those of polynomials (``solvers.numerics.panels``) with what rings beside them
-(``solvers.numerics.ripple_peaks``).
+extremes over the turn are those of polynomials (``solvers.numerics.panels``), and where something rings beside them
+those of both (``solvers.numerics.ripple_peaks``). Without, ``rings`` is None, and kernels are compiled without.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.fatigue.kernels import Diagram, utilisation_of
+from solvers.fatigue.kernels import GREATEST, utilisation_of
 from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
 from solvers.numerics.jit import kernel
-from solvers.numerics.panels import Rule, greatest
+from solvers.numerics.panels import Rule, greatest, largest
 from solvers.numerics.ripple import Ripple, reaches
 from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING
@@ -35,14 +34,15 @@ UPPER, LOWER, SUNK = range(3)
 """Layers: the fibre at +h/2, the one at -h/2, the deflection."""
 FIBRES, DEFLECTION = (UPPER, LOWER + 1), (SUNK, SUNK + 1)
 """First layer and the one behind the last."""
-STATIONS = 25
-"""At which a strip is looked at first."""
+STATIONS, FEW_STATIONS = 25, 13
+"""At which a strip is looked at first, and where little accuracy is asked for."""
 
 VALUE, ERROR, LAYER, SECTION, HIGH, LOW, HIGH_ANGLE, LOW_ANGLE, MOVED = range(9)
 """Columns of a table of peaks: severity and its error, layer, section z [m], the greatest and least value over the turn
 there with their angles [rad], and how far amplitude or mean may be off."""
 
 _EPS = float(np.finfo(float).eps)
+_GREATEST = GREATEST.lines
 _STEPS = np.arange(-3.0, 4.0)
 _POWERS = np.vander(_STEPS, 5, increasing=True)
 _QUARTIC = np.ascontiguousarray(np.linalg.pinv(_POWERS))
@@ -52,22 +52,9 @@ NEARLY = 1e-6
 """How far below the greatest a peak may lie that is climbed to its end."""
 
 
-@dataclass(frozen=True)
-class Worst:
-    """Where a severity is greatest: value and absolute error, layer, section [m], the greatest and the least value over
-    the turn there, and how far amplitude or mean of these may be off."""
-
-    value: float
-    error: float
-    layer: int
-    section: float
-    high: float
-    low: float
-    extremes_error: float
-
-    @property
-    def relative_error(self) -> float:
-        return self.error / abs(self.value) if self.value else 0.0
+UTILISATION, STRENGTH, HIGH_STRESS, LOW_STRESS, PLACE, FIBRE, DEFLECTED, READINGS = range(8)
+"""What a strip's check reads along it: 1/n of fatigue, the greatest |sigma| [Pa], the stresses [Pa] of the section [m]
+and fibre that govern fatigue, the greatest |V| [m]; and how many these are."""
 
 
 class Field(NamedTuple):
@@ -77,8 +64,6 @@ class Field(NamedTuple):
     states             (state.ROWS, n)
     side               T of the linear strip [N], (n,)
     bent, sunk         Legendre series over the strip of what corrections add to V'' [1/m] and V [m], (terms, n)
-    ripple             what rings beside all that, in parts
-    bent_parts         Legendre series of V'' of the parts, (terms, parts); ``sunk_parts`` of V
     length, compliance free length [m], g = EI/(kGA) [m^2]
     direct, bending    1/(b h) and E h/2; ``direct`` 0 where a force that never changes is counted by the criterion
     inclined           whether N follows the strip's inclination
@@ -90,9 +75,6 @@ class Field(NamedTuple):
     side: Array
     bent: Array
     sunk: Array
-    ripple: Ripple
-    bent_parts: Array
-    sunk_parts: Array
     length: float
     compliance: float
     direct: float
@@ -100,18 +82,13 @@ class Field(NamedTuple):
     inclined: bool
 
 
-def worst(
-    field: Field, table: Array, layers: tuple[int, int], severity: Diagram, tolerance: float, located: bool = False
-) -> Worst:
-    """Where a severity of some layers is greatest along the strip, from a ``station_table``."""
-    found = peaks(field, table, *layers, *severity, NEARLY, tolerance, located)
-    best = found[int(found[:, VALUE].argmax())]
-    # A lower peak matters as far as its own error lets it reach above the highest.
-    error = max(float(np.max(found[:, VALUE] + found[:, ERROR]) - best[VALUE]), float(best[ERROR]))
-    return Worst(
-        float(best[VALUE]), error, int(best[LAYER]), float(best[SECTION]), float(best[HIGH]), float(best[LOW]),
-        float(best[MOVED]),
-    )  # fmt: skip
+class StripRipple(NamedTuple):
+    """What rings beside a field in parts, and Legendre series over the strip of V'' [1/m] and V [m] of the parts,
+    (terms, parts)."""
+
+    ripple: Ripple
+    bent: Array
+    sunk: Array
 
 
 @kernel
@@ -160,55 +137,84 @@ def _parts_at(series: Array, x: float) -> Array:
 
 
 @kernel
-def extremes_at(field: Field, z: float, first: int, last: int, tolerance: float, room: Array, out: Array) -> None:
+def extremes_at(
+    field: Field, rings: StripRipple | None, z: float, first: int, last: int, tolerance: float, room: Array, out: Array
+) -> None:
     """Greatest and least value over the turn of the layers ``first`` … ``last`` - 1 at a section.
 
     ``tolerance`` is relative to the greatest magnitude of the layer. ``room`` has shape (3, n); ``out`` (3, 6):
     greatest value, its error and angle, least likewise.
     """
     read_section(field, z, room)
-    rings, zeta = field.ripple.start.shape[1] > 0, 2.0 * z / field.length - 1.0
-    weights, reach = np.empty(0), np.empty((0, 0))
     for layer in range(first, last):
-        f, scale = room[layer], 0.0
-        for i in range(f.size):
-            scale = max(scale, abs(f[i]))
-        if rings and layer in (first, SUNK):
-            weights = _parts_at(field.sunk_parts if layer == SUNK else field.bent_parts, zeta)
-            if layer != SUNK:
-                weights *= field.bending
-            reach = reaches(field.ripple, weights)
-        if layer == LOWER:
-            weights = -weights
+        wanted = tolerance * largest(room[layer])
         for side in range(2):
-            sign = 1.0 if side == 0 else -1.0
-            if rings:
-                value, error, angle = greatest_with_ripple(
-                    field.edges, field.rule, f, sign, tolerance * scale, field.ripple, weights, reach
-                )
+            sign = 1.0 - 2.0 * side
+            if rings is None:
+                value, error, angle = greatest(field.edges, field.rule, room[layer], sign, wanted)
             else:
-                value, error, angle = greatest(field.edges, field.rule, f, sign, tolerance * scale)
+                parts = _parts_at(rings.sunk if layer == SUNK else rings.bent, 2.0 * z / field.length - 1.0)
+                if layer != SUNK:
+                    parts *= field.bending if layer == UPPER else -field.bending
+                value, error, angle = greatest_with_ripple(
+                    field.edges, field.rule, room[layer], sign, wanted, rings.ripple, parts,
+                    reaches(rings.ripple, parts),
+                )  # fmt: skip
             out[layer, 3 * side], out[layer, 3 * side + 1], out[layer, 3 * side + 2] = sign * value, error, angle
 
 
 @kernel
-def station_table(field: Field, stations: int, tolerance: float) -> Array:
-    """``extremes_at`` of all layers at equal steps from clamp to head: (stations, 3, 6)."""
-    room, out = np.empty((3, field.states.shape[1])), np.empty((stations, 3, 6))
+def read_along(
+    field: Field, rings: StripRipple | None, mean: float, lines: Array, parabola: Array, tolerance: float,
+    stations: int, out: Array,
+) -> float:  # fmt: skip
+    """Fatigue, strength and deflection into ``out`` (READINGS,); the greatest relative error of these and of the
+    amplitude: that is judged by itself, however great the mean beside it; a mean as small as it likes is not.
+
+    ``lines`` and ``parabola`` are the fatigue diagram; ``mean`` [Pa] is a stress that never changes and that the field
+    leaves out.
+    """
+    table, room = np.empty((stations, 3, 6)), np.empty((3, field.side.size))
     for j in range(stations):
-        extremes_at(field, field.length * j / (stations - 1), 0, 3, tolerance, room, out[j])
-    return out
+        extremes_at(field, rings, field.length * j / (stations - 1), 0, 3, tolerance, room, table[j])
+    error = 0.0
+    for asked in range(3):
+        diagram, curve = lines.copy(), parabola.copy()
+        if asked > 0:
+            diagram, curve = _GREATEST.copy(), np.zeros(3)
+        if asked < 2:
+            diagram[:, :, 2] += mean * diagram[:, :, 1]
+            curve[2] += mean
+        layers = DEFLECTION if asked == 2 else FIBRES
+        found = peaks(field, rings, room, table, layers[0], layers[1], diagram, curve, NEARLY, tolerance, asked == 0)
+        best = 0
+        for k in range(found.shape[0]):
+            best = k if found[k, VALUE] > found[best, VALUE] else best
+        value, missing = found[best, VALUE], found[best, ERROR]
+        for k in range(found.shape[0]):
+            # A lower peak matters as far as its own error lets it reach above the highest.
+            missing = max(missing, found[k, VALUE] + found[k, ERROR] - value)
+        error = max(error, missing / abs(value) if value != 0.0 else 0.0)
+        if asked == 0:
+            out[UTILISATION], out[PLACE], out[FIBRE] = value, found[best, SECTION], found[best, LAYER]
+            out[HIGH_STRESS], out[LOW_STRESS] = mean + found[best, HIGH], mean + found[best, LOW]
+            amplitude = 0.5 * (found[best, HIGH] - found[best, LOW])
+            error = max(error, found[best, MOVED] / amplitude if amplitude != 0.0 else 0.0)
+        else:
+            out[STRENGTH if asked == 1 else DEFLECTED] = value
+    return error
 
 
 @kernel
 def peaks(
-    field: Field, table: Array, first: int, last: int, lines: Array, parabola: Array, slack: float, tolerance: float,
-    located: bool,
+    field: Field, rings: StripRipple | None, room: Array, table: Array, first: int, last: int, lines: Array,
+    parabola: Array, slack: float, tolerance: float, located: bool,
 ) -> Array:  # fmt: skip
-    """Sections where a severity of the layers ``first`` … ``last`` peaks, one row each (see ``VALUE`` …).
+    """Sections where a severity of the layers ``first`` … ``last`` - 1 peaks, one row each (see ``VALUE`` …).
 
-    Of all peaks that come within the share ``slack`` of the greatest, each climbed until it is known to ``tolerance``
-    times that; with ``located`` the section of a smooth peak is known to the last digits that the severity has.
+    ``table`` (stations, 3, 6) has the extremes at equal steps from clamp to head. Of all peaks that come within the
+    share ``slack`` of the greatest, each climbed until it is known to ``tolerance`` times that; with ``located`` the
+    section of a smooth peak is known to the last digits that the severity has.
     """
     count = table.shape[0]
     severity = np.empty((last - first, count))
@@ -217,9 +223,10 @@ def peaks(
         for j in range(count):
             severity[layer - first, j] = utilisation_of(table[j, layer, 0], table[j, layer, 3], lines, parabola)
             top = max(top, severity[layer - first, j])
-    room, seen, found = np.empty((3, field.states.shape[1])), np.empty((3, 6)), [np.empty(9) for _ in range(0)]
+    seen, found = np.empty((3, 6)), [np.empty(9) for _ in range(0)]
     place, value, points, heights = np.empty(3), np.empty(3), np.empty(5), np.empty(5)
-    step = field.length / (count - 1)
+    length = field.length
+    step = length / (count - 1)
     for layer in range(first, last):
         row = severity[layer - first]
         for j in range(count):
@@ -236,11 +243,11 @@ def peaks(
             for _ in range(MOST_ROUNDS):
                 trial_points(place, value, points)
                 for m in range(5):
-                    extremes_at(field, points[m], layer, layer + 1, 0.01 * tolerance, room, seen)
+                    extremes_at(field, rings, points[m], layer, layer + 1, 0.01 * tolerance, room, seen)
                     heights[m] = utilisation_of(seen[layer, 0], seen[layer, 3], lines, parabola)
                 error = narrow(place, value, points, heights)
                 top = max(top, value[1])
-                if error <= tolerance * top or place[2] - place[0] <= 8.0 * _EPS * field.length:
+                if error <= tolerance * top or place[2] - place[0] <= 8.0 * _EPS * length:
                     break
                 # A hump that cannot come near is left.
                 if value[1] + error < (1.0 - slack) * top:
@@ -248,9 +255,11 @@ def peaks(
             if value[1] + error < (1.0 - slack) * top:
                 continue
             where, doubt = place[1], 0.0
-            if located and 0.0 < where < field.length:
-                where, doubt = _pinpoint(field, layer, where, lines, parabola, tolerance, room, seen)
-            found.append(_told(field, layer, where, doubt, value[1], error, lines, parabola, tolerance, room, seen))
+            if located and 0.0 < where < length:
+                where, doubt = _pinpoint(field, rings, layer, where, lines, parabola, tolerance, room, seen)
+            found.append(
+                _told(field, rings, layer, where, doubt, value[1], error, lines, parabola, tolerance, room, seen)
+            )
     out = np.empty((len(found), 9))
     for k in range(len(found)):
         out[k] = found[k]
@@ -259,15 +268,15 @@ def peaks(
 
 @kernel
 def _told(
-    field: Field, layer: int, z: float, doubt: float, value: float, error: float, lines: Array, parabola: Array,
-    tolerance: float, room: Array, seen: Array,
+    field: Field, rings: StripRipple | None, layer: int, z: float, doubt: float, value: float, error: float,
+    lines: Array, parabola: Array, tolerance: float, room: Array, seen: Array,
 ) -> Array:  # fmt: skip
     """The row of one peak, and what a section that is off by ``doubt`` may change in amplitude and mean."""
     out = np.empty(9)
     half, middle = np.empty(3), np.empty(3)
     for k in range(3 if doubt > 0.0 else 1):
         section = min(max(z + (0.0, -doubt, doubt)[k], 0.0), field.length)
-        extremes_at(field, section, layer, layer + 1, 0.01 * tolerance, room, seen)
+        extremes_at(field, rings, section, layer, layer + 1, 0.01 * tolerance, room, seen)
         high, low = seen[layer, 0], seen[layer, 3]
         half[k], middle[k] = 0.5 * (high - low), 0.5 * (high + low)
         if k == 0:
@@ -285,8 +294,9 @@ def _told(
 
 @kernel
 def _pinpoint(
-    field: Field, layer: int, place: float, lines: Array, parabola: Array, tolerance: float, room: Array, seen: Array
-) -> tuple[float, float]:
+    field: Field, rings: StripRipple | None, layer: int, place: float, lines: Array, parabola: Array,
+    tolerance: float, room: Array, seen: Array,
+) -> tuple[float, float]:  # fmt: skip
     """The section of a smooth peak and how far off it may be.
 
     A climb knows the peak's value to the square of what it knows of its place, but amplitude and mean change with the
@@ -298,7 +308,7 @@ def _pinpoint(
     while width > _NARROWEST * length:
         greatest_value = 0.0
         for k in range(values.size):
-            extremes_at(field, place + width * _STEPS[k], layer, layer + 1, 1e-4 * tolerance, room, seen)
+            extremes_at(field, rings, place + width * _STEPS[k], layer, layer + 1, 1e-4 * tolerance, room, seen)
             values[k] = utilisation_of(seen[layer, 0], seen[layer, 3], lines, parabola)
             greatest_value = max(greatest_value, values[k])
         # Less the middle one, of which the fit would otherwise leave its own rounding.

@@ -3,7 +3,7 @@
     P(phi) = -(p(phi) - p_back) pi D^2/4 + m a(phi),   s(phi) = r sin(phi)
 
 with the pressure as Schmidt's fraction or as pieces of cubics (``solvers.rod.load.gas``) and the acceleration of
-``solvers.crank.kinematics``, the mass m being whatever of the reciprocating one is counted.
+``solvers.crank.motion.in_line``, the mass m being whatever of the reciprocating one is counted.
 """
 
 from __future__ import annotations

@@ -10,10 +10,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solvers.crank.indicator import STROKES, IndicatorCurve, IndicatorPressure
-from solvers.crank.motion import ExactMotion
-from solvers.crank.repair import Repair, repaired_indicator
-from solvers.crank.scene import Cylinder
+from solvers.crank.gas.cylinder import Cylinder
+from solvers.crank.gas.data_repair import Repair, repaired_indicator
+from solvers.crank.gas.indicator_diagram import STROKES, IndicatorPressure
+from solvers.crank.gas.unrolled_pressure import Curve
+from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import InvalidInput
 from solvers.numerics.pieces import subdivide
 from solvers.rod.load.gas import TURN, require_back_pressure, sharpest
@@ -53,7 +54,7 @@ class IndicatorLoad:
         _ = self.unrolled
 
     @cached_property
-    def unrolled(self) -> IndicatorCurve:
+    def unrolled(self) -> Curve:
         """The diagram over the crank angle."""
         with fields_of_load():
             motion, cylinder = _machine(self.clearance_volume, self.mechanism, self.piston)

@@ -22,7 +22,7 @@ from solvers.rod.optimum.core_optimum import polish
 from solvers.rod.optimum.full_model import logarithms
 from solvers.rod.optimum.full_optimum import Context, Optimum, conditions_at
 from solvers.rod.optimum.local_search import Local, local_search
-from solvers.rod.optimum.ripples import look_around
+from solvers.rod.optimum.ripples import RIPPLE_RADIUS, look_around
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
@@ -38,6 +38,20 @@ _STEPS = 2
 
 def discrete_optimum(context: Context, start: Dimensions) -> Optimum | None:
     """The best strip of available sizes; its iterate may be inadmissible, if none is found."""
+    explored = context.explored()
+    optimum = _optimum(explored, start)
+    if explored is context or optimum is None:
+        return optimum
+    context.ends = []
+    strip = optimum.local.best.outcome.value.dimensions
+    local = context.search_from(strip, _within(context, strip), RIPPLE_RADIUS)
+    if local is None:
+        return None
+    conditions = None if local.found is None else _conditions(context, local)
+    return Optimum(local, conditions, None, context.starts, len(explored.ends), optimum.ripple)
+
+
+def _optimum(context: Context, start: Dimensions) -> Optimum | None:
     strip: Dimensions | None = start
     tried: set[tuple[float, ...]] = set()
     for _ in range(_SHIFTS):

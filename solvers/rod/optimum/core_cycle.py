@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from solvers.crank import kinematics
+from solvers.crank.motion import in_line as kinematics
 from solvers.fatigue import FatigueCriterion
 from solvers.fatigue.kernels import Diagram
 from solvers.numerics import periodic
@@ -17,6 +17,7 @@ from solvers.rod.load.axial_force import Drive, axial_forces, drive_of, least_fo
 from solvers.rod.optimum import peak_model
 from solvers.rod.optimum.peak_model import Array, CorePeaks, side_and_pressure, stress_table
 from solvers.rod.optimum.peaks import ANGLES, Peaks, Wanted, peaks_of
+from solvers.rod.optimum.sqp import ALL
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
 
@@ -126,8 +127,8 @@ class CoreRows:
         peak_model.rows_at(self.core, b, h, l, self._room(), out)
         return out
 
-    def slopes(self, x: Array) -> Array:
-        """Their derivatives by x, shape (rows, 3)."""
+    def slopes(self, x: Array, free: Array = ALL) -> Array:
+        """Their derivatives by x, shape (rows, 3), all of them."""
         out = np.empty((self.layout.size, 3))
         peak_model.row_slopes(self.core, np.ascontiguousarray(x), self._room(), out)
         return out

@@ -22,6 +22,7 @@ from solvers.rod.cycle.composition import Array, Composition, Cycle
 from solvers.rod.optimum.peak_model import buckled_rows
 from solvers.rod.optimum.peaks import Peaks, Wanted, compression_peaks, peaks_of
 from solvers.rod.optimum.smooth_parts import Parts, vertex
+from solvers.rod.optimum.sqp import ALL
 from solvers.rod.piston.friction import power_at
 from solvers.rod.piston.skirt import pressure_per_load
 from solvers.rod.rows import Layout
@@ -86,6 +87,10 @@ class FullModel:
     def correction_step(self) -> float:
         """Of differences of corrections, in ln b, ln h, ln l."""
         return _FINE_STEP if self.fine else _CORRECTION_STEP
+
+    def rougher(self, accuracy: float) -> FullModel:
+        """The same, less accurate; its checks are its own."""
+        return replace(self, accuracy=max(self.accuracy, accuracy), strips=0, checks=0, _strips={}, _checks={})
 
     def finer(self) -> FullModel:
         """The same with rows as good as checks, for steps among ripples; its checks are the same."""
@@ -190,6 +195,7 @@ class FullRows:
     peaks: Peaks
     parts: Parts
     home: Dimensions
+    _known_slopes: dict[int, Array] = field(default_factory=dict, compare=False)
 
     @property
     def layout(self) -> Layout:
@@ -203,7 +209,8 @@ class FullRows:
             return self._rows(self.model.strip(d))
         out = self._rows(self.model.strip(d, corrected=False))
         if out[rows.STABILITY] < 0.0 and d is not self.home:
-            out += self._added + self._added_slopes @ (x - logarithms(self.home))
+            away = x - logarithms(self.home)
+            out += self._added + sum(away[v] * self._added_slope(v) for v in np.flatnonzero(away))
         elif d is self.home:
             out += self._added
         return out
@@ -222,15 +229,15 @@ class FullRows:
         """What the corrections add to the rows at home."""
         return self._correction(self.home)
 
-    @cached_property
-    def _added_slopes(self) -> Array:
-        """Its derivatives by x, shape (rows, 3), by differences to one side; zero where there is no strip there."""
-        out, x, size = np.zeros((self.layout.size, 3)), logarithms(self.home), self.model.correction_step
-        for v, unit in enumerate(np.eye(3)):
-            step = -size if v == 2 and self._ends(x + size * unit) else size
-            beside = self._correction(dimensions_of(x + step * unit, self.model.scene))
-            out[:, v] = (beside - self._added) / step
-        return out
+    def _added_slope(self, v: int) -> Array:
+        """Its derivative by x[v], shape (rows,), by a difference to one side; zero where there is no strip there."""
+        if v not in self._known_slopes:
+            x, step = logarithms(self.home), self.model.correction_step * np.eye(3)[v]
+            if v == 2 and self._ends(x + step):
+                step = -step
+            beside = self._correction(dimensions_of(x + step, self.model.scene))
+            self._known_slopes[v] = (beside - self._added) / step[v]
+        return self._known_slopes[v]
 
     def _correction(self, d: Dimensions) -> Array:
         plain = self._rows(self.model.strip(d, corrected=False))
@@ -274,10 +281,11 @@ class FullRows:
         logs = np.log(np.maximum(parts, _LEAST))
         out[self.layout.parts(row)], out[row] = logs, logs.max()
 
-    def slopes(self, x: Array) -> Array:
-        """Their derivatives by x, shape (rows, 3), by differences to one side."""
+    def slopes(self, x: Array, free: Array = ALL) -> Array:
+        """Their derivatives by x, shape (rows, 3), by differences to one side; those with other indices are zero."""
         here, out = self.values(x), np.zeros((self.layout.size, 3))
-        for v, unit in enumerate(np.eye(3)):
+        for v in free:
+            unit = np.eye(3)[v]
             for step in (_STEP, -_STEP):
                 # Beside buckling, and at the rod's end, only the other side has strips.
                 beside = None if v == 2 and self._ends(x + step * unit) else self.values(x + step * unit)

@@ -20,7 +20,7 @@ from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
 from solvers.rod.optimum.core_cycle import CoreCycle
-from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of, logarithms
+from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of, logarithms, no_watch
 from solvers.rod.optimum.local_search import ROUNDS, Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.ripples import (
@@ -44,6 +44,10 @@ _FARTHEST = 0.1
 """A step along the limits, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
 _SHIFTS = 3
+_LAST_ROUNDS = 2
+"""At full accuracy, of a strip that limits do not hold among ripples: what ripples leave unknown is far more."""
+_ROUGH, _CLOSER = 1e-4, 1e-5
+"""The accuracy of searches among ripples but for their end, and of the closer one before that."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,8 @@ class Context:
     sizes: Sizes
     ends: list[Local] = field(default_factory=list)
     started: list[Array] = field(default_factory=list)
+    rough: Context | None = None
+    """The same, less exact: among ripples all searches but the last are made there."""
 
     @property
     def starts(self) -> int:
@@ -103,24 +109,38 @@ class Context:
             self.ends.append(local)
         return local
 
-    def search_closer(self) -> None:
-        """From the best end on among ripples, with rows as good as checks."""
-        best = self.best()
-        model, x = self.model.finer(), best.best.x
-        local = local_search(model, self.task, self.bounds, x, FINE_RADIUS, RIPPLE_ROUNDS)
-        if local is not None and local.found is not None and local.best.log_cost <= best.best.log_cost:
-            self.ends = [*(end for end in self.ends if end is not best), local]
+    def explored(self) -> Context:
+        """Where searches are made: among ripples roughly, as nothing finer is worth its time before the last steps."""
+        if not self.model.ripples:
+            return self
+        self.rough = self.rougher(_ROUGH)
+        return self.rough
+
+    def rougher(self, accuracy: float) -> Context:
+        """The same, less accurate; its ends are its own."""
+        model = self.model.rougher(accuracy)
+        looser = model.accuracy / self.model.accuracy
+        task = replace(self.task, guard=looser * self.task.guard, enough=looser * self.task.enough)
+        return replace(self, model=model, task=task, ends=[])
+
+    def finer(self) -> Context:
+        """The same with smaller steps and rows as good as checks."""
+        return replace(self, model=self.model.finer(), ends=[])
 
     def best(self) -> Local | None:
         """The best end: admissible before not, cheaper before dearer."""
         key = lambda local: (local.best.excess, local.best.log_cost)  # noqa: E731
         return min(self.ends, key=key, default=None)
 
-    def known(self) -> Outcome[RodCheck] | None:
-        """The best strip of available sizes that was checked and meets every requirement."""
-        p, density = self.problem, self.model.scene.material.density
+    def known(self) -> list[Outcome[RodCheck]]:
+        """The strips of available sizes that were checked, exactly or else roughly, and meet every requirement."""
+        p = self.problem
         met = [o for o in self.model.checked() if p.requirements.met_by(o.value) and self.available(o.value.dimensions)]
-        return min(met, key=lambda o: p.objective.log_cost(o.value, density), default=None)
+        return met if met or self.rough is None else self.rough.known()
+
+    def cost(self, outcome: Outcome[RodCheck]) -> float:
+        """The ln objective of a check."""
+        return self.problem.objective.log_cost(outcome.value, self.model.scene.material.density)
 
     def available(self, d: Dimensions) -> bool:
         """Whether a strip has sizes that are to be had."""
@@ -131,13 +151,14 @@ class Context:
 
     def best_in_time(self) -> Optimum | None:
         """The best admissible strip of all that were checked, when the time is over; None where there is none."""
-        outcome = self.known()
-        if outcome is None:
-            return None
-        d = outcome.value.dimensions
-        cost = self.problem.objective.log_cost(outcome.value, self.model.scene.material.density)
-        at = Iterate(logarithms(d), outcome, cost, 0.0, None, self.task.limits)
-        return Optimum(Local(at, math.inf, 0), starts=self.starts, ends=len(self.ends))
+        self.model.watch = no_watch
+        for rough in sorted(self.known(), key=self.cost):
+            d = rough.value.dimensions
+            outcome = self.model.check(d)
+            if self.problem.requirements.met_by(outcome.value):
+                at = Iterate(logarithms(d), outcome, self.cost(outcome), 0.0, None, self.task.limits)
+                return Optimum(Local(at, math.inf, 0), starts=self.starts, ends=len(self.ends))
+        return None
 
     def core_limits_at(self, d: Dimensions, check: RodCheck, guard: float = 0.0) -> Limits:
         """The limits as the core sees them: moved by what its rows differ from the full model's at a strip."""
@@ -160,22 +181,23 @@ class Context:
 
 def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
     """The best strip of sizes that may be chosen at will; its best iterate may be inadmissible, if none is found."""
-    context.search_from(start, context.bounds)
-    for _ in range(_SHIFTS):
-        other, known = _other_start(context), len(context.ends)
-        if other is None:
-            break
-        end = context.search_from(other, context.bounds)
-        if end is None or near(end.best.x, context.ends[:known], _SAME):
-            break
-    local = context.best()
+    explored = context.explored()
+    _search_everywhere(explored, start)
+    local = explored.best()
     if local is None or local.found is None:
         return None if local is None else Optimum(local, starts=context.starts, ends=1)
-    conditions = conditions_at(context, local.best, context.bounds, context.bounds)
-    if context.model.ripples:
-        ripple = look_around(context.task, context.bounds, local.best, conditions)
-        if max(ripple.height, _next_best(local, context.ends)) > context.task.enough:
-            return _rippled(context, ripple)
+    if explored is not context:
+        ripple = look_around(
+            explored.task,
+            context.bounds,
+            local.best,
+            conditions_at(explored, local.best, context.bounds, context.bounds),
+        )
+        if max(ripple.height, _next_best(local, explored.ends)) > context.task.enough:
+            return _rippled(context, explored, ripple)
+        local = context.search_from(local.best.outcome.value.dimensions, context.bounds, RIPPLE_RADIUS)
+        if local is None or local.found is None:
+            return None if local is None else Optimum(local, starts=context.starts, ends=1)
     for _ in range(_NEWTON_STEPS):
         local = context.best()
         conditions = conditions_at(context, local.best, context.bounds, context.bounds)
@@ -191,18 +213,37 @@ def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
     return Optimum(context.best(), conditions, second, context.starts, _different(context.ends))
 
 
-def _rippled(context: Context, ripple: Ripple) -> Optimum:
+def _search_everywhere(context: Context, start: Dimensions) -> None:
+    """From the core's optimum, and from where the core has it with its limits shifted."""
+    rounds = RIPPLE_ROUNDS if context.model.ripples else ROUNDS
+    context.search_from(start, context.bounds, rounds=rounds)
+    for _ in range(_SHIFTS):
+        other, known = _other_start(context), len(context.ends)
+        if other is None:
+            break
+        end = context.search_from(other, context.bounds, rounds=rounds)
+        if end is None or near(end.best.x, context.ends[:known], _SAME):
+            break
+
+
+def _rippled(context: Context, explored: Context, ripple: Ripple) -> Optimum | None:
     """The best of several optima close to each other: curvatures mean nothing there."""
     for strip in ripple.promising:
-        context.search_from(strip, context.bounds, RIPPLE_RADIUS, RIPPLE_ROUNDS)
-    context.search_closer()
-    best = context.best()
+        explored.search_from(strip, context.bounds, RIPPLE_RADIUS, RIPPLE_ROUNDS)
+    best, ends = explored.best(), _different(explored.ends)
+    rounds = RIPPLE_ROUNDS
+    for closer in (context.rougher(_CLOSER).finer(), context.finer()):
+        best = closer.search_from(best.best.outcome.value.dimensions, context.bounds, FINE_RADIUS, rounds)
+        if best is None or best.found is None:
+            return None if best is None else Optimum(best, starts=context.starts, ends=ends)
+        if len(conditions_at(context, best.best, context.bounds, context.bounds).tangent):
+            rounds = _LAST_ROUNDS
     conditions = conditions_at(context, best.best, context.bounds, context.bounds)
     if best.gain <= context.task.enough and rises_all_around(context.task, context.bounds, best.best, conditions):
-        return Optimum(best, conditions, None, context.starts, _different(context.ends))
-    height = max(ripple.height, _next_best(best, context.ends))
+        return Optimum(best, conditions, None, context.starts, ends)
+    height = max(ripple.height, _next_best(best, explored.ends))
     # What the rows still promise there has been tried over steps as small as can be made.
-    return Optimum(replace(best, gain=0.0), conditions, None, context.starts, _different(context.ends), height)
+    return Optimum(replace(best, gain=0.0), conditions, None, context.starts, ends, height)
 
 
 def _next_best(best: Local, ends: list[Local]) -> float:
@@ -225,7 +266,8 @@ def _other_start(context: Context) -> Dimensions | None:
     if best is None:
         return None
     x, known = logarithms(best.dimensions), [end.best.x for end in context.ends] + context.started[1:]
-    return None if any(np.max(np.abs(x - other)) < _ELSEWHERE for other in known) else best.dimensions
+    apart = _CLOSE_BY if context.model.ripples else _ELSEWHERE
+    return None if any(np.max(np.abs(x - other)) < apart for other in known) else best.dimensions
 
 
 def near(x: Array, ends: list[Local], within: float) -> bool:

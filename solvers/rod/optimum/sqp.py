@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 TOLERANCE, ITERATIONS = 1e-10, 60
 """Slopes by differences tell no less; line searches for less than that go on for hundreds of evaluations."""
 _FAR = 700.0
+ALL = np.arange(3)
+"""The indices of b, h, l."""
 
 
 class ActiveRows(Protocol):
@@ -35,8 +37,8 @@ class ActiveRows(Protocol):
     def values(self, x: Array) -> Array:
         """All rows, shape (rows,)."""
 
-    def slopes(self, x: Array) -> Array:
-        """Their derivatives by x, shape (rows, 3)."""
+    def slopes(self, x: Array, free: Array = ALL) -> Array:
+        """Their derivatives by x, shape (rows, 3); by those with other indices than ``free`` they may be left out."""
 
 
 class Program(NamedTuple):
@@ -109,17 +111,18 @@ class Memory:
 
     active: ActiveRows
     at: Array | None = None
-    sloped: Array | None = None
+    sloped: tuple[Array, Array] | None = None
+    """Where, and by which of b, h, l."""
 
     def values(self, x: Array) -> Array:
         if self.at is None or not np.array_equal(x, self.at):
             self._values, self.at = self.active.values(x), x.copy()
         return self._values
 
-    def slopes(self, x: Array) -> Array:
-        if self.sloped is None or not np.array_equal(x, self.sloped):
+    def slopes(self, x: Array, free: Array = ALL) -> Array:
+        if self.sloped is None or not np.array_equal(x, self.sloped[0]) or not np.isin(free, self.sloped[1]).all():
             self.values(x)
-            self._slopes, self.sloped = self.active.slopes(x), x.copy()
+            self._slopes, self.sloped = self.active.slopes(x, free), (x.copy(), free)
         return self._slopes
 
 
@@ -143,7 +146,7 @@ def run(memory: Memory, p: Program, box: Array, x: Array, tolerance: float = TOL
     def cost_slope(y: Array) -> Array:
         slope = np.zeros(y.size)
         if p.linear:
-            slopes = memory.slopes(place(y))
+            slopes = memory.slopes(place(y), free)
             slope[: free.size] = sum(weight * slopes[row, free] for row, weight in p.linear)
         if layered:
             slope[-1] += p.top_weight
@@ -155,7 +158,7 @@ def run(memory: Memory, p: Program, box: Array, x: Array, tolerance: float = TOL
         return np.concatenate([out, y[-1] + p.offset - values[p.top]]) if layered else out
 
     def slack_slope(y: Array) -> Array:
-        slopes = memory.slopes(place(y))[:, free]
+        slopes = memory.slopes(place(y), free)[:, free]
         if not layered:
             return -slopes[p.which]
         count = p.which.size
@@ -193,8 +196,8 @@ def restored(memory: Memory, p: Program, box: Array, x: Array, steps: int = 4, n
         over = excess > 0.0
         if not over.any() or excess.max() > near:
             break
-        slopes = memory.slopes(x)[p.which][over]
-        free, step = np.ones(3, dtype=bool), np.zeros(3)
+        free, step = box[:, 1] > box[:, 0], np.zeros(3)
+        slopes = memory.slopes(x, np.flatnonzero(free))[p.which][over]
         for _ in range(3):
             step[free] = -np.linalg.lstsq(slopes[:, free], excess[over], rcond=1e-9)[0]
             outside = free & ((x + step < box[:, 0]) | (x + step > box[:, 1]))

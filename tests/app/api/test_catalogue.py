@@ -10,7 +10,9 @@ import pytest
 from app.api.contract import PATHS
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, modes_of, plots_of
+from app.exports.export import Wishes
 from app.exports.registry import EXPORTS
+from solvers import pin
 from solvers.materials import CATALOGUE
 
 
@@ -108,21 +110,70 @@ def test_fields_say_their_units_as_their_names_do(kinds):
 
 def test_materials_have_a_source_for_every_number(client):
     items = client.get("/api/v1/materials").json()["items"]
-    assert [item["name"] for item in items] == list(CATALOGUE)
+    listed = {**CATALOGUE, **pin.CATALOGUE}
+    assert [item["name"] for item in items] == list(listed)
     for item in items:
         numbers = {name for name, value in item.items() if isinstance(value, float)} - {"shear_modulus_gpa"}
         assert set(item["sources"]) == numbers, item["name"]
-        assert item["kinds"] == ["flexible-rod"]
-        own = CATALOGUE[item["name"]]
-        assert item["fatigue_limit_mpa"] * 1e6 == pytest.approx(own.fatigue_limit)
+        own = listed[item["name"]]
+        assert item["kinds"] == (["pin-profile"] if item["name"] in pin.CATALOGUE else ["flexible-rod"])
         assert item["elastic_modulus_gpa"] * 1e9 == pytest.approx(own.elastic_modulus)
+        for name, scale in (("fatigue_limit", 1e6), ("allowable_stress", 1e6)):
+            told = item[f"{name}_mpa"]
+            assert (told is None) == (not hasattr(own, name))
+            assert told is None or told * scale == pytest.approx(getattr(own, name))
+
+
+def materials_of(client, kind):
+    return [item for item in client.get("/api/v1/materials").json()["items"] if kind in item["kinds"]]
 
 
 def test_a_request_can_name_each_material(client, check_request):
-    for item in client.get("/api/v1/materials").json()["items"]:
+    for item in materials_of(client, "flexible-rod"):
         answer = client.post("/api/v1/checks/flexible-rod", json={**check_request, "material": {"name": item["name"]}})
         assert answer.status_code == 201
         assert answer.json()["result"]["mass_g"] == pytest.approx(
             item["density_kg_m3"] * check_request["dimensions"]["b_mm"] * check_request["dimensions"]["h_mm"]
             * check_request["dimensions"]["l_mm"] * 1e-6
         )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", list(pin.CATALOGUE))
+@pytest.mark.parametrize("variable", ["bore", "outer"])
+def test_a_pin_of_a_named_steel_is_the_pin_of_its_figures(name, variable):
+    job, example = KINDS["pin-profile"].jobs[Mode.DESIGN], KINDS["pin-profile"].example("design")
+    base = {**example, "limits": {"min_wall_mm": 2}, "form": {"kind": "free"}, "variable": variable}
+    if variable == "outer":
+        base |= {"bore_mm": 12.0, "geometry": {**example["geometry"], "outer_diameter_mm": None}}
+    steel = pin.CATALOGUE[name]
+    for own in (None, 160.0):
+        figures = {
+            "allowable_stress_mpa": own or steel.allowable_stress / 1e6,
+            "elastic_modulus_gpa": steel.elastic_modulus / 1e9,
+            "poisson": steel.poisson,
+            "density_kg_m3": steel.density,
+        }
+        by_name, by_figures = (
+            job.run(job.request.model_validate({**base, "material": material}))
+            for material in ({"name": name, "allowable_stress_mpa": own}, figures)
+        )
+        assert by_name.status == "succeeded"
+        assert by_name.result == by_figures.result
+
+
+def test_a_pin_of_a_named_steel_is_drawn_and_reported(client):
+    request = {**KINDS["pin-profile"].example("design"), "material": {"name": "pin-steel-31CrMoV9"}}
+    run = client.post("/api/v1/designs/pin-profile", json=request).json()
+    assert run["spec"]["material"]["name"] == "pin-steel-31CrMoV9"
+    for name in ("dxf", "html", "parameters"):
+        assert EXPORTS[name].file(KINDS["pin-profile"], run, Wishes()).content
+    for plot in run["links"]["plots"].values():
+        assert client.get(plot).status_code == 200
+
+
+def test_a_steel_that_is_not_listed_is_refused_with_those_that_are(client):
+    request = {**KINDS["pin-profile"].example("design"), "material": {"name": "butter"}}
+    answer = client.post("/api/v1/designs/pin-profile", json=request)
+    assert answer.status_code == 422
+    told = answer.json()["errors"][0]
+    assert told["pointer"] == "/material/name" and "pin-steel-16MnCr5" in told["allowed"]

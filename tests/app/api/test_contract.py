@@ -8,7 +8,8 @@ import re
 
 import pytest
 import schemathesis
-from hypothesis import HealthCheck, Phase, settings
+from httpx import InvalidURL
+from hypothesis import HealthCheck, Phase, reject, settings
 from jsonschema import Draft202012Validator
 from schemathesis import Case
 from schemathesis.checks import not_a_server_error
@@ -126,10 +127,13 @@ api = schemathesis.openapi.from_dict(DOCUMENT)
 )
 def test_requests_made_from_the_document_are_answered_as_it_says(client, case: Case):
     sent = case.as_transport_kwargs(base_url=str(client.base_url))
-    answer = client.request(
-        sent["method"], sent["url"], params=sent.get("params"), headers=sent["headers"],
-        content=sent.get("data") or (json.dumps(sent["json"]) if "json" in sent else None),
-    )  # fmt: skip
+    try:
+        answer = client.request(
+            sent["method"], sent["url"], params=sent.get("params"), headers=sent["headers"],
+            content=sent.get("data") or (json.dumps(sent["json"]) if "json" in sent else None),
+        )  # fmt: skip
+    except InvalidURL:  # longer than this client sends
+        reject()
     case.validate_response(answer, checks=CHECKED)
 
 

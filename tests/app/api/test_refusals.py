@@ -54,6 +54,33 @@ def test_every_bad_field_is_named(client, check_request, path, value, pointer):
     assert all(entry["detail"] and entry["allowed"] for entry in problem["errors"])
 
 
+@pytest.mark.parametrize(
+    ("path", "value", "pointer", "detail", "allowed"),
+    [
+        ("mechanism/crank_radius", 5, "/mechanism/crank_radius", "is no field; did you mean crank_radius_mm?",
+         "crank_radius_mm, rod_length_mm, speed_hz"),
+        ("load/p_min", -1, "/load/p_min", "is no field; did you mean p_min_mpa?",
+         "kind, p_min_mpa, delta, theta_rad, back_pressure_mpa"),
+        ("load", {"kind": "schmit"}, "/load", "is none of the forms this field can have; did you mean schmidt?",
+         'an object whose "kind" is one of schmidt, table, constant, indicator, run'),
+        ("load", {"kind": 7}, "/load", "is none of the forms this field can have",
+         'an object whose "kind" is one of schmidt, table, constant, indicator, run'),
+        ("load", {"kind": "table", "angle_deg": [0.0, 180.0, 360.0], "pressure_mpa": "x"}, "/load/pressure_mpa",
+         "is not an array", "an array"),
+        ("effects", "al", "/effects", "is none of the values it can have; did you mean all?", "'auto' or 'all'"),
+        ("effects", {"inclde": []}, "/effects/inclde", "is no field; did you mean include?", "include, exclude"),
+        ("fatigue_criterion", "godman", "/fatigue_criterion",
+         "is none of the values it can have; did you mean goodman?", None),
+    ],
+)  # fmt: skip
+def test_a_refusal_says_once_what_is_wrong_what_is_allowed_and_what_may_have_been_meant(
+    client, check_request, path, value, pointer, detail, allowed
+):
+    entries = client.post(CHECKS, content=change(check_request, path, value), headers=JSON).json()["errors"]
+    assert [(entry["pointer"], entry["detail"]) for entry in entries] == [(pointer, detail)]
+    assert allowed is None or entries[0]["allowed"] == allowed
+
+
 BODIES = {
     "empty": b"",
     "no JSON": b"hello",

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
 
 from app.designs.crank_dynamics.pictures import indicator_diagram
 from app.designs.flexible_rod.cycle_pictures import _fibres, _turn
+from app.designs.flexible_rod.feasible_region import feasible_region
 from app.designs.kind import Mode
+from app.designs.pictures.chart import BLUE
 from app.designs.pictures.contours import inside, level_lines
 from app.designs.registry import KINDS
 
@@ -60,3 +63,38 @@ def test_regions_and_their_lines_are_those_of_a_circle():
     values[40, 40:] = np.nan
     (open_line,) = level_lines(x, y, values)
     assert len(open_line[0]) < len(line[0])
+
+
+@pytest.mark.parametrize("name", ["serensen", "goodman", "soderberg", "fkm"])
+def test_the_fatigue_line_of_the_region_is_that_of_the_criterion(name):
+    """A strip that has just the fatigue safety required lies on the line, whatever the criterion."""
+    kind = KINDS["flexible-rod"]
+    material = {"name": "spring-steel-1.1274"}
+    dimensions = {"b_mm": 9.0, "h_mm": 0.46, "l_mm": 23.0}
+    check = kind.example(Mode.CHECK) | {"material": material, "fatigue_criterion": name, "dimensions": dimensions}
+    own = kind.jobs[Mode.CHECK].run(kind.jobs[Mode.CHECK].request.model_validate(check))
+    safety = own.result["fatigue_safety"]
+    spec = kind.jobs[Mode.DESIGN].request.model_validate(
+        kind.example(Mode.DESIGN)
+        | {
+            "material": material,
+            "fatigue_criterion": name,
+            "requirements": {"min_fatigue_safety": safety, "min_stability_safety": 1.0},
+        }
+    )
+    result = {"dimensions": dimensions, "objective": "mass"}
+    run = {"mode": "design", "spec": spec.model_dump(mode="json"), "result": result, "effects": own.effects}
+    svg = feasible_region(run)
+    # Behind the dots of the legend.
+    mark = [float(value) for value in re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)" r="5"', svg)[-1]]
+    lines = re.findall(rf'<path d="M([^"]*)" fill="none" stroke="{BLUE}"', svg)
+    points = [np.array([[float(v) for v in p.split(",")] for p in line.split("L")]) for line in lines]
+    gaps = [_distance(line, np.array(mark)) for line in points]
+    assert min(gaps) < 2.0, "two of some five hundred units of the picture"
+
+
+def _distance(line, place):
+    """Of a place from a line of straight pieces."""
+    start, way = line[:-1], np.diff(line, axis=0)
+    along = np.clip(((place - start) * way).sum(axis=1) / np.maximum((way**2).sum(axis=1), 1e-12), 0.0, 1.0)
+    return float(np.hypot(*(start + along[:, None] * way - place).T).min())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import socket
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -43,8 +44,8 @@ def port() -> Iterator[int]:
     assert not connections.by_address
 
 
-def connected(port: int) -> socket.socket:
-    connection = socket.create_connection(("127.0.0.1", port))
+def connected(port: int, source: str = "127.0.0.1") -> socket.socket:
+    connection = socket.create_connection(("127.0.0.1", port), source_address=(source, 0))
     connection.settimeout(10)
     return connection
 
@@ -136,3 +137,17 @@ def test_one_address_holds_so_many_connections(port):
     with connected(port) as again:
         again.sendall(ASKED)
         assert again.recv(1000).startswith(b"HTTP/1.1 200")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere 127.0.0.2 is nobody")
+def test_all_addresses_together_hold_so_many_connections(port):
+    sources = ["127.0.0.1"] * 6 + ["127.0.0.2"] * (LIMITS.most - 6)
+    held = [connected(port, source) for source in sources]
+    for connection in held:
+        connection.sendall(ASKED)
+        assert connection.recv(1000).startswith(b"HTTP/1.1 200")
+    with connected(port, "127.0.0.3") as one_more:
+        assert b"503" in rest_of(one_more)
+    for connection in held:
+        connection.close()
+    time.sleep(0.1)

@@ -37,22 +37,22 @@ def solved(slug: str, mode: Mode, **more: Any) -> dict[str, Any]:
     return json.loads(_solved(slug, mode, json.dumps(more)))
 
 
-def bushing(**more: Any) -> dict[str, Any]:
+def bushing(form: str = "free", **more: Any) -> dict[str, Any]:
     geometry = {**KINDS["pin-profile"].example(Mode.DESIGN)["geometry"], "outer_diameter_mm": None}
-    form = {"kind": "free"}
-    return solved("pin-profile", Mode.DESIGN, variable="outer", bore_mm=14, geometry=geometry, form=form, **more)
+    steps = {"kind": form} | ({"steps": 3} if form == "stepped" else {})
+    return solved("pin-profile", Mode.DESIGN, variable="outer", bore_mm=14, geometry=geometry, form=steps, **more)
 
 
 def parts() -> dict[str, dict[str, Any]]:
     """One run for every shape that a part can have."""
-    pins = {
-        form: solved("pin-profile", Mode.DESIGN, form={"kind": form}) for form in ("free", "constant", "double_cone")
-    }
+    forms = ("free", "drillable", "constant", "double_cone", "cone_cylinder")
+    pins = {form: solved("pin-profile", Mode.DESIGN, form={"kind": form}) for form in forms}
     return {
         "strip": solved("flexible-rod", Mode.CHECK),
         **pins,
         "stepped": solved("pin-profile", Mode.DESIGN),
         "bushing": bushing(),
+        **{f"{form} bushing": bushing(form) for form in ("constant", "drillable", "stepped")},
         "linkage": solved("impact-linkage", Mode.CHECK),
     }
 

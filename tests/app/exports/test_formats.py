@@ -67,7 +67,11 @@ def test_drawings_are_sound_and_measure_what_was_found(shape, size):
         "strip": lambda: [p["b_mm"], p["h_mm"], p["l_mm"]],
         "linkage": lambda: [p[f"{name}_mm"] for name in ("base", "crank", "coupler", "rocker")],
         "constant": lambda: [p["length_mm"], p["outer_diameter_mm"], p["bore_mm"]],
-        "bushing": lambda: [p["length_mm"], p["outer_end_mm"], p["outer_mid_mm"], p["bore_mm"]],
+        "constant bushing": lambda: [p["length_mm"], p["outer_diameter_mm"], p["bore_mm"]],
+        **dict.fromkeys(
+            ("bushing", "drillable bushing", "stepped bushing"),
+            lambda: [p["length_mm"], p["outer_end_mm"], p["outer_mid_mm"], p["bore_mm"]],
+        ),
         "stepped": lambda: [p["length_mm"], p["outer_diameter_mm"], p["bore_end_mm"], p["bore_mid_mm"],
                             p["drill_2_depth_mm"]],
     }.get(shape, lambda: [p["length_mm"], p["outer_diameter_mm"], p["bore_end_mm"], p["bore_mid_mm"]])()  # fmt: skip

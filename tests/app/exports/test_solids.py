@@ -22,9 +22,11 @@ from tests.app.exports import solid_checks
 from tests.app.exports.cases import parts, scaled, solved
 from tests.clients.bridge import on_a_port
 
+IN_EVERY_SIZE = ("strip", "free", "drillable", "stepped", "cone_cylinder", "stepped bushing", "linkage")
+
 
 def payload_of(run):
-    return json.dumps({"run": run, "tool": "freecad", "angle_deg": None}).encode()
+    return json.dumps({"run": run, "wishes": {}}).encode()
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +53,7 @@ def test_solids_are_closed_valid_and_as_heavy_as_the_result(modeller):
     for shape, run in parts().items():
         longest = max(p.value for p in KINDS[run["kind"]].part(run, None).parameters if p.unit == "mm")
         for size, factor in {"own": 1.0, "10 µm": 1e-2 / longest, "10 m": 1e4 / longest}.items():
-            if size != "own" and shape not in ("strip", "free", "linkage"):
+            if size != "own" and shape not in IN_EVERY_SIZE:
                 continue
             cases[shape, size] = {**scaled(run, factor), "id": shape, "name": "=1+1\u202e</x>'"}
 

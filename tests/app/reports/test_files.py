@@ -65,10 +65,11 @@ def test_a_report_has_its_parts_in_order_on_two_to_six_pages(slug, mode, title):
     text = text_of(document)
     assert 2 <= len(document.pages) <= 6
     parts = ["What was asked", "The calculation, step by step", "Results", "Accuracy", "Sources", "To repeat this"]
-    places = [text.index(part) for part in parts]
-    assert places == sorted(places)
+    place = 0
+    for part in parts:
+        place = text.index(part, place)
     if run["verdict"]:
-        assert text.index(run["verdict"]["summary"][:40]) < places[0]
+        assert text.index(run["verdict"]["summary"][:40]) < text.index(parts[0])
     if run["effects"]:
         assert all(e["name"].replace("_", " ") in text for e in run["effects"])
     assert run["spec_hash"] in text and run["id"] in text
@@ -110,7 +111,7 @@ def test_reports_of_what_is_not_there_and_of_studies():
     infeasible = solved("pin-profile", Mode.DESIGN, {**spec, "load": {"force_n": 1e6}})
     assert infeasible["status"] == "infeasible"
     text = text_of(pdf_of(infeasible))
-    assert "There is none" in text and "attainable" in text
+    assert "There is no such design" in text and "attainable" in text
     spec = {"spec": KINDS["pin-profile"].example(Mode.CHECK), "study_budget_s": 0.5}
     text = text_of(pdf_of(solved("pin-profile", Mode.ACCURACY, spec)))
     assert "greatest error" in text

@@ -16,7 +16,6 @@ from sqlalchemy import text
 from app.store.engine import make_engine
 from app.store.errors import DamagedRecord, UnknownRun
 from app.store.faults import StoreFault, Trouble
-from app.store.lock import ServiceLock
 from app.store.migrate import NewerDatabase, upgrade
 from app.store.record import RunFilter
 from app.store.repository import RunStore
@@ -213,16 +212,7 @@ def test_a_locked_table_of_a_server(database_url: str) -> None:
     engine.dispose()
 
 
-# -- one service, and starts ------------------------------------------------------------------------------------
-
-
-def test_one_service_is_the_first_on_a_database(database_url: str) -> None:
-    with ServiceLock(database_url) as first:
-        with ServiceLock(database_url) as second:
-            assert first.held and not second.held
-        assert first.held
-    with ServiceLock(database_url) as again:
-        assert again.held
+# -- starts -----------------------------------------------------------------------------------------------------
 
 
 def test_a_newer_database_is_told(database_url: str) -> None:

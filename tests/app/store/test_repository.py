@@ -141,18 +141,6 @@ def test_finishing_an_unknown_run_is_an_error(store: RunStore) -> None:
         asyncio.run(store.finish(new_run_id(), Finish(RunStatus.FAILED)))
 
 
-def test_what_a_former_process_left_open_is_found_oldest_first(store: RunStore) -> None:
-    queued, running = (make_record(status=RunStatus.QUEUED, result=None) for _ in range(2))
-
-    async def restart() -> list[str]:
-        for each in (queued, running, make_record()):
-            await store.put(each)
-        await store.start(running.id)
-        return [run.id for run in await store.open_runs()]
-
-    assert asyncio.run(restart()) == [queued.id, running.id]
-
-
 def test_an_answer_is_found_by_spec_and_solver(store: RunStore) -> None:
     old, new = make_record(), make_record()
     failed = make_record(status=RunStatus.FAILED, result=None)

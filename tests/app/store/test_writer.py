@@ -5,11 +5,12 @@ from __future__ import annotations
 import asyncio
 import sqlite3
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from sqlalchemy import Engine, event
+from sqlalchemy import Connection, Engine, event
 from sqlalchemy.exc import OperationalError
 
 from app.store.engine import make_engine
@@ -135,3 +136,48 @@ def test_code_without_an_event_loop_can_write(url: str) -> None:
     with RunStore(url) as store:
         assert store.put_and_wait(record) is None
     assert verify(url).runs == 1
+
+
+@pytest.mark.parametrize("empty_database_url", ["postgresql"], indirect=True)
+def test_groups_that_hold_what_the_other_wants_are_both_written(database_url: str) -> None:
+    """SQLite has one writer at a time."""
+    engines = [make_engine(database_url) for _ in range(2)]
+    with engines[0].begin() as connection:
+        connection.exec_driver_sql("INSERT INTO ledger (id, runs, probe) VALUES (2, 0, 0)")
+    both_hold_one, begun = threading.Barrier(2), [threading.Event(), threading.Event()]
+
+    def touch(row: int, hold: bool = False) -> Callable[[Connection], None]:
+        def operation(connection: Connection) -> None:
+            connection.exec_driver_sql(f"UPDATE ledger SET probe = probe + 1 WHERE id = {row}")
+            if hold:
+                with suppress(threading.BrokenBarrierError):
+                    both_hold_one.wait(2.0)
+
+        return operation
+
+    async def one_group(writer: GroupWriter, mine: int, others: int) -> None:
+        loop = asyncio.get_running_loop()
+        first = loop.create_task(writer.submit(lambda _: begun[mine - 1].wait(10)))
+        await asyncio.sleep(0.2)  # the writer is busy: what comes now is one group
+        group = [loop.create_task(writer.submit(touch(mine, True))), loop.create_task(writer.submit(touch(others)))]
+        await asyncio.sleep(0.2)
+        begun[mine - 1].set()
+        await asyncio.gather(first, *group)
+
+    async def both() -> None:
+        await asyncio.gather(one_group(writers[0], 1, 2), one_group(writers[1], 2, 1))
+
+    collisions = []
+    for engine in engines:
+        event.listen(
+            engine, "handle_error", lambda context: collisions.append(type(context.original_exception).__name__)
+        )
+    writers = [GroupWriter(engine) for engine in engines]
+    asyncio.run(both())
+    for writer in writers:
+        writer.close()
+    assert collisions == ["DeadlockDetected"]
+    with engines[0].connect() as connection:
+        assert connection.exec_driver_sql("SELECT probe FROM ledger ORDER BY id").scalars().all() == [2, 2]
+    for engine in engines:
+        engine.dispose()

@@ -13,8 +13,9 @@ from starlette.datastructures import Headers
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.web.forms.numbers import UNITS
-from app.web.languages import DOMAIN, LOCALE, preferred
+from app.web.languages import preferred
 from app.web.rendering import templates
+from app.words.languages import DOMAIN, LOCALE
 from scripts.messages import TEMPLATES, catalogue, path_of, todo, updated
 
 HTML = {"accept": "text/html"}
@@ -22,7 +23,7 @@ OTHERS = ("ru", "uk")
 PLACEHOLDER = re.compile(r"%\(\w+\)s|\{\w*\}|%%")
 _NOT_TRANSLATED = {
     "Crankwright", "API", "JSON", "HTTP", "RFC", "POST", "GET", "UTC", "openapi.json", "problem", "details", "FKM",
-    "CSV", "NDJSON", "Parquet",
+    "CSV", "NDJSON", "Parquet", "CrMoV", "MnCr",
     "MPa", "N·m", "mm", "ms", "EN", "RU", "UK", "NUL", "api", "designs", "checks", "analyses", "body",
 }  # fmt: skip
 

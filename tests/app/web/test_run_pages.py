@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 import time
 
 import pytest
@@ -116,7 +118,7 @@ def test_a_run_page_says_what_was_asked_and_what_shaped_it(client, design_reques
     sensitivity = {item["name"]: item["sensitivity"] for item in run["result"]["active_constraints"]}
     assert f"1 % less fatigue safety required saves {sensitivity['min_fatigue_safety']:.2g} % mass" in page
     assert f"1 % more width saves {-sensitivity['b_upper']:.2g} % mass" in page
-    assert '<dt title="revolutions per second">speed</dt><dd>50 Hz</dd>' in page
+    assert '<dt title="revolutions per second">Speed</dt><dd>50 Hz</dd>' in page
     for plot in run["links"]["plots"].values():
         picture = client.get(plot)
         assert picture.status_code == 200 and "prefers-color-scheme:dark" in picture.text, plot
@@ -224,3 +226,50 @@ def test_a_design_is_drawn_as_it_was_found(client, design_request):
     drawing = page[page.index('<figure class="drawing"') : page.index("</figure>")]
     assert f"l {run['result']['dimensions']['l_mm']:.4g}" in drawing
     assert "≤" not in drawing
+
+
+def test_a_person_who_works_in_inches_reads_inches(client, pins):
+    run = pins[0]
+    path = f"/runs/{run['id']}"
+    metric = client.get(path).text
+    chosen = client.get(f"/units/inch?back={path}", follow_redirects=False)
+    assert chosen.status_code == 303 and chosen.headers["location"] == path
+    assert chosen.cookies["units"] == "inch"
+    client.cookies.clear()
+    inch = {"cookie": "units=inch"}
+    page = client.get(path, headers=inch).text
+    asked = client.get(f"/designs/pin-profile?mode=check&from={run['id']}", headers=inch).text
+    outer = run["spec"]["geometry"]["outer_diameter_mm"]
+    assert f"<dd>{outer / 25.4:.10g} in</dd>" in page and f"<dd>{outer:.10g} mm</dd>" in metric
+    criterion = next(item for item in run["verdict"]["criteria"] if item["unit"] == "MPa")
+    assert f"{criterion['reached'] / 6.894757293168361e-3:.4g} psi" in page
+    assert f"{criterion['reached']:.4g} MPa" in metric
+    assert f"ø {outer / 25.4:.5g}" in page and "inches, to scale" in page
+    assert f'value="{outer / 25.4:.12g}'[:17] in asked
+    assert client.get(f"/api/v1{path}").json()["spec"]["geometry"]["outer_diameter_mm"] == outer
+    assert client.get("/units/cubits").status_code == 404
+    assert client.get("/units/inch?back=//elsewhere", follow_redirects=False).headers["location"] == "/"
+    client.cookies.clear()
+
+
+def test_what_a_limit_of_a_pin_is_worth_is_told_after_the_page(client):
+    """A bore of one diameter under bending alone: (d/D)^4 = 1 - W/sigma, and the mass goes with 1 - (d/D)^2."""
+    request = example("pin-profile", Mode.DESIGN, criterion="fibre", form={"kind": "constant"}, limits={})
+    run = made(client, "designs/pin-profile", request)
+    assert f'data-worth="/runs/{run["id"]}/worth"' in client.get(f"/runs/{run['id']}").text
+    squared = (run["result"]["bore_mid_mm"] / request["geometry"]["outer_diameter_mm"]) ** 2
+    used = 1.0 - squared**2
+    looser = (1.0 - math.sqrt(1.0 - used / 1.01)) / (1.0 - squared)
+    share = -math.log(looser) / math.log(1.01)
+    told = client.get(f"/runs/{run['id']}/worth").text
+    assert f"1 % more equivalent stress of bending and shear allowed saves {share:.2g} % mass" in told
+
+
+def test_what_a_limit_of_a_linkage_is_worth(client):
+    """All lengths grow with the least link: so does the pipe around them."""
+    title = "the least pipe around it"
+    run = made(client, "designs/impact-linkage", KINDS["impact-linkage"].others(Mode.DESIGN)[title])
+    assert run["result"]["active_limits"] == ["min_link_mm"]
+    told = client.get(f"/runs/{run['id']}/worth").text
+    share = float(re.search(r"1 % less shortest link required saves ([\d.]+) % enclosing radius", told)[1])
+    assert 0.0 < share <= 1.0

@@ -8,8 +8,9 @@ from collections.abc import Iterator
 import mpmath as mp
 import numpy as np
 
-from solvers.linkage.envelope import least_box, sweep
-from solvers.linkage.loads import peaks
+from solvers.linkage.loads.torque_and_pin_force import peaks
+from solvers.linkage.swept_area.bounding_box import least_box
+from solvers.linkage.swept_area.outline import sweep
 from tests.hard_cases.hunt.quarry import Quarry, between, pick, power
 from tests.hard_cases.make_linkage_references import DIGITS, closed_case, near_case
 from tests.hard_cases.test_linkage import bar_of, closed_forms, curve_units, slope_units, units

@@ -34,7 +34,7 @@ def answers(case):
     if "free_mass" in reference:
         value = designed(case).value.check
         yield "free_mass", value.mass
-        yield "constant_mass", value.constant_bore_mass
+        yield "constant_mass", value.constant_mass
         for share, wall in zip(PLACES, walls(case), strict=True):
             yield f"wall_{share}", wall
 

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from solvers.crank.motion import ExactMotion
+from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.crank.scene import Cylinder, Mechanism
 
 GAMMA, COMPRESSION_EXPONENT = 1.33, 1.35

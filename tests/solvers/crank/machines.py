@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from solvers.crank.indicator import IndicatorPressure, Stroke
-from solvers.crank.masses import CrankThrow, RodMass
-from solvers.crank.pressure import TablePressure
+from solvers.crank.gas.indicator_diagram import IndicatorPressure, Stroke
+from solvers.crank.gas.pressure_table import TablePressure
+from solvers.crank.masses.two_mass_model import CrankThrow, RodMass
 from solvers.crank.scene import Cylinder, Engine, Masses, Mechanism, Scene
 from tests.solvers.crank.cycles import four_stroke, stirling
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mpmath as mp
 import pytest
 
-from solvers.crank import kinematics
+from solvers.crank.motion import in_line as kinematics
 
 
 @pytest.mark.parametrize("ratio", [1e-6, 0.03, 0.3, 0.999999])

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from solvers import crank
-from solvers.crank.mass_reduction import amplitude_factor
-from solvers.crank.masses import three_particles
-from solvers.crank.uncertainty import linear, sensitivities
+from solvers.crank.masses.pendulum import amplitude_factor
+from solvers.crank.masses.two_mass_model import three_particles
 from solvers.errors import InvalidInput
+from solvers.numerics.uncertainty import linear, sensitivities
 
 ROD = crank.RodMass(0.16, 0.62, 0.115, 0.0030)
 

@@ -10,7 +10,7 @@ import pytest
 from solvers import linkage
 from solvers.effects import EffectSelection
 from solvers.errors import InvalidInput
-from solvers.linkage.kinds import Gain
+from solvers.linkage.mechanism.change_point import Gain
 
 SAME = 1e-12
 PAD = 4e-3

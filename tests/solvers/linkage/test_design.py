@@ -10,9 +10,10 @@ import pytest
 
 from solvers import linkage
 from solvers.errors import EffectConflict, InvalidInput
-from solvers.linkage.family import Family
-from solvers.linkage.figures import MemberFigures, RangeFigures
-from solvers.linkage.scene import Limits
+from solvers.linkage.optimum.family import Family
+from solvers.linkage.optimum.member_quantities import MemberQuantities
+from solvers.linkage.optimum.range_bounds import RangeBounds
+from solvers.linkage.problem import Limits
 from tests.solvers.linkage import brute_force
 from tests.solvers.linkage.machines import BREAKER, BREAKER_LIMITS, CLEANER, CLEANER_LIMITS, problem
 
@@ -240,20 +241,20 @@ def test_without_the_envelope_nothing_of_it_is_told():
 def test_bounds_of_ranges_lie_below_every_member_within(kind, restitution):
     scene = linkage.Scene(linkage.Restitution(restitution, restitution), 20.0, 8.0, 10.0)
     limits = Limits(min_link=1e-6, joint_radius=2e-3, width=0.3, height=0.05)
-    question = problem(scene, replace(limits, width=None, height=None), "box_area", kind).question
-    fitted = problem(scene, limits, "impact_speed", kind).question
+    subproblem = problem(scene, replace(limits, width=None, height=None), "box_area", kind).subproblem
+    fitted = problem(scene, limits, "impact_speed", kind).subproblem
     family = Family(linkage.KINDS[kind], scene.restitution.gain)
     rng = np.random.default_rng(5)
     low = rng.uniform(-9.0, 5.0, 60)
     high = low + 10 ** rng.uniform(-4.0, -0.3, 60)
-    scale = np.full(60, question.fixed_scale)
-    area = RangeFigures(question, family, low, high, math.inf).area(scale)
-    ranges = RangeFigures(fitted, family, low, high, math.inf)
+    scale = np.full(60, subproblem.fixed_scale)
+    area = RangeBounds(subproblem, family, low, high, math.inf).area(scale)
+    ranges = RangeBounds(fitted, family, low, high, math.inf)
     for share in (0.0, 0.27, 0.5, 0.81, 1.0):
         q = low + share * (high - low)
-        member = MemberFigures(question, family, q, 1e-13)
+        member = MemberQuantities(subproblem, family, q, 1e-13)
         assert np.all(area <= member.area(scale) * (1 + 1e-9))
-        assert np.all(ranges.fit <= MemberFigures(fitted, family, q, 1e-13).fit * (1 + 1e-9))
+        assert np.all(ranges.fit <= MemberQuantities(fitted, family, q, 1e-13).fit * (1 + 1e-9))
         assert np.all(ranges.radius <= member.radius * (1 + 1e-9))
 
 
@@ -277,7 +278,7 @@ def test_a_certificate_holds_for_links_without_end_and_a_design_says_when_it_lie
     assert any("next to links without end" in said for said in found.value.check.warnings)
     family = Family(linkage.LARGEST_ROCKER, BLOW.restitution.gain)
     margins = np.geomspace(1e-12, 1e12, 4001)
-    figures = MemberFigures(asked.question, family, np.log(margins), 1e-9)
+    figures = MemberQuantities(asked.subproblem, family, np.log(margins), 1e-9)
     costs = np.where(figures.scale[0] <= figures.scale[1], asked.objective.cost(figures), np.inf)
     assert 1e-5 < 1 - costs.min() / found.value.value < 1e-2
     assert found.certificate.bound <= costs.min()
@@ -292,13 +293,13 @@ def test_a_certificate_holds_for_links_without_end_and_a_design_says_when_it_lie
 @pytest.mark.parametrize("restitution", [0.01, 0.2, 0.8])
 @pytest.mark.parametrize("kind", KINDS)
 def test_beyond_the_tails_nothing_changes_but_what_grows_without_end(kind, restitution):
-    """Figures per crank at both ends of the tails and a thousand times beyond."""
+    """Quantities per crank at both ends of the tails and a thousand times beyond."""
     scene = replace(BLOW, restitution=linkage.Restitution(restitution, restitution))
     family = Family(linkage.KINDS[kind], scene.restitution.gain)
-    question = problem(scene, Limits(), "peak_torque", kind).question
+    subproblem = problem(scene, Limits(), "peak_torque", kind).subproblem
     (low, _), (_, high) = (tail.part for tail in family.tails)
     for end, step in ((low, -math.log(1e3)), (high, math.log(1e3))):
-        near, far = (MemberFigures(question, family, np.array([q]), 1e-9) for q in (end, end + step))
+        near, far = (MemberQuantities(subproblem, family, np.array([q]), 1e-9) for q in (end, end + step))
 
         def told(figures):
             lengths = figures.members.lengths[0]
@@ -323,7 +324,7 @@ def test_a_frequency_without_end_is_refused_and_the_missing_limit_named():
     for base in (36.0, 360.0):
         family = Family(linkage.LARGEST_ROCKER, scene.restitution.gain)
         q = math.log(family.kind.margin_of_base(family.gain, base / 8e-3))
-        member = MemberFigures(asked.question, family, np.array([q]), 1e-9)
+        member = MemberQuantities(asked.subproblem, family, np.array([q]), 1e-9)
         assert member.members.ratios.base[0] == pytest.approx(base / 8e-3, rel=1e-9)
         frequencies.append(1.0 / asked.objective.cost(member)[0])
     assert frequencies[0] == pytest.approx(28655.85, rel=1e-3)

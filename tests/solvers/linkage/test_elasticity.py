@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from solvers import linkage
-from solvers.linkage.elasticity import elastic_peak, first_peak, worst_elastic_peak
-from solvers.linkage.four_bar import of_family
+from solvers.linkage.loads.coupler_elasticity import elastic_peak, first_peak, worst_elastic_peak
+from solvers.linkage.mechanism.kinematics import of_family
 from solvers.references.linkage import SIGNS
 
 

@@ -6,9 +6,11 @@ import math
 
 import pytest
 
-from solvers.linkage.envelope import enclosing_radius, least_box, sweep
-from solvers.linkage.four_bar import of_family
-from solvers.linkage.kinds import KINDS, Gain
+from solvers.linkage.mechanism.change_point import KINDS, Gain
+from solvers.linkage.mechanism.kinematics import of_family
+from solvers.linkage.swept_area.bounding_box import least_box
+from solvers.linkage.swept_area.enclosing_circle import enclosing_radius
+from solvers.linkage.swept_area.outline import sweep
 from tests.solvers.linkage import brute_force
 
 CASES = [

@@ -8,8 +8,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from solvers.linkage.four_bar import bulk_transfer, coefficients, half_angle, of_family
-from solvers.linkage.kinds import KINDS, Gain
+from solvers.linkage.mechanism.angular_velocity_ratio import bulk_transfer
+from solvers.linkage.mechanism.change_point import KINDS, Gain
+from solvers.linkage.mechanism.kinematics import coefficients, half_angle, of_family
 from solvers.references import linkage as oracle
 
 REFERENCE = [

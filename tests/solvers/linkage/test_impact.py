@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from solvers import linkage
-from solvers.linkage.four_bar import of_family
-from solvers.linkage.impact import after_blow, rocker_inertia, steady_running
+from solvers.linkage.mechanism.kinematics import of_family
+from solvers.linkage.steady_state.periodic_solution import after_blow, rocker_inertia, steady_running
 from tests.solvers.linkage.machines import CLEANER
 
 DRIVE = linkage.Drive(linkage.Motor(stall_torque=5.0, free_speed=2 * math.pi * 27), crank_inertia=2e-3)

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from solvers.linkage.four_bar import of_family
-from solvers.linkage.kinds import KINDS, Gain
-from solvers.linkage.loads import peaks, series
+from solvers.linkage.loads.torque_and_pin_force import peaks, series
+from solvers.linkage.mechanism.change_point import KINDS, Gain
+from solvers.linkage.mechanism.kinematics import of_family
 from tests.solvers.linkage import brute_force
 
 CASES = [(kind, r, f) for kind in KINDS for r, f in ((0.1, 1.3), (0.3, 1.7), (0.5, 2.5))]

@@ -8,9 +8,10 @@ import mpmath as mp
 import pytest
 
 from solvers.linkage import LARGEST_BASE, LARGEST_COUPLER, Lengths, of_lengths
-from solvers.linkage.four_bar import FourBar, of_family
-from solvers.linkage.kinds import KINDS, Gain, plain_ratios
-from solvers.linkage.tolerances import closure, restitution_sensitivity, turns_fully, window
+from solvers.linkage.mechanism.change_point import KINDS, Gain, plain_ratios
+from solvers.linkage.mechanism.closure import closure, turns_fully, window
+from solvers.linkage.mechanism.kinematics import FourBar, of_family
+from solvers.linkage.mechanism.length_tolerances import restitution_sensitivity
 
 
 @pytest.mark.parametrize("unit", [1e-9, 1e-3, 1.0, 1e6])
@@ -77,7 +78,7 @@ def test_windows_are_those_of_the_triangles(kind, exponent):
 @pytest.mark.parametrize("kind", KINDS)
 def test_to_first_order_the_window_goes_with_the_root_of_the_miss(kind):
     bar = of_family(KINDS[kind], 0.2, KINDS[kind].least_parameter(Gain(0.2)) * 1.4)
-    reach, miss = float(bar.kind.reach(bar.ratios)), 1e-10
+    reach, miss = float(bar.kind.pin_to_pivot(bar.ratios)), 1e-10
     angle = math.sqrt(2 * miss * reach / float(bar.ratios.base))
     assert window(bar, -miss).angle == pytest.approx(angle, rel=1e-9)
     assert window(bar, miss).short_stop == pytest.approx(math.sqrt(bar.gain**2 - 1) * angle / reach, rel=1e-9)

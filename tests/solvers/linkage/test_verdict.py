@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from solvers import linkage
-from solvers.linkage.check import NO_STEADY_RUNNING
+from solvers.linkage.effects import NO_STEADY_RUNNING
 from solvers.outcome import Accuracy
 from tests.solvers.linkage.machines import BREAKER, BREAKER_LIMITS, CLEANER, CLEANER_LIMITS, problem
 

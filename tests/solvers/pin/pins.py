@@ -8,8 +8,11 @@ import mpmath as mp
 import numpy as np
 
 from solvers import pin
-from solvers.pin.pointwise import Free
-from solvers.pin.program import Physics, assemble, opening_stations, refined
+from solvers.pin.effects import Physics
+from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.program import refined
+from solvers.pin.shapes.free import Free
+from solvers.pin.stations.opening import opening_stations
 
 GEOMETRY = pin.Geometry(21.99e-3, 24e-3, 30e-3, 1e-3)
 STEEL = pin.PinMaterial(150e6, 210e9, 0.3, 7850.0)

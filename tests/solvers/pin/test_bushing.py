@@ -11,25 +11,26 @@ import pytest
 
 from solvers import pin
 from solvers.errors import InvalidInput
-from solvers.pin import bushing
-from solvers.pin.bushing.dual import bound, weigh
-from solvers.pin.bushing.program import assemble, opening_stations
-from solvers.pin.bushing.section import least_gap, pulls, utilisation
-from solvers.pin.loads import InternalForces, MacaulayTerm
-from solvers.pin.program import Physics
-from solvers.pin.tube import shearing
+from solvers.pin.effects import Physics
+from solvers.pin.load.internal_forces import InternalForces
+from solvers.pin.load.macaulay import MacaulayTerm
+from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.outside_lagrangian import bound, weigh
+from solvers.pin.section.outside_wall import least_gap, outside_constraints, utilisation
+from solvers.pin.section.tube import shearing
+from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import PAPER, STEEL
 
-GEOMETRY = bushing.BushingGeometry(14e-3, 24e-3, 30e-3, 1e-3)
-SCENE = bushing.BushingScene(GEOMETRY, 15e3, STEEL)
+GEOMETRY = pin.BushingGeometry(14e-3, 24e-3, 30e-3, 1e-3)
+SCENE = pin.Scene(GEOMETRY, 15e3, STEEL)
 
 
 def with_bore(bore):
-    return bushing.BushingScene(bushing.BushingGeometry(bore, 24e-3, 30e-3, 1e-3), 15e3, STEEL)
+    return pin.Scene(pin.BushingGeometry(bore, 24e-3, 30e-3, 1e-3), 15e3, STEEL)
 
 
-def grams(form=bushing.Turned(), scene=SCENE, accuracy=1e-9, **limits):  # noqa: B008
-    outcome = bushing.design(bushing.BushingProblem(scene, pin.Limits(**limits), form), accuracy=accuracy)
+def grams(form=pin.Free(), scene=SCENE, accuracy=1e-9, **limits):  # noqa: B008
+    outcome = pin.design(pin.PinProblem(scene, pin.Limits(**limits), form), accuracy=accuracy)
     return outcome.value.check.mass * 1e3
 
 
@@ -50,7 +51,7 @@ def forces(moment=0.0, shear=0.0, axial=0.0, torque=0.0):
 )  # fmt: skip
 def test_the_least_wall_in_fifty_digits(bore, loads):
     """The textbook's stresses with D as the unknown, bisected; the solver's unknown is D - d."""
-    (pull,) = pulls(forces(**loads), PAPER, STEEL)
+    (pull,) = outside_constraints(forces(**loads), PAPER, STEEL)
     found = least_gap(pull, bore)[0]
     with mp.workdps(60):
         d, sigma = mp.mpf(bore), mp.mpf(150e6)
@@ -75,7 +76,7 @@ def test_the_bound_on_how_fast_the_use_falls():
     t = np.logspace(-12, 6, 2000)
     for law in ("tresca_paper", "saint_venant"):
         for loads in ({"moment": 1.0}, {"shear": 1.0}, {"axial": 1.0}, {"torque": 1.0}):
-            for pull in pulls(forces(**loads), pin.CRITERIA[law], STEEL):
+            for pull in outside_constraints(forces(**loads), pin.CRITERIA[law], STEEL):
                 if not pull.parts.any():
                     continue
                 g = np.array([utilisation(pull, 1.0, np.array([s]))[0] for s in t])
@@ -106,7 +107,7 @@ def test_a_constant_bushing_is_the_pin_of_that_bore():
         accuracy=1e-9,
     )
     bore = outcome.value.check.bore_mid
-    found = bushing.design(bushing.BushingProblem(with_bore(bore), form=bushing.Constant()), accuracy=1e-9).value
+    found = pin.design(pin.PinProblem(with_bore(bore), form=pin.Constant()), accuracy=1e-9).value
     assert found.check.outer_mid == pytest.approx(21.99e-3, rel=1e-9)
     assert found.check.mass == pytest.approx(outcome.value.check.mass, rel=1e-9)
 
@@ -185,17 +186,17 @@ def test_steps_against_all_choices_of_breaks(steps):
         for inner in itertools.combinations(range(1, 200), steps - 1)
     )
     found = 7850 * math.pi / 4 * 2 * best * 1e3
-    assert grams(bushing.Stepped(steps), accuracy=1e-7) == pytest.approx(found, rel=3e-4)
+    assert grams(pin.Stepped(steps), accuracy=1e-7) == pytest.approx(found, rel=3e-4)
 
 
-FORMS = (bushing.Turned(), bushing.Turned(one_way=True), bushing.Constant(), bushing.Stepped(2), bushing.Stepped(4))
+FORMS = (pin.Free(), pin.Free(drillable=True), pin.Constant(), pin.Stepped(2), pin.Stepped(4))
 
 
 @pytest.mark.parametrize("limits", [{}, {"min_wall": 2e-3}, {"max_deflection": 6e-6}, {"max_ovalization": 1.2e-5}])
 @pytest.mark.parametrize("bore", [0.0, 14e-3, 60e-3])
 @pytest.mark.parametrize("form", FORMS, ids=lambda form: f"{form.name}{getattr(form, 'steps', '')}")
 def test_every_form_keeps_every_limit_and_its_own_bound(form, bore, limits):
-    outcome = bushing.design(bushing.BushingProblem(with_bore(bore), pin.Limits(**limits), form), accuracy=1e-5)
+    outcome = pin.design(pin.PinProblem(with_bore(bore), pin.Limits(**limits), form), accuracy=1e-5)
     value = outcome.value.check
     assert value.strength_utilisation <= 1 + 1e-12
     assert outcome.certificate.bound <= value.mass * (1 + 1e-12)
@@ -207,7 +208,7 @@ def test_every_form_keeps_every_limit_and_its_own_bound(form, bore, limits):
     if "max_ovalization" in limits and bore:
         assert value.ring.ovalization_max <= 1.2e-5 * (1 + 1e-9)
     if outcome.value.corners is not None:
-        again = bushing.check(with_bore(bore), pin.Profile(*zip(*outcome.value.corners, strict=True))).value
+        again = pin.check(with_bore(bore), pin.Profile(*zip(*outcome.value.corners, strict=True))).value
         assert again.mass == pytest.approx(value.mass, rel=1e-6)
 
 
@@ -223,21 +224,21 @@ def test_the_gap_is_closed_from_a_giant_to_no_limit(monotone, share, stations):
     limit = share * free.deflection(low)
     program = assemble(SCENE, pin.Limits(max_deflection=limit), PAPER, Physics(), panels)
     found = weigh(program, low, monotone)
-    assert program.deflection(found.y) <= limit * (1 + 1e-12)
-    volume = program.volume(found.y)
+    assert program.deflection(found.solidity) <= limit * (1 + 1e-12)
+    volume = program.volume(found.solidity)
     for multiplier in (found.multiplier, 0.7 * found.multiplier, 1.5 * found.multiplier):
-        least = bound(program, low, multiplier, found.y, monotone)
+        least = bound(program, low, multiplier, found.solidity, monotone)
         assert least <= volume * (1 + 1e-12)
         if multiplier == found.multiplier:
             assert (volume - least) / volume < 1e-9
 
 
 def test_a_slope_is_kept_exactly():
-    outcome = bushing.design(bushing.BushingProblem(SCENE, pin.Limits(max_slope=0.3)), accuracy=1e-6)
+    outcome = pin.design(pin.PinProblem(SCENE, pin.Limits(max_slope=0.3)), accuracy=1e-6)
     along = outcome.value.check.along
     assert np.all(np.abs(np.diff(along.outer)) <= 0.3 * np.diff(along.x) * (1 + 1e-9) + 1e-15)
     with pytest.raises(InvalidInput) as refusal:
-        bushing.design(bushing.BushingProblem(SCENE, pin.Limits(max_slope=0.3, max_deflection=1e-6)))
+        pin.design(pin.PinProblem(SCENE, pin.Limits(max_slope=0.3, max_deflection=1e-6)))
     assert refusal.value.field == "limits.max_slope"
 
 
@@ -246,23 +247,23 @@ def test_further_cases_and_both_halves():
     more = pin.LoadCase(
         (MacaulayTerm(9e3, 0.0, 0), MacaulayTerm(-12e3, 20e-3, 0), MacaulayTerm(3e3, 80e-3, 0)), 5e3, 40.0
     )
-    scene = bushing.BushingScene(GEOMETRY, 15e3, STEEL, (more,))
-    both = bushing.design(bushing.BushingProblem(scene), accuracy=1e-5).value
+    scene = pin.Scene(GEOMETRY, 15e3, STEEL, (more,))
+    both = pin.design(pin.PinProblem(scene), accuracy=1e-5).value
     assert both.check.mass * 1e3 > grams(accuracy=1e-5)
     assert both.check.strength_utilisation <= 1 + 1e-12
-    steps = bushing.design(bushing.BushingProblem(scene, form=bushing.Stepped(3)), accuracy=1e-4).value
+    steps = pin.design(pin.PinProblem(scene, form=pin.Stepped(3)), accuracy=1e-4).value
     assert steps.check.mass > both.check.mass
 
 
 def test_only_an_ovalization_limit_can_be_out_of_reach():
-    outcome = bushing.design(bushing.BushingProblem(SCENE, pin.Limits(max_ovalization=1e-8)))
+    outcome = pin.design(pin.PinProblem(SCENE, pin.Limits(max_ovalization=1e-8)))
     assert outcome.value is None
     assert outcome.diagnosis[0].requirement == "max_ovalization"
     assert outcome.diagnosis[0].attainable > 1e-8
 
 
 def test_a_given_outside_is_judged():
-    value = bushing.check(SCENE, pin.Profile((0.0,), (21.99e-3,))).value
+    value = pin.check(SCENE, pin.Profile((0.0,), (21.99e-3,))).value
     alike = pin.check(
         pin.Scene(pin.Geometry(21.99e-3, 24e-3, 30e-3, 1e-3), 15e3, STEEL), pin.Profile((0.0,), (14e-3,))
     ).value
@@ -274,6 +275,6 @@ def test_a_given_outside_is_judged():
     assert value.pressures.small_end == pytest.approx(alike.pressures.small_end, rel=1e-12)
     assert value.pressures.boss_peak == pytest.approx(alike.pressures.boss_peak, rel=1e-12)
     with pytest.raises(InvalidInput):
-        bushing.check(SCENE, pin.Profile((0.0,), (13e-3,)))
-    weak = bushing.check(SCENE, pin.Profile((0.0,), (16e-3,)), limits=pin.Limits(min_wall=2e-3, max_deflection=1e-6))
+        pin.check(SCENE, pin.Profile((0.0,), (13e-3,)))
+    weak = pin.check(SCENE, pin.Profile((0.0,), (16e-3,)), limits=pin.Limits(min_wall=2e-3, max_deflection=1e-6))
     assert len(weak.value.warnings) == 4

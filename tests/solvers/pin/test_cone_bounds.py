@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from solvers import pin
-from solvers.pin.cone_bounds import second_order
-from solvers.pin.cones import _Cones
-from solvers.pin.program import Physics, assemble, opening_stations
-from solvers.pin.tapers import NARROWING, WIDENING
+from solvers.pin.effects import Physics
+from solvers.pin.optimum.discretised import assemble
+from solvers.pin.shapes.cone import _Cones
+from solvers.pin.shapes.cone_bounds import second_order
+from solvers.pin.shapes.tapers import NARROWING, WIDENING
+from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import PAPER, VAZ
 
 

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from solvers.pin.contour import contour
-from solvers.pin.stations import Stations
+from solvers.pin.shapes.contour import contour
+from solvers.pin.stations.lobatto_panels import Stations
 
 LENGTH = 0.08
 HALF = np.linspace(0.0, 0.5 * LENGTH, 9)

@@ -10,8 +10,10 @@ import pytest
 
 from solvers import pin
 from solvers.errors import EffectConflict
-from solvers.pin import program, ring
-from solvers.pin.effects import ShearDeflection, Situation
+from solvers.pin.effects import Physics, ShearDeflection, Situation
+from solvers.pin.optimum.discretised import assemble
+from solvers.pin.ring import ovalization
+from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import BENDING_ONLY, GEOMETRY, STEEL, VAZ
 
 CORE = pin.EffectSelection(exclude=frozenset(effect.name for effect in pin.EFFECTS))
@@ -64,7 +66,7 @@ def test_slender_pins_go_without_shear():
 def test_what_is_left_out_is_as_if_it_had_never_been():
     """Bit for bit: masses, bores, stresses and bending do not know whether ring and pressures were computed."""
     bare, full = (pin.design(pin.PinProblem(VAZ), effects, accuracy=1e-8).value.check for effects in (CORE, pin.ALL))
-    for name in ("mass", "min_bore", "bore_mid", "equivalent_stress_max", "force_limit", "constant_bore_mass"):
+    for name in ("mass", "min_bore", "bore_mid", "equivalent_stress_max", "force_limit", "constant_mass"):
         assert getattr(bare, name) == getattr(full, name), name
     for name in ("x", "bore", "equivalent"):
         assert np.array_equal(getattr(bare.along, name), getattr(full.along, name))
@@ -76,9 +78,9 @@ def test_none_of_its_code_runs(monkeypatch):
     def never(*_args, **_named):
         raise AssertionError("an effect that was left out ran")
 
-    monkeypatch.setattr(ring, "ring", never)
-    monkeypatch.setattr(ring, "greatest_ratio", never)
-    monkeypatch.setattr(sys.modules["solvers.pin.check"], "_pressures", never)
+    monkeypatch.setattr(ovalization, "ring", never)
+    monkeypatch.setattr(ovalization, "greatest_ratio", never)
+    monkeypatch.setattr(sys.modules["solvers.pin.check"], "bearing_pressures", never)
     pin.design(pin.PinProblem(VAZ), CORE)
     pin.check(VAZ, pin.Profile((0.0,), (14e-3,)), effects=CORE)
     with pytest.raises(AssertionError):
@@ -86,9 +88,7 @@ def test_none_of_its_code_runs(monkeypatch):
 
 
 def test_shears_coefficients_are_zero_without_it():
-    found = program.assemble(
-        VAZ, pin.Limits(), pin.CRITERIA["fibre"], program.Physics(shear_deflection=False), program.opening_stations(VAZ)
-    )
+    found = assemble(VAZ, pin.Limits(), pin.CRITERIA["fibre"], Physics(shear_deflection=False), opening_stations(VAZ))
     assert not found.shear.any()
     assert found.bending.any()
 

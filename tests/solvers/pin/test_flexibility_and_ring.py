@@ -8,8 +8,8 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from solvers import pin
-from solvers.pin import bushing, ring
-from solvers.pin.flexibility import (
+from solvers.pin.ring import ovalization
+from solvers.pin.section.flexibility import (
     chord,
     cowper,
     flexibility_values,
@@ -85,7 +85,7 @@ def test_the_thick_ring_tends_to_the_thin_one():
         thin = 8 / (9 * np.pi**2) * FORCE / (MODULUS * LENGTH) * ((1 + ratio) / (1 - ratio)) ** 3
         # The load's n-th harmonic has 1/(n^2 - 1), the ring's stiffness against it (n^2 - 1)^2; n = 2 makes 1/27.
         more = sum(27 / (n * n - 1) ** 3 for n in range(4, 40, 2))
-        thick = ring.thick_ring(*PIN, ratio, MODULUS, POISSON).ovalization
+        thick = ovalization.thick_ring(*PIN, ratio, MODULUS, POISSON).ovalization
         assert thick == pytest.approx(thin * (1 + more), rel=3 * (1 - ratio) + 1e-3)
 
 
@@ -113,7 +113,7 @@ def test_the_thick_rings_harmonics_solve_the_equations_of_elasticity(ratio, k):
     r = np.linspace(ratio, 1.0, 200)
     found = solve_bvp(rates, ends, r, np.ones((4, r.size)), tol=1e-9, max_nodes=20_000)
     u, v, radial, _ = found.sol(np.array([1.0, ratio]))
-    outer, inner, moved = ring._rest(n, ratio, -np.log(ratio), np.sinh(np.log(1 / ratio)) + np.log(ratio))
+    outer, inner, moved = ovalization._rest(n, ratio, -np.log(ratio), np.sinh(np.log(1 / ratio)) + np.log(ratio))
     assert (1.0 + outer, -inner) == pytest.approx((u + n * v) / np.array([1.0, ratio]) + nu * radial, rel=1e-6)
     assert (2.0 * n - (1.0 - nu)) / (n * n - 1.0) + moved == pytest.approx(u[0], rel=1e-6)
 
@@ -160,7 +160,7 @@ def michell(ratio: float, terms: int) -> list[mp.mpf]:
 
 @pytest.mark.parametrize(("ratio", "terms"), [(0.3, 24), (0.8, 90), (0.9, 180)])
 def test_the_thick_ring_is_michells_series_to_its_last_digits(ratio, terms):
-    found = ring.thick_ring(np.pi, 2.0, 2.0 * POISSON, ratio, 1.0 / POISSON, POISSON)
+    found = ovalization.thick_ring(np.pi, 2.0, 2.0 * POISSON, ratio, 1.0 / POISSON, POISSON)
     pressure = 2.0 * np.pi / (np.pi * 2.0 * POISSON)
     s = found.stresses
     told = [s.outer_side, s.inner_side, s.outer_top, s.inner_top, found.ovalization / (2.0 * POISSON)]
@@ -172,7 +172,9 @@ def test_the_thick_ring_is_michells_series_to_its_last_digits(ratio, terms):
 def test_the_thick_ring_stays_one_curve_toward_no_wall_at_all():
     """Growth times the cube of the wall, of which the last harmonics and the cut sums must leave no step."""
     walls = np.geomspace(1e-6, 1e-2, 200)
-    scaled = [ring.thick_ring(*PIN, 1.0 - w, MODULUS, POISSON).ovalization * w**3 / (2.0 - w) ** 3 for w in walls]
+    scaled = [
+        ovalization.thick_ring(*PIN, 1.0 - w, MODULUS, POISSON).ovalization * w**3 / (2.0 - w) ** 3 for w in walls
+    ]
     assert np.all(np.abs(np.diff(scaled, 2)) < 1e-4 * scaled[0])
     # The wall of 1 - w is known to 1e-16/w, its cube to three times that.
     bend = 8 / (9 * np.pi**2) * FORCE / (MODULUS * LENGTH) * sum(27 / (n * n - 1) ** 3 for n in range(2, 400, 2))
@@ -181,7 +183,7 @@ def test_the_thick_ring_stays_one_curve_toward_no_wall_at_all():
 
 def test_the_ring_grows_with_the_bore_everywhere():
     ratios = np.concatenate([np.linspace(0.0, 0.8, 81), np.linspace(0.8001, 0.999, 200)])
-    growth = [ring.ring(*PIN, r, MODULUS, POISSON).ovalization for r in ratios]
+    growth = [ovalization.ring(*PIN, r, MODULUS, POISSON).ovalization for r in ratios]
     assert np.all(np.diff(growth) > 0)
 
 
@@ -189,8 +191,8 @@ def test_the_ring_grows_with_the_bore_everywhere():
 def test_no_figure_of_the_ring_jumps_and_none_is_less_than_the_elastic_rings(poisson):
     """The textbook's formula ended at 0.8 with 31.6 um, where the elastic ring has 58.2."""
     ratios = np.linspace(0.3, 0.95, 13_001)
-    rings = [ring.ring(*PIN, r, MODULUS, poisson) for r in ratios]
-    elastic = [ring.thick_ring(*PIN, r, MODULUS, poisson) for r in ratios]
+    rings = [ovalization.ring(*PIN, r, MODULUS, poisson) for r in ratios]
+    elastic = [ovalization.thick_ring(*PIN, r, MODULUS, poisson) for r in ratios]
     growth, even = (np.array([found.ovalization for found in some]) for some in (rings, elastic))
     assert np.all(np.diff(growth) > 0)
     assert np.all(np.diff(growth) < 5e-3 * growth[:-1])
@@ -202,31 +204,31 @@ def test_no_figure_of_the_ring_jumps_and_none_is_less_than_the_elastic_rings(poi
     assert np.all(np.diff(greatest) > 0)
     assert np.all(greatest >= [found.stresses.greatest for found in elastic])
     # Where the formula begins and ends to be the more.
-    first = ring.classical(*PIN, 0.65, MODULUS)
-    assert ring.ring(*PIN, 0.65, MODULUS, poisson) == first
-    assert ring.classical(*PIN, 0.8, MODULUS).ovalization < even[np.searchsorted(ratios, 0.8)]
+    first = ovalization.classical(*PIN, 0.65, MODULUS)
+    assert ovalization.ring(*PIN, 0.65, MODULUS, poisson) == first
+    assert ovalization.classical(*PIN, 0.8, MODULUS).ovalization < even[np.searchsorted(ratios, 0.8)]
 
 
 def test_the_load_factors_zero_is_no_way_out():
     """The textbook's formula falls beyond 0.814 and ends at 0 at 0.864: no limit may be met there."""
-    assert abs(ring.load_factor(0.8641588834)) < 1e-8
+    assert abs(ovalization.load_factor(0.8641588834)) < 1e-8
     for limit in (1e-6, 1e-5, 3e-5, 4e-5, 1e-4, 1e-2):
-        ratio = ring.greatest_ratio(limit, *PIN, MODULUS, POISSON)
-        assert ring.ring(*PIN, ratio, MODULUS, POISSON).ovalization <= limit
-        assert ring.ring(*PIN, ratio * (1 + 1e-9) + 1e-9, MODULUS, POISSON).ovalization > limit
-    assert ring.greatest_ratio(1e-9, *PIN, MODULUS, POISSON) is None
+        ratio = ovalization.greatest_ratio(limit, *PIN, MODULUS, POISSON)
+        assert ovalization.ring(*PIN, ratio, MODULUS, POISSON).ovalization <= limit
+        assert ovalization.ring(*PIN, ratio * (1 + 1e-9) + 1e-9, MODULUS, POISSON).ovalization > limit
+    assert ovalization.greatest_ratio(1e-9, *PIN, MODULUS, POISSON) is None
 
 
 def test_the_ratio_at_a_stress_is_where_the_stress_is():
     for stress in (80e6, 150e6, 155e6, 200e6, 500e6):
-        ratio = ring.ratio_at_stress(stress, *PIN, MODULUS, POISSON)
-        assert ring.ring(*PIN, ratio, MODULUS, POISSON).stresses.greatest == pytest.approx(stress, rel=1e-4)
+        ratio = ovalization.ratio_at_stress(stress, *PIN, MODULUS, POISSON)
+        assert ovalization.ring(*PIN, ratio, MODULUS, POISSON).stresses.greatest == pytest.approx(stress, rel=1e-4)
 
 
 def hoop(ratios, bore=None):
     """The greatest hoop stress of every ring, of one outer diameter or around one bore."""
     diameters = [DIAMETER if bore is None else bore / ratio for ratio in ratios]
-    rings = [ring.ring(FORCE, d, LENGTH, r, MODULUS, POISSON) for d, r in zip(diameters, ratios, strict=True)]
+    rings = [ovalization.ring(FORCE, d, LENGTH, r, MODULUS, POISSON) for d, r in zip(diameters, ratios, strict=True)]
     return np.array([found.stresses.greatest for found in rings])
 
 
@@ -245,10 +247,10 @@ def test_no_ring_along_a_pin_or_a_bushing_is_stressed_more_than_told(ends):
     tapered = pin.Profile((0.0, 0.5 * LENGTH), tuple(DIAMETER * r for r in ends))
     told = pin.check(scene, tapered, effects=pin.ALL).value.ring
     assert told.stress_max == pytest.approx(hoop(ratios).max(), rel=1e-5)
-    widest = ring.ring(*PIN, max(ends), MODULUS, POISSON)
+    widest = ovalization.ring(*PIN, max(ends), MODULUS, POISSON)
     assert told.ovalization_max == pytest.approx(widest.ovalization, rel=1e-12)
-    around = bushing.BushingScene(bushing.BushingGeometry(14e-3, 24e-3, 30e-3, 1e-3), FORCE, scene.material)
+    around = pin.Scene(pin.BushingGeometry(14e-3, 24e-3, 30e-3, 1e-3), FORCE, scene.material)
     outside = pin.Profile((0.0, 0.5 * LENGTH), tuple(14e-3 / r for r in ends))
-    assert bushing.check(around, outside, effects=pin.ALL).value.ring.stress_max == pytest.approx(
+    assert pin.check(around, outside, effects=pin.ALL).value.ring.stress_max == pytest.approx(
         hoop(ratios, 14e-3).max(), rel=1e-5
     )

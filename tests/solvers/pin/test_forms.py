@@ -16,7 +16,7 @@ HALF = 0.5 * GEOMETRY.length
 
 def bores(count, force=15e3):
     x = np.linspace(0.0, HALF, count)
-    return x, pin.free_bores(VAZ, PAPER, force, x)
+    return x, pin.free_sizes(VAZ, PAPER, force, x)
 
 
 @pytest.mark.parametrize("steps", [2, 3])
@@ -28,7 +28,7 @@ def test_steps_against_all_choices_of_breaks(steps):
         sum(u[j] * (x[j] - x[i]) for i, j in itertools.pairwise((0, *inner, 200)))
         for inner in itertools.combinations(range(1, 200), steps - 1)
     )
-    found = program().solid_mass * best / HALF * 1e3
+    found = program().mass_unit * best / HALF * 1e3
     mine = grams(VAZ, pin.Stepped(steps), accuracy=1e-7)
     assert mine <= found * (1 + 1e-12)
     assert mine == pytest.approx(found, rel=2e-4)
@@ -48,7 +48,7 @@ def test_cones_against_a_dense_search():
     D = GEOMETRY.outer_diameter
 
     def mass(bore_volume):
-        return program().solid_mass * (1 - bore_volume) * 1e3
+        return program().mass_unit * (1 - bore_volume) * 1e3
 
     def hollow(r):
         size = np.min(np.minimum(widest / D, 1.0) / np.maximum(1 - (1 - r) * t, 1e-300))

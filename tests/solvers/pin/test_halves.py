@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from solvers import pin
-from solvers.pin import bushing
-from solvers.pin.stations import panel_edges
+from solvers.pin.stations.lobatto_panels import panel_edges
 from tests.solvers.pin.pins import GEOMETRY, STEEL, VAZ
 
 D, LENGTH, FORCE = GEOMETRY.outer_diameter, GEOMETRY.length, 15e3
@@ -59,7 +58,7 @@ def test_halves_that_only_rounding_tells_apart_are_alike():
     half, both = pin.Profile(x, bore), pin.Profile(*whole)
     for profile in (half, both):
         along = profile.along(LENGTH)
-        assert along.is_symmetric(LENGTH, along.walls(D))
+        assert along.is_symmetric(LENGTH, np.maximum(D - np.array(along.bore), 0.0))
     assert pin.check(VAZ, half, accuracy=1e-9).value.deflection == pytest.approx(
         pin.check(VAZ, both, accuracy=1e-9).value.deflection, rel=1e-13
     )
@@ -82,11 +81,11 @@ LENGTHS = [(24e-3, 30e-3, 1e-3), (41.9e-3, 15.7e-3, 0.0), (18.3e-3, 28.1e-3, 3.3
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_bushings_pressures_are_those_of_the_boss_that_bears_more(lengths, turned):
     """Its outside tapers, so that one boss has less to bear on; the rod's share is the mean diameter's."""
-    geometry = bushing.BushingGeometry(14e-3, *lengths)
+    geometry = pin.BushingGeometry(14e-3, *lengths)
     boss, rod, _ = lengths
     ends = (26e-3, 16e-3) if turned else (16e-3, 26e-3)
-    scene = bushing.BushingScene(geometry, FORCE, STEEL)
-    found = bushing.check(scene, pin.Profile((0.0, geometry.length), ends)).value.pressures
+    scene = pin.Scene(geometry, FORCE, STEEL)
+    found = pin.check(scene, pin.Profile((0.0, geometry.length), ends)).value.pressures
     edge = 16e-3 + 10e-3 * boss / geometry.length
     assert found.small_end == pytest.approx(FORCE / (rod * 21e-3), rel=1e-12)
     assert found.boss_mean == pytest.approx(0.5 * FORCE / (boss * 0.5 * (16e-3 + edge)), rel=1e-12)

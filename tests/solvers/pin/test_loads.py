@@ -7,9 +7,10 @@ import pytest
 
 from solvers import pin
 from solvers.errors import InvalidInput
-from solvers.pin.loads import breakpoints, forces_at
-from solvers.pin.program import opening_stations
-from solvers.pin.stations import first_stations
+from solvers.pin.load.internal_forces import forces_at
+from solvers.pin.load.macaulay import breakpoints
+from solvers.pin.stations.lobatto_panels import first_stations
+from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import VAZ, exact_forces, relative
 
 

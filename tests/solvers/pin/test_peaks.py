@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from solvers import pin
-from solvers.pin import bushing
-from solvers.pin.loads import forces_at
-from solvers.pin.program import demands_at
+from solvers.pin.load.internal_forces import forces_at
+from solvers.pin.optimum.discretised import constraints_at
 
 PAPER = "tresca_paper"
 
@@ -30,7 +29,8 @@ def strength_used(scene, end, middle, count=100_001):
     half = 0.5 * scene.geometry.length
     x = np.linspace(0.0, half, count)[1:-1]
     ratio = (end + (middle - end) * x / half) / scene.geometry.outer_diameter
-    return max((d.value(1.0 - ratio) / (1.0 - ratio**4)).max() for d in demands_at(scene, pin.CRITERIA[PAPER], x, x))
+    constraints = constraints_at(scene, pin.CRITERIA[PAPER], x, x)
+    return max((c.value(1.0 - ratio) / (1.0 - ratio**4)).max() for c in constraints)
 
 
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-7])
@@ -63,8 +63,8 @@ def sleeve(seed):
     rng = np.random.default_rng(seed)
     bore = 10 ** rng.uniform(-2.5, -0.7)
     boss, small = bore * 10 ** rng.uniform(-0.3, 0.6, 2) * np.array([1.0, 2.0])
-    geometry = bushing.BushingGeometry(bore, boss, small, bore * rng.uniform(0.01, 0.2))
-    scene = bushing.BushingScene(geometry, 1e6 * bore**2, pin.PinMaterial(1e8, 2e11, 0.3, 7850.0))
+    geometry = pin.BushingGeometry(bore, boss, small, bore * rng.uniform(0.01, 0.2))
+    scene = pin.Scene(geometry, 1e6 * bore**2, pin.PinMaterial(1e8, 2e11, 0.3, 7850.0))
     return scene, bore * rng.uniform(1.02, 1.2), bore * rng.uniform(1.2, 1.7)
 
 
@@ -86,6 +86,6 @@ def strength_used_outside(scene, end, middle, count=200_001):
 def test_no_dense_look_finds_more_of_a_bushings_strength_used(seed, accuracy):
     scene, end, middle = sleeve(seed)
     outside = pin.Profile((0.0, 0.5 * scene.geometry.length), (end, middle))
-    told = bushing.check(scene, outside, accuracy=accuracy).value
+    told = pin.check(scene, outside, accuracy=accuracy).value
     dense = strength_used_outside(scene, end, middle)
     assert dense * (1.0 - accuracy) <= told.strength_utilisation <= dense * (1.0 + 1e-9)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solvers.pin.flexibility import cowper
-from solvers.pin.priced_stations import all_lightest, lightest, reaches
+from solvers.pin.optimum.station_minimum import all_lightest, lightest, reaches
+from solvers.pin.section.flexibility import cowper
 
 COUNT = 700
 TIGHT = 1e-8

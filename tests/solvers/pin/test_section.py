@@ -10,14 +10,16 @@ import pytest
 
 from oracles.textbook.pin_bore_iteration import factor, iterate
 from solvers import pin
-from solvers.pin.loads import InternalForces
-from solvers.pin.section import Demand, ShearLaw, least_wall, saint_venant, section_demands, v_of, wall_of, zhuravsky
+from solvers.pin.load.internal_forces import InternalForces
+from solvers.pin.section.criteria import ShearLaw, saint_venant, zhuravsky
+from solvers.pin.section.strength import StrengthConstraint, least_wall, strength_constraints
+from solvers.pin.section.variables import v_of, wall_of
 from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, exact_wall, numbers, relative, vaz
 
 
 def paper_walls(m, q):
     m, q = np.atleast_1d(np.asarray(m, dtype=float)), np.atleast_1d(np.asarray(q, dtype=float))
-    return least_wall([Demand("paper", m, q, 0.0, 0.0, ShearLaw(3.0, -3.0, 1.0), 1.0)], 0.0, m.size)
+    return least_wall([StrengthConstraint("paper", m, q, 0.0, 0.0, ShearLaw(3.0, -3.0, 1.0), 1.0)], 0.0, m.size)
 
 
 @pytest.mark.parametrize("size", [1e-12, 1e-6, 1e-3, 0.1, 0.5, 0.9, 0.99, 0.9999])
@@ -35,7 +37,7 @@ def test_a_wall_of_a_millionth_of_the_diameter():
     """At x = 1e-7 m the bore form loses all but five digits; the wall form loses none."""
     x = 1e-7
     exact = exact_wall(*numbers(VAZ, x))
-    found = 1.0 - pin.free_bores(VAZ, PAPER, VAZ.force, np.array([x]))[0] / GEOMETRY.outer_diameter
+    found = 1.0 - pin.free_sizes(VAZ, PAPER, VAZ.force, np.array([x]))[0] / GEOMETRY.outer_diameter
     direct = paper_walls(*(float(v) for v in numbers(VAZ, x)))[0]
     assert relative(direct, exact) < 1e-15
     assert relative(found, exact) < 1.0  # through the bore only a glimpse is left
@@ -83,7 +85,7 @@ def forces(moment=0.0, shear=0.0, axial=0.0, torque=0.0):
 
 def stress_of(criterion, d, **loads):
     wall = np.array([1.0 - d / GEOMETRY.outer_diameter])
-    demands = section_demands(pin.CRITERIA[criterion], forces(**loads), GEOMETRY.outer_diameter, STEEL)
+    demands = strength_constraints(pin.CRITERIA[criterion], forces(**loads), GEOMETRY.outer_diameter, STEEL)
     return max(float(d.stress * d.value(wall)[0] / v_of(wall)[0]) for d in demands)
 
 
@@ -162,7 +164,7 @@ def test_axial_force_and_torque_all_along_in_fifty_digits(share):
     m, q = share * np.array([0.0, 0.3, 0.9, 0.2]), share * np.array([0.0, 0.5, 0.1, 0.1])
     n, t = 0.2 * share, 0.15 * share
     law = saint_venant(0.3)
-    found = least_wall([Demand("all", m, q / law.c0, n, t, law, 1.0)], 0.0, m.size)
+    found = least_wall([StrengthConstraint("all", m, q / law.c0, n, t, law, 1.0)], 0.0, m.size)
     for k in range(m.size):
         with mp.workdps(50):
             low, high = mp.mpf(0), mp.mpf(1)
@@ -176,5 +178,7 @@ def test_axial_force_and_torque_all_along_in_fifty_digits(share):
 
 
 def test_a_floor_that_does_not_exist_is_no_wall():
-    none = least_wall([Demand("paper", np.array([0.1]), np.array([0.1]), 0.0, 0.0, zhuravsky(), 1.0)], math.nan, 1)
+    none = least_wall(
+        [StrengthConstraint("paper", np.array([0.1]), np.array([0.1]), 0.0, 0.0, zhuravsky(), 1.0)], math.nan, 1
+    )
     assert np.isnan(none[0])

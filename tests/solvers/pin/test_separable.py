@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from solvers import pin
-from solvers.pin.certificate import least_walls_bound, monotone_bound, pointwise_bound
-from solvers.pin.flexibility import cowper, flexibility_values, product
-from solvers.pin.interior_point import sloped
-from solvers.pin.pointwise import Free
-from solvers.pin.separable import monotone_at, rising, weigh
-from solvers.pin.slope import gentle
-from solvers.pin.stations import Stations
+from solvers.pin.optimum.conic import sloped
+from solvers.pin.optimum.dual_bound import least_walls_bound, monotone_bound, pointwise_bound
+from solvers.pin.optimum.lagrangian import monotone_at, weigh
+from solvers.pin.optimum.program import rising
+from solvers.pin.optimum.slope_limit import gentle
+from solvers.pin.section.flexibility import cowper, flexibility_values, product
+from solvers.pin.shapes.free import Free
+from solvers.pin.stations.lobatto_panels import Stations
 from tests.solvers.pin.pins import BENDING_ONLY, GEOMETRY, VAZ, grams, program, scaled, vaz
 
 LIMIT = 11.22302193e-6

@@ -9,21 +9,20 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 from solvers import pin
-from solvers.pin import bushing
-from solvers.pin.bushing import forms as outsides
-from solvers.pin.bushing import program as outside
-from solvers.pin.program import Physics
-from solvers.pin.stations import NODES
-from solvers.pin.stepped import half_of
-from solvers.pin.steps.cells import cells, points
-from solvers.pin.steps.ground import ground
-from solvers.pin.steps.paths import BENT, SHEARED
-from solvers.pin.steps.search import lightest_steps
+from solvers.pin.effects import Physics
+from solvers.pin.optimum.discretised import assemble
+from solvers.pin.shapes.break_points.cells import cells, points
+from solvers.pin.shapes.break_points.ground import ground
+from solvers.pin.shapes.break_points.half import Half
+from solvers.pin.shapes.break_points.paths import BENT, SHEARED
+from solvers.pin.shapes.break_points.search import lightest_steps
+from solvers.pin.stations.lobatto_panels import NODES
+from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import PAPER, STEEL, VAZ, grams, program
 
 LIMIT = 11.22302193e-6
-SLEEVE = bushing.BushingScene(bushing.BushingGeometry(14e-3, 24e-3, 30e-3, 1e-3), 15e3, STEEL)
-SHAFT = bushing.BushingScene(bushing.BushingGeometry(0.0, 24e-3, 30e-3, 1e-3), 15e3, STEEL)
+SLEEVE = pin.Scene(pin.BushingGeometry(14e-3, 24e-3, 30e-3, 1e-3), 15e3, STEEL)
+SHAFT = pin.Scene(pin.BushingGeometry(0.0, 24e-3, 30e-3, 1e-3), 15e3, STEEL)
 
 
 def designed(steps, limit=LIMIT, scene=VAZ, criterion="tresca_paper", **limits):
@@ -35,7 +34,7 @@ def designed(steps, limit=LIMIT, scene=VAZ, criterion="tresca_paper", **limits):
 
 def bored():
     """The pin, and its flexibilities written out: bending 1/v, Cowper's shear."""
-    half = half_of(program(max_deflection=LIMIT))
+    half = Half(program(max_deflection=LIMIT))
     a, b = half.law.a, half.law.b
 
     def shear(u):
@@ -46,18 +45,18 @@ def bored():
 
 def turned(scene):
     """The bushing, its flexibilities from the tube's D and d, the unit being the bore or what the program took."""
-    stations = outside.opening_stations(scene)
+    stations = opening_stations(scene)
     for _ in range(3):
         stations = stations.halved(np.ones(stations.left.size, dtype=bool))
-    p = outside.assemble(scene, pin.Limits(max_deflection=6e-6), PAPER, Physics(), stations)
-    d2 = p.kappa
+    p = assemble(scene, pin.Limits(max_deflection=6e-6), PAPER, Physics(), stations)
+    d2 = p.sought.kappa
 
     def shear(y):
         m2 = d2 / (y + d2)
         k = 6 * 1.3 * (1 + m2) ** 2 / ((7 + 6 * 0.3) * (1 + m2) ** 2 + (20 + 12 * 0.3) * m2)
         return 1 / (k * y)
 
-    return outsides.half_of(p), lambda y: 1 / ((y + d2) ** 2 - d2**2), shear, 50.0
+    return Half(p), lambda y: 1 / ((y + d2) ** 2 - d2**2), shear, 50.0
 
 
 @pytest.mark.parametrize("kind", ["pin", "sleeve", "shaft"])
@@ -102,7 +101,7 @@ def test_no_rising_steps_through_cells_cost_less_than_the_bound(kind):
 
 def test_the_lines_below_the_deflections_sums():
     """At random places of random cells the sums are nowhere below the lines, and near them where cells are narrow."""
-    half = half_of(program(max_deflection=LIMIT))
+    half = Half(program(max_deflection=LIMIT))
     rng, sums = np.random.default_rng(3), half.sums()
     for parts in (1, 8, 64):
         t = np.concatenate([np.linspace(a, b, parts + 1)[:-1] for a, b in itertools.pairwise(half.edges)])
@@ -143,9 +142,9 @@ def test_two_steps_against_a_dense_search(limit):
     least = min(best_at(cut) for cut in near)
     outcome = designed(2, limit)
     mass = outcome.value.check.mass
-    assert mass == pytest.approx(p.solid_mass * least, rel=1e-4)
-    assert mass <= p.solid_mass * least * (1 + 1e-9)
-    assert outcome.certificate.bound <= p.solid_mass * least
+    assert mass == pytest.approx(p.mass_unit * least, rel=1e-4)
+    assert mass <= p.mass_unit * least * (1 + 1e-9)
+    assert outcome.certificate.bound <= p.mass_unit * least
 
 
 @pytest.mark.parametrize("steps", [2, 3, 4, 6])
@@ -170,8 +169,8 @@ def test_no_random_bore_of_the_form_undercuts_the_bound(steps):
             part = brentq(lambda t, bore=bore: p.deflection(bore + t * (1 - bore)) - LIMIT * (1 - 1e-12), 0, 1)
             bore = bore + part * (1 - bore)
         least = min(least, p.volume(bore))
-    assert outcome.certificate.bound <= p.solid_mass * least
-    assert outcome.value.check.mass <= p.solid_mass * least * (1 + 1e-9)
+    assert outcome.certificate.bound <= p.mass_unit * least
+    assert outcome.value.check.mass <= p.mass_unit * least * (1 + 1e-9)
 
 
 @pytest.mark.parametrize("limit", [8.5e-6, LIMIT, 16e-6, None])
@@ -199,8 +198,8 @@ def test_where_the_least_wall_takes_over_from_strength_nothing_is_lost(wall):
 
 def test_a_bound_that_ran_out_of_work_is_told(monkeypatch):
     """With fewer cells or less work allowed the gap is wide, never closed by giving up."""
-    monkeypatch.setattr("solvers.pin.steps.search._MOST_PAIRS", {False: 4, True: 160_000})
-    monkeypatch.setattr("solvers.pin.steps.search._MOST_WORK", 1)
+    monkeypatch.setattr("solvers.pin.shapes.break_points.search._MOST_PAIRS", {False: 4, True: 160_000})
+    monkeypatch.setattr("solvers.pin.shapes.break_points.search._MOST_WORK", 1)
     for limit in (None, LIMIT):
         assert 1e-5 < designed(3, limit).certificate.gap < 0.2
 
@@ -212,7 +211,7 @@ def test_a_duality_gap_is_closed():
     most = pin.explain(pin.PinProblem(pin.Scene(geometry, 1.0, steel))).force_limit
     scene = pin.Scene(geometry, 0.5 * most, steel)
     solid = pin.check(scene, pin.Profile((0.0,), (0.0,)), criterion).value.deflection
-    half = half_of(program(scene, criterion, min_wall=0.05 * d, max_deflection=1.3 * solid))
+    half = Half(program(scene, criterion, min_wall=0.05 * d, max_deflection=1.3 * solid))
     breaks = np.union1d(np.linspace(0.0, 1.0, 601)[1:-1], half.edges[1:-1])
     least = min(half.weigh(np.array([t, 1.0])).volume for t in breaks)
     found = lightest_steps(half, 2)
@@ -230,20 +229,20 @@ def test_a_duality_gap_is_closed():
     ("bore", "limit", "steps"), [(14e-3, 6e-6, 2), (14e-3, 2e-6, 3), (0.0, 6e-6, 3), (60e-3, 2e-6, 4)]
 )
 def test_stepped_outsides_are_proven_and_no_random_one_is_lighter(bore, limit, steps):
-    scene = bushing.BushingScene(bushing.BushingGeometry(bore, 24e-3, 30e-3, 1e-3), 15e3, STEEL)
-    problem = bushing.BushingProblem(scene, pin.Limits(max_deflection=limit), bushing.Stepped(steps))
-    outcome = bushing.design(problem, accuracy=1e-6)
+    scene = pin.Scene(pin.BushingGeometry(bore, 24e-3, 30e-3, 1e-3), 15e3, STEEL)
+    problem = pin.PinProblem(scene, pin.Limits(max_deflection=limit), pin.Stepped(steps))
+    outcome = pin.design(problem, accuracy=1e-6)
     assert 0 <= outcome.certificate.gap <= 1e-7
     assert outcome.value.check.deflection <= limit * (1 + 1e-12)
-    stations = outside.opening_stations(scene)
+    stations = opening_stations(scene)
     for _ in range(5):
         stations = stations.halved(np.ones(stations.left.size, dtype=bool))
-    p = outside.assemble(scene, pin.Limits(max_deflection=limit), PAPER, Physics(), stations)
+    p = assemble(scene, pin.Limits(max_deflection=limit), PAPER, Physics(), stations)
     peaks, middles = np.maximum.accumulate(p.lower), 0.5 * (stations.left + stations.right)
     corners = outcome.value.corners
     places = np.array([c[0] for c in corners[1 : 2 * steps : 2]])
     gaps = np.array([c[1] for c in corners[: 2 * steps : 2]]) - bore
-    levels = p.y_of(gaps)
+    levels = p.sought.solidity_of(gaps)
     rng, least = np.random.default_rng(steps), np.inf
     for reach in np.repeat([1e-3, 1e-2, 0.1, 0.5], 150):
         breaks = np.sort(np.clip(places[:-1] + reach * 0.04 * rng.normal(size=steps - 1), 0, 0.04))
@@ -280,7 +279,7 @@ def test_many_steps_are_proven_and_no_random_ones_are_lighter(geometry, force, c
     limit = None if softer is None else softer * solid
     outcome = designed(steps, limit, scene, criterion)
     assert 0 <= outcome.certificate.gap <= 1e-7
-    half = half_of(program(scene, pin.CRITERIA[criterion], **({} if limit is None else {"max_deflection": limit})))
+    half = Half(program(scene, pin.CRITERIA[criterion], **({} if limit is None else {"max_deflection": limit})))
     corners, rng = outcome.value.corners, np.random.default_rng(steps)
     best = np.array([c[0] for c in corners[1 : 2 * steps : 2]]) / (0.5 * geometry.length)
     least = np.inf
@@ -292,5 +291,5 @@ def test_many_steps_are_proven_and_no_random_ones_are_lighter(geometry, force, c
         else:
             volume = half.weigh(places).volume
         least = min(least, volume)
-    assert outcome.certificate.bound <= least * half.program.solid_mass * (1 + 1e-9)
-    assert outcome.value.check.mass <= least * half.program.solid_mass * (1 + 1e-6)
+    assert outcome.certificate.bound <= least * half.program.mass_unit * (1 + 1e-9)
+    assert outcome.value.check.mass <= least * half.program.mass_unit * (1 + 1e-6)

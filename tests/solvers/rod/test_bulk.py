@@ -45,8 +45,9 @@ def alike(found, exact):
 def test_a_table_holds_what_single_checks_tell(names):
     composition, sizes = compose(choose_for(PAPER, STRIP, only(*names))), strips(6)
     table = rod.check_strips(PAPER, sizes, composition, "friction" in names, threads=2)
-    assert not table.alone.all()
-    for i in np.flatnonzero(~table.alone).tolist():
+    stands = np.flatnonzero(np.isfinite(table.utilisation)).tolist()
+    assert stands
+    for i in stands:
         exact = rod.check(PAPER, rod.Dimensions(*sizes[i]), only(*names))
         value, s = exact.value, exact.value.stresses
         told = {

@@ -41,6 +41,18 @@ def snapped_width(x1: float, x2: float, slice_: Array, step: float) -> tuple[flo
 
 
 @kernel
+def sized_centre(slice_: Array, x1: float, x2: float, l1: float, l2: float, steps: Array) -> tuple[float, float]:
+    """ln tau and l of the sizes that are to be had nearest to a box's centre; the box begins and ends at such sizes."""
+    x, l = 0.5 * (x1 + x2), math.sqrt(l1 * l2)
+    if steps[0] > 0.0 and slice_[2] == slice_[3]:
+        cube = slice_[2] ** 3
+        x = min(max(-math.log(max(round(math.exp(-x) / cube / steps[0]), 1) * steps[0] * cube), x1), x2)
+    if steps[1] > 0.0:
+        l = min(max(round(l / steps[1]) * steps[1], l1), l2)
+    return x, l
+
+
+@kernel
 def prove(
     p: Relaxation,
     slices: Array,
@@ -110,13 +122,19 @@ def prove(
                         a1, a2 = snapped_width(a1, a2, slice_, steps[0])
                     if a1 > a2:
                         break
+                # A centre is a candidate where its sizes are to be had; before there is one, those nearest to it are.
+                sized = (steps[1] <= 0.0 or m1 == m2) and (steps[0] <= 0.0 or slice_[2] < slice_[3] or a1 == a2)
+                if not sized and min(incumbent, best[0]) == np.inf:
+                    middle, l = sized_centre(slice_, a1, a2, m1, m2, steps)
+                    if box_bound(p, slice_, middle, middle, l, l, work, np.inf) < np.inf:
+                        value, h = point_value(p, slice_, middle, l, work, tolerance)
+                        if value < best[0]:
+                            best[0], best[1], best[2], best[3], best[4] = value, middle, l, h, origin[node]
                 looked += 1
                 bound = box_bound(p, slice_, a1, a2, m1, m2, work, min(incumbent, best[0]) - gap)
                 if bound == np.inf:
                     break
                 bound = max(bound, lower)
-                # A centre is a candidate only where it lies on the steps that are asked for.
-                sized = (steps[1] <= 0.0 or m1 == m2) and (steps[0] <= 0.0 or slice_[2] < slice_[3] or a1 == a2)
                 if bound < min(incumbent, best[0]) - gap and sized:
                     middle = 0.5 * (a1 + a2)
                     l = m1 if m1 == m2 else math.sqrt(m1 * m2)

@@ -9,7 +9,7 @@ bound of the problem itself.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -55,13 +55,10 @@ class Sizes:
         return self.stock_h is not None or self.step_b is not None or self.step_l is not None
 
     def slices(self) -> Array:
-        """The boxes (b1, b2, h1, h2) that together hold every size; with a step of b but no stock, one per width."""
+        """The boxes (b1, b2, h1, h2) that together hold every size; one per thickness of the stock."""
         (b1, b2), (h1, h2) = self.bounds.b, self.bounds.h
         if self.stock_h is not None:
             return np.array([[b1, b2, h, h] for h in sorted(set(self.stock_h)) if h1 <= h <= h2])
-        if self.step_b is not None:
-            first, last = math.ceil(b1 / self.step_b * (1 - 1e-12)), math.floor(b2 / self.step_b * (1 + 1e-12))
-            return np.array([[n * self.step_b, n * self.step_b, h1, h2] for n in range(first, last + 1)])
         return np.array([[b1, b2, h1, h2]])
 
     def around(self, d: Dimensions) -> Bounds:
@@ -112,11 +109,52 @@ class _View:
 
 
 def search(cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int) -> Proof:
-    """The global optimum with its bound: as close as ``gap`` (in ln objective) or as ``boxes`` boxes come."""
+    """The global optimum with its bound: as close as ``gap`` (in ln objective) or as ``boxes`` boxes come.
+
+    Widths in steps are branched on beside a thickness that is free: a range of them is searched as if all were to be
+    had, and halved at its best strip's width if the sizes next to that strip are not as good as its bound.
+    """
     view = _View([*grid(FIRST_ANGLES), cycle.hardest], list(_FIRST_SECTIONS))
+    if sizes.step_b is None or sizes.stock_h is not None:
+        return _search(cycle, objective, limits, sizes, gap, boxes, view, None)
+    low, high = sizes.bounds.b
+    first, last = math.ceil(low / sizes.step_b * (1 - 1e-12)), math.floor(high / sizes.step_b * (1 + 1e-12))
+    ranges, bound, looked, rounds, incumbent = [(first, last)], math.inf, 0, 0, None
+    while ranges:
+        first, last = ranges.pop()
+        ends = min(max(first * sizes.step_b, low), high), min(max(last * sizes.step_b, low), high)
+        part = Sizes(replace(sizes.bounds, b=ends), None, None, sizes.step_l)
+        proof = _search(cycle, objective, limits, part, gap, max(boxes - looked, 200), view, incumbent)
+        looked, rounds = looked + proof.boxes, rounds + proof.rounds
+        if proof.best is None or proof.best is incumbent:
+            bound = min(bound, proof.log_bound)
+            continue
+        at = proof.best.dimensions
+        below = min(max(math.floor(at.b / sizes.step_b * (1 + 1e-9)), first), last)
+        above = min(max(math.ceil(at.b / sizes.step_b * (1 - 1e-9)), first), last)
+        for width in {below, above}:
+            beside = replace(at, b=width * sizes.step_b)
+            found = _polished(
+                cycle, objective, limits, sizes.around(beside), beside, wanted_of(objective, limits).power
+            )
+            if found is not None and (incumbent is None or found.log_cost < incumbent.log_cost):
+                incumbent = found
+        if below == above or looked >= boxes or (incumbent and incumbent.log_cost <= proof.log_bound + gap):
+            bound = min(bound, proof.log_bound)
+            continue
+        ranges += sorted([(first, below), (above, last)], key=lambda one: one[1] - one[0], reverse=True)
+    return Proof(
+        incumbent, bound if incumbent is None else min(bound, incumbent.log_cost), looked, rounds, len(view.angles)
+    )
+
+
+def _search(
+    cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int, view: _View,
+    incumbent: Polished | None,
+) -> Proof:  # fmt: skip
+    """The same over every width within the bounds; ``incumbent`` if nothing is better by more than ``gap``."""
     slices, length = sizes.slices(), np.array(_length_range(cycle, sizes))
     steps = np.array([sizes.step_b or 0.0, sizes.step_l or 0.0])
-    incumbent: Polished | None = None
     looked_at = wanted_of(objective, limits)
     # Half of the gap is left to the relaxation's own best strip, which may lie a little below the best of all.
     gap = max(0.45 * gap, _LEAST_GAP)

@@ -15,6 +15,7 @@ from app.web.forms.nodes import applies
 from app.web.forms.numbers import number
 from app.web.forms.tables import cells_of
 from app.web.forms.tree import form_of
+from app.words.units import System, measuring
 
 JOBS = [(kind.slug, mode) for kind in KINDS.values() for mode in kind.jobs]
 
@@ -38,10 +39,12 @@ def without_nothing(value):
     return value
 
 
+@pytest.mark.parametrize("units", System)
 @pytest.mark.parametrize(("slug", "mode"), JOBS)
-def test_a_form_filled_with_the_example_means_the_example(slug, mode):
+def test_a_form_filled_with_the_example_means_the_example(slug, mode, units):
     example = KINDS[slug].jobs[mode].request.model_validate_json(json.dumps(KINDS[slug].example(mode)))
-    back = asked(slug, mode, texts_of(slug, mode))
+    with measuring(units):
+        back = asked(slug, mode, texts_of(slug, mode))
     assert without_nothing(back.model_dump()) == without_nothing(example.model_dump())
 
 
@@ -157,3 +160,21 @@ def test_a_fault_names_other_fields_by_their_labels():
     entry = {"pointer": "/dimensions/l_mm", "detail": "is too long", "allowed": "at most mechanism.rod_length_mm"}
     faults = placed(form, texts, Problem(422, "no", "no", [entry]))
     assert faults.at["dimensions.l_mm"] == "is too long (allowed: at most “Rod length L”)"
+
+
+def test_inches_and_psi_are_typed_and_millimetres_and_megapascals_are_meant():
+    with measuring(System.INCH):
+        texts = texts_of("pin-profile", Mode.CHECK)
+        assert float(texts["geometry.boss_length_mm"]) == pytest.approx(24.0 / 25.4, rel=1e-11)
+        texts["geometry.boss_length_mm"], texts["geometry.gap_mm"] = "1,25", "2 mm"
+        texts["material.pinmaterial.allowable_stress_mpa"] = "21.5 ksi"
+        texts["material.pinmaterial.elastic_modulus_gpa"] = "30"
+        found = asked("pin-profile", Mode.CHECK, texts)
+        assert found.geometry.boss_length_mm == 31.75 and found.geometry.gap_mm == 2.0
+        assert found.material.allowable_stress_mpa == pytest.approx(21.5 * 6.894757293168361, rel=1e-12)
+        assert found.material.elastic_modulus_gpa == pytest.approx(30 * 6.894757293168361, rel=1e-11)
+        form = form_of(KINDS["pin-profile"], Mode.CHECK)
+        problem = Problem(422, "", "", errors=[{"pointer": "/geometry/boss_length_mm", "detail": "is out of range",
+                                                "allowed": "at least 25.4"}])  # fmt: skip
+        assert placed(form, texts, problem).at["geometry.boss_length_mm"] == "is out of range: at least 1"
+    assert asked("pin-profile", Mode.CHECK, texts_of("pin-profile", Mode.CHECK)).geometry.boss_length_mm == 24.0

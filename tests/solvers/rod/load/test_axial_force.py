@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from solvers import rod
-from solvers.crank import kinematics
+from solvers.crank.motion import in_line as kinematics
 from solvers.numerics import periodic
 from solvers.rod.load import axial_force as drive
 from tests.solvers.rod.machines import PAPER

@@ -1,0 +1,40 @@
+"""The effects of a run as its page shows them, and the request with one of them switched."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from app.designs.kind import Kind
+from app.words.languages import gettext as _
+
+_UNBOUNDED = 1e9
+
+
+def effect_rows(kind: Kind, run: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Every effect of the run with what it adds, and what it may change in words."""
+    adds = {effect.name: effect.summary for effect in kind.known_effects}
+    return [
+        {**effect, "adds": _(adds.get(effect["name"], "")), "may_change": _may_change(effect)}
+        for effect in run["effects"]
+    ]
+
+
+def _may_change(effect: Mapping[str, Any]) -> str:
+    bound = effect["influence"]
+    if bound >= _UNBOUNDED:
+        return _("no bound is known")
+    if bound == 0:
+        return _("nothing")
+    return _("at most %(x)s") % {"x": f"{100 * bound:.2g} %" if bound < 0.995 else f"{100 * bound:.0f} %"}
+
+
+def switched(run: Mapping[str, Any], name: str, on: bool) -> dict[str, Any]:
+    """The run's spec with one effect settled anew; what was settled stays so, all others follow their bounds."""
+    settled = run["spec"]["effects"]
+    if isinstance(settled, str):
+        every = [effect["name"] for effect in run["effects"]] if settled == "all" else []
+        settled = {"include": every, "exclude": []}
+    kept = {way: [other for other in settled[way] if other != name] for way in ("include", "exclude")}
+    kept["include" if on else "exclude"].append(name)
+    return {**run["spec"], "effects": kept}

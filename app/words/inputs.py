@@ -1,0 +1,139 @@
+"""What a run was asked, in the sections, the words and the order of its form; and where two runs differ."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from app.designs.form import COMMON, FormWords, looked_up
+from app.designs.kind import Kind, Mode
+from app.designs.registry import KINDS, job_of
+from app.designs.units import split_unit
+from app.words.languages import gettext as _
+from app.words.units import told, unit_shown
+
+_MOST_SHOWN = 6
+"""Numbers of a list that are shown one by one; of a longer one the ends."""
+_TAGS = ("kind", "method")
+_Path = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Input:
+    """One value that was asked for: its dotted name, words, text with unit, and what it means."""
+
+    name: str
+    words: str
+    text: str
+    help: str
+
+
+@dataclass(frozen=True)
+class Group:
+    title: str
+    inputs: tuple[Input, ...]
+
+
+def groups(run: Mapping[str, Any]) -> list[Group]:
+    """The run's spec without what was not given, in the sections of the form."""
+    kind = KINDS[run["kind"]]
+    spec = run["spec"].get("spec", run["spec"]) if run["mode"] == Mode.ACCURACY else run["spec"]
+    model = _model(run, spec)
+    titles = [*dict.fromkeys([*kind.form.sections, _MORE, *COMMON.sections])]
+    found: dict[str, list[Input]] = {title: [] for title in titles}
+    for path, value, own in _leaves(_ordered(spec, model), model):
+        if value is not None and value != [] and path != ("name",):
+            found[_section(kind.form, path[0])].append(_input(kind, path, value, own))
+    return [Group(_(title.removeprefix("+")), tuple(items)) for title, items in found.items() if items]
+
+
+_MORE = "More"
+
+
+def _section(words: FormWords, name: str) -> str:
+    sections = {**words.sections, **COMMON.sections}
+    return next((title for title, names in sections.items() if name in names), _MORE)
+
+
+def differing(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[tuple[Input, str, str]]:
+    """The inputs that differ, each with its text in either run; "not given" where it is in one only."""
+    left, right = ({each.name: each for group in groups(run) for each in group.inputs} for run in (a, b))
+    names = [*left, *(name for name in right if name not in left)]
+    return [
+        (left.get(name) or right[name], _text(left.get(name)), _text(right.get(name)))
+        for name in names
+        if _text(left.get(name)) != _text(right.get(name))
+    ]
+
+
+def _text(found: Input | None) -> str:
+    return found.text if found else _("not given")
+
+
+def _model(run: Mapping[str, Any], spec: Mapping[str, Any]) -> Any:
+    """The request as its model, None where a model of today cannot read a spec of before."""
+    kind = KINDS[run["kind"]]
+    modes = [Mode(run["mode"])] if run["mode"] != Mode.ACCURACY else list(kind.jobs)
+    for mode in modes:
+        try:
+            return job_of(kind, mode).request.model_validate(spec)
+        except ValidationError:
+            continue
+    return None
+
+
+def _ordered(spec: Mapping[str, Any], model: Any) -> dict[str, Any]:
+    model = getattr(model, "root", model)
+    names = [*type(model).model_fields] if isinstance(model, BaseModel) else []
+    return {name: spec[name] for name in [*names, *(n for n in spec if n not in names)] if name in spec}
+
+
+def _leaves(value: Any, model: Any, path: _Path = (), told: str = "") -> Iterator[tuple[_Path, Any, str]]:
+    """(path, value, the model's own description) of everything single."""
+    model = getattr(model, "root", model)
+    if isinstance(value, dict):
+        fields = type(model).model_fields if isinstance(model, BaseModel) else {}
+        for name, inner in _ordered(value, model).items():
+            own = (fields[name].description or "") if name in fields else ""
+            yield from _leaves(inner, getattr(model, name, None), (*path, name), own)
+    elif isinstance(value, list) and value and isinstance(value[0], dict):
+        for index, inner in enumerate(value):
+            below = model[index] if isinstance(model, (list, tuple)) and index < len(model) else None
+            yield from _leaves(inner, below, (*path, str(index + 1)), told)
+    else:
+        yield path, value, told
+
+
+def _input(kind: Kind, path: _Path, value: Any, own: str) -> Input:
+    words, plain = kind.form, [part for part in path if not part.isdigit()]
+    place = ".".join(plain)
+    if plain[-1] in _TAGS and len(plain) > 1 and place not in words.labels:
+        # Which of several forms was chosen is said by the whole.
+        place = ".".join(plain[:-1])
+    unit = split_unit(plain[-1])[1] or split_unit(plain[0])[1]
+    numbered = [part for part in path[1:] if part.isdigit()]
+    help = looked_up(words.helps, COMMON.helps, place)
+    return Input(
+        ".".join(path),
+        " ".join([_(words.label(place)), *numbered]),
+        f"{_shown(value, looked_up(words.options, COMMON.options, place) or {}, unit)} {unit_shown(unit)}".rstrip(),
+        _(own.replace("null:", "empty:") if help is None else help),
+    )
+
+
+def _shown(value: Any, options: Mapping[str, str], unit: str = "") -> str:
+    if isinstance(value, bool):
+        return _("yes") if value else _("no")
+    if isinstance(value, float):
+        return f"{told(value, unit):.10g}"
+    if isinstance(value, list):
+        if len(value) == 2 and all(isinstance(item, (int, float)) for item in value):
+            return f"{_shown(value[0], options, unit)} … {_shown(value[1], options, unit)}"
+        if len(value) > _MOST_SHOWN:
+            ends = {"first": _shown(value[0], options, unit), "last": _shown(value[-1], options, unit)}
+            return _("%(count)s values, %(first)s … %(last)s") % {"count": len(value), **ends}
+        return ", ".join(_shown(item, options, unit) for item in value)
+    return _(options.get(str(value), str(value).replace("_", " ")))

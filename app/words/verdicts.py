@@ -1,0 +1,75 @@
+"""How pages show a verdict: its colour, and the figures of its criteria."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from app.designs.registry import KINDS
+from app.designs.verdict import summary_of
+from app.words.languages import catalogue, language
+from app.words.languages import gettext as _
+from app.words.units import System, quantity, system, told, unit_shown
+
+_NOTHING = 5e-5
+"""A margin that is shown as none."""
+MOST_USED = 1.5
+"""Where the bar of a criterion ends: half as much again as is allowed."""
+
+
+def standing(verdict: dict[str, Any], accuracy: dict[str, Any] | None) -> str:
+    """holds, doubtful or fails: what holds by figures that are not as exact as asked for is not shown as sure."""
+    if not verdict["holds"]:
+        return "fails"
+    return "holds" if accuracy is None or accuracy["met"] else "doubtful"
+
+
+def summary(verdict: Mapping[str, Any], kind: str, accuracy: Mapping[str, Any] | None) -> str:
+    """A stored verdict's sentence in the language spoken."""
+    if language() == "en" and system() is System.METRIC:
+        return verdict["summary"]
+    shown = {**verdict, "criteria": [_measured(criterion) for criterion in verdict["criteria"]]}
+    return summary_of(shown, KINDS[kind].denials if kind in KINDS else {}, accuracy, catalogue())
+
+
+def _measured(criterion: dict[str, Any]) -> dict[str, Any]:
+    """The criterion in the units in use."""
+    unit = criterion["unit"]
+    figures = {n: None if (v := criterion[n]) is None else told(v, unit) for n in ("required", "reached")}
+    return {**criterion, **figures, "unit": unit_shown(unit)}
+
+
+def reached(criterion: dict[str, Any]) -> str:
+    """The figure, or why there is none."""
+    value = criterion["reached"]
+    if criterion["sense"] == "yes":
+        return _("yes") if value else _("no")
+    if value is not None:
+        return quantity(value, criterion["unit"], ".4g")
+    if criterion["holds"]:
+        return _("nothing acts")
+    return _("not known") if criterion["margin"] is None else _("without bound")
+
+
+def required(criterion: dict[str, Any]) -> str:
+    """What the figure is compared with."""
+    if criterion["sense"] == "yes":
+        return _("yes")
+    figure = quantity(criterion["required"], criterion["unit"], ".4g")
+    if criterion["sense"] == "equal":
+        return figure
+    return (_("at least %(x)s") if criterion["sense"] == "at_least" else _("at most %(x)s")) % {"x": figure}
+
+
+def margin(criterion: dict[str, Any]) -> str:
+    """What is left to spare, with a minus what is missing, in per cent; empty where there is no such figure."""
+    value = criterion["margin"]
+    if value is None:
+        return ""
+    return "0 %" if criterion["holds"] and value < _NOTHING else f"{100.0 * value:+.3g} %"
+
+
+def used(criterion: dict[str, Any]) -> float:
+    """The share of what is allowed that is used, at most what the bar shows."""
+    margin = criterion["margin"]
+    return MOST_USED if margin <= 1.0 / MOST_USED - 1.0 else round(1.0 / (1.0 + margin), 4)

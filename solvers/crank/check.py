@@ -1,0 +1,200 @@
+"""The dynamics of a crank mechanism over its cycle: forces, torque and power, the worst instants, unbalance."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from solvers.accuracy import require_accuracy
+from solvers.crank.cycle.forces import Array, Cycle, Forces
+from solvers.crank.cycle.textbook_error import TierErrors, tier_errors
+from solvers.crank.cycle.worst_instants import TEXTBOOK, TORQUE, Greatest, Worst, alone, greatest, worst_instants
+from solvers.crank.effects import choose_for, compose
+from solvers.crank.engine.cylinders import together
+from solvers.crank.engine.shared_crank_pin import SharedPin, require_pairs, shared_pin
+from solvers.crank.engine.speed_fluctuation import CANCELLED, GasWork, SpeedSwing, gas_work, speed_swing
+from solvers.crank.engine.unbalance import Balance, balance
+from solvers.crank.gas.unrolled_pressure import Curve
+from solvers.crank.problem import LOADS, OF_THE_ROD
+from solvers.crank.scene import SINGLE, Scene
+from solvers.effects import AUTO, EffectSelection
+from solvers.errors import InvalidInput
+from solvers.outcome import Accuracy, Outcome, Status
+
+SERIES_ANGLES = 360
+_ROUNDING = 1e-14
+_SHARE = 0.1
+"""Of the accuracy, what searches and sums may miss."""
+_TIER_TOLERANCE = 1e-6
+_TEXTBOOK_RATIO = 0.5
+
+
+@dataclass(frozen=True)
+class CrankDynamics:
+    """The results, SI units. ``torque_mean`` and ``indicated_power`` are those of one cylinder.
+
+    What stands over the angle (``angle``, ``series``, ``brix_pressure``) and the textbooks' errors (``tiers``) are
+    computed when they are read.
+    """
+
+    cycle: Cycle
+    series_angles: int
+    tier_tolerance: float
+    torque_mean: float
+    indicated_power: float
+    worst: tuple[Worst, ...]
+    swing: SpeedSwing
+    balance: Balance | None
+    shared_pin: SharedPin | None
+    warnings: tuple[str, ...]
+
+    @cached_property
+    def angle(self) -> Array:
+        """Equally spaced angles [rad] of one period, from 0 on."""
+        return np.arange(self.series_angles) * (self.cycle.scene.cylinder.period / self.series_angles)
+
+    @cached_property
+    def series(self) -> Forces:
+        """All forces at these angles."""
+        return self.cycle.forces(self.angle)
+
+    @cached_property
+    def brix_pressure(self) -> Array | None:
+        """p [Pa] by Brix's construction; None where nothing is unrolled, or with an offset."""
+        return self.curve.brix_pressure(self.angle)
+
+    @cached_property
+    def tiers(self) -> TierErrors:
+        """What the textbooks' approximations get wrong."""
+        return tier_errors(self.cycle, self.tier_tolerance)
+
+    @property
+    def curve(self) -> Curve:
+        """The pressures over the angle."""
+        return self.cycle.curve
+
+    @property
+    def jumps(self) -> tuple[tuple[float, float], ...]:
+        """(angle [rad], p just behind it less p just before it [Pa]) at the dead centres."""
+        return self.curve.jumps
+
+    @property
+    def stroke(self) -> float:
+        """[m]"""
+        return self.cycle.motion.stroke
+
+    @property
+    def dead_centres(self) -> tuple[float, float]:
+        """The upper one and the lower one that follows [rad]."""
+        return self.cycle.motion.dead_centres
+
+    @property
+    def reciprocating_mass(self) -> float:
+        """m_j [kg]"""
+        return self.cycle.scene.masses.reciprocating
+
+    @property
+    def rotating_mass(self) -> float:
+        """m_rot [kg]"""
+        return self.cycle.scene.masses.rotating(self.cycle.scene.mechanism.crank_radius)
+
+    @property
+    def rod_mass_at_pin(self) -> float:
+        """m_A [kg]"""
+        return self.cycle.scene.masses.rod.at_wrist_pin
+
+    @property
+    def rod_mass_at_crank(self) -> float:
+        """m_B [kg]"""
+        return self.cycle.scene.masses.rod.at_crank_pin
+
+    @property
+    def inertia_defect(self) -> float:
+        """Delta J [kg m2]"""
+        return self.cycle.scene.masses.rod.inertia_defect
+
+
+def analyse(
+    scene: Scene,
+    effects: EffectSelection = AUTO,
+    effect_tolerance: float = 1e-2,
+    accuracy: float = 1e-6,
+    series_angles: int = SERIES_ANGLES,
+) -> Outcome[CrankDynamics]:
+    """Everything about a scene's cycle; ``series_angles`` is the number of equally spaced angles of the series.
+
+    Raises InvalidInput where the request makes no sense: pressures with a fault, phases that cannot share a crank pin.
+    """
+    started = time.perf_counter()
+    require_accuracy(accuracy)
+    if not 1 <= series_angles <= 100_000:
+        raise InvalidInput("series_angles", "is too few or too many", "1 … 100000")
+    require_pairs(scene.engine, scene.masses.rods_per_pin)
+    curve = scene.pressure.unroll(scene.mechanism.motion(), scene.cylinder)
+    choice = choose_for(scene, curve, effects, effect_tolerance)
+    composition = compose(choice, scene)
+    if composition.offset != scene.mechanism.offset:
+        curve = scene.pressure.unroll(scene.mechanism.motion(with_offset=False), scene.cylinder)
+    cycle, tolerance = Cycle(scene, composition, curve), _SHARE * accuracy
+    engine, by_itself = composition.engine or SINGLE, alone(cycle.gas)
+
+    single = len(engine.phases) == 1
+    found = greatest(cycle.machine, cycle.gas, by_itself, range(TEXTBOOK if single else TORQUE), tolerance)
+    group = by_itself if single else together(cycle.gas, engine.phases)
+    torque = found if single else greatest(cycle.machine, cycle.gas, group, range(TORQUE, TEXTBOOK), tolerance)
+    work = gas_work(cycle, tolerance)
+    swing = speed_swing(cycle, engine, group, torque, work, tolerance)
+    if swing.error > tolerance * swing.work_fluctuation > 0.0:
+        # All cylinders together may run much more evenly than one.
+        work = gas_work(cycle, tolerance, swing.work_fluctuation / (4.0 * len(engine.phases)))
+        swing = speed_swing(cycle, engine, group, torque, work, tolerance)
+    torque_mean = work.whole / scene.cylinder.period
+    value = CrankDynamics(
+        cycle=cycle,
+        series_angles=series_angles,
+        tier_tolerance=max(tolerance, _TIER_TOLERANCE),
+        torque_mean=torque_mean,
+        indicated_power=torque_mean * cycle.machine.speed,
+        worst=worst_instants(found, cycle),
+        swing=swing,
+        balance=None if composition.engine is None else balance(cycle, engine),
+        shared_pin=shared_pin(cycle, engine, tolerance),
+        warnings=_warnings(scene, swing),
+    )
+    return Outcome(
+        status=Status.SUCCEEDED,
+        value=value,
+        effects=choice.manifest,
+        accuracy=Accuracy(
+            accuracy,
+            max(_estimated(found, work, swing), _ROUNDING),
+            {"pieces": int(cycle.gas.stroke.size), "nodes": int(work.nodes)},
+        ),
+        timing={"solve_s": time.perf_counter() - started},
+    )
+
+
+def _estimated(found: Greatest, work: GasWork, swing: SpeedSwing) -> float:
+    """The greatest relative error of loads, mean torque, work between the extremes of the speed, and torque."""
+    loads = slice(len(LOADS))
+    scale = np.abs(found.value[loads])
+    scale[OF_THE_ROD] = np.maximum(scale[OF_THE_ROD], CANCELLED * scale[OF_THE_ROD].max())
+    shares = (
+        (work.error, max(abs(work.whole), CANCELLED * work.magnitude)),
+        (swing.error, swing.work_fluctuation),
+        (swing.torque_error, max(abs(swing.torque_max), abs(swing.torque_min))),
+    )
+    others = max(error / whole for error, whole in (*shares, (0.0, 1.0)) if whole)
+    return max(float(np.max(found.error[loads] / np.where(scale > 0.0, scale, 1.0))), others)
+
+
+def _warnings(scene: Scene, swing: SpeedSwing) -> tuple[str, ...]:
+    out = []
+    if scene.mechanism.crank_radius / scene.mechanism.rod_length > _TEXTBOOK_RATIO:
+        out.append("r/L exceeds 0.5: the kinematics hold, but no usual machine is built like this")
+    if swing.irregularity is not None and swing.irregularity > 0.1:
+        out.append("the speed would swing by more than a tenth: forces at constant speed are not what will happen")
+    return tuple(out)

@@ -1,0 +1,52 @@
+"""What the approximations of the textbooks get wrong: Brix's construction and two harmonics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from solvers.crank.cycle.forces import Cycle, Machine
+from solvers.crank.cycle.worst_instants import ROWS, TEXTBOOK, Group, alone, greatest
+from solvers.crank.gas.unrolled_pressure import Unrolled
+from solvers.crank.motion.slider_crank import ExactMotion
+
+_PIECES = 8
+"""Of half a turn."""
+
+
+@dataclass(frozen=True)
+class TierErrors:
+    """What the textbooks' forms get wrong for this mechanism (without offset).
+
+    ``brix_displacement``  greatest |x_Brix - x|/r
+    ``two_harmonic_acceleration``  greatest |a_2 - a|/(r omega^2 (1 + lambda))
+    ``brix_pressure``  greatest |p_Brix(phi) - p(phi)| [Pa]; None where nothing is unrolled
+    """
+
+    brix_displacement: float
+    two_harmonic_acceleration: float
+    brix_pressure: float | None
+
+
+def tier_errors(cycle: Cycle, tolerance: float) -> TierErrors:
+    """The errors, each to ``tolerance`` of itself."""
+    displacement, acceleration = _of_motion(cycle.motion.crank_radius / cycle.motion.rod_length)
+    pressure = None
+    if cycle.curve.has_brix:
+        rows = range(TEXTBOOK + 2, ROWS)
+        pressure = float(greatest(cycle.machine, cycle.gas, alone(cycle.gas), rows, tolerance).value[0])
+    return TierErrors(displacement, acceleration, pressure)
+
+
+@lru_cache(maxsize=256)
+def _of_motion(ratio: float) -> tuple[float, float]:
+    """The errors of Brix's displacement, of r, and of the two-harmonic acceleration, of its greatest."""
+    frame, bounds = ExactMotion(ratio, 1.0).frame, np.linspace(0.0, np.pi, _PIECES + 1)
+    nothing = np.zeros(_PIECES)
+    gas = Unrolled(bounds, nothing, np.zeros((_PIECES, 4)), np.zeros(_PIECES, np.intp), False, frame, 0.0, 0.0)
+    machine = Machine(frame, *np.zeros(8).tolist())
+    group = Group(bounds, np.arange(_PIECES)[:, None], nothing[:, None])
+    found = greatest(machine, gas, group, range(TEXTBOOK, TEXTBOOK + 2), 1e-8).value
+    return float(found[0]), float(found[1])

@@ -1,0 +1,56 @@
+"""Several like cylinders on one shaft, each running through its cycle by psi_i later than the first."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.crank.cycle.worst_instants import Group
+from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+
+MOST_BREAKS, LEAST_MOST = 20_000, 500
+"""Breaks for one cylinder, and for however many: more are replaced by equal pieces, so that time stays bounded."""
+_ALIKE = 8.0 * np.finfo(float).eps * 4.0 * math.pi
+"""Breaks of several cylinders nearer than this are the same one, rounded."""
+
+
+def together(gas: Unrolled, phases: tuple[float, ...]) -> Group:
+    """The cylinders of these phases [rad] on one shaft."""
+    return _together(gas.breaks, np.array(phases), max(MOST_BREAKS // len(phases), LEAST_MOST))
+
+
+@kernel
+def _together(breaks: Array, phases: Array, most: int) -> Group:
+    start, period, size = breaks[0], breaks[-1] - breaks[0], breaks.size - 1
+    every = np.empty(size * phases.size + 2)
+    for i in range(phases.size):
+        for k in range(size):
+            every[i * size + k] = start + (breaks[k] + phases[i] - start) % period
+    every[-2], every[-1] = start, start + period
+    every.sort()
+    count = 1
+    for value in every[1:]:
+        if value - every[count - 1] > _ALIKE:
+            every[count] = value
+            count += 1
+    every[count - 1] = start + period
+    followed = count <= most
+    if not followed:
+        count = most
+        every[:count] = np.linspace(start, start + period, count)
+    bounds = every[:count].copy()
+    piece = np.full((count - 1, phases.size), -1, np.intp)
+    shift = np.empty((count - 1, phases.size))
+    for n in range(count - 1):
+        middle = 0.5 * (bounds[n] + bounds[n + 1])
+        for i in range(phases.size):
+            turn = -phases[i] - math.floor((middle - phases[i] - start) / period) * period
+            shift[n, i] = turn
+            if followed:
+                piece[n, i] = piece_of(middle + turn, breaks)
+    return Group(bounds, piece, shift)

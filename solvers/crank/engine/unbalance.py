@@ -1,0 +1,79 @@
+"""Unbalanced forces and couples of several cylinders on one shaft, order by order.
+
+Cylinder i runs through its cycle by psi_i later than the first; its axis stands at alpha_i about the shaft. Its crank
+stands at phi - psi_i from its own axis, hence at phi - psi_i + alpha_i in space.
+
+Source: any text on engine balance, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.crank.cycle.forces import Array, Cycle
+from solvers.crank.scene import Engine
+
+ORDERS = (1, 2, 4)
+MOST_SAMPLES = 2**16
+
+
+@dataclass(frozen=True)
+class OrderUnbalance:
+    """Greatest unbalanced force [N] and couple [N m] of one order; the couple is None without positions."""
+
+    order: int
+    force: float
+    couple: float | None
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Unbalance of the reciprocating masses by order, and of the rotating masses (constant, turning with the shaft)."""
+
+    reciprocating: tuple[OrderUnbalance, ...]
+    rotating_force: float
+    rotating_couple: float | None
+
+
+def _harmonic_samples(cycle: Cycle) -> int:
+    """Angles that keep aliases below rounding: harmonics fall as exp(-k acosh((L - |e|)/r))."""
+    m = cycle.scene.mechanism
+    fall = math.acosh((m.rod_length - abs(m.offset)) / m.crank_radius)
+    return min(max(256, 2 ** math.ceil(math.log2(40.0 / fall))), MOST_SAMPLES)
+
+
+def balance(cycle: Cycle, engine: Engine) -> Balance:
+    """Unbalanced forces and couples, order by order, from the harmonics of the motion itself.
+
+    With a = r omega^2 Re sum c_k exp(i k phi), the force of order k is the sum of two vectors, one turning with the
+    shaft, sum c_k exp(i(alpha - k psi))/2, and one against it, sum conj(c_k) exp(i(alpha + k psi))/2; its greatest
+    magnitude is the sum of theirs. Couples are taken about the middle of the cylinders.
+    """
+    samples = _harmonic_samples(cycle)
+    angle = np.arange(samples) * (2.0 * math.pi / samples)
+    harmonics = np.fft.rfft(cycle.motion.acceleration(angle)) / (samples / 2)
+    masses, speed = cycle.scene.masses, cycle.machine.speed
+    phase, axis = np.asarray(engine.phases), np.asarray(engine.axes)
+    arm = np.asarray(engine.positions) if engine.positions else None
+    if arm is not None:
+        arm = arm - 0.5 * (arm.min() + arm.max())
+
+    def greatest(order: int, weight: Array) -> float:
+        c = harmonics[order] * masses.reciprocating * speed**2
+        with_shaft = np.sum(weight * np.exp(1j * (axis - order * phase)))
+        against = np.sum(weight * np.exp(1j * (axis + order * phase)))
+        return 0.5 * float(abs(c) * (abs(with_shaft) + abs(against)))
+
+    one = np.ones_like(phase)
+    found = tuple(
+        OrderUnbalance(order, greatest(order, one), None if arm is None else greatest(order, arm)) for order in ORDERS
+    )
+    # Rods on one pin share one crank.
+    sharing = masses.rods_per_pin if phase.size > 1 else 1
+    turning = cycle.machine.turning / sharing
+    direction = np.exp(1j * (axis - phase))
+    couple = None if arm is None else float(abs(np.sum(arm * direction))) * abs(turning)
+    return Balance(found, float(abs(np.sum(direction))) * abs(turning), couple)

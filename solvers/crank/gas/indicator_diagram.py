@@ -1,0 +1,124 @@
+"""Unrolling an indicator diagram: from p(V), stroke by stroke, to p(phi).
+
+V = V_c + A x(phi); p is a monotone cubic (PCHIP) of V along the stroke that phi belongs to. A cycle starts at the upper
+dead centre: a four-stroke cycle with the intake, a two-stroke one with the expansion.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.crank.gas.cylinder import Cylinder
+from solvers.crank.gas.data_faults import Points, require_finite, require_sound_stroke
+from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Array, Curve, Index, Unrolled, pressure_at
+from solvers.crank.motion.slider_crank import ExactMotion, Frame, crank_angle_at
+from solvers.errors import InvalidInput
+from solvers.numerics.jit import kernel
+from solvers.numerics.monotone_cubic import monotone_cubics
+
+STROKES = {2: ("expansion", "compression"), 4: ("intake", "compression", "expansion", "exhaust")}
+"""The strokes of a cycle, in order from the upper dead centre; the piston moves down in every other one."""
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """Volumes [m3] and pressures [Pa] along one stroke, in either order."""
+
+    volume: tuple[float, ...]
+    pressure: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class IndicatorPressure:
+    """An indicator diagram: one set of points per stroke, in the order of ``STROKES``."""
+
+    strokes: tuple[Stroke, ...]
+
+    def __post_init__(self) -> None:
+        for index, stroke in enumerate(self.strokes):
+            count, field = len(stroke.volume), f"pressure.strokes.{index}"
+            if not 2 <= count <= MOST_POINTS:
+                raise InvalidInput(f"{field}.volume", "has too few or too many points", f"2 … {MOST_POINTS} points")
+            if len(stroke.pressure) != count:
+                raise InvalidInput(f"{field}.pressure", "needs one pressure per volume", f"{count} pressures")
+            require_finite(field, volume=stroke.volume, pressure=stroke.pressure)
+
+    def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Curve:
+        """The diagram over the crank angle. Raises InvalidInput, with the point named, for points out of order,
+        repeated, outside the cylinder's volumes, or short of a dead centre."""
+        names = STROKES[cylinder.strokes]
+        if len(self.strokes) != len(names):
+            raise InvalidInput("pressure.strokes", "needs one set of points per stroke", ", ".join(names))
+        low, swept = cylinder.clearance_volume, cylinder.area * motion.stroke
+        volumes, pressures, first = [], [], [0]
+        for index, stroke in enumerate(self.strokes):
+            volume, pressure = np.array(stroke.volume), np.array(stroke.pressure)
+            require_sound_stroke(Points(volume, pressure, low, low + swept), f"pressure.strokes.{index}.volume")
+            rising = 1 if volume[0] < volume[-1] else -1
+            volumes.append(volume[::rising])
+            pressures.append(pressure[::rising])
+            first.append(first[-1] + volume.size)
+        top, bottom = motion.dead_centres
+        ends = np.array([(bottom if i % 2 else top) + i // 2 * 2.0 * math.pi for i in range(len(names) + 1)])
+        breaks, begin, cubic, stroke_of = _unrolled(
+            np.concatenate(volumes), np.concatenate(pressures), np.array(first), ends, motion.frame, cylinder.area, low
+        )
+        gas = Unrolled(breaks, begin, cubic, stroke_of, True, motion.frame, cylinder.area, low)
+        jumps = zip(ends[:-1].tolist(), _jumps(gas).tolist(), strict=True)
+        return Curve(gas, tuple(jumps))
+
+
+@kernel
+def _unrolled(
+    volume: Array, pressure: Array, first: Index, ends: Array, frame: Frame, area: float, clearance: float
+) -> tuple[Array, Array, Array, Index]:
+    """Breaks, begins, cubics and strokes of a diagram, the points of each stroke rising in volume, from ``first`` on.
+
+    Beyond a stroke's points the pressure is that of the nearest.
+    """
+    size = volume.size + first.size
+    breaks, begin, cubic = np.empty(size + 1), np.empty(size), np.zeros((size, 4))
+    stroke, count = np.empty(size, np.intp), 0
+    for s in range(first.size - 1):
+        x, y = volume[first[s] : first[s + 1]], pressure[first[s] : first[s + 1]]
+        cubics, n, upward = monotone_cubics(x, y), x.size, s % 2 == 1
+        here = ends[s]
+        for along in range(n + 1):
+            # Interval i lies above point i - 1; the last ends at the dead centre.
+            i = n - along if upward else along
+            ahead = ends[s + 1]
+            if along < n:
+                moved = (x[i - 1 if upward else i] - clearance) / area
+                # The angle past the lower dead centre follows from the mirrored mechanism.
+                past = crank_angle_at(moved, frame.r, frame.length, -frame.offset if upward else frame.offset)
+                ahead = s // 2 * 2.0 * math.pi + (2.0 * math.pi - past if upward else past)
+                ahead = min(ahead, ends[s + 1])
+            if ahead > here:
+                breaks[count], stroke[count] = here, s
+                if i == 0:
+                    begin[count], cubic[count, 3] = 0.0, y[0]
+                elif i == n:
+                    begin[count], cubic[count, 3] = x[n - 1], y[n - 1]
+                else:
+                    begin[count] = x[i - 1]
+                    for power in range(4):
+                        cubic[count, power] = cubics[i - 1, power]
+                here = ahead
+                count += 1
+    breaks[count] = ends[-1]
+    return breaks[: count + 1].copy(), begin[:count].copy(), cubic[:count].copy(), stroke[:count].copy()
+
+
+@kernel
+def _jumps(gas: Unrolled) -> Array:
+    """p behind each stroke's beginning less p before it."""
+    out = np.zeros(gas.stroke[-1] + 1)
+    before = pressure_at(gas.breaks[-1], gas.stroke.size - 1, gas)
+    for k in range(gas.stroke.size):
+        if k == 0 or gas.stroke[k] != gas.stroke[k - 1]:
+            out[gas.stroke[k]] = pressure_at(gas.breaks[k], k, gas) - before
+        before = pressure_at(gas.breaks[k + 1], k, gas)
+    return out

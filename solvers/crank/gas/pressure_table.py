@@ -1,0 +1,77 @@
+"""Pressures given over the crank angle: a table of one cycle of two or four strokes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.crank.gas.cylinder import Cylinder
+from solvers.crank.gas.data_faults import Points, require_finite, require_sound_table
+from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Array, Curve, Index, Unrolled
+from solvers.crank.motion.slider_crank import ExactMotion
+from solvers.errors import InvalidInput
+from solvers.numerics.jit import kernel
+from solvers.numerics.monotone_cubic import monotone_cubics
+
+
+@dataclass(frozen=True)
+class TablePressure:
+    """Pressures [Pa] at crank angles [rad] of one cycle, joined by a monotone cubic (PCHIP) that closes on itself.
+
+    Angles rise strictly and span less than one cycle of the cylinder. The curve overshoots no point and is once
+    continuously differentiable.
+    """
+
+    angle: tuple[float, ...]
+    pressure: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        count = len(self.angle)
+        if not 3 <= count <= MOST_POINTS:
+            raise InvalidInput("pressure.angle", "has too few or too many points", f"3 … {MOST_POINTS} points")
+        if len(self.pressure) != count:
+            raise InvalidInput("pressure.pressure", "needs one pressure per angle", f"{count} pressures")
+        require_finite("pressure", angle=self.angle, pressure=self.pressure)
+
+    def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Curve:
+        """The table itself. Raises InvalidInput, with the point named, where it is not one rising, open cycle."""
+        angle, values, period = np.array(self.angle), np.array(self.pressure), cylinder.period
+        require_sound_table(Points(angle, values, 0.0, period))
+        # A last point one cycle after the first says the same thing twice.
+        last = angle.size - (self.angle[-1] - self.angle[0] >= period * (1.0 - 1e-9))
+        angle, values = angle[:last], values[:last]
+        centres = motion.dead_centres
+        ends = np.array([centre + 2.0 * math.pi * n for n in range(cylinder.strokes // 2) for centre in centres])
+        breaks, begin, cubic, stroke = _unrolled(angle, values, np.append(ends, ends[0] + period))
+        gas = Unrolled(breaks, begin, cubic, stroke, False, motion.frame, cylinder.area, cylinder.clearance_volume)
+        return Curve(gas, tuple((angle, 0.0) for angle in ends.tolist()), (angle, values))
+
+
+@kernel
+def _unrolled(angle: Array, values: Array, ends: Array) -> tuple[Array, Array, Array, Index]:
+    """Breaks, begins, cubics and strokes of a table whose cycle goes from the first dead centre of ``ends`` to the
+    last."""
+    n, start, period = angle.size, ends[0], ends[-1] - ends[0]
+    # One point of overlap at the left, two at the right make the slopes, and so the curve, periodic.
+    x, y = np.empty(n + 3), np.empty(n + 3)
+    for i in range(n + 3):
+        x[i], y[i] = angle[(i - 1) % n] + (i - 1) // n * period, values[(i - 1) % n]
+    cubics = monotone_cubics(x, y)
+    shift = math.floor((start - angle[0]) / period) * period
+    breaks, begin = np.empty(n + ends.size + 1), np.empty(n + ends.size)
+    cubic, stroke = np.empty((n + ends.size, 4)), np.empty(n + ends.size, np.intp)
+    breaks[0], count, along = start, 0, 0
+    for j in range(2 * n):
+        i, low = j % n, angle[j % n] + (shift + j // n * period)
+        high = angle[(j + 1) % n] + (shift + (j + 1) // n * period)
+        while breaks[count] < high and along < ends.size - 1:
+            begin[count], stroke[count] = low, along
+            for power in range(4):
+                cubic[count, power] = cubics[i + 1, power]
+            count += 1
+            breaks[count] = min(high, ends[along + 1])
+            if ends[along + 1] <= high:
+                along += 1
+    return breaks[: count + 1].copy(), begin[:count].copy(), cubic[:count].copy(), stroke[:count].copy()

@@ -1,0 +1,186 @@
+"""The pressure in a cylinder over one cycle, as cubics: what every kind of pressure data is turned into.
+
+Between two breaks p is one cubic, of the crank angle (a table's) or of the volume V = V_c + A x(phi) (a diagram's). At
+a break it may jump; which side is meant is said by the piece.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from solvers.crank.gas.cylinder import Cylinder
+from solvers.crank.motion.slider_crank import ExactMotion, Frame, Stand, displacement_of, stand_at
+from solvers.numerics.jit import inlined_kernel, kernel
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+MOST_POINTS = 20_000
+
+
+class Unrolled(NamedTuple):
+    """Pieces of one period: ``breaks`` (n + 1,) [rad]; where each piece's cubic begins, in rad or m3 (n,); its
+    coefficients, highest power first (n, 4); the stroke it belongs to (n,), even ones downward; and, for cubics of the
+    volume, the motion that tells it, the piston's area [m2] and the clearance volume [m3]."""
+
+    breaks: Array
+    begin: Array
+    cubic: Array
+    stroke: Index
+    by_volume: bool
+    frame: Frame
+    area: float
+    clearance: float
+
+
+@inlined_kernel
+def piece_of(angle: float, breaks: Array) -> int:
+    """The piece that holds an angle of the period."""
+    low, high = 0, breaks.size - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if breaks[middle] <= angle:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@inlined_kernel
+def pressure_at(angle: float, piece: int, gas: Unrolled) -> float:
+    """p [Pa] at an angle of a piece, both its ends included."""
+    return pressure_of(angle, stand_at(angle, gas.frame), piece, gas)
+
+
+@inlined_kernel
+def pressure_of(angle: float, at: Stand, piece: int, gas: Unrolled) -> float:
+    """p [Pa] at an angle of a piece, where the mechanism of ``gas.frame`` stands as ``at`` tells."""
+    t = angle
+    if gas.by_volume:
+        t = gas.clearance + gas.area * displacement_of(at, gas.frame)
+    return _cubic(t - gas.begin[piece], piece, gas)
+
+
+@inlined_kernel
+def _cubic(t: float, piece: int, gas: Unrolled) -> float:
+    c = gas.cubic
+    return ((c[piece, 0] * t + c[piece, 1]) * t + c[piece, 2]) * t + c[piece, 3]
+
+
+@inlined_kernel
+def work_at(volume: float, piece: int, gas: Unrolled) -> float:
+    """The integral of p dV [J] from where the piece's cubic of the volume begins."""
+    t, c = volume - gas.begin[piece], gas.cubic
+    return t * (c[piece, 3] + t * (c[piece, 2] / 2.0 + t * (c[piece, 1] / 3.0 + t * c[piece, 0] / 4.0)))
+
+
+@kernel
+def brix_pressure_at(angle: float, piece: int, gas: Unrolled) -> float:
+    """p [Pa] of the diagram where Brix's construction x = r (1 - cos phi + lambda/2 sin^2 phi) puts the piston.
+
+    The cubic is looked for from that of the exact motion on, within the stroke.
+    """
+    half, sine = math.sin(0.5 * angle), math.sin(angle)
+    r = gas.frame.r
+    volume = gas.clearance + gas.area * r * (2.0 * half * half + 0.5 * r / gas.frame.length * sine * sine)
+    stroke, step, k = gas.stroke[piece], 1, piece
+    if stroke % 2:
+        step = -1
+    while 0 <= k - step < gas.stroke.size and gas.stroke[k - step] == stroke and volume < gas.begin[k]:
+        k -= step
+    while 0 <= k + step < gas.stroke.size and gas.stroke[k + step] == stroke and volume >= gas.begin[k + step]:
+        k += step
+    return _cubic(volume - gas.begin[k], k, gas)
+
+
+@inlined_kernel
+def within(angle: float, breaks: Array) -> float:
+    """The angle, whole periods away, that lies between the breaks."""
+    start, period = breaks[0], breaks[-1] - breaks[0]
+    if start <= angle <= breaks[-1]:
+        return angle
+    return min(max(start + (angle - start) % period, start), breaks[-1])
+
+
+@kernel
+def _pressures(angle: Array, gas: Unrolled, brix: bool) -> Array:
+    out = np.empty(angle.size)
+    for i in range(angle.size):
+        phi = within(angle[i], gas.breaks)
+        k = piece_of(phi, gas.breaks)
+        out[i] = brix_pressure_at(phi, k, gas) if brix else pressure_at(phi, k, gas)
+    return out
+
+
+@kernel
+def refined(gas: Unrolled, more: Array, longest: float) -> Unrolled:
+    """The same pressures in pieces no longer than ``longest`` [rad], with breaks at the rising angles ``more`` too."""
+    at, count, size = 0, 0, gas.breaks.size + more.size
+    ends, owner = np.empty(size), np.empty(size, np.intp)
+    for k in range(gas.stroke.size):
+        ends[count], owner[count] = gas.breaks[k], k
+        count += 1
+        while at < more.size and more[at] < gas.breaks[k + 1]:
+            if more[at] > ends[count - 1]:
+                ends[count], owner[count] = more[at], k
+                count += 1
+            at += 1
+    ends[count] = gas.breaks[-1]
+    total = 0
+    for k in range(count):
+        total += max(math.ceil((ends[k + 1] - ends[k]) / longest), 1)
+    breaks, begin, cubic = np.empty(total + 1), np.empty(total), np.empty((total, 4))
+    stroke, m = np.empty(total, np.intp), 0
+    for k in range(count):
+        parts = max(math.ceil((ends[k + 1] - ends[k]) / longest), 1)
+        for part in range(parts):
+            breaks[m] = ends[k] + (ends[k + 1] - ends[k]) * (part / parts)
+            begin[m], stroke[m] = gas.begin[owner[k]], gas.stroke[owner[k]]
+            for i in range(4):
+                cubic[m, i] = gas.cubic[owner[k], i]
+            m += 1
+    breaks[total] = ends[count]
+    return Unrolled(breaks, begin, cubic, stroke, gas.by_volume, gas.frame, gas.area, gas.clearance)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A pressure cycle over the crank angle, its jumps (angle [rad], p behind less p before [Pa]) at the dead centres,
+    and the points (angles [rad], pressures [Pa]) of a table."""
+
+    unrolled: Unrolled
+    jumps: tuple[tuple[float, float], ...]
+    points: tuple[Array, Array] | None = None
+
+    @property
+    def breaks(self) -> Array:
+        """Angles [rad] of one period, from its start to its end, between which the pressure is smooth."""
+        return self.unrolled.breaks
+
+    def pressure(self, angle: ArrayLike) -> Array:
+        """p(phi) [Pa], same shape as the angles; periodic."""
+        return self._over(angle, False)
+
+    def brix_pressure(self, angle: ArrayLike) -> Array | None:
+        """The same diagram unrolled by Brix's construction [Pa]; None for a table, and with an offset."""
+        return self._over(angle, True) if self.has_brix else None
+
+    @property
+    def has_brix(self) -> bool:
+        return self.unrolled.by_volume and self.unrolled.frame.offset == 0.0
+
+    def _over(self, angle: ArrayLike, brix: bool) -> Array:
+        phi = np.asarray(angle, dtype=float)
+        return _pressures(np.ascontiguousarray(phi).ravel(), self.unrolled, brix).reshape(phi.shape)
+
+
+class Pressure(Protocol):
+    """Pressures as a user has them."""
+
+    def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Curve:
+        """The curve over the crank angle."""

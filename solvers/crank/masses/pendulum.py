@@ -1,0 +1,138 @@
+"""Finding a rod's reduced masses by swinging it from both ends.
+
+With A = g T^2/(4 pi^2) for each end and L the distance of the pivots, l_A = L (A_D - L)/(A_C + A_D - 2L)
+and J_0 = m_r l_A (A_C - l_A). The denominator is -L Delta J/(m_r l_A l_B): the method fails just where the two-mass
+model is exact. Weighing has no such place.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.crank.masses.reduced_rod import RodMasses, require_known, require_positive, scalars, shares
+from solvers.errors import InvalidInput, require
+from solvers.numerics.uncertainty import linear, propagate, sensitivities
+
+STANDARD_GRAVITY = 9.80665
+_NOMINAL = 1e-5
+"""Relative uncertainty of a period that the best stopwatch cannot beat; it judges a request that names none."""
+MEANINGLESS = 0.1
+"""Share of the rod's length; a centre of mass less certain than that is no result."""
+
+
+def amplitude_factor(amplitude: NDArray | float) -> NDArray:
+    """T/T_0 = 1/M(1, cos(theta/2)) of a pendulum of amplitude theta [rad], M the arithmetic-geometric mean.
+
+    Exact for every amplitude below pi; its series begins 1 + theta^2/16 + 11 theta^4/3072. Source: Gauss's formula for
+    the complete elliptic integral.
+    """
+    a, g = np.ones_like(np.asarray(amplitude)), np.cos(0.5 * np.asarray(amplitude))
+    for _ in range(8):
+        a, g = 0.5 * (a + g), np.sqrt(a * g)
+    return 1.0 / a
+
+
+@dataclass(frozen=True)
+class Pendulum:
+    """Periods [s] of the rod hung at its small and its big end; lengths in m, the amplitude in rad.
+
+    ``pivot_distance`` is measured between the two knife edges. Edges that carry the rod inside its bores touch them at
+    their far ends from each other: the bores' radii are then given, and the results refer to their centres.
+    ``uncertainty`` has standard uncertainties by the names of these fields.
+    """
+
+    pivot_distance: float
+    period_small_end: float
+    period_big_end: float
+    rod_mass: float
+    amplitude: float = 0.0
+    gravity: float = STANDARD_GRAVITY
+    small_end_bore_radius: float = 0.0
+    big_end_bore_radius: float = 0.0
+    uncertainty: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        require_positive(self, "pivot_distance", "period_small_end", "period_big_end", "rod_mass", "gravity")
+        require(0 <= self.amplitude < math.pi / 2, "amplitude", "must be less than a right angle", "[0, pi/2)")
+        for name in ("small_end_bore_radius", "big_end_bore_radius"):
+            require(0 <= getattr(self, name) < math.inf, name, "must not be negative", "[0, inf)")
+        between = self.pivot_distance - self.small_end_bore_radius - self.big_end_bore_radius
+        require(between > 0, "pivot_distance", "leaves no room between the bores", "more than both bore radii")
+        require_known(self, self.uncertainty)
+
+
+_INPUTS = (
+    "pivot_distance",
+    "period_small_end",
+    "period_big_end",
+    "rod_mass",
+    "amplitude",
+    "gravity",
+    "small_end_bore_radius",
+    "big_end_bore_radius",
+)
+
+
+def reduced_length(period: NDArray, amplitude: NDArray, gravity: NDArray) -> NDArray:
+    """A = g T_0^2/(4 pi^2) [m], the length of the equivalent simple pendulum."""
+    return gravity * (period / amplitude_factor(amplitude)) ** 2 / (4.0 * math.pi**2)
+
+
+def _swung(x: dict[str, NDArray]) -> dict[str, NDArray]:
+    """The pendulum's formulas on named arrays."""
+    pivots = x["pivot_distance"]
+    small = reduced_length(x["period_small_end"], x["amplitude"], x["gravity"])
+    big = reduced_length(x["period_big_end"], x["amplitude"], x["gravity"])
+    from_pivot = pivots * (big - pivots) / (small + big - 2.0 * pivots)
+    cg = from_pivot - x["small_end_bore_radius"]
+    length = pivots - x["small_end_bore_radius"] - x["big_end_bore_radius"]
+    return shares(cg, length, x["rod_mass"], x["rod_mass"] * from_pivot * (small - from_pivot))
+
+
+def swing(pendulum: Pendulum) -> RodMasses:
+    """Masses, centre and moment of inertia from both periods.
+
+    Raises InvalidInput, with the uncertainty in words, where the periods fit almost every centre of mass (the
+    denominator tends to 0), and where no rod has such periods.
+    """
+    values = {name: float(getattr(pendulum, name)) for name in _INPUTS}
+    given = {name: float(u) for name, u in pendulum.uncertainty.items() if u > 0}
+    judged = given or {n: _NOMINAL * values[n] for n in ("period_small_end", "period_big_end", "pivot_distance")}
+    length = pendulum.pivot_distance - pendulum.small_end_bore_radius - pendulum.big_end_bore_radius
+    with np.errstate(all="ignore"):
+        found = scalars(_swung({name: np.array(value) for name, value in values.items()}))
+        spread = (
+            linear(_swung, values, judged)["rod_cg_from_pin"] if all(map(math.isfinite, found.values())) else math.inf
+        )
+    if not spread <= MEANINGLESS * length:
+        by = "" if given else f" even for a relative uncertainty of {_NOMINAL:g} in what was measured"
+        told = f"is uncertain by {spread:.3g} m{by}" if math.isfinite(spread) else "is not determined at all"
+        raise InvalidInput(
+            "period_big_end",
+            f"the periods fit almost every centre of mass: its distance from the wrist pin {told}, the rod being "
+            f"{length:.3g} m long (A_C + A_D is too near 2L)",
+            "periods of a rod further from the two-mass model, or more certain ones, or the method weighing",
+        )
+    require(
+        0 < found["rod_cg_from_pin"] < length and found["rod_inertia"] > 0,
+        "period_small_end",
+        "no rod has these periods: its centre of mass would lie outside it, or its moment of inertia would be negative",
+        "periods longer than that of a simple pendulum as long as the distance of the centre of mass",
+    )
+    uncertainty = propagate(_swung, values, given) if given else None
+    warnings = []
+    common = sensitivities(_swung, values)["rod_cg_from_pin"]
+    shift = (
+        common["period_small_end"] * values["period_small_end"] + common["period_big_end"] * values["period_big_end"]
+    )
+    if abs(shift) * 1e-3 > 0.005 * length:
+        warnings.append(
+            f"a common error of +0.1 % in both periods moves the centre of mass by {shift * 1e-3 * 1e3:+.2f} mm; "
+            "weighing both ends is the robust alternative"
+        )
+    return RodMasses(found, uncertainty, tuple(warnings))

@@ -1,0 +1,50 @@
+"""A rod reduced to its two pins, as every way of finding its masses tells it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.errors import require
+from solvers.numerics.uncertainty import Propagated
+
+
+@dataclass(frozen=True)
+class RodMasses:
+    """What was found, SI units, None where a method cannot tell; ``uncertainty`` has the same names."""
+
+    values: Mapping[str, float | None]
+    uncertainty: Propagated | None
+    warnings: tuple[str, ...] = ()
+
+
+def require_positive(owner: object, *names: str) -> None:
+    for name in names:
+        value = getattr(owner, name)
+        require(math.isfinite(value) and value > 0, name, "must be positive", "(0, inf)")
+
+
+def require_known(owner: object, uncertainty: Mapping[str, float]) -> None:
+    for name, u in uncertainty.items():
+        known = isinstance(getattr(owner, name, None), (int, float))
+        require(known, f"uncertainty.{name}", "belongs to no quantity that was given", "names of the quantities")
+        require(math.isfinite(u) and u >= 0, f"uncertainty.{name}", "must not be negative", "[0, inf)")
+
+
+def shares(cg: NDArray, length: NDArray, mass: NDArray, inertia: NDArray) -> dict[str, NDArray]:
+    return {
+        "rod_cg_from_pin": cg,
+        "rod_mass_at_pin": mass * (length - cg) / length,
+        "rod_mass_at_crank": mass * cg / length,
+        "rod_inertia": inertia,
+        "inertia_defect": mass * cg * (length - cg) - inertia,
+        "rod_mass": mass,
+    }
+
+
+def scalars(found: Mapping[str, NDArray]) -> dict[str, float]:
+    return {name: float(np.asarray(value)) for name, value in found.items()}

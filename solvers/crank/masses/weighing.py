@@ -1,0 +1,89 @@
+"""Finding a rod's reduced masses by weighing its ends: what the two scales read are the two masses themselves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.crank.masses.pendulum import STANDARD_GRAVITY, reduced_length
+from solvers.crank.masses.reduced_rod import RodMasses, require_known, require_positive, scalars, shares
+from solvers.errors import require
+from solvers.numerics.uncertainty import propagate
+
+
+@dataclass(frozen=True)
+class Weighing:
+    """The rod level on two supports at its pin centres: what each reads [kg], ``length`` apart [m].
+
+    ``rod_mass``, weighed by itself, tells how well the readings close. A period of the rod hung at its small end adds
+    the moment of inertia: the centre of mass is known, so the pendulum's weakness does not show.
+    """
+
+    length: float
+    small_end_reading: float
+    big_end_reading: float
+    rod_mass: float | None = None
+    period_small_end: float | None = None
+    small_end_bore_radius: float = 0.0
+    amplitude: float = 0.0
+    gravity: float = STANDARD_GRAVITY
+    uncertainty: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        require_positive(self, "length", "small_end_reading", "big_end_reading", "gravity")
+        if self.rod_mass is not None:
+            require_positive(self, "rod_mass")
+        if self.period_small_end is not None:
+            require_positive(self, "period_small_end")
+        require(0 <= self.amplitude < math.pi / 2, "amplitude", "must be less than a right angle", "[0, pi/2)")
+        require(0 <= self.small_end_bore_radius < math.inf, "small_end_bore_radius", "must not be negative", "[0, inf)")
+        require_known(self, self.uncertainty)
+
+
+CLOSURE = 0.02
+"""Relative difference between the two readings' sum and the rod's mass beyond which one of them is wrong."""
+
+
+def weigh(weighing: Weighing) -> RodMasses:
+    """m_A and m_B are what the scales read; l_A = L m_B/(m_A + m_B). J_0 only with a period.
+
+    Raises InvalidInput where the readings do not add up to the rod's mass, or no rod has the period.
+    """
+    names = ["length", "small_end_reading", "big_end_reading", "amplitude", "gravity", "small_end_bore_radius"]
+    swung = weighing.period_small_end is not None
+    values = {name: float(getattr(weighing, name)) for name in [*names, *(["period_small_end"] if swung else [])]}
+    total = weighing.small_end_reading + weighing.big_end_reading
+    warnings = []
+    if weighing.rod_mass is not None:
+        gap = total / weighing.rod_mass - 1.0
+        require(
+            abs(gap) <= CLOSURE,
+            "rod_mass",
+            f"differs by {abs(gap) * 100:.2g} % from the sum of the two readings",
+            "within 2 % of small_end_reading + big_end_reading",
+        )
+        warnings.append(f"the readings' sum differs from the rod's mass by {gap * 100:+.3f} %")
+
+    def read(x: dict[str, NDArray]) -> dict[str, NDArray]:
+        mass = x["small_end_reading"] + x["big_end_reading"]
+        cg = x["length"] * x["big_end_reading"] / mass
+        found = shares(cg, x["length"], mass, np.zeros_like(cg))
+        if not swung:
+            return {name: v for name, v in found.items() if name not in ("rod_inertia", "inertia_defect")}
+        arm = cg + x["small_end_bore_radius"]
+        inertia = mass * arm * (reduced_length(x["period_small_end"], x["amplitude"], x["gravity"]) - arm)
+        return shares(cg, x["length"], mass, inertia)
+
+    found = scalars(read({name: np.array(value) for name, value in values.items()}))
+    require(
+        found.get("rod_inertia", 1.0) > 0,
+        "period_small_end",
+        "no rod with these readings swings so fast: its moment of inertia would be negative",
+        "a longer period",
+    )
+    given = {name: float(u) for name, u in weighing.uncertainty.items() if u > 0 and name in values}
+    return RodMasses(found, propagate(read, values, given) if given else None, tuple(warnings))

@@ -1,0 +1,1 @@
+"""What joints and crank carry."""

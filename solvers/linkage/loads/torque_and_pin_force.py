@@ -1,0 +1,162 @@
+"""What the joints and the crank carry at constant crank speed, from the rocker's inertia alone.
+
+The rocker brings the impact energy E at its speed before the blow: J3 = 2 E/(omega u31(2 pi))^2. Then, with
+du31/dphi = s X (see ``angular_velocity_ratio``),
+
+    crank torque           J3 omega^2 u31 u31'              = 2 E u31 s X / u31(2 pi)^2
+    coupler (pin) force    J3 omega^2 |u31'| / (l3 sin nu)  = E lambda2 |X| / (u31(2 pi)^2 l1 T)
+
+where sin nu = 2 sin(nu/2) cos(nu/2), sin(nu/2) = sqrt(lambda0/(lambda2 lambda3)) s and cos(nu/2) =
+T/sqrt(lambda0 lambda2 lambda3) have let s cancel: the force is finite at both ends, where u31' and sin nu vanish.
+Torque in N m and force in N for E in J and lengths in m; both go with E, the force also with 1/l1, neither with speed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.linkage.mechanism.angular_velocity_ratio import motion
+from solvers.linkage.mechanism.kinematics import FourBar
+from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+_SAMPLES, _CROWD = 96, 48
+_EVEN = 1.0 / np.tan(math.pi * np.arange(1, _SAMPLES) / _SAMPLES)
+_BETWEEN = 1.0 / np.tan(math.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES)
+_MISSED = 0.05
+"""What a hump may rise above its highest sample, as a share: in mechanisms of all kinds it was 0.0094 at the most."""
+SHARP = 1e-14
+"""Relative tolerance of a peak's height."""
+
+
+@dataclass(frozen=True)
+class Peaks:
+    """Greatest magnitudes over the cycle, and the crank angles [rad] where they occur."""
+
+    torque: float
+    torque_angle: float
+    force: float
+    force_angle: float
+
+
+def peaks(bar: FourBar, crank: float, energy: float) -> Peaks:
+    """Peak crank torque [N m] and pin force [N] of a mechanism with its crank's length [m] and impact energy [J]."""
+    return peaks_of(tuple(unit_peaks(bar.coefficients[None], np.array([bar.end]), SHARP)[0].tolist()), crank, energy)
+
+
+def peaks_of(row: tuple[float, ...], crank: float, energy: float) -> Peaks:
+    """The same from a row of ``unit_peaks``."""
+    torque, at_torque, force, at_force = row
+    return Peaks(energy * torque, at_torque, energy / crank * force, at_force)
+
+
+def series(bar: FourBar, crank: float, energy: float, phi: Array) -> tuple[Array, Array]:
+    """Crank torque [N m] and pin force [N] at crank angles in [0, 2 pi]."""
+    rows = unit_loads(bar.coefficients, bar.end, np.asarray(phi, float))
+    return energy * rows[0], energy / crank * rows[1]
+
+
+@kernel
+def _loads(coefficients: Array, end: float, short: float) -> tuple[float, float]:
+    """Torque over E, and force times l1 over E, at phi - 2 pi in [-2 pi, 0]: where the rocker comes fast, next to the
+    blow, angles are then known to their own last digit."""
+    return loads_at(coefficients, end, -math.sin(0.5 * short), -math.cos(0.5 * short))
+
+
+@kernel
+def loads_at(coefficients: Array, end: float, s: float, c: float) -> tuple[float, float]:
+    """The same at a half angle's sine and cosine."""
+    base, coupler, rocker, numerator, margin, kappa, sigma = coefficients
+    transfer, rate, root = motion(base, coupler, rocker, numerator, margin, kappa, sigma, s, c)
+    return 2.0 * transfer * s * rate / end**2, coupler * abs(rate) / (end**2 * root)
+
+
+@kernel
+def unit_loads(coefficients: Array, end: float, phi: Array) -> Array:
+    """Torque over E and force times l1 over E at crank angles (m,): shape (2, m)."""
+    out = np.empty((2, phi.size))
+    for j in range(phi.size):
+        out[0, j], out[1, j] = _loads(coefficients, end, phi[j] - 2.0 * math.pi)
+    return out
+
+
+@kernel
+def _cotangents(coefficients: Array) -> Array:
+    """cot(phi/2) over the cycle, falling: evenly in phi, evenly in the angle that opens the second change point near
+    pi, and crowded toward the blow, where a rocker that comes fast turns within e or sqrt(lambda3 kappa/M)."""
+    base, coupler, rocker, numerator, margin, kappa, _ = coefficients
+    stretch = math.sqrt(max(margin, 1e-30) / (base * coupler * rocker))
+    least = 0.03 * min(math.sqrt(rocker * kappa / max(margin, 1e-30)), 0.5 * kappa / abs(numerator), 1.0)
+    closer = least ** (-1.0 / _CROWD)
+    out = np.empty(_EVEN.size + _BETWEEN.size + _CROWD)
+    i, j, crowded = 0, 0, -closer
+    for k in range(out.size):
+        even = _EVEN[i] if i < _EVEN.size else -np.inf
+        opened = _BETWEEN[j] * stretch if j < _BETWEEN.size else -np.inf
+        out[k] = max(even, opened, crowded)
+        if out[k] == even:
+            i += 1
+        elif out[k] == opened:
+            j += 1
+        else:
+            crowded *= closer
+    return out
+
+
+@kernel
+def sampled(row: Array, end: float) -> tuple[Array, Array]:
+    """Crank angles less 2 pi, rising over the cycle, and |torque|/E and force l1/E at them: shapes (m,), (2, m)."""
+    cotangents = _cotangents(row)
+    angles, samples = np.empty(cotangents.size + 2), np.empty((2, cotangents.size + 2))
+    angles[0], angles[-1] = -2.0 * math.pi, 0.0
+    for j in range(angles.size):
+        s, c = 0.0, 1.0 if j == 0 else -1.0
+        if 0 < j < angles.size - 1:
+            s = 1.0 / math.sqrt(1.0 + cotangents[j - 1] * cotangents[j - 1])
+            c = cotangents[j - 1] * s
+            angles[j] = -2.0 * math.atan2(s, -c)
+        torque, samples[1, j] = loads_at(row, end, s, c)
+        samples[0, j] = abs(torque)
+    return angles, samples
+
+
+@kernel
+def unit_peaks(coefficients: Array, end: Array, tolerance: float) -> Array:
+    """Greatest |torque|/E and its angle, greatest force l1/E and its angle, for every row: shape (n, 4). Heights are
+    found to the relative ``tolerance``."""
+    out = np.empty((coefficients.shape[0], 4))
+    for i in range(coefficients.shape[0]):
+        angles, samples = sampled(coefficients[i], end[i])
+        for which in range(2):
+            peak, at = highest(coefficients[i], end[i], angles, samples[which], which, tolerance)
+            out[i, 2 * which], out[i, 2 * which + 1] = peak, at + 2.0 * math.pi
+    return out
+
+
+@kernel
+def highest(row: Array, end: float, angles: Array, samples: Array, which: int, tolerance: float) -> tuple[float, float]:
+    """The greatest value of the torque (0) or the force (1) and its phi - 2 pi: of humps that nearly agree, all are
+    climbed, for their samples do not tell which is the higher one."""
+    need, last = (1.0 - _MISSED) * samples.max(), angles.size - 1
+    place, value, points, heights = np.empty(3), np.empty(3), np.empty(5), np.empty(5)
+    best, at = -1.0, angles[0]
+    for j in range(angles.size):
+        here, before, after = samples[j], max(j - 1, 0), min(j + 1, last)
+        if here < need or (j > 0 and samples[before] >= here) or samples[after] > here:
+            continue
+        place[0], place[1], place[2] = angles[before], angles[j], angles[after]
+        value[0], value[1], value[2] = samples[before], here, samples[after]
+        for _ in range(MOST_ROUNDS):
+            trial_points(place, value, points)
+            for m in range(5):
+                heights[m] = abs(_loads(row, end, points[m])[which])
+            if narrow(place, value, points, heights) <= tolerance * value[1]:
+                break
+        if value[1] > best:
+            best, at = value[1], place[1]
+    return best, at

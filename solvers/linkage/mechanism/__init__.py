@@ -1,0 +1,1 @@
+"""The four-bar itself: types, lengths, angular velocities, closure."""

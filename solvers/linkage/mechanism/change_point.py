@@ -1,0 +1,282 @@
+"""The three change-point four-bars that can strike, and the families that share one kinematic restitution.
+
+Lengths are relative to the crank: base lambda0, coupler lambda2, rocker lambda3; at the blow all four lie on one line.
+
+    largest coupler  lambda0 + lambda3 = 1 + lambda2
+    largest rocker   lambda0 + lambda2 = 1 + lambda3
+    largest base     lambda2 + lambda3 = 1 + lambda0
+
+The restitution R_k = (g - 1)/(g + 1) asks for lambda0 lambda2 = g^2 lambda3; with the closure this leaves one free
+ratio. Differences such as lambda0 - 1 are formed from g^2 - 1 = 4R/(1 - R)^2, never by subtracting rounded ratios; a
+link that cannot be shorter than the crank is 1 + that difference, and so is rounded but once.
+Every formula takes floats, arrays or intervals.
+
+Source: the closures and the condition R_k = R are those of a paper on crank-rocker impact mechanisms (see
+docs/theory/impact-linkage.md); the families in this form are derived there.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, ClassVar
+
+Number = Any
+"""A float, an array, or an interval."""
+
+
+NEAREST = 1e-6
+"""A design keeps this far, relative, from the parallelogram, where the crank barely passes the second change point."""
+
+LONGEST = 1e-3
+"""A design keeps this far from links without end, as a share of g^2 - 1."""
+
+
+@dataclass(frozen=True)
+class Gain:
+    """g = (1 + R)/(1 - R) of a restitution R in [0, 1), with g - 1 and g^2 - 1 kept sharp."""
+
+    restitution: float
+
+    @property
+    def value(self) -> float:
+        return (1.0 + self.restitution) / (1.0 - self.restitution)
+
+    @property
+    def less_one(self) -> float:
+        return 2.0 * self.restitution / (1.0 - self.restitution)
+
+    @property
+    def square(self) -> float:
+        return self.value**2
+
+    @property
+    def square_less_one(self) -> float:
+        return 4.0 * self.restitution / (1.0 - self.restitution) ** 2
+
+    def below(self, ratio: Number) -> Number:
+        """ratio - g; for one number exact to its last bit, however near the ratio comes to g."""
+        if isinstance(ratio, float):
+            r = Fraction(self.restitution)
+            return float(Fraction(ratio) - (1 + r) / (1 - r))
+        return ((ratio - 1.0) - self.restitution * (ratio + 1.0)) / (1.0 - self.restitution)
+
+    def square_below(self, ratio: Number) -> Number:
+        """ratio - g^2, likewise."""
+        if isinstance(ratio, float):
+            r = Fraction(self.restitution)
+            return float(Fraction(ratio) - ((1 + r) / (1 - r)) ** 2)
+        return (ratio - 1.0) - self.square_less_one
+
+
+@dataclass(frozen=True)
+class Ratios:
+    """Links over crank, with lambda - 1 of each kept sharp: all that the kinematics needs beside the kind."""
+
+    base: Number
+    coupler: Number
+    rocker: Number
+    base_less_one: Number
+    coupler_less_one: Number
+    rocker_less_one: Number
+
+
+def plain_ratios(base: float, coupler: float, rocker: float) -> Ratios:
+    """Ratios as measured, without a family to take differences from."""
+    return Ratios(base, coupler, rocker, base - 1.0, coupler - 1.0, rocker - 1.0)
+
+
+@dataclass(frozen=True)
+class ChangePoint(ABC):
+    """One way to bring four links onto one line.
+
+    ``crank_sign`` and ``rocker_sign`` tell where crank pin and rocker joint lie at the blow, seen along the base from
+    the pivot they turn about: +1 in the direction from crank pivot to rocker pivot, -1 against it. The closure is
+    crank_sign lambda0 - rocker_sign lambda2 + crank_sign rocker_sign lambda3 = 1.
+    """
+
+    name: ClassVar[str]
+    parameter: ClassVar[str]
+    crank_sign: ClassVar[float]
+    rocker_sign: ClassVar[float]
+
+    @abstractmethod
+    def family(self, gain: Gain, parameter: Number) -> Ratios:
+        """The mechanism with R_k = R whose free ratio (``parameter``) is given."""
+
+    def least_parameter(self, gain: Gain) -> float:
+        """The crank turns fully where the free ratio exceeds this (for a, c at it: a parallelogram)."""
+        return gain.value
+
+    def pole(self, gain: Gain) -> float:
+        """At free ratios up to this there is no mechanism."""
+        return 0.0
+
+    @abstractmethod
+    def of_transmission(self, gain: Gain, angle: float) -> float:
+        """The free ratio at which nu(pi) = 2 asin(g/lambda2) is this [rad]; inf where it never is."""
+
+    @abstractmethod
+    def of_crank(self, gain: Gain, crank: float) -> float:
+        """The free ratio at which the crank over V (see ``optimum.family``) is this; inf where it never is."""
+
+    def beyond_least(self, gain: Gain, parameter: float) -> float:
+        """How far a free ratio lies beyond its least value, relative to it."""
+        return gain.below(parameter) / gain.value
+
+    def least_margin(self, gain: Gain) -> float:
+        """How far beyond the least value, relative to it, the free ratio must lie for a design."""
+        return NEAREST
+
+    @abstractmethod
+    def margin_of_base(self, gain: Gain, base: float) -> float | None:
+        """How far beyond, relative to it, the base is this many cranks long; None where no base grows without end."""
+
+    @property
+    def closure_signs(self) -> tuple[float, float, float]:
+        """Of base, coupler and rocker in the closure."""
+        return self.crank_sign, -self.rocker_sign, self.crank_sign * self.rocker_sign
+
+    def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
+        """Closure surplus in crank lengths: 0 for a change-point mechanism of this kind."""
+        signs = self.closure_signs
+        return signs[0] * base + signs[1] * coupler + signs[2] * rocker - 1.0
+
+    def half_angle_coefficient(self, ratios: Ratios) -> Number:
+        """N, the numerator's factor of tan(phi3/2)."""
+        return self.crank_sign * self._lever(ratios)
+
+    def rotatability_margin(self, ratios: Ratios) -> Number:
+        """M = lambda0 (lambda2 lambda3 - lambda0); the crank turns fully where it is not negative."""
+        return ratios.base * self._beside(ratios) * self._lever(ratios)
+
+    def half_turn_margin(self, ratios: Ratios) -> Number:
+        """lambda0 lambda3 - lambda2: 0 where the rocker swings through half a turn."""
+        return self.pin_to_pivot(ratios) * self._beside(ratios)
+
+    def pin_to_pivot(self, ratios: Ratios) -> Number:
+        """e, from the rocker's pivot to the crank pin at the blow."""
+        return ratios.base_less_one if self.crank_sign > 0 else ratios.base + 1.0
+
+    def _lever(self, ratios: Ratios) -> Number:
+        """|N| = lambda2 + rocker_sign."""
+        return ratios.coupler + 1.0 if self.rocker_sign > 0 else ratios.coupler_less_one
+
+    def _beside(self, ratios: Ratios) -> Number:
+        """lambda3 - crank_sign rocker_sign."""
+        return ratios.rocker_less_one if self.crank_sign * self.rocker_sign > 0 else ratios.rocker + 1.0
+
+
+@dataclass(frozen=True)
+class LargestCoupler(ChangePoint):
+    name = "largest_coupler"
+    parameter = "lambda2"
+    crank_sign = 1.0
+    rocker_sign = 1.0
+
+    def family(self, gain: Gain, parameter: Number) -> Ratios:
+        down = parameter + gain.square
+        base_less_one = parameter * gain.square_less_one / down
+        return Ratios(
+            base=1.0 + base_less_one,
+            coupler=parameter,
+            rocker=parameter * (parameter + 1.0) / down,
+            base_less_one=base_less_one,
+            coupler_less_one=parameter - 1.0,
+            rocker_less_one=gain.below(parameter) * (parameter + gain.value) / down,
+        )
+
+    def of_transmission(self, gain: Gain, angle: float) -> float:
+        return gain.value / math.sin(0.5 * angle)
+
+    def of_crank(self, gain: Gain, crank: float) -> float:
+        return gain.less_one / crank - 1.0
+
+    def margin_of_base(self, gain: Gain, base: float) -> float | None:
+        # The base is below g^2 cranks.
+        return None
+
+
+@dataclass(frozen=True)
+class LargestRocker(ChangePoint):
+    name = "largest_rocker"
+    parameter = "lambda2"
+    crank_sign = 1.0
+    rocker_sign = -1.0
+
+    def family(self, gain: Gain, parameter: Number) -> Ratios:
+        less_one = parameter - 1.0
+        down = gain.square_below(parameter)
+        base_less_one = parameter * gain.square_less_one / down
+        rocker_less_one = (less_one * less_one + gain.square_less_one) / down
+        return Ratios(
+            base=1.0 + base_less_one,
+            coupler=parameter,
+            rocker=1.0 + rocker_less_one,
+            base_less_one=base_less_one,
+            coupler_less_one=less_one,
+            rocker_less_one=rocker_less_one,
+        )
+
+    def least_parameter(self, gain: Gain) -> float:
+        return gain.square
+
+    def pole(self, gain: Gain) -> float:
+        return gain.square
+
+    def of_transmission(self, gain: Gain, angle: float) -> float:
+        return gain.value / math.sin(0.5 * angle)
+
+    def of_crank(self, gain: Gain, crank: float) -> float:
+        return gain.less_one / crank + 1.0
+
+    def beyond_least(self, gain: Gain, parameter: float) -> float:
+        return gain.square_below(parameter) / gain.square
+
+    def least_margin(self, gain: Gain) -> float:
+        # The base is then about 1000 g^2 cranks long.
+        return LONGEST * gain.square_less_one / gain.square
+
+    def margin_of_base(self, gain: Gain, base: float) -> float | None:
+        # g^2 (p - 1)/(p - g^2) with p = g^2 (1 + margin).
+        return gain.square_less_one / (base - gain.square) if base > gain.square else None
+
+
+@dataclass(frozen=True)
+class LargestBase(ChangePoint):
+    name = "largest_base"
+    parameter = "lambda0"
+    crank_sign = -1.0
+    rocker_sign = -1.0
+
+    def family(self, gain: Gain, parameter: Number) -> Ratios:
+        down = parameter + gain.square
+        coupler_less_one = parameter * gain.square_less_one / down
+        return Ratios(
+            base=parameter,
+            coupler=1.0 + coupler_less_one,
+            rocker=parameter * (parameter + 1.0) / down,
+            base_less_one=parameter - 1.0,
+            coupler_less_one=coupler_less_one,
+            rocker_less_one=gain.below(parameter) * (parameter + gain.value) / down,
+        )
+
+    def of_transmission(self, gain: Gain, angle: float) -> float:
+        # g (g - sin(nu/2))/(g sin(nu/2) - 1), with 1 - sin(nu/2) = 2 sin^2((pi - nu)/4).
+        short = 2.0 * math.sin(0.25 * (math.pi - angle)) ** 2
+        down = gain.less_one * (1.0 - short) - short
+        return gain.value * (gain.less_one + short) / down if down > 0 else math.inf
+
+    def of_crank(self, gain: Gain, crank: float) -> float:
+        more = crank * (gain.value + 1.0) - 1.0
+        return gain.square / more if more > 0 else math.inf
+
+    def margin_of_base(self, gain: Gain, base: float) -> float | None:
+        return base / gain.value - 1.0 if base > gain.value else None
+
+
+LARGEST_COUPLER, LARGEST_ROCKER, LARGEST_BASE = LargestCoupler(), LargestRocker(), LargestBase()
+KINDS: dict[str, ChangePoint] = {kind.name: kind for kind in (LARGEST_COUPLER, LARGEST_ROCKER, LARGEST_BASE)}
+"""The kinds by name."""

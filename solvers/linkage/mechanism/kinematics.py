@@ -1,0 +1,144 @@
+"""A change-point four-bar that turns: angles, joints and angular velocities at any crank angle.
+
+Lengths in cranks, angles in rad; the formulas are in ``angular_velocity_ratio``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_rate
+from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios, plain_ratios
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FourBar:
+    """A change-point mechanism of a kind; all quantities in crank lengths."""
+
+    kind: ChangePoint
+    ratios: Ratios
+
+    @cached_property
+    def coefficients(self) -> Array:
+        """lambda0, lambda2, lambda3, N, M, kappa, sigma: shape (7,)."""
+        return coefficients(self.kind, self.ratios)
+
+    @property
+    def gain(self) -> float:
+        """g = sqrt(lambda0 lambda2/lambda3)."""
+        return float(np.sqrt(self.ratios.base * self.ratios.coupler / self.ratios.rocker))
+
+    @property
+    def gain_less_one(self) -> float:
+        """g - 1 = (kappa/lambda3)/(g + 1)."""
+        return float(self.coefficients[5] / self.ratios.rocker) / (self.gain + 1.0)
+
+    @property
+    def restitution(self) -> float:
+        """R_k = (g - 1)/(g + 1)."""
+        return self.gain_less_one / (self.gain + 1.0)
+
+    @property
+    def start(self) -> float:
+        """|u31(0)| = (g - 1)/e, after the blow."""
+        return self.gain_less_one / float(self.kind.pin_to_pivot(self.ratios))
+
+    @property
+    def end(self) -> float:
+        """|u31(2 pi)| = (g + 1)/e, before the blow."""
+        return (self.gain + 1.0) / float(self.kind.pin_to_pivot(self.ratios))
+
+    @property
+    def rotatable(self) -> bool:
+        """Whether the crank turns fully."""
+        return float(self.coefficients[4]) >= 0.0
+
+    @property
+    def swing(self) -> float:
+        """Angle of the rocker between its ends [rad]: 2 asin(g/lambda0), with g = lambda0 the greatest (pi)."""
+        return float(swing(self.kind, self.ratios))
+
+    @property
+    def longest(self) -> float:
+        """The longest link, in cranks."""
+        return float(max(self.ratios.base, self.ratios.coupler, self.ratios.rocker, 1.0))
+
+    def transfer(self, phi: Array | float) -> Array:
+        """u31 at crank angles in [-2 pi, 2 pi]; same shape."""
+        return self._transfer(phi)[0]
+
+    def transfer_slope(self, phi: Array | float) -> Array:
+        """du31/dphi at crank angles; same shape."""
+        s, _ = half_angle(phi)
+        return s * self._transfer(phi)[1]
+
+    def rocker_angle(self, phi: Array | float) -> Array:
+        """phi3 [rad], 0 at the blow; same shape."""
+        s, c = half_angle(phi)
+        base, coupler, rocker, numerator, margin, kappa, _ = self.coefficients
+        root = np.sqrt(base * coupler * rocker * c * c + margin * s * s)
+        back = (rocker * kappa * c * c + margin * s * s) / (root - rocker * np.minimum(c, 0.0))
+        return 2.0 * np.arctan2(numerator * s, np.where(c < 0, back, rocker * c + root))
+
+    def transmission_angle(self, phi: Array | float) -> Array:
+        """nu [rad] between coupler and rocker: tan(nu/2) = lambda0 sin(phi/2)/T."""
+        s, c = half_angle(phi)
+        base, coupler, rocker, _, margin, _, _ = self.coefficients
+        return 2.0 * np.arctan2(base * s, np.sqrt(np.maximum(base * coupler * rocker * c * c + margin * s * s, 0.0)))
+
+    def joints(self, phi: Array | float) -> tuple[Array, Array]:
+        """Crank pin B and rocker joint C in cranks, each (2, n); crank pivot at 0, rocker pivot at (lambda0, 0)."""
+        angle, swung = np.atleast_1d(np.asarray(phi, float)), np.atleast_1d(self.rocker_angle(phi))
+        pin = self.kind.crank_sign * np.stack([np.cos(angle), np.sin(angle)])
+        joint = self.kind.rocker_sign * self.ratios.rocker * np.stack([np.cos(swung), np.sin(swung)])
+        joint[0] += self.ratios.base
+        return pin, joint
+
+    def _transfer(self, phi: Array | float) -> tuple[Array, Array]:
+        s, c = half_angle(phi)
+        u, x = np.empty((1, s.size)), np.empty((1, s.size))
+        transfer_and_rate(self.coefficients[None], s.ravel(), c.ravel(), u, x)
+        return u.reshape(s.shape), x.reshape(s.shape)
+
+
+def of_family(kind: ChangePoint, restitution: float, parameter: float) -> FourBar:
+    """The mechanism of a kind with R_k = ``restitution`` and the kind's free ratio."""
+    return FourBar(kind, kind.family(Gain(restitution), parameter))
+
+
+def of_lengths(kind: ChangePoint, base: float, coupler: float, rocker: float) -> FourBar:
+    """A mechanism of given ratios that closes."""
+    return FourBar(kind, plain_ratios(base, coupler, rocker))
+
+
+def coefficients(kind: ChangePoint, ratios: Ratios) -> Array:
+    """lambda0, lambda2, lambda3, N, M, kappa, sigma in the last axis; kappa = |N| e."""
+    numerator = kind.half_angle_coefficient(ratios)
+    kappa = np.abs(numerator) * kind.pin_to_pivot(ratios)
+    parts = [
+        ratios.base,
+        ratios.coupler,
+        ratios.rocker,
+        numerator,
+        kind.rotatability_margin(ratios),
+        kappa,
+        kind.rocker_sign,
+    ]
+    return np.stack(np.broadcast_arrays(*(np.asarray(part, float) for part in parts)), axis=-1)
+
+
+def swing(kind: ChangePoint, ratios: Ratios) -> Array:
+    """Angle of the rocker between its ends [rad]: 2 asin(sqrt(lambda2/(lambda0 lambda3))), sharp near pi."""
+    return 2.0 * np.arctan2(np.sqrt(ratios.coupler), np.sqrt(np.maximum(kind.half_turn_margin(ratios), 0.0)))
+
+
+def half_angle(phi: Array | float) -> tuple[Array, Array]:
+    """sin(phi/2) >= 0 and cos(phi/2) of an angle in [-2 pi, 2 pi], a negative one counted back from 2 pi."""
+    angle = np.asarray(phi, float)
+    return np.abs(np.sin(0.5 * angle)), np.where(angle < 0, -1.0, 1.0) * np.cos(0.5 * angle)

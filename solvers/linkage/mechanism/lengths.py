@@ -1,0 +1,81 @@
+"""A linkage of given size: its four lengths, whether it turns and whether it can strike."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from solvers.errors import require
+from solvers.linkage.mechanism.change_point import ChangePoint, Ratios
+from solvers.linkage.mechanism.closure import Closure, closure, confinement, turns_fully
+from solvers.linkage.mechanism.kinematics import FourBar
+
+_NAMES = ("base", "crank", "coupler", "rocker")
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """Links [m]: base l0, crank l1, coupler l2, rocker l3. Raises InvalidInput for links that cannot close."""
+
+    base: float
+    crank: float
+    coupler: float
+    rocker: float
+
+    def __post_init__(self) -> None:
+        for name, value in zip(_NAMES, self.links, strict=True):
+            require(math.isfinite(value) and value > 0, f"lengths.{name}", "must be positive", "(0, inf)")
+        longest = max(self.links)
+        name = _NAMES[self.links.index(longest)]
+        others = self.base + self.crank + self.coupler + self.rocker - longest
+        require(longest < others, f"lengths.{name}", "the other links cannot reach around it", "less than their sum")
+
+    @property
+    def links(self) -> tuple[float, float, float, float]:
+        """Base, crank, coupler, rocker [m]."""
+        return self.base, self.crank, self.coupler, self.rocker
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A linkage to evaluate: its kind and ratios, the crank's length [m], and how far its closure is missed."""
+
+    bar: FourBar
+    crank: float
+    closure: Closure
+
+    @property
+    def lengths(self) -> Lengths:
+        r = self.bar.ratios
+        return Lengths(self.crank * r.base, self.crank, self.crank * r.coupler, self.crank * r.rocker)
+
+    @property
+    def rotatable(self) -> bool:
+        """Whether the crank turns fully."""
+        return self.bar.rotatable if self.closure.closes else turns_fully(*self.lengths.links)
+
+    @property
+    def can_strike(self) -> bool:
+        """Whether the links close, and the crank pin lies so that the rocker can reverse at the blow: kappa, e > 0."""
+        kind, ratios = self.bar.kind, self.bar.ratios
+        lever = kind.crank_sign * float(kind.half_angle_coefficient(ratios))
+        return self.closure.closes and float(kind.pin_to_pivot(ratios)) > 0 and lever > 0
+
+    @property
+    def confined(self) -> float | None:
+        """The crank angle [rad] to either side of the blow that the crank cannot exceed; None where there is none."""
+        if not self.closure.closes:
+            return confinement(self.bar)
+        base, coupler, rocker, _, margin, _, _ = self.bar.coefficients.tolist()
+        return 2.0 * math.atan(math.sqrt(base * coupler * rocker / -margin)) if margin < 0 else None
+
+
+def of_lengths(lengths: Lengths, preferred: ChangePoint | None = None) -> Mechanism:
+    """A mechanism of given lengths, as the kind whose closure it comes nearest to.
+
+    ``preferred`` is the kind taken where it closes as more than one.
+    """
+    found = closure(*lengths.links, preferred)
+    links = (lengths.base, lengths.coupler, lengths.rocker)
+    ratios = Ratios(*(x / lengths.crank for x in links), *((x - lengths.crank) / lengths.crank for x in links))
+    return Mechanism(FourBar(found.kind, ratios), lengths.crank, found)

@@ -1,0 +1,146 @@
+"""The mechanisms of one kind and one restitution as a family of one free ratio, with sizes per unit of stroke speed.
+
+V = l1 lambda3 |u31(2 pi)| [m] is the speed of the rocker's joint before the blow over the crank's: given V, all lengths
+follow from the free ratio. With g = (1 + R)/(1 - R), l1 = V e/(lambda3 (g + 1)), and
+
+| kind | l1/V | l0/V | l2/V | l3/V |
+|---|---|---|---|---|
+| largest coupler, p = lambda2 | (g-1)/(p+1) | (g-1) g^2/(g^2+p) | (g-1) p/(p+1) | (g-1) p/(g^2+p) |
+| largest rocker, p = lambda2 | (g-1)/(p-1) | (g-1) g^2/(p-g^2) | (g-1) p/(p-1) | (g-1) p/(p-g^2) |
+| largest base, p = lambda0 | (p+g^2)/(p(g+1)) | (p+g^2)/(g+1) | g^2 (p+1)/(p(g+1)) | (p+1)/(g+1) |
+
+Each is monotone in p, and so are e, lambda0 (hence the swing 2 asin(g/lambda0)) and nu(pi): over a range of p every one
+of them lies between its values at the ends. This is what the proofs of optimality rest on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
+from solvers.linkage.mechanism.kinematics import FourBar, coefficients, swing
+from solvers.linkage.swept_area.outline import outlines
+
+Array = NDArray[np.float64]
+
+GREATEST_MARGIN = 1e3
+"""How far a design's free ratio should lie beyond its least value, relative to it: farther links grow without end."""
+
+FURTHER = 1e6
+"""So much closer to either end proofs look at the free ratio: to 1e-12 from the parallelogram and to links of a billion
+cranks. Farther out no figure changes by more than 1e-8 of itself but those that grow without end."""
+
+
+@dataclass(frozen=True)
+class Members:
+    """Members of a family, one a row: ratios, sizes per V (n, 4), |u31(2 pi)|, swing [rad], nu(pi) [rad]."""
+
+    kind: ChangePoint
+    ratios: Ratios
+    lengths: Array
+    end: Array
+    swing: Array
+    transmission: Array
+
+    @cached_property
+    def coefficients(self) -> Array:
+        """As in ``kinematics``: (n, 7)."""
+        return coefficients(self.kind, self.ratios)
+
+    @property
+    def longest(self) -> Array:
+        return self.lengths.max(axis=1)
+
+    def part(self, rows: slice) -> Members:
+        """Some of the rows."""
+        r = self.ratios
+        ratios = Ratios(
+            r.base[rows], r.coupler[rows], r.rocker[rows],
+            r.base_less_one[rows], r.coupler_less_one[rows], r.rocker_less_one[rows],
+        )  # fmt: skip
+        return Members(self.kind, ratios, self.lengths[rows], self.end[rows], self.swing[rows], self.transmission[rows])
+
+
+@dataclass(frozen=True)
+class Family:
+    """A kind at one restitution. The free ratio is written p = least (1 + exp(q)); q is what searches run over, all of
+    ``range``, or a part of the family within these ends."""
+
+    kind: ChangePoint
+    gain: Gain
+    part: tuple[float, float] | None = None
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Ends of q: of what a design may be, unless the family is a part."""
+        return self.part or (math.log(self.kind.least_margin(self.gain)), math.log(GREATEST_MARGIN))
+
+    @property
+    def tails(self) -> tuple[Family, Family]:
+        """What lies beyond both ends: next to the parallelogram or to links without end."""
+        low, high = Family(self.kind, self.gain).range
+        more = math.log(FURTHER)
+        return replace(self, part=(low - more, low)), replace(self, part=(high, high + more))
+
+    def parameter(self, q: Array | float) -> Array:
+        least = self.kind.least_parameter(self.gain)
+        return least * (1.0 + np.exp(q))
+
+    def member(self, q: float) -> FourBar:
+        return FourBar(self.kind, self.kind.family(self.gain, float(self.parameter(q))))
+
+    def members(self, q: Array) -> Members:
+        """All that is closed form, for many free ratios at once."""
+        r = self.kind.family(self.gain, self.parameter(q))
+        reach, g = self.kind.pin_to_pivot(r), self.gain.value
+        crank = reach / (r.rocker * (g + 1.0))
+        lengths = np.empty((crank.size, 4))
+        lengths[:, 0], lengths[:, 1], lengths[:, 2], lengths[:, 3] = 1.0, r.base, r.coupler, r.rocker
+        lengths *= crank[:, None]
+        return Members(
+            kind=self.kind,
+            ratios=r,
+            lengths=lengths,
+            end=(g + 1.0) / reach,
+            swing=swing(self.kind, r),
+            transmission=2.0 * np.arctan2(r.base, np.sqrt(np.maximum(self.kind.rotatability_margin(r), 0.0))),
+        )
+
+    def margin_of_transmission(self, angle: float) -> float | None:
+        """q of the member whose nu(pi) [rad] is this; None where no member's is. nu(pi) falls with q."""
+        return self._margin(self.kind.of_transmission(self.gain, angle)) if angle > 0 else None
+
+    def margin_of_crank(self, crank: float) -> float | None:
+        """q of the member whose crank per V is this; None where no member's is. The crank per V falls with q."""
+        return self._margin(self.kind.of_crank(self.gain, crank))
+
+    def _margin(self, parameter: float) -> float | None:
+        beyond = self.kind.beyond_least(self.gain, parameter) if math.isfinite(parameter) else math.inf
+        low, high = self.range
+        return math.log(beyond) if math.exp(low) <= beyond <= math.exp(high) else None
+
+    def margin_where(self, read: Callable[[Members], Array], wanted: float) -> float | None:
+        """q of the member whose ``read`` value, positive and monotone in q, is the wanted one; None where none is."""
+        if wanted <= 0:
+            return None
+        low, high = self.range
+
+        def distance(q: float) -> float:
+            return math.log(float(read(self.members(np.array([q])))[0]) / wanted)
+
+        ends = distance(low), distance(high)
+        if ends[0] * ends[1] > 0:
+            return None
+        from scipy.optimize import brentq
+
+        return float(brentq(distance, low, high, xtol=1e-15, rtol=1e-15))
+
+    def outlines(self, members: Members) -> Array:
+        """Swept outlines per V (see ``swept_area.outline``): shape (n, 8)."""
+        return outlines(self.kind, members.ratios, members.lengths[:, 0], members.swing)

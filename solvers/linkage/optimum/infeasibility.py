@@ -1,0 +1,167 @@
+"""Why no linkage meets the limits: each judged alone and with all the others, and the type that comes closest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.linkage.optimum.branch_and_bound import search
+from solvers.linkage.optimum.family import Family
+from solvers.linkage.problem import (
+    EnclosingRadius,
+    Limits,
+    LinkageProblem,
+    LongestLink,
+    Objective,
+    PeakTorque,
+    PinForce,
+    Quantities,
+    Subproblem,
+)
+from solvers.outcome import Shortfall
+
+Array = NDArray[np.float64]
+
+_GAP = 1e-2
+"""To which what is attainable is proven to be the best; its value is that of a linkage, to rounding."""
+
+
+class _Fit(Objective):
+    """The least max(W/width, H/height): how far the box is from fitting."""
+
+    name = "fit"
+    effect = "envelope"
+
+    def cost(self, quantities: Quantities) -> Array:
+        return quantities.scale[0] * quantities.fit
+
+
+class _ShortestLink(Objective):
+    """One over the crank, the shortest link."""
+
+    name = "min_link"
+    sign = -1
+    grows = True
+
+    def cost(self, quantities: Quantities) -> Array:
+        return 1.0 / (quantities.scale[1] * quantities.crank)
+
+
+@dataclass(frozen=True)
+class _Limit:
+    """A limit, the objective that serves it, and what would help."""
+
+    name: str
+    objective: Objective
+    advice: str
+
+    def met(self, limits: Limits, value: float) -> bool:
+        asked = getattr(limits, self.name)
+        return value <= asked * (1 + 1e-9) if self.objective.sign > 0 else value >= asked * (1 - 1e-9)
+
+    def without(self, limits: Limits) -> Limits:
+        return replace(limits, **{self.name: 0.0 if self.name == "min_link" else None})
+
+
+_LIMITS = (
+    _Limit("min_link", _ShortestLink(), "a lower blow frequency, a higher impact speed or restitution would raise it"),
+    _Limit("longest_link", LongestLink(), "a higher blow frequency or a lower impact speed would shorten it"),
+    _Limit("enclosing_radius", EnclosingRadius(), "a higher blow frequency or a lower impact speed would lower it"),
+    _Limit("max_pin_force", PinForce(), "more room, a lower impact energy or a lower blow frequency would lower it"),
+)
+_SMALLER = "a higher blow frequency, a lower impact speed or smaller joints would lower it"
+
+
+def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
+    """One entry per limit that cannot be met: alone if it cannot be met even alone, else with all the others.
+
+    ``attainable`` is the best value to be had in that company over the allowed types, None where there is none.
+    """
+    asked = problem.limits
+    free = problem.subproblem.fixed_scale is None
+    # Where the size is free a least link is what gives the mechanism any size, so it stays.
+    bare = Limits(
+        min_link=asked.min_link if free else 0.0,
+        joint_radius=asked.joint_radius,
+        transmission_angle=asked.transmission_angle,
+    )
+    if (
+        problem.subproblem.fixed_end is not None
+        and _best(problem, Subproblem(problem.scene, bare, PeakTorque())) is None
+    ):
+        return (_motion(problem),)
+    boxes = replace(bare, width=asked.width, height=asked.height)
+    return (
+        _short(problem, lambda _: bare, boxes, "out of reach even alone")
+        or _short(problem, lambda limit: limit.without(asked), asked, "can be met alone, but not with the others")
+        or (_motion(problem),)
+    )
+
+
+def _short(
+    problem: LinkageProblem, company: Callable[[_Limit], Limits], boxes: Limits, why: str
+) -> tuple[Shortfall, ...]:
+    """The limits that cannot be met in the company of others."""
+    asked, out = problem.limits, []
+    for limit in _LIMITS:
+        required = getattr(asked, limit.name)
+        if not required or not _judged(problem, limit, company(limit)):
+            continue
+        found = _best(problem, Subproblem(problem.scene, company(limit), limit.objective))
+        if found is None or not limit.met(asked, limit.objective.value(found[0])):
+            reached = None if found is None else (limit.objective.value(found[0]), found[1])
+            out.append(_entry(limit.name, required, reached, why, limit.advice))
+    return tuple(out) + _sides(problem, boxes, why)
+
+
+def _judged(problem: LinkageProblem, limit: _Limit, limits: Limits) -> bool:
+    """Whether the best value for a limit is finite: a free size needs a bound on the side that matters."""
+    if problem.subproblem.fixed_scale is not None:
+        return True
+    if limit.objective.grows:
+        return limits.sized
+    return limits.min_link > 0
+
+
+def _best(problem: LinkageProblem, subproblem: Subproblem) -> tuple[float, str] | None:
+    """(least cost, type) among the mechanisms that the subproblem's limits allow."""
+    found = []
+    for kind in problem.kinds:
+        best = search(subproblem, Family(kind, problem.scene.restitution.gain), _GAP)
+        if best.q is not None and math.isfinite(best.cost):
+            found.append((best.cost, kind.name))
+    return min(found, default=None)
+
+
+def _sides(problem: LinkageProblem, limits: Limits, why: str) -> tuple[Shortfall, ...]:
+    """Width and height together: the least factor by which what is left beside the pads must grow."""
+    if (limits.width is None and limits.height is None) or not _judged(problem, _LIMITS[1], limits):
+        return ()
+    found = _best(problem, Subproblem(problem.scene, limits, _Fit(), boxed=False))
+    if found is not None and found[0] <= 1 + 1e-9:
+        return ()
+    pads, out = 2.0 * limits.joint_radius, []
+    for side in ("width", "height"):
+        value = getattr(limits, side)
+        if value is not None:
+            reached = None if found is None else (found[0] * (value - pads) + pads, found[1])
+            out.append(_entry(side, value, reached, why, _SMALLER))
+    return tuple(out)
+
+
+def _motion(problem: LinkageProblem) -> Shortfall:
+    """What is left where every limit can be met: the speed itself, the tool, or the transmission angle."""
+    scene = problem.scene
+    reason = "no allowed type strikes at this speed, frequency and tool radius within the transmission angle's limits"
+    return Shortfall("impact_speed", scene.impact_speed, None, f"{reason}; another tool radius or frequency may do")
+
+
+def _entry(name: str, required: float, found: tuple[float, str] | None, why: str, advice: str) -> Shortfall:
+    if found is None:
+        return Shortfall(name, required, None, f"the other limits leave no mechanism at all; {advice}")
+    closest = found[1].replace("_", " ")
+    return Shortfall(name, required, found[0], f"{why}, closest with the {closest}; {advice}")

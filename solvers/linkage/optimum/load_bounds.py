@@ -1,0 +1,174 @@
+"""Peak loads over ranges of the free ratio, from below.
+
+A peak over the cycle is nowhere below the load at any one crank angle, so what bounds the load at one angle from below
+bounds the peak. The best angle is next to that of the peak of a member within the range.
+
+In terms of y = lambda0/lambda3 = g^2/lambda2, which falls with the free ratio in every type, and of lengths in rockers,
+the formulas of ``angular_velocity_ratio`` and ``torque_and_pin_force`` lose all else that varies. In magnitudes, with
+n = |y + sigma| in place of N, m = g^2 - y^2 in place of M, and n e = g^2 - 1:
+
+    t^2 = g^2 c^2 + m s^2,  d = c + t,  a = t + g^2 c,  h = t - sigma y c,  b = d^2 + n^2 s^2
+    X = n Y/(t^2 b),  Y = a h^2/b - g^2 m/(2 t)
+    torque/E = 2 s (g - 1)^2 a Y/(t^3 b^2),  force V/E = (g - 1) g^2 Y/(y t^3 b)
+
+and likewise the forms for c < 0. V is the scale of ``family``: the force at a given speed of the blow.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.linkage.loads.torque_and_pin_force import highest, loads_at, sampled
+from solvers.linkage.mechanism.angular_velocity_ratio import motion
+from solvers.numerics.intervals import kept, minus, over, plus, raised, rooted, scaled, squared, times
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+TORQUE, FORCE = 0, 1
+_ANGLE_TOLERANCE = 1e-9
+"""Relative tolerance of a peak at whose angle a load is bounded: any angle gives a bound, one next to it a good one."""
+_BELOW = 0.05
+"""How much lower than the peak, relative, another hump may be that is the peak elsewhere in a range."""
+_NEARER, _MOST_STEPS = 0.25, 12
+"""By what a step about a known angle is shortened where the peak is within it, and how many are tried."""
+
+
+@kernel
+def peak_places(coefficients: Array, end: Array, which: int) -> Array:
+    """The crank angle less 2 pi at which every row has its peak torque (0) or force (1) and the mean distance of the
+    samples about it; the same of its next highest hump, with a distance of 0 where that is far lower: shape (n, 4)."""
+    out = np.zeros((coefficients.shape[0], 4))
+    for i in range(out.shape[0]):
+        angles, samples = sampled(coefficients[i], end[i])
+        heights, last, need = samples[which], angles.size - 1, 0.0
+        for k in range(2):
+            top = np.argmax(heights)
+            if heights[top] < need:
+                break
+            _, at = highest(coefficients[i], end[i], angles, heights, which, _ANGLE_TOLERANCE)
+            top = min(max(np.searchsorted(angles, at), 1), last - 1)
+            out[i, 2 * k], out[i, 2 * k + 1] = at, 0.5 * _NEARER * (angles[top + 1] - angles[top - 1])
+            need = (1.0 - _BELOW) * heights.max()
+            # The next one beyond the feet of this hump.
+            if heights[top - 1] > heights[top]:
+                top -= 1
+            low, high = top, top
+            while low > 0 and heights[low - 1] <= heights[low]:
+                low -= 1
+            while high < last and heights[high + 1] <= heights[high]:
+                high += 1
+            heights[low : high + 1] = 0.0
+    return out
+
+
+@kernel
+def least_loads(
+    low: Array, rows: Array, high: Array, end: Array, gain: float, which: int, places: Array
+) -> Array:  # fmt: skip
+    """Lower bounds of torque/E (0) or force V/E (1) over ranges of the free ratio, shape (n,), from the coefficients of
+    the members at the ranges' low ends, of some within, and at the high ends, (n, 7) each; |u31(2 pi)| of those within.
+    ``places``, as of ``peak_places``, are closed in on.
+    """
+    out = np.empty(places.shape[0])
+    for i in range(out.size):
+        best, angle = -1.0, 0.0
+        for k in range(0, 4, 2):
+            if k == 0 or places[i, k + 1] > 0.0:
+                places[i, k], places[i, k + 1], height = _nearer(rows[i], end[i], which, places[i, k], places[i, k + 1])
+                if height > best:
+                    best, angle = height, places[i, k]
+        s, c = -math.sin(0.5 * angle), -math.cos(0.5 * angle)
+        row = rows[i]
+        _, rate, _ = motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6], s, c)
+        out[i] = _least_load(low[i], row, high[i], gain, which, s, c, math.copysign(rate, row[3] * rate))
+    return out
+
+
+@kernel
+def _load(row: Array, end: float, which: int, angle: float) -> float:
+    return abs(loads_at(row, end, -math.sin(0.5 * angle), -math.cos(0.5 * angle))[which])
+
+
+@kernel
+def _nearer(row: Array, end: float, which: int, angle: float, step: float) -> tuple[float, float, float]:
+    """The vertex of the parabola through a load about an angle and a step to either side, twice, and farther on where
+    it lies outside; a step to begin with next to it, and the load."""
+    inside = 0
+    for _ in range(_MOST_STEPS):
+        step *= _NEARER if inside else 1.0
+        low, high = max(angle - step, -2.0 * math.pi), min(angle + step, 0.0)
+        before, here, after = _load(row, end, which, low), _load(row, end, which, angle), _load(row, end, which, high)
+        if here >= max(before, after):
+            left, right = (angle - low) * (here - after), (high - angle) * (here - before)
+            if left + right > 0.0:
+                angle += 0.5 * ((high - angle) * right - (angle - low) * left) / (left + right)
+            inside += 1
+            if inside == 2:
+                break
+        else:
+            angle = low if before > after else high
+            step *= 2.0
+    return angle, step, _load(row, end, which, angle)
+
+
+@kernel
+def _ratios(row: Array, gain: float) -> tuple[float, float, float]:
+    """y, n and g - y of a member, each sharp where it is small."""
+    y = row[0] / row[2]
+    return y, abs(row[3]) / row[2], row[4] / (row[2] * row[2] * (gain + y))
+
+
+@kernel
+def _least_load(
+    low: Array, row: Array, high: Array, gain: float, which: int, s: float, c: float, rate: float
+) -> float:  # fmt: skip
+    """The bound over one range at a half angle's sine and cosine, with |X| of the member within; 0 where nothing is
+    known."""
+    y_low, n_low, short_low = _ratios(high, gain)
+    y_mid, n_mid, short_mid = _ratios(row, gain)
+    y_high, n_high, short_high = _ratios(low, gain)
+    sigma, square, cc, ss = row[6], gain * gain, c * c, s * s
+    reach = (
+        _farther(y_mid - y_low, n_mid - n_low, short_mid - short_low),
+        _farther(y_high - y_mid, n_high - n_mid, short_high - short_mid),
+    )
+    y = (y_mid, y_low, y_high, 1.0, 1.0)
+    rising = 1.0 if n_high >= n_low else -1.0
+    n = (n_mid, min(n_low, n_high), max(n_low, n_high), rising, rising)
+    short = (short_mid, short_high, short_low, -1.0, -1.0)
+    m = times(short, raised(y, gain), reach)
+    opened = scaled(m, ss)
+    under = raised(opened, square * cc)
+    if not under[1] > 0.0:
+        return 0.0
+    t = rooted(under, reach)
+    if c >= 0.0:
+        d, a = raised(t, c), raised(t, square * c)
+    else:
+        d = over(raised(opened, (square - 1.0) * cc), raised(t, -c), reach)
+        a = over(raised(opened, -square * (square - 1.0) * cc), raised(t, -square * c), reach)
+    along = scaled(y, abs(c))
+    h = over(m, plus(t, along, reach), reach) if sigma * c > 0.0 else plus(t, along, reach)
+    b = plus(squared(d, reach), scaled(squared(n, reach), ss), reach)
+    if not b[1] > 0.0:
+        return 0.0
+    risen, falling = over(times(a, squared(h, reach), reach), b, reach), scaled(over(m, t, reach), 0.5 * square)
+    # The difference's value within is known without rounding.
+    sharp = rate * under[0] * b[0] / n[0]
+    rest = minus(risen, falling, reach)
+    rest = kept(sharp, rest[1], rest[2], rest[3], rest[4], reach)
+    part = over(rest, times(times(under, t, reach), b, reach), reach)
+    if which == TORQUE:
+        load, scale = over(times(part, a, reach), b, reach), 2.0 * s * (gain - 1.0) ** 2
+    else:
+        load, scale = over(part, y, reach), (gain - 1.0) * square
+    return scale * max(load[1], -load[2], 0.0)
+
+
+@kernel
+def _farther(one: float, two: float, three: float) -> float:
+    """The greatest of what rounding leaves of one distance."""
+    return max(abs(one), abs(two), abs(three))

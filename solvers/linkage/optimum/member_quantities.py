@@ -1,0 +1,120 @@
+"""Output quantities of single members, and the scales at which they keep within the limits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.linkage.loads.torque_and_pin_force import unit_peaks
+from solvers.linkage.optimum.family import Family, Members
+from solvers.linkage.problem import Quantities, Subproblem
+from solvers.linkage.swept_area.bounding_box import least_areas, least_fits
+from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
+
+Array = NDArray[np.float64]
+PEAK_TOLERANCE = 1e-14
+"""Relative tolerance of a member's peak loads."""
+
+
+def allowed_scales(quantities: Quantities) -> tuple[Array, Array]:
+    """Least and greatest V [m] of members whose lower and upper quantities these are; least > greatest: none."""
+    subproblem, limits = quantities.subproblem, quantities.subproblem.limits
+    low, high = np.zeros_like(quantities.crank), np.full_like(quantities.crank, np.inf)
+    if limits.min_link > 0:
+        low = np.maximum(low, limits.min_link / quantities.crank)
+    if limits.max_pin_force is not None:
+        low = np.maximum(low, subproblem.scene.impact_energy * quantities.force / limits.max_pin_force)
+    with np.errstate(divide="ignore"):
+        if limits.longest_link is not None:
+            high = np.minimum(high, limits.longest_link / quantities.longest)
+        if limits.enclosing_radius is not None:
+            high = np.minimum(high, (limits.enclosing_radius - limits.joint_radius) / quantities.radius)
+        if subproblem.boxed and subproblem.room is not None:
+            high = np.minimum(high, 1.0 / quantities.fit)
+    return low, high
+
+
+def within(subproblem: Subproblem, low: Array, high: Array, narrowest: Array, widest: Array) -> tuple[Array, Array]:
+    """The allowed scales, narrowed to the fixed one where there is one; least > greatest: none.
+
+    ``narrowest`` and ``widest`` enclose the mid-cycle transmission angle.
+    """
+    if subproblem.limits.transmission_angle is not None:
+        least, greatest = subproblem.limits.transmission_angle
+        met = (widest >= least - 1e-12) & (narrowest <= greatest + 1e-12)
+        low, high = np.where(met, low, np.inf), np.where(met, high, -np.inf)
+    fixed = subproblem.fixed_scale
+    if fixed is None:
+        return low, high
+    slack = 1e-12 * fixed
+    met = (low <= fixed + slack) & (fixed <= high + slack)
+    return np.where(met, fixed, np.inf), np.where(met, fixed, -np.inf)
+
+
+@dataclass(frozen=True)
+class MemberQuantities:
+    """Quantities of the members at q, shape (n,)."""
+
+    subproblem: Subproblem
+    family: Family
+    q: Array
+    tolerance: float
+
+    @cached_property
+    def members(self) -> Members:
+        return self.family.members(self.q)
+
+    @cached_property
+    def outlines(self) -> Array:
+        return self.family.outlines(self.members)
+
+    @cached_property
+    def _peaks(self) -> Array:
+        return unit_peaks(self.members.coefficients, self.members.end, PEAK_TOLERANCE)
+
+    @cached_property
+    def crank(self) -> Array:
+        return self.members.lengths[:, 0]
+
+    @cached_property
+    def longest(self) -> Array:
+        return self.members.longest
+
+    @cached_property
+    def radius(self) -> Array:
+        return enclosing_radii(self.outlines)
+
+    @cached_property
+    def fit(self) -> Array:
+        none = np.zeros_like(self.q)
+        return least_fits(self.outlines, none, none, *self.subproblem.room, self.tolerance)
+
+    @property
+    def torque(self) -> Array:
+        return self._peaks[:, 0]
+
+    @property
+    def force(self) -> Array:
+        return self._peaks[:, 2] / self.crank
+
+    @property
+    def end_low(self) -> Array:
+        return self.members.end
+
+    end_high = end_low
+
+    @cached_property
+    def scale(self) -> tuple[Array, Array]:
+        angle = self.members.transmission
+        return within(self.subproblem, *allowed_scales(self), angle, angle)
+
+    def area(self, scale: Array) -> Array:
+        limits = self.subproblem.limits
+        width = math.inf if limits.width is None else limits.width * (1 + 1e-12)
+        height = math.inf if limits.height is None else limits.height * (1 + 1e-12)
+        none, pads = np.zeros_like(scale), 2.0 * limits.joint_radius
+        return least_areas(self.outlines, scale, none, none, pads, width, height, self.tolerance, math.inf)

@@ -1,0 +1,157 @@
+"""Rigorous bounds of the output quantities of ranges of members.
+
+Over a range of the free ratio every length per V, |u31(2 pi)| and the swing lie between their values at the ends
+(``family``). The swept outline of any member then lies within the Hausdorff distance
+
+    d = max(change of l1, change of l0 + change of l3 + l3 (change of the swing))
+
+of the outline in the middle of the range, and the enclosing radius changes by at most d. Along the base and across it
+
+    d_x = max(change of l1, change of l0 + change of l3 + l3 sin (change of the swing)),
+    d_y = max(change of l1, sin (change of l3) + l3 (change of the swing)),   sin: the greatest over the arc,
+
+so width and height in a direction n change by at most 2 (d_x |n_x| + d_y |n_y|): a long base moves the height little.
+Peak loads: see ``load_bounds``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.linkage.optimum.family import Family, Members
+from solvers.linkage.optimum.load_bounds import FORCE, TORQUE, least_loads, peak_places
+from solvers.linkage.optimum.member_quantities import allowed_scales, within
+from solvers.linkage.problem import Subproblem
+from solvers.linkage.swept_area.bounding_box import least_areas, least_fits
+from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
+
+Array = NDArray[np.float64]
+_SLACK = 1e-10
+"""What rounding may spoil of a bound, relative."""
+
+_FEW = 48
+AREA_TOLERANCE, FIT_TOLERANCE = 1e-3, 1e-9
+"""Relative tolerances of the orientation's search in bounds; An area is
+asked only whether it is below what is enough, and then need not be sharp; a fit decides what is allowed."""
+
+
+@dataclass(frozen=True)
+class RangeBounds:
+    """Bounds over the ranges [low, high] of q, shape (n,).
+
+    ``enough``: an area above it need not be known. ``places``: for each load where its peaks were in the ranges that
+    these are parts of, see ``load_bounds.peak_places``; where there are few ranges, peaks are looked for anew.
+    """
+
+    subproblem: Subproblem
+    family: Family
+    low: Array
+    high: Array
+    enough: float
+    places: dict[int, Array] = field(default_factory=dict)
+
+    @cached_property
+    def _all(self) -> Members:
+        """Lower ends, upper ends and middles, in one call."""
+        return self.family.members(np.concatenate([self.low, self.high, 0.5 * (self.low + self.high)]))
+
+    @cached_property
+    def _middle(self) -> Members:
+        return self._all.part(slice(2 * self.low.size, None))
+
+    @cached_property
+    def _ends(self) -> tuple[Members, Members]:
+        n = self.low.size
+        return self._all.part(slice(0, n)), self._all.part(slice(n, 2 * n))
+
+    @cached_property
+    def _outlines(self) -> Array:
+        return self.family.outlines(self._middle)
+
+    @cached_property
+    def _moves(self) -> tuple[Array, Array, Array]:
+        """d, d_x and d_y per V."""
+        changes = [np.abs(end.lengths - self._middle.lengths) for end in self._ends]
+        crank, base, _, rocker = np.maximum(*changes).T
+        swing = np.maximum(*(np.abs(end.swing - self._middle.swing) for end in self._ends))
+        widest = np.maximum(*(end.swing for end in self._ends))
+        sine = np.where(widest < 0.5 * math.pi, np.sin(widest), 1.0) * (1.0 + 1e-12)
+        turned = np.maximum(*(end.lengths[:, 3] for end in self._ends)) * swing
+        along, across = base + rocker + sine * turned, sine * rocker + turned
+        return np.maximum(crank, base + rocker + turned), np.maximum(crank, along), np.maximum(crank, across)
+
+    @cached_property
+    def crank(self) -> Array:
+        return np.maximum(*(end.lengths[:, 0] for end in self._ends))
+
+    @cached_property
+    def longest(self) -> Array:
+        return np.minimum(*(end.lengths for end in self._ends)).max(axis=1)
+
+    @cached_property
+    def radius(self) -> Array:
+        return np.maximum(enclosing_radii(self._outlines) * (1 - 1e-12) - self._moves[0], 0.0)
+
+    @cached_property
+    def fit(self) -> Array:
+        width, height = self.subproblem.room
+        found = least_fits(self._outlines, *self._moves[1:], width, height, FIT_TOLERANCE)
+        return np.maximum(found * (1 - FIT_TOLERANCE), 0.0)
+
+    def _least(self, which: int) -> Array:
+        """Lower bounds of a load over the ranges."""
+        n, rows, end = self.low.size, self._all.coefficients, self._middle.end
+        middle = rows[2 * n :]
+        if which not in self.places or n <= _FEW:
+            self.places[which] = peak_places(middle, end, which)
+        gain = self.family.gain.value
+        return least_loads(rows[:n], middle, rows[n : 2 * n], end, gain, which, self.places[which])
+
+    def parts(self, alive: NDArray[np.bool_], count: int) -> dict[int, Array]:
+        """Where the parts of the ranges that are alive, so many of each, begin to look for their peaks."""
+        return {which: np.repeat(places[alive], count, axis=0) for which, places in self.places.items()}
+
+    @cached_property
+    def torque(self) -> Array:
+        return self._least(TORQUE)
+
+    @cached_property
+    def force(self) -> Array:
+        return self._least(FORCE)
+
+    @cached_property
+    def end_low(self) -> Array:
+        return np.minimum(*(end.end for end in self._ends))
+
+    @cached_property
+    def end_high(self) -> Array:
+        return np.maximum(*(end.end for end in self._ends))
+
+    @cached_property
+    def scale(self) -> tuple[Array, Array]:
+        low, high = allowed_scales(self)
+        angles = [end.transmission for end in self._ends]
+        return within(
+            self.subproblem, low * (1 - _SLACK), high * (1 + _SLACK), np.minimum(*angles), np.maximum(*angles)
+        )
+
+    def area(self, scale: Array) -> Array:
+        limits = self.subproblem.limits
+        width = math.inf if limits.width is None else limits.width
+        height = math.inf if limits.height is None else limits.height
+        pads = 2.0 * limits.joint_radius
+        _, along, across = self._moves
+        found = least_areas(self._outlines, scale, along, across, pads, width, height, AREA_TOLERANCE, self.enough)
+        found = np.where(found < self.enough, found * (1.0 - AREA_TOLERANCE), found)
+        # Far from exact, but not spoilt by a wide range: no side is below twice the crank, nor the longer one below
+        # the base over sqrt(2).
+        shortest = np.minimum(*(end.lengths for end in self._ends))
+        with np.errstate(invalid="ignore"):
+            side = 2.0 * shortest[:, 0] * scale + 2.0 * limits.joint_radius
+            long_side = np.maximum(side, shortest[:, 1] * scale / math.sqrt(2.0) + 2.0 * limits.joint_radius)
+        return np.fmax(found, side * long_side)

@@ -1,0 +1,50 @@
+"""Objectives that longer links improve without end: no mechanism is the best, and the limit that is missing is named.
+
+With a tool at its own radius the frequency of the blows is v/(2 pi r |u31(2 pi)|), and |u31(2 pi)| = (g + 1)/e falls
+to 0 where the base, and e with it, grows without end: the largest rocker for lambda2 -> g^2, the largest base for
+lambda0 -> inf. There the transmission angle tends to 2 asin(1/g), and in cranks all of the sweep but its length along
+the base tends to a figure of its own. So if a member far out is allowed, so are all beyond it, each better than the
+last.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from solvers.errors import InvalidInput
+from solvers.linkage.optimum.family import Family
+from solvers.linkage.optimum.member_quantities import MemberQuantities
+from solvers.linkage.problem import LinkageProblem, Subproblem
+
+_FAR = 1e6, 1e9
+"""Bases, in cranks, of two members far out."""
+
+
+def refuse_endless(problem: LinkageProblem) -> None:
+    """Raises InvalidInput where longer links improve the objective without end."""
+    limits, subproblem = problem.limits, problem.subproblem
+    if not problem.objective.slows or problem.scene.tool_radius is None:
+        return
+    if limits.longest_link is not None or limits.enclosing_radius is not None:
+        return
+    if limits.width is not None and limits.height is not None:
+        return
+    for kind in problem.kinds:
+        if _far_allowed(subproblem, Family(kind, problem.scene.restitution.gain)):
+            raise InvalidInput(
+                "limits.longest_link",
+                f"the longer the links of the {kind.name.replace('_', ' ')} the higher the blow frequency at this tool "
+                "radius, without end",
+                "a limit on the longest link, the enclosing radius, or both width and height",
+            )
+
+
+def _far_allowed(subproblem: Subproblem, family: Family) -> bool:
+    """Whether members whose base is a million and a billion cranks are allowed, at scales of their own."""
+    places = [family.kind.margin_of_base(family.gain, base) for base in _FAR]
+    if None in places:
+        return False
+    low, high = MemberQuantities(subproblem, family, np.array([math.log(place) for place in places]), 1e-9).scale
+    return bool(np.all(low < high))

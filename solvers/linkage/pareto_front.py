@@ -1,0 +1,106 @@
+"""Pareto fronts: the best objective for a rising limit on another quantity, each point proven over all types.
+
+The other quantity runs from the least value it can have under the problem's limits to the value it has where the
+objective alone is at its best; beyond these there is nothing to trade. Every point is a design of its own with its own
+certificate, so the front has no gaps that a weighted sum would leave where it is not convex.
+
+Source of the method: the epsilon-constraint of Y. Y. Haimes, L. S. Lasdon, D. A. Wismer (1971).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solvers.effects import EffectSelection
+from solvers.errors import InvalidInput
+from solvers.linkage.design import LinkageDesign, design
+from solvers.linkage.problem import OBJECTIVES, LinkageProblem
+from solvers.linkage.result import LinkageCheck
+from solvers.outcome import Outcome
+
+MOST_POINTS = 25
+_ROUNDING = 1e-9
+_SIZES_AND_LOADS = EffectSelection(
+    frozenset({"envelope"}), frozenset({"impact_dynamics", "coupler_elasticity", "tolerances"}), automatic=True
+)
+"""Sizes and loads are all that a front shows."""
+
+AGAINST = {"longest_link": "longest_link", "enclosing_radius": "enclosing_radius", "pin_force": "max_pin_force"}
+"""Objectives that a front can be drawn against, and the limit that holds each."""
+
+
+@dataclass(frozen=True)
+class FrontPoint:
+    """One design of the front: the limit it was sought under, both quantities, and the gap of its proof."""
+
+    limit: float
+    objective: float
+    against: float
+    gap: float
+    check: LinkageCheck
+
+
+def _untold() -> None:
+    pass
+
+
+def front(
+    problem: LinkageProblem, against: str, points: int, accuracy: float = 1e-4, solved: Callable[[], None] = _untold
+) -> tuple[FrontPoint, ...]:
+    """The front of the problem's objective against another quantity, by rising values of that quantity.
+
+    against   a key of ``AGAINST``, not the objective's own name
+    points    2 … 25 limits, evenly in their logarithm; equal designs are told once
+    solved    called after each of the designs, of which there are as many as limits, or fewer
+
+    Empty where no design meets the limits. Raises InvalidInput where the request makes no sense.
+    """
+    if problem.objective.settles_motion:
+        able = [name for name, objective in OBJECTIVES.items() if not objective.settles_motion]
+        raise InvalidInput("objective", "no front can be drawn of it", ", ".join(able))
+    if against not in AGAINST or against == problem.objective.name:
+        raise InvalidInput("front.against", "no front can be drawn against it", ", ".join(AGAINST))
+    if not 2 <= points <= MOST_POINTS:
+        raise InvalidInput("front.points", "lies outside what can be asked for", f"2 … {MOST_POINTS}")
+
+    def solution(of: LinkageProblem) -> Outcome[LinkageDesign]:
+        found = design(of, _SIZES_AND_LOADS, accuracy=accuracy)
+        solved()
+        return found
+
+    other = OBJECTIVES[against]
+
+    def point(outcome: Outcome[LinkageDesign], limit: float) -> FrontPoint:
+        answer = outcome.value
+        reached = other.read(answer.check, problem.scene)
+        return FrontPoint(limit, answer.value, reached, outcome.certificate.gap, answer.check)
+
+    best = solution(problem)
+    least = solution(replace(problem, objective=other))
+    if best.value is None or least.value is None:
+        return ()
+    low, high = least.value.value, other.read(best.value.check, problem.scene)
+    if high <= low * (1.0 + _ROUNDING):
+        return (point(best, high),)
+    # What has the least of the other quantity is one design; a limit that tight would leave nothing to search.
+    end = problem.objective.read(least.value.check, problem.scene)
+    found = [FrontPoint(low, end, low, least.certificate.gap, least.value.check)]
+    for limit in np.geomspace(low, high, points)[1:-1]:
+        held = replace(problem.limits, **{AGAINST[against]: float(limit)})
+        outcome = solution(replace(problem, limits=held))
+        if outcome.value is not None:
+            found.append(point(outcome, float(limit)))
+    found.append(point(best, high))
+    return tuple(_without_repeats(found))
+
+
+def _without_repeats(points: list[FrontPoint]) -> list[FrontPoint]:
+    """Points in the order of the other quantity, those left out that another beats in both."""
+    kept: list[FrontPoint] = []
+    for point in sorted(points, key=lambda p: (p.against, p.objective)):
+        if not kept or point.objective < kept[-1].objective * (1.0 - _ROUNDING):
+            kept.append(point)
+    return kept

@@ -1,0 +1,1 @@
+"""The machine running with a motor."""

@@ -1,0 +1,221 @@
+"""One turn of the crank between two blows, by collocation on steps that suit the mechanism; see ``periodic_solution``.
+
+The work D(phi) that the motor has done since the blow solves dD/dphi = M0 - k omega, omega^2 = 2 (E0 + D)/J(phi). Four
+Gauss points a step make the rule of order 8, also for the time of the turn; Newton's method solves each step, so a
+steep motor line needs no short ones. Steps crowd where the rocker's speed turns within a small angle: at the blow
+within e, and about phi = pi within the opening of a second change point.
+Angles in [-pi, pi], those of the cycle's second half counted back from its end, which they so reach sharply. SI units.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_rate
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+_STAGES = 4
+_EVEN, _SHRINK = 9, 3.0
+_NARROWEST = 1e-10
+
+
+def _gauss() -> tuple[Array, Array, Array]:
+    """Nodes c, weights b and matrix A of the collocation in [0, 1]: A_ij integrates the j-th Lagrange polynomial."""
+    nodes, weights = np.polynomial.legendre.leggauss(_STAGES)
+    c = 0.5 * (nodes + 1.0)
+    powers = np.arange(_STAGES)
+    moments = c[:, None] ** (powers + 1) / (powers + 1)
+    return c, 0.5 * weights, np.linalg.solve((c[:, None] ** powers).T, moments.T).T
+
+
+NODES, WEIGHTS, MATRIX = _gauss()
+
+
+def mesh(coefficients: Array, parts: int) -> Array:
+    """Steps of a turn, each cut into so many parts: rows of their first angle and length, shape (n, 2)."""
+    base, coupler, rocker, numerator, margin, kappa, _ = coefficients
+    sharp = min(math.sqrt(rocker * kappa / max(margin, 1e-30)), 0.5 * kappa / abs(numerator), 1.0)
+    opening = min(math.sqrt(max(margin, 0.0) / (base * coupler * rocker)), 1.0)
+    half = np.concatenate([np.linspace(0.0, math.pi, _EVEN), _shrinking(sharp), math.pi - _shrinking(opening)])
+    half = np.unique(half)
+    # Two lists of steps that nearly agree would leave slivers.
+    half = half[np.concatenate([[True], np.diff(half) > 0.1 * np.minimum(half[1:], math.pi - half[:-1])])]
+    half[-1] = math.pi
+    edges = half[:-1, None] + np.diff(half)[:, None] * (np.arange(parts) / parts)
+    steps = np.stack([edges.ravel(), np.repeat(np.diff(half) / parts, parts)], axis=1)
+    back = np.stack([-(steps[:, 0] + steps[:, 1]), steps[:, 1]], axis=1)[::-1]
+    return np.ascontiguousarray(np.concatenate([steps, back]))
+
+
+def _shrinking(scale: float) -> Array:
+    """Distances from pi/2 down to a third of a scale, each a third of the one before."""
+    count = math.ceil(math.log(0.5 * math.pi / max(scale, _NARROWEST), _SHRINK)) + 2
+    return 0.5 * math.pi * _SHRINK ** -np.arange(count)
+
+
+@kernel
+def speeds_of(coefficients: Array, angles: Array) -> tuple[Array, Array]:
+    """|u31| and d|u31|/dphi at angles in [-pi, pi], a negative one (and only such) in the second half."""
+    s, c = np.abs(np.sin(0.5 * angles)), np.cos(0.5 * angles)
+    for k in range(angles.size):
+        if angles[k] < 0.0:
+            c[k] = -c[k]
+    transfer, rate = np.empty((1, angles.size)), np.empty((1, angles.size))
+    transfer_and_rate(coefficients.reshape(1, 7), s, c, transfer, rate)
+    return np.abs(transfer[0]), s * rate[0] * np.sign(transfer[0])
+
+
+@kernel
+def inertias(coefficients: Array, crank: float, rocker: float, steps: Array, nodes: Array) -> Array:
+    """J = J1 + J3 u31^2 at the Gauss points of every step: shape (n, 4)."""
+    angles = np.empty(steps.shape[0] * 4)
+    for n in range(steps.shape[0]):
+        for i in range(4):
+            # Of the second half, from the end of the step backward: sharp near the blow.
+            if steps[n, 0] < 0.0:
+                angles[4 * n + i] = (steps[n, 0] + steps[n, 1]) - steps[n, 1] * nodes[3 - i]
+            else:
+                angles[4 * n + i] = steps[n, 0] + steps[n, 1] * nodes[i]
+    u, _ = speeds_of(coefficients, angles)
+    return (crank + rocker * u * u).reshape(-1, 4)
+
+
+@kernel
+def _step(total: Array, width: float, energy: float, stall: float, slope: float, matrix: Array, torque: Array) -> bool:
+    """Torques at the Gauss points of one step that begins with an energy, by Newton's method from a guess in place."""
+    for _ in range(40):
+        lhs, change = np.empty((4, 4)), np.empty(4)
+        for i in range(4):
+            inner = energy
+            for j in range(4):
+                inner += width * matrix[i, j] * torque[j]
+            inner = max(inner, 1e-12 * energy)
+            speed = math.sqrt(2.0 * inner / total[i])
+            fall = slope / (total[i] * speed)
+            change[i] = stall - slope * speed - torque[i]
+            for j in range(4):
+                lhs[i, j] = fall * width * matrix[i, j]
+            lhs[i, i] += 1.0
+        for i in range(4):
+            for k in range(i + 1, 4):
+                share = lhs[k, i] / lhs[i, i]
+                for j in range(i + 1, 4):
+                    lhs[k, j] -= share * lhs[i, j]
+                change[k] -= share * change[i]
+        largest = 0.0
+        for i in range(3, -1, -1):
+            for j in range(i + 1, 4):
+                change[i] -= lhs[i, j] * change[j]
+            change[i] /= lhs[i, i]
+            torque[i] += change[i]
+            largest = max(largest, abs(change[i]))
+        if largest <= 1e-15 * stall:
+            return True
+        if not largest < math.inf:
+            return False
+    return largest <= 1e-12 * stall
+
+
+@kernel
+def turn(
+    total: Array, steps: Array, energy: float, stall: float, slope: float, weights: Array, matrix: Array
+) -> tuple[Array, float]:
+    """Work done up to every step's end (n + 1,), and the time of the turn; NaN where a step has no solution."""
+    work, time = np.zeros(steps.shape[0] + 1), 0.0
+    torque = np.full(4, stall - slope * math.sqrt(2.0 * energy / total[0, 0]))
+    for n in range(steps.shape[0]):
+        width, now = steps[n, 1], energy + work[n]
+        if not (now > 0.0 and _step(total[n], width, now, stall, slope, matrix, torque)):
+            work[n + 1 :] = math.nan
+            return work, math.nan
+        done = 0.0
+        for i in range(4):
+            done += width * weights[i] * torque[i]
+            inner = now
+            for j in range(4):
+                inner += width * matrix[i, j] * torque[j]
+            time += width * weights[i] / math.sqrt(2.0 * inner / total[n, i])
+        work[n + 1] = work[n] + done
+        torque[:] = torque[3]
+    return work, time
+
+
+@kernel
+def _excess(u: float, work: float, energy: float, start: float, crank: float, rocker: float) -> float:
+    """omega/omega_0 - 1 without a difference of near speeds: from J0 - J and the work done."""
+    more = (rocker * (start - u) * (start + u) + (crank + rocker * start * start) * work / energy) / (
+        crank + rocker * u * u
+    )
+    return more / (1.0 + math.sqrt(1.0 + more))
+
+
+@kernel
+def _within(
+    coefficients: Array, crank: float, rocker: float, row: Array, pull: float, share: float, work: float,
+    energy: float, start: float, stall: float, slope: float, nodes: Array, weights: Array, matrix: Array,
+) -> tuple[float, float]:  # fmt: skip
+    """omega/omega_0 - 1 and a number of the sign of its slope, a share of a step after its beginning, where the motor
+    gives the torque ``pull``; NaN where that part of the step has no solution."""
+    width = share * row[1]
+    angles = np.empty(5)
+    for i in range(4):
+        angles[i] = row[0] + width * nodes[i]
+    angles[4] = row[0] + width
+    if row[0] < 0.0:
+        angles[4] = min(angles[4], -1e-300)
+    u, change = speeds_of(coefficients, angles)
+    torque = np.full(4, pull)
+    if not _step(crank + rocker * u[:4] ** 2, width, energy + work, stall, slope, matrix, torque):
+        return math.nan, math.nan
+    for i in range(4):
+        work += width * weights[i] * torque[i]
+    speed = math.sqrt(2.0 * (energy + work) / (crank + rocker * u[4] ** 2))
+    # J omega omega' = M - J' omega^2/2.
+    return _excess(u[4], work, energy, start, crank, rocker), stall - slope * speed - rocker * u[4] * change[
+        4
+    ] * speed**2
+
+
+@kernel
+def spread(
+    coefficients: Array, crank: float, rocker: float, steps: Array, work: Array, energy: float, start: float,
+    stall: float, slope: float, nodes: Array, weights: Array, matrix: Array,
+) -> float:  # fmt: skip
+    """(Greatest - least speed over the turn)/(speed after the blow): of the steps' ends and all extremes between; NaN
+    where a part of a step has no solution."""
+    count = steps.shape[0]
+    angles = np.empty(count + 1)
+    for k in range(count):
+        angles[k] = steps[k, 0]
+    angles[count] = -1e-300
+    u, change = speeds_of(coefficients, angles)
+    rises, pulls = np.empty(count + 1), np.empty(count + 1)
+    greatest, least = -math.inf, math.inf
+    for n in range(count + 1):
+        value = _excess(u[n], work[n], energy, start, crank, rocker)
+        greatest, least = max(greatest, value), min(least, value)
+        square = 2.0 * (energy + work[n]) / (crank + rocker * u[n] * u[n])
+        pulls[n] = stall - slope * math.sqrt(square)
+        rises[n] = pulls[n] - rocker * u[n] * change[n] * square
+    for n in range(count):
+        if rises[n] * rises[n + 1] >= 0.0:
+            continue
+        args = (coefficients, crank, rocker, steps[n], pulls[n])
+        more = (work[n], energy, start, stall, slope, nodes, weights, matrix)
+        low, high = 0.0, 1.0
+        # At an extreme the value moves with the square of the place.
+        for _ in range(28):
+            middle = 0.5 * (low + high)
+            value, sign = _within(*args, middle, *more)
+            if math.isnan(value):
+                return math.nan
+            greatest, least = max(greatest, value), min(least, value)
+            if sign * rises[n] > 0.0:
+                low = middle
+            else:
+                high = middle
+    return greatest - least

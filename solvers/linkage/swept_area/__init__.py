@@ -1,0 +1,1 @@
+"""What the moving mechanism sweeps."""

@@ -1,0 +1,132 @@
+"""The least circle around a swept outline. Lengths in any one unit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.linkage.swept_area.outline import tips_of
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+
+
+def enclosing_radius(outline: Array, pad: float) -> float:
+    """Radius of the least circle around the swept outline and its pads."""
+    return enclosing(outline) + pad
+
+
+@kernel
+def _through(circles: Array, i: int, j: int, k: int) -> tuple[float, float, float]:
+    """Centre and radius of the circle that two (k < 0) or three circles (x, y, radius) touch from inside."""
+    x1, y1, r1 = circles[i]
+    x2, y2, r2 = circles[j]
+    dx, dy = x2 - x1, y2 - y1
+    distance = math.hypot(dx, dy)
+    if k < 0:
+        radius = 0.5 * (distance + r1 + r2)
+        if distance <= abs(r1 - r2):
+            return (x1, y1, r1) if r1 > r2 else (x2, y2, r2)
+        share = (radius - r1) / distance
+        return x1 + share * dx, y1 + share * dy, radius
+    x3, y3, r3 = circles[k]
+    ex, ey = x3 - x1, y3 - y1
+    determinant = 2.0 * (dx * ey - dy * ex)
+    if abs(determinant) < 1e-14 * (dx * dx + dy * dy + ex * ex + ey * ey):
+        return 0.0, 0.0, math.inf
+    # |c - c1|^2 = (R - r1)^2 and the like, subtracted: the centre is linear in S = R - r1.
+    a1, b1 = dx * dx + dy * dy - (r2 - r1) ** 2, r2 - r1
+    a2, b2 = ex * ex + ey * ey - (r3 - r1) ** 2, r3 - r1
+    px, py = (a1 * ey - a2 * dy) / determinant, (a2 * dx - a1 * ex) / determinant
+    qx, qy = 2.0 * (b1 * ey - b2 * dy) / determinant, 2.0 * (b2 * dx - b1 * ex) / determinant
+    a, b, c = qx * qx + qy * qy - 1.0, px * qx + py * qy, px * px + py * py
+    if abs(a) < 1e-14:
+        s = -0.5 * c / b if b != 0.0 else math.inf
+    else:
+        inner = b * b - a * c
+        if inner < 0.0:
+            return 0.0, 0.0, math.inf
+        low, high = (-b - math.sqrt(inner)) / a, (-b + math.sqrt(inner)) / a
+        low, high = min(low, high), max(low, high)
+        need = max(0.0, b1, b2)
+        s = low if low >= need else high
+    if s < max(0.0, b1, b2):
+        return 0.0, 0.0, math.inf
+    return x1 + px + qx * s, y1 + py + qy * s, s + r1
+
+
+@kernel
+def _reach(circles: Array, count: int, x: float, y: float) -> float:
+    """Radius of the least circle about a centre that holds the first ``count`` circles."""
+    found = 0.0
+    for m in range(count):
+        found = max(found, math.hypot(circles[m, 0] - x, circles[m, 1] - y) + circles[m, 2])
+    return found
+
+
+@kernel
+def enclosing(outline: Array) -> float:
+    """Radius of the least circle around the outline.
+
+    A circle held by two or three touching parts is the least around them; the part that sticks out farthest joins
+    them, and the least circle around these four is found by trial, until nothing sticks out. The radius only grows.
+    """
+    r, base, rocker, _, _, _, first, last = outline
+    tips = tips_of(outline)
+    parts = np.zeros((4, 3))
+    parts[0, 2] = r
+    parts[1, 0], parts[1, 1] = tips[2], tips[3]
+    count = 2
+    x, y, radius = _through(parts, 0, 1, -1)
+    for _ in range(200):
+        # The farthest part from the centre.
+        far, fx, fy, fr = math.hypot(x, y) + r, 0.0, 0.0, r
+        if math.hypot(x - base, y) > far:
+            far, fx, fy, fr = math.hypot(x - base, y), base, 0.0, 0.0
+        for px, py in ((tips[0], tips[1]), (tips[2], tips[3])):
+            if math.hypot(px - x, py - y) > far:
+                far, fx, fy, fr = math.hypot(px - x, py - y), px, py, 0.0
+        away = math.atan2(-y, base - x)
+        if (away - first) % (2.0 * math.pi) <= last - first and math.hypot(x - base, y) + rocker > far:
+            far = math.hypot(x - base, y) + rocker
+            fx, fy, fr = base + rocker * math.cos(away), rocker * math.sin(away), 0.0
+        if far <= radius * (1.0 + 1e-13):
+            break
+        parts[count, 0], parts[count, 1], parts[count, 2] = fx, fy, fr
+        count += 1
+        best, bx, by, bi, bj, bk = math.inf, x, y, 0, 0, -1
+        for i in range(count):
+            for j in range(i + 1, count):
+                for k in range(j, count):
+                    third = -1 if k == j else k
+                    cx, cy, size = _through(parts, i, j, third)
+                    if size == math.inf:
+                        continue
+                    # What the centre needs, rather than whether its circle holds all: rounding cannot rule all out.
+                    size = _reach(parts, count, cx, cy)
+                    if size < best:
+                        best, bx, by, bi, bj, bk = size, cx, cy, i, j, third
+        if best <= radius:
+            # Rounding alone is left.
+            radius = max(radius, far)
+            break
+        x, y, radius = bx, by, best
+        kept = np.zeros((4, 3))
+        count = 3 if bk >= 0 else 2
+        for k in range(3):
+            kept[0, k], kept[1, k] = parts[bi, k], parts[bj, k]
+            if bk >= 0:
+                kept[2, k] = parts[bk, k]
+        parts = kept
+    return radius
+
+
+@kernel
+def enclosing_radii(outlines: Array) -> Array:
+    """Least enclosing radius of every outline."""
+    out = np.empty(outlines.shape[0])
+    for i in range(out.size):
+        out[i] = enclosing(outlines[i])
+    return out

@@ -1,0 +1,151 @@
+"""The outline of what the moving mechanism sweeps, and its extents in any direction.
+
+Links are straight, so the hull of what they sweep is the hull of what their joints sweep: the crank pin's circle about
+the crank pivot, the rocker's pivot, and the arc of the rocker's joint about it. The hull's support function
+
+    h(beta) = max(r, n.D, n.C at either end, n.D + l3 while beta lies within the arc),  n = (cos beta, sin beta)
+
+is in pieces a constant and a sinusoid, and so are width W(alpha) = h(alpha) + h(alpha + pi) and height
+H(alpha) = W(alpha + pi/2). The corners between pieces are known in closed form.
+Lengths in any one unit; angles in rad, from the base line. Pads are none of it: who uses an outline adds them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.linkage.mechanism.change_point import ChangePoint, Ratios
+from solvers.linkage.mechanism.kinematics import FourBar
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+_EIGHTH = 0.25 * math.pi
+
+
+def sweep(bar: FourBar, crank: float) -> Array:
+    """The swept outline of one mechanism: see ``outlines``; shape (8,)."""
+    return outlines(bar.kind, bar.ratios, crank, bar.swing)
+
+
+def outlines(kind: ChangePoint, ratios: Ratios, crank: Array | float, swing: Array | float) -> Array:
+    """Crank radius, base, rocker; x of the rocker's joint at the blow; how far it swings along the base and, signed,
+    across it; first and last direction of the rocker. Shape (..., 8); six lengths, two angles.
+
+    All links lie on one line at the blow, so that its joint is at sigma N from the crank's pivot, and it swings by
+    2 lambda2/lambda0 and 2 sqrt(lambda2 (lambda0 lambda3 - lambda2))/lambda0: of long links and a small swing nothing
+    cancels.
+    """
+    away = 2.0 * ratios.coupler / ratios.base
+    side = kind.crank_sign * kind.rocker_sign * np.sqrt(np.maximum(kind.half_turn_margin(ratios), 0.0) / ratios.coupler)
+    lengths = (
+        1.0 + 0.0 * away,
+        ratios.base,
+        ratios.rocker,
+        kind.rocker_sign * kind.half_angle_coefficient(ratios),
+        away,
+        away * side,
+    )
+    parts = [*(crank * length for length in lengths), *_arc(kind, swing)]
+    return np.stack(np.broadcast_arrays(*(np.asarray(part, float) for part in parts)), axis=-1)
+
+
+def _arc(kind: ChangePoint, swing: Array | float) -> tuple[Array | float, Array | float]:
+    """First and last direction of the rocker: it leaves the blow upward, except for the largest rocker."""
+    if kind.rocker_sign > 0:
+        return 0.0 * swing, swing
+    return (math.pi + 0.0 * swing, math.pi + swing) if kind.crank_sign > 0 else (math.pi - swing, math.pi + 0.0 * swing)
+
+
+@kernel
+def tips_of(outline: Array) -> tuple[float, float, float, float]:
+    """Both ends of the rocker joint's arc: x, y at the blow and at the other end."""
+    _, base, _, blow, away, rise, _, _ = outline
+    return blow, 0.0, (blow - away if blow > base else blow + away), rise
+
+
+@kernel
+def _support(
+    outline: Array, tips: tuple[float, float, float, float], beta: float, cos: float, sin: float
+) -> tuple[float, float, float]:
+    """The piece of h active at beta: (constant, x, y) with h = constant + x cos(beta) + y sin(beta)."""
+    r, base, rocker, _, _, _, first, last = outline
+    best, constant, x, y = r, r, 0.0, 0.0
+    if base * cos > best:
+        best, constant, x, y = base * cos, 0.0, base, 0.0
+    for px, py in ((tips[0], tips[1]), (tips[2], tips[3])):
+        reach = px * cos + py * sin
+        if reach > best:
+            best, constant, x, y = reach, 0.0, px, py
+    turned = (beta - first) % (2.0 * math.pi)
+    if turned <= last - first and base * cos + rocker > best:
+        constant, x, y = rocker, base, 0.0
+    return constant, x, y
+
+
+@kernel
+def _folded(x: float, y: float) -> float:
+    """The direction of a vector less the nearest quarter turn, in [-pi/4, pi/4], sharp next to 0."""
+    return math.atan(y / x) if abs(y) <= abs(x) else -math.atan(x / y)
+
+
+@kernel
+def corners(outline: Array) -> Array:
+    """All directions in [-pi/4, pi/4] at which a piece of W or H may change, with 0 and both ends, sorted.
+
+    Pieces change across common tangents, which are built as vectors: directions close to the base line decide over
+    boxes of long links.
+    """
+    r, base, rocker, blow, away, rise, _, _ = outline
+    tips = tips_of(outline)
+    found = np.zeros(13)
+    count = 0
+    for x, y in ((base, 0.0), (tips[0], tips[1]), (tips[2], tips[3])):
+        distance = math.hypot(x, y)
+        if distance > r:
+            along = math.sqrt((distance - r) * (distance + r))
+            found[count] = _folded(r * x - along * y, r * y + along * x)
+            found[count + 1] = _folded(r * x + along * y, r * y - along * x)
+            count += 2
+    found[count], found[count + 1] = _folded(away, rise if blow < base else -rise), 0.0
+    swung = rocker - away if blow > base else away - rocker
+    found[count + 2] = _folded(swung, rise) if swung != 0.0 or rise != 0.0 else 0.0
+    count += 3
+    # The crank's circle beside the rocker's: n.D + l3 = r.
+    beside = (blow if blow < base else base - rocker) + r
+    above = base - r + rocker
+    if beside >= 0.0 and above > 0.0:
+        across = math.sqrt(beside * above)
+        found[count], found[count + 1] = _folded(r - rocker, across), _folded(r - rocker, -across)
+        count += 2
+    found[count], found[count + 1] = -_EIGHTH, _EIGHTH
+    # A dozen numbers, in the shortest way for the compiler too.
+    for k in range(1, count + 2):
+        m = k
+        while m > 0 and found[m - 1] > found[m]:
+            found[m - 1], found[m] = found[m], found[m - 1]
+            m -= 1
+    return found[: count + 2]
+
+
+@kernel
+def pieces(
+    outline: Array, tips: tuple[float, float, float, float], middle: float
+) -> tuple[float, float, float, float, float, float]:
+    """W and H around a direction: constants and the factors of cos(alpha), sin(alpha)."""
+    cos, sin = math.cos(middle), math.sin(middle)
+    c1, x1, y1 = _support(outline, tips, middle, cos, sin)
+    c2, x2, y2 = _support(outline, tips, middle + math.pi, -cos, -sin)
+    c3, x3, y3 = _support(outline, tips, middle + 0.5 * math.pi, -sin, cos)
+    c4, x4, y4 = _support(outline, tips, middle + 1.5 * math.pi, sin, -cos)
+    return c1 + c2, x1 - x2, y1 - y2, c3 + c4, y3 - y4, x4 - x3
+
+
+@kernel
+def extents(outline: Array, angle: float) -> tuple[float, float]:
+    """W and H at a direction, pads not included."""
+    wc, wx, wy, hc, hx, hy = pieces(outline, tips_of(outline), angle)
+    cos, sin = math.cos(angle), math.sin(angle)
+    return wc + wx * cos + wy * sin, hc + hx * cos + hy * sin

@@ -1,0 +1,54 @@
+"""Monotone cubics through points: no overshoot, once continuously differentiable.
+
+Inside the slope is the weighted harmonic mean of the neighbouring chords', at an end that of three points, held to the
+shape of the data. Source: F. N. Fritsch and J. Butland, A method for constructing local monotone piecewise cubic
+interpolants, 1984.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+
+
+@kernel
+def monotone_cubics(x: Array, y: Array) -> Array:
+    """The cubics between rising places ``x`` (n >= 2), highest power of the distance from their left end first;
+    (n - 1, 4)."""
+    n = x.size
+    slope, out = np.empty(n), np.empty((n - 1, 4))
+    if n == 2:
+        slope[0] = slope[1] = (y[1] - y[0]) / (x[1] - x[0])
+    else:
+        for i in range(1, n - 1):
+            before, after = x[i] - x[i - 1], x[i + 1] - x[i]
+            low, high = (y[i] - y[i - 1]) / before, (y[i + 1] - y[i]) / after
+            slope[i] = 0.0
+            if low * high > 0.0:
+                first, last = 2.0 * after + before, after + 2.0 * before
+                slope[i] = (first + last) / (first / low + last / high)
+        slope[0] = _end_slope(x[1] - x[0], x[2] - x[1], y[1] - y[0], y[2] - y[1])
+        slope[n - 1] = _end_slope(x[n - 1] - x[n - 2], x[n - 2] - x[n - 3], y[n - 1] - y[n - 2], y[n - 2] - y[n - 3])
+    for i in range(n - 1):
+        width = x[i + 1] - x[i]
+        chord = (y[i + 1] - y[i]) / width
+        turn = (slope[i] + slope[i + 1] - 2.0 * chord) / width
+        out[i, 0], out[i, 1] = turn / width, (chord - slope[i]) / width - turn
+        out[i, 2], out[i, 3] = slope[i], y[i]
+    return out
+
+
+@kernel
+def _end_slope(near: float, far: float, near_rise: float, far_rise: float) -> float:
+    """At the end of a step ``near`` wide, beside one ``far`` wide."""
+    first, second = near_rise / near, far_rise / far
+    found = ((2.0 * near + far) * first - near * second) / (near + far)
+    if found * first <= 0.0:
+        return 0.0
+    if first * second <= 0.0 and abs(found) > 3.0 * abs(first):
+        return 3.0 * first
+    return found

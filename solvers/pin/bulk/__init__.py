@@ -1,0 +1,1 @@
+"""Many pins at once: tables of arrays, lists of cases."""

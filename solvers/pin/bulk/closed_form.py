@@ -1,0 +1,191 @@
+"""Pins of stepped bores under the rod's force, in closed form: one compiled loop over any number of them.
+
+Half the pin has three pieces, with t counted from where each begins:
+
+    boss        0 <= t <= a        Q = P t^2/(2 a^2)      M = P t^3/(6 a^2)
+    gap         0 <= t <= delta    Q = P/2                M = P a/6 + P t/2
+    small end   0 <= t <= b/2      Q = P (b/2 - t)/b      M = P a/6 + P delta/2 + P t (b - t)/(2 b)
+
+The wall is the same all along a step. There the strength is used most at an end of the step or of a piece: up to the
+small end neither M nor Q falls; in the small end d/dt (A M^2 + B Q^2) = 2 Q (A M - B P/b), whose second factor rises
+with M, so that no maximum lies inside. The deflection of the middle against the inner edges of the bosses,
+
+    2 integral from a to L/2 of  M m/(E I0 v) + Q phi/(2 G A0),   m = (x - a)/2,
+
+has polynomials of third degree in it, which Gauss' rule with two points integrates exactly.
+
+Source: the paper's equations (4) to (8), and ``solvers.pin`` for v, phi and the criteria.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+
+_HALVINGS = 60
+_GAUSS = 0.5 / math.sqrt(3.0)
+_TIE = 1.0 + 1e-14
+"""Of places where the strength is used alike the first one is told."""
+_OVER = 1.0 + 1e-9
+"""A strength is exceeded where more than this is used, as in a single check's warnings."""
+
+
+class Pins(NamedTuple):
+    """What n pins are, SI units.
+
+    ``sizes`` (n, 5): D, a, b, delta, P. ``elastic`` (n, 4): E, G, and Cowper's A and B (0 without shear).
+    ``demands`` (n, 3, 3), a row for each strength demand, zeros where there are fewer: by what bending stress and shear
+    stress are multiplied in it [1/Pa], and 1 for a demand of the criterion, 0 for the separate shear allowable.
+    ``laws`` (n, 3): c0, c1, c2 of the greatest shear stress Q (c0 + c1 w + c2 w^2)/(D^2 v).
+    """
+
+    sizes: Array
+    elastic: Array
+    demands: Array
+    laws: Array
+
+
+class Results(NamedTuple):
+    """What is found of n pins, (n,) each: the share of the solid pin's volume, deflection [m], greatest use of the
+    criterion and of the shear allowable, the place of the former [m], first and last place where either is exceeded
+    [m] (NaN: nowhere), greatest moment [N m] and shear [N], and the greatest use of the solid pin."""
+
+    volume: Array
+    deflection: Array
+    criterion: Array
+    shear: Array
+    worst: Array
+    first_over: Array
+    last_over: Array
+    moment: Array
+    force: Array
+    solid: Array
+
+
+@kernel
+def _forces(piece: int, t: float, a: float, b: float, gap: float, p: float) -> tuple[float, float]:
+    """Moment and shear force at a place in a piece."""
+    if piece == 0:
+        s = t / a
+        return p * a * s * s * s / 6.0, 0.5 * p * s * s
+    if piece == 1:
+        return p * (a / 6.0 + 0.5 * t), 0.5 * p
+    return p * (a / 6.0 + 0.5 * gap + 0.5 * t * (b - t) / b), p * (0.5 * b - t) / b
+
+
+@kernel
+def _used(moment: float, force: float, wall: float, d: float, demands: Array, law: Array) -> tuple[float, float]:
+    """Use of the criterion and of the shear allowable by a section: F(w)/v(w), inf without a wall, 0 without a load."""
+    v = wall * (2.0 - wall) * (2.0 - 2.0 * wall + wall * wall)
+    across = (law[0] + wall * (law[1] + wall * law[2])) / (d * d)
+    along = 32.0 / (math.pi * d * d * d)
+    criterion, shear = 0.0, 0.0
+    for k in range(demands.shape[0]):
+        f = math.hypot(demands[k, 0] * along * moment, demands[k, 1] * across * force)
+        if f > 0.0:
+            use = f / v if v > 0.0 else math.inf
+            if demands[k, 2] == 1.0:
+                criterion = max(criterion, use)
+            else:
+                shear = max(shear, use)
+    return criterion, shear
+
+
+@kernel
+def _most(
+    piece: int, t: float, wall: float, d: float, a: float, b: float, gap: float, p: float, demands: Array, law: Array
+) -> float:  # fmt: skip
+    """The greater use of the two at a place."""
+    moment, force = _forces(piece, t, a, b, gap, p)
+    one, other = _used(moment, force, wall, d, demands, law)
+    return max(one, other)
+
+
+@kernel
+def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
+    """Fill ``out``. ``ends`` (n, k): where each step of the first half ends [m], rising, the last at the middle or
+    beyond; ``walls`` (n, k): relative walls 1 - d/D in [0, 1]."""
+    for i in range(walls.shape[0]):
+        d, a, b, gap, p = pins.sizes[i]
+        modulus, shear_modulus, law_a, law_b = pins.elastic[i]
+        demands, law = pins.demands[i], pins.laws[i]
+        bend_unit = 1.0 / (modulus * math.pi * d**4 / 64.0)
+        shear_unit = 1.0 / (shear_modulus * 0.25 * math.pi * d * d)
+        rod = a + gap
+        # What rounding leaves out of where the small end begins: beside a long boss it may be much of a short rod.
+        rest = (a - (rod - (rod - a))) + (gap - (rod - a))
+        half = rod + 0.5 * b
+        volume, bent, sheared, begin = 0.0, 0.0, 0.0, 0.0
+        criterion, shear, worst = 0.0, 0.0, 0.0
+        first, last, solid = math.nan, math.nan, 0.0
+        for j in range(walls.shape[1]):
+            final = j == walls.shape[1] - 1 or ends[i, j] >= half
+            end = half if final else ends[i, j]
+            wall = walls[i, j]
+            u = wall * (2.0 - wall)
+            volume += (end - begin) / half * u
+            bend, give = 0.0, 0.0
+            for piece in range(3):
+                start = 0.0 if piece == 0 else (a if piece == 1 else rod)
+                length = a if piece == 0 else (gap if piece == 1 else 0.5 * b)
+                less = rest if piece == 2 else 0.0
+                low = min(max((begin - start) - less, 0.0), length)
+                high = length if final else min(max((end - start) - less, 0.0), length)
+                if high <= low:
+                    continue
+                over_low, over_high = False, False
+                for side in range(2):
+                    t = low if side == 0 else high
+                    moment, force = _forces(piece, t, a, b, gap, p)
+                    one, other = _used(moment, force, wall, d, demands, law)
+                    full, full_shear = _used(moment, force, 1.0, d, demands, law)
+                    solid, shear = max(solid, full, full_shear), max(shear, other)
+                    if one > criterion * _TIE:
+                        criterion, worst = one, start + less + t
+                    over = max(one, other) > _OVER
+                    if side == 0:
+                        over_low = over
+                    else:
+                        over_high = over
+                if over_low or over_high:
+                    head, tail = low, high
+                    if over_low != over_high and wall > 0.0:
+                        good, bad = (low, high) if over_high else (high, low)
+                        for _ in range(_HALVINGS):
+                            middle = 0.5 * (good + bad)
+                            if _most(piece, middle, wall, d, a, b, gap, p, demands, law) > _OVER:
+                                bad = middle
+                            else:
+                                good = middle
+                        head, tail = (bad, high) if over_high else (low, bad)
+                    if math.isnan(first):
+                        first = start + less + head
+                    last = start + less + tail
+                if piece > 0:
+                    arm = 0.0 if piece == 1 else gap
+                    middle, width = 0.5 * (low + high), high - low
+                    for side in range(2):
+                        t = middle + (_GAUSS if side == 1 else -_GAUSS) * width
+                        moment, force = _forces(piece, t, a, b, gap, p)
+                        bend += 0.5 * width * moment * 0.5 * (arm + t)
+                        give += 0.5 * width * force * 0.5
+            if bend > 0.0:
+                bent += bend / (u * (2.0 - u)) if u > 0.0 else math.inf
+            if give > 0.0 and law_a > 0.0:
+                c = 2.0 - u
+                sheared += give * (law_a / u + law_b * (1.0 - u) / (u * c * c)) if u > 0.0 else math.inf
+            begin = end
+            if final:
+                break
+        out.volume[i], out.criterion[i], out.shear[i], out.worst[i] = volume, criterion, shear, worst
+        out.deflection[i] = 2.0 * (bent * bend_unit + sheared * shear_unit)
+        out.first_over[i], out.last_over[i] = first, last
+        out.moment[i], out.force[i] = _forces(2, 0.5 * b, a, b, gap, p)[0], 0.5 * p
+        out.solid[i] = solid

@@ -1,0 +1,152 @@
+"""Tables of pins with constant or stepped bores: arrays in, arrays out."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from solvers.errors import require
+from solvers.pin.bulk.closed_form import Pins, Results, evaluate
+from solvers.pin.load.macaulay import ROUNDING
+from solvers.pin.scene import PinMaterial
+from solvers.pin.section.criteria import CRITERIA, Criterion
+from solvers.pin.section.flexibility import cowper
+
+Array = NDArray[np.float64]
+_DEMANDS = 3
+
+
+@dataclass(frozen=True)
+class PinTable:
+    """Results of many pins, SI units, (n,) each.
+
+    ``estimated`` is the relative error of every number, that of rounding. ``force_limit`` is the force that the solid
+    pin carries, NaN without a load; ``worst_section`` the place in the first half where the criterion uses most of the
+    strength. Deflection, stresses and utilisation are infinite where a load meets no wall.
+    """
+
+    mass: Array
+    solid_mass: Array
+    deflection: Array
+    equivalent_stress_max: Array
+    shear_stress_max: Array
+    strength_utilisation: Array
+    worst_section: Array
+    max_moment: Array
+    max_shear: Array
+    least_wall: Array
+    force_limit: Array
+    estimated: float = ROUNDING
+
+
+def check_bores(
+    outer_diameter: ArrayLike,
+    boss_length: ArrayLike,
+    small_end_length: ArrayLike,
+    gap: ArrayLike,
+    force: ArrayLike,
+    material: PinMaterial,
+    bores: ArrayLike,
+    ends: ArrayLike | None = None,
+    criterion: Criterion = CRITERIA["tresca_paper"],
+    shear_deflection: bool = True,
+    threads: int = 1,
+) -> PinTable:
+    """Pins of one material with constant or stepped bores, SI units.
+
+    D, a, b, delta and P are (n,) or one number for all. ``bores`` (n, k), or (n,) for constant ones, are the diameters
+    of the steps of the first half from its end to the middle, ``ends`` (n, k) or (k,) where each of them ends, rising;
+    what lies beyond the middle is ignored. The other half mirrors the first. Threads share the pins; none holds the
+    interpreter's lock. Raises InvalidInput for what makes no pin.
+    """
+    bores = np.asarray(bores, dtype=float)
+    bores = bores[:, None] if bores.ndim == 1 else bores
+    count, steps = bores.shape
+    sizes = np.empty((count, 5))
+    for column, given in enumerate((outer_diameter, boss_length, small_end_length, gap, force)):
+        sizes[:, column] = given
+    _require_pins(sizes, bores)
+    if ends is None:
+        require(steps == 1, "ends", "is missing", "where every step ends")
+        ends = np.inf
+    places = np.ascontiguousarray(np.broadcast_to(np.asarray(ends, dtype=float), bores.shape))
+    require(bool(np.all(np.diff(places, axis=1) >= 0.0)), "ends", "must not fall", "rising places")
+    law, shears = cowper(material.poisson), 1.0 if shear_deflection else 0.0
+    elastic = material.elastic_modulus, material.shear_modulus, shears * law.a, shears * law.b
+    pins = Pins(
+        sizes,
+        np.tile(elastic, (count, 1)),
+        np.tile(demand_rows(criterion, material), (count, 1, 1)),
+        np.tile(law_row(criterion, material), (count, 1)),
+    )
+    walls = (sizes[:, :1] - bores) / sizes[:, :1]
+    found = evaluated(pins, places, walls, threads)
+    solid = material.density * 0.25 * np.pi * sizes[:, 0] ** 2 * (2.0 * (sizes[:, 1] + sizes[:, 3]) + sizes[:, 2])
+    allowable_shear = np.nan if material.allowable_shear is None else material.allowable_shear
+    with np.errstate(divide="ignore", invalid="ignore"):
+        limit = np.where(found.solid > 0.0, sizes[:, 4] / found.solid, np.nan)
+    return PinTable(
+        solid * found.volume,
+        solid,
+        found.deflection,
+        material.allowable_stress * found.criterion,
+        allowable_shear * found.shear,
+        np.maximum(found.criterion, found.shear),
+        found.worst,
+        found.moment,
+        found.force,
+        0.5 * sizes[:, 0] * walls.min(axis=1),
+        limit,
+    )
+
+
+def _require_pins(sizes: Array, bores: Array) -> None:
+    """Refuse, with InvalidInput, sizes and bores that make no pin."""
+    for column, name in enumerate(("outer_diameter", "boss_length", "small_end_length")):
+        good = np.isfinite(sizes[:, column]) & (sizes[:, column] > 0.0)
+        require(bool(good.all()), name, "must be positive", "(0, inf)")
+    for column, name in ((3, "gap"), (4, "force")):
+        good = np.isfinite(sizes[:, column]) & (sizes[:, column] >= 0.0)
+        require(bool(good.all()), name, "must not be negative", "[0, inf)")
+    require(bool(np.all((bores >= 0.0) & (bores <= sizes[:, :1]))), "bores", "leave no pin", "[0, outer diameter]")
+
+
+def demand_rows(criterion: Criterion, material: PinMaterial) -> Array:
+    """The strength demands as ``closed_form.Pins`` has them, (3, 3)."""
+    rows = np.zeros((_DEMANDS, 3))
+    for row, (bending, shear) in zip(rows, criterion.factors, strict=False):
+        row[:] = bending / material.allowable_stress, shear / material.allowable_stress, 1.0
+    if material.allowable_shear is not None:
+        rows[-1] = 0.0, 1.0 / material.allowable_shear, 0.0
+    return rows
+
+
+def law_row(criterion: Criterion, material: PinMaterial) -> tuple[float, float, float]:
+    """The greatest shear stress of a tube by the criterion: c0, c1, c2."""
+    law = criterion.law(material)
+    return law.c0, law.c1, law.c2
+
+
+def evaluated(pins: Pins, ends: Array, walls: Array, threads: int = 1) -> Results:
+    """``evaluate`` for all pins, in so many slices at the same time."""
+    count = walls.shape[0]
+    out = Results(*(np.empty(count) for _ in Results._fields))
+    cuts = np.linspace(0, count, min(threads, max(count, 1)) + 1).astype(int).tolist()
+
+    def solve(begin: int, end: int) -> None:
+        evaluate(
+            Pins(*(a[begin:end] for a in pins)),
+            ends[begin:end],
+            walls[begin:end],
+            Results(*(a[begin:end] for a in out)),
+        )
+
+    if len(cuts) == 2:
+        solve(0, count)
+        return out
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(solve, cuts[:-1], cuts[1:]))
+    return out

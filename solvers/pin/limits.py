@@ -1,0 +1,38 @@
+"""What a pin or a bushing must keep besides strength."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from solvers.errors import require
+from solvers.pin.scene import require_positive
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the profile must keep besides strength; None: no such limit.
+
+    min_wall         least wall thickness [m]
+    max_deflection   greatest deflection of the middle against the bosses' inner edges [m]
+    max_ovalization  greatest growth of a diameter [m]
+    max_slope        greatest change of the bore's diameter per length, |dd/dx|
+    max_ring_stress  greatest hoop stress of the ring that the pin's section is [Pa]
+    """
+
+    min_wall: float = 0.0
+    max_deflection: float | None = None
+    max_ovalization: float | None = None
+    max_slope: float | None = None
+    max_ring_stress: float | None = None
+
+    def __post_init__(self) -> None:
+        require(
+            math.isfinite(self.min_wall) and self.min_wall >= 0, "limits.min_wall", "must not be negative", "[0, D/2]"
+        )
+        for name in ("max_deflection", "max_ovalization", "max_slope", "max_ring_stress"):
+            if getattr(self, name) is not None:
+                require_positive(self, "limits", name)
+
+
+NO_LIMITS = Limits()

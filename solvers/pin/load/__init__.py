@@ -1,0 +1,1 @@
+"""What acts on the bar: load cases and their internal forces."""

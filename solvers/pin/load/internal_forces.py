@@ -1,0 +1,73 @@
+"""Resultants of a load case at stations of the bar: bending moments, shear forces, axial force, torque."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
+from solvers.pin.load.macaulay import LoadCase
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class InternalForces:
+    """Resultants at stations: bending moments and shear forces of both planes (2, n), axial force and torque."""
+
+    moment: Array
+    shear: Array
+    axial_force: float
+    torque: float
+
+    @cached_property
+    def moment_total(self) -> Array:
+        return _both(self.moment)
+
+    @cached_property
+    def shear_total(self) -> Array:
+        return _both(self.shear)
+
+
+def _both(planes: Array) -> Array:
+    """The size of vectors (2, n), of which mostly only the first component is not zero."""
+    return np.hypot(planes[0], planes[1]) if planes[1].any() else np.abs(planes[0])
+
+
+def forces_at(case: LoadCase, x: Array, side_of: Array, rest: Array | float = 0.0) -> InternalForces:
+    """The resultants of a case at stations ``x``, of which rounding left out ``rest``.
+
+    A term acts where it starts at or before ``side_of`` (same shape as x): a station on a point force belongs to the
+    side on which its panel lies.
+    """
+    rest = np.array(np.broadcast_to(rest, x.shape), dtype=float, order="C")
+    moment, shear = np.zeros((2, x.size)), np.zeros((2, x.size))
+    for plane, pieces in enumerate(case.pieces):
+        if pieces.start.size:
+            _evaluate(
+                x, rest, side_of, pieces.start, pieces.rest, pieces.shear, pieces.moment,
+                moment[plane], shear[plane],
+            )  # fmt: skip
+    return InternalForces(moment, shear, case.axial_force, case.torque)
+
+
+@kernel
+def _evaluate(
+    x: Array, rest: Array, side: Array, start: Array, start_rest: Array, c: Array, m: Array, moment: Array,
+    shear: Array,
+) -> None:  # fmt: skip
+    k = 0
+    for i in range(x.size):
+        # Stations mostly rise, so the piece is the last one's or the next.
+        while k > 0 and start[k] > side[i]:
+            k -= 1
+        while k + 1 < start.size and start[k + 1] <= side[i]:
+            k += 1
+        if start[k] > side[i]:
+            continue
+        t = (x[i] - start[k]) + (rest[i] - start_rest[k])
+        shear[i] = c[0, k] + t * (c[1, k] + t * (c[2, k] + t * c[3, k]))
+        moment[i] = m[k] + t * (c[0, k] + t * (c[1, k] / 2.0 + t * (c[2, k] / 3.0 + t * c[3, k] / 4.0)))

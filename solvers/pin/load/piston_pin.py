@@ -1,0 +1,101 @@
+"""The piston pin's own load, the places where its parts begin, and what its deflection is counted from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
+from solvers.pin.load.macaulay import LoadCase, MacaulayTerm
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DeflectionReference:
+    """The deflection half-way between two points, against the straight line through them.
+
+    ``rest`` is what rounding left out of ``right``.
+    """
+
+    left: float
+    right: float
+    rest: float = 0.0
+
+    def unit_load(self, x: Array, rest: Array | float = 0.0) -> tuple[Array, Array]:
+        """Moment and shear magnitude of a unit force half-way: (x - left)/2 and 1/2 up to the middle, mirrored.
+
+        ``rest`` as in ``forces_at``.
+        """
+        inside = (x >= self.left) & (x <= self.right)
+        arm = np.maximum(0.5 * np.minimum(x - self.left + rest, self.right - x + (self.rest - rest)), 0.0)
+        sign = np.where(x <= 0.5 * (self.left + self.right), 0.5, -0.5)
+        return np.where(inside, arm, 0.0), np.where(inside, sign, 0.0)
+
+
+def piston_pin_case(force: float, boss_length: float, small_end_length: float, gap: float) -> LoadCase:
+    """The pin's load: uniform in the rod's small end, in each boss a triangle that is highest at its inner edge.
+
+    Q(x) = P/(2a^2)(<x>^2 - <x-a>^2) - (P/a)<x-a> - (P/b)(<x-x1> - <x-x2>) + (P/a)<x-x3> - (P/(2a^2))<x-x3>^2,
+    x1 = a + delta, x2 = x1 + b, x3 = x2 + delta. The moment in the middle is the textbook's
+    P (L + 2(b + 2 delta) - 1.5 b)/12. Source: the paper's equations (4) and (5), after figure 2.
+    """
+    a, b = boss_length, small_end_length
+    _, (x1, rest1), _, (x2, rest2), (x3, rest3), _ = pin_places(a, b, gap)
+    ramp, boss, rod = force / (2.0 * a * a), force / a, force / b
+    return LoadCase(
+        (
+            MacaulayTerm(ramp, 0.0, 2),
+            MacaulayTerm(-ramp, a, 2),
+            MacaulayTerm(-boss, a, 1),
+            MacaulayTerm(-rod, x1, 1, rest=rest1),
+            MacaulayTerm(rod, x2, 1, rest=rest2),
+            MacaulayTerm(boss, x3, 1, rest=rest3),
+            MacaulayTerm(-ramp, x3, 2, rest=rest3),
+        )
+    )
+
+
+@kernel
+def weigh_deflection(
+    x: Array, rest: Array, side: Array, left: float, right: float, right_rest: float, moment: Array, shear: Array,
+    length: float, stiff: float, stiff_in_shear: float, bending: Array, sheared: Array,
+) -> None:  # fmt: skip
+    """Into ``bending`` M m length/stiff and into ``sheared`` Q q length/stiff_in_shear [m] at stations, as
+    ``DeflectionReference.unit_load`` has m and q; 0 outside the span, and where a load lifts the middle.
+
+    A station on an end of the span lies inside only if its panel, which begins at ``side``, does.
+    """
+    for i in range(x.size):
+        bending[i] = sheared[i] = 0.0
+        if left <= side[i] < right and x[i] <= right:
+            arm = max(0.5 * min(x[i] - left + rest[i], right - x[i] + (right_rest - rest[i])), 0.0)
+            sign = 0.5 if x[i] <= 0.5 * (left + right) else -0.5
+            bending[i] = max(moment[i] * arm / stiff, 0.0) * length
+            sheared[i] = max(shear[i] * sign / stiff_in_shear, 0.0) * length
+
+
+@lru_cache(maxsize=256)
+def pin_places(boss_length: float, small_end_length: float, gap: float) -> tuple[tuple[float, float], ...]:
+    """Where boss, small end, middle, gap, boss and pin end, each with what rounding leaves out of the float.
+
+    Beside a long boss a short rod would otherwise lose the digits of its own length.
+    """
+    boss = (boss_length, 0.0)
+    rod = _added(boss, gap)
+    middle = _added(rod, 0.5 * small_end_length)
+    rod_end = _added(rod, small_end_length)
+    far_boss = _added(rod_end, gap)
+    return boss, rod, middle, rod_end, far_boss, _added(far_boss, boss_length)
+
+
+def _added(place: tuple[float, float], length: float) -> tuple[float, float]:
+    """A sum of two floats and one more, likewise: Knuth's exact sum, and what is left of it once more."""
+    total = place[0] + length
+    part = total - place[0]
+    rest = place[1] + ((place[0] - (total - part)) + (length - part))
+    rounded = total + rest
+    return rounded, rest - (rounded - total)

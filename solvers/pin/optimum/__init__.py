@@ -1,0 +1,1 @@
+"""The lightest walls at given stations, with a proven bound."""

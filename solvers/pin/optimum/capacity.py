@@ -1,0 +1,119 @@
+"""What the solid pin can carry: the greatest force, where it fails first, and the outer diameter that would do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.pin.load.macaulay import ROUNDING
+from solvers.pin.optimum.discretised import constraints_at
+from solvers.pin.optimum.program import Program
+from solvers.pin.scene import Scene
+from solvers.pin.section.criteria import Criterion
+from solvers.pin.stations.between_nodes import risen
+from solvers.pin.stations.opening import opening_stations
+
+Array = NDArray[np.float64]
+_PASSES = 60
+_EDGE_STEPS = 60
+
+
+@dataclass(frozen=True)
+class WeakSpan:
+    """Where even the solid section is too weak: from, to [m], and the greatest utilisation of the solid section."""
+
+    begin: float
+    end: float
+    utilisation: float
+
+
+def solid_utilisation(scene: Scene, criterion: Criterion, x: Array, side: Array) -> Array:
+    """The greatest of all constraints on the solid section at stations: F(1) <= 1 where it holds."""
+    full = np.ones_like(x)
+    out = np.zeros_like(x)
+    for constraint in constraints_at(scene, criterion, x, side):
+        out = np.maximum(out, constraint.value(full))
+    return out
+
+
+def greatest_utilisation(scene: Scene, criterion: Criterion) -> tuple[float, float]:
+    """(utilisation, place) of the solid pin's worst section: panels are halved where it may lie between stations."""
+    stations = opening_stations(scene)
+    for _ in range(_PASSES):
+        values = solid_utilisation(scene, criterion, stations.x, stations.side)
+        between = risen(stations, values[None]) > ROUNDING
+        if not between.any():
+            break
+        stations = stations.halved(between)
+    best = int(np.argmax(values))
+    return float(values[best]), float(stations.x[best])
+
+
+def force_limit(scene: Scene, criterion: Criterion) -> float:
+    """The greatest force [N] that the solid pin carries, further cases growing in proportion."""
+    probe = scene if scene.force > 0 else replace(scene, force=1.0, further_cases=())
+    return probe.force / greatest_utilisation(probe, criterion)[0]
+
+
+def force_limit_of(program: Program) -> float:
+    """``force_limit`` by what is known at a program's stations."""
+    solid = np.ones_like(program.stations.x)
+    values = np.max([constraint.value(solid) for constraint in program.constraints], axis=0)
+    greatest = float(values.max())
+    if not greatest > 0.0 or (risen(program.stations, values[None]) > ROUNDING).any():
+        return force_limit(program.scene, program.criterion)
+    return program.scene.force / greatest
+
+
+def weak_span(scene: Scene, criterion: Criterion) -> WeakSpan | None:
+    """Where the solid section fails, from the first to the last such place of the whole pin; None: nowhere."""
+    worst, place = greatest_utilisation(scene, criterion)
+    if worst <= 1.0:
+        return None
+    length = scene.geometry.length
+    stations = opening_stations(scene)
+    x, side = stations.x, stations.side
+    fails = solid_utilisation(scene, criterion, x, side) > 1.0
+    inside = np.append(x[fails], place)
+
+    def edge(good: float, bad: float) -> float:
+        for _ in range(_EDGE_STEPS):
+            middle = 0.5 * (good + bad)
+            at = np.array([middle])
+            if solid_utilisation(scene, criterion, at, at)[0] > 1.0:
+                bad = middle
+            else:
+                good = middle
+        return bad
+
+    first, last = float(inside.min()), float(inside.max())
+    before, behind = x[(x < first) & ~fails], x[(x > last) & ~fails]
+    begin = edge(float(before.max()), first) if before.size else first
+    if scene.symmetric:
+        return WeakSpan(begin, length - begin, worst)
+    return WeakSpan(begin, edge(float(behind.min()), last) if behind.size else last, worst)
+
+
+def least_outer_diameter(scene: Scene, criterion: Criterion) -> float:
+    """The least outer diameter [m] whose solid pin carries the loads, all else equal; 0 without a load."""
+
+    def worst(diameter: float) -> float:
+        return greatest_utilisation(
+            replace(scene, geometry=replace(scene.geometry, outer_diameter=diameter)), criterion
+        )[0]
+
+    high = scene.geometry.outer_diameter
+    if worst(high) == 0.0:
+        return 0.0
+    # Utilisation falls at least with 1/D, at most with 1/D^3.
+    while worst(high) > 1.0:
+        high *= 2.0
+    low = high
+    while worst(low) <= 1.0:
+        low *= 0.5
+    for _ in range(44):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if worst(middle) > 1.0 else (low, middle)
+    return high

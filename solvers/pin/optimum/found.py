@@ -1,0 +1,36 @@
+"""What a search for a shape answers with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Found:
+    """A profile of some form.
+
+    solidity   u at the program's stations
+    volume     mass over that of the solid pin, exact for the shape
+    bound      proven lower bound of the volume, over this form on these stations
+    corners    bore diameters [m] at places [m] on which the shape is straight lines; None: the stations say it all
+    doubt      per panel, how far quadrature, or what lies between stations, may be off in the volume
+    """
+
+    solidity: Array
+    volume: float
+    bound: float
+    method: str
+    evidence: Mapping[str, float | int | str] = field(default_factory=dict)
+    corners: tuple[tuple[float, float], ...] | None = None
+    doubt: Array | None = None
+
+    @property
+    def doubted(self) -> float:
+        """How far the volume may be off, relative."""
+        return 0.0 if self.doubt is None or self.volume == 0.0 else float(self.doubt.sum()) / self.volume

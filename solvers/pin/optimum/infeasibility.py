@@ -1,0 +1,131 @@
+"""Why no pin of this outer diameter does: where it is too weak or too soft, and the diameter that would do."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solvers.outcome import Shortfall
+from solvers.pin.effects import Physics
+from solvers.pin.limits import Limits
+from solvers.pin.optimum.capacity import WeakSpan, force_limit, least_outer_diameter, weak_span
+from solvers.pin.optimum.discretised import assemble
+from solvers.pin.ring import ovalization
+from solvers.pin.scene import BushingGeometry, Scene
+from solvers.pin.section.criteria import Criterion
+from solvers.pin.section.flexibility import cowper
+from solvers.pin.stations.opening import opening_stations
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What is missing, where the solid section fails, the greatest force [N] it bears, and the least outer diameter [m]
+    that meets what is missed; None of a bushing, whose outer diameter is sought."""
+
+    shortfalls: tuple[Shortfall, ...]
+    weak: WeakSpan | None
+    force_limit: float | None
+    least_outer_diameter: float | None
+
+
+def solid_deflection(scene: Scene, criterion: Criterion, physics: Physics) -> float:
+    """Deflection [m] of the solid pin, by the exact law."""
+    program = assemble(scene, Limits(), criterion, physics, opening_stations(scene), cowper(scene.material.poisson))
+    return program.deflection(np.ones_like(program.lower))
+
+
+def _least_diameter(scene: Scene, value: object, limit: float) -> float:
+    """The least outer diameter at which a value that falls with it is within its limit."""
+
+    def at(diameter: float) -> float:
+        return value(replace(scene, geometry=replace(scene.geometry, outer_diameter=diameter)))
+
+    high = scene.geometry.outer_diameter
+    for _ in range(200):
+        if at(high) <= limit:
+            break
+        high *= 2.0
+    low = 0.5 * high
+    for _ in range(44):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if at(middle) > limit else (low, middle)
+    return high
+
+
+def _at_least(diameter: float) -> str:
+    """A diameter in millimetres to six digits, rounded up: the one that is read does what it promises."""
+    millimetres = 1e3 * diameter
+    digit = 10.0 ** (math.floor(math.log10(millimetres)) - 5)
+    return f"{math.ceil(millimetres / digit) * digit:.6g}"
+
+
+def _where(weak: WeakSpan) -> str:
+    begin, end = (f"{1e3 * x:.4g}" for x in (weak.begin, weak.end))
+    return f"at x = {begin} mm" if begin == end else f"for {begin} < x < {end} mm"
+
+
+def _too_soft_a_ring(scene: Scene, limits: Limits) -> Shortfall:
+    """All that a bushing can miss: the ovalization of a solid bar does not depend on its diameter."""
+    length, m = scene.geometry.length, scene.material
+    solid = ovalization.ring(scene.force, 1.0, length, 0.0, m.elastic_modulus, m.poisson).ovalization
+    return Shortfall("max_ovalization", limits.max_ovalization, solid, "a longer or stiffer bushing, or less force")
+
+
+def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physics) -> Diagnosis:
+    """Every requirement that even the solid section misses."""
+    if isinstance(scene.geometry, BushingGeometry):
+        return Diagnosis((_too_soft_a_ring(scene, limits),), None, None, None)
+    found: list[Shortfall] = []
+    diameters = [0.0]
+    greatest, weak = force_limit(scene, criterion), weak_span(scene, criterion)
+    if weak is not None:
+        diameters.append(least_outer_diameter(scene, criterion))
+        found.append(
+            Shortfall(
+                "force",
+                scene.force,
+                greatest,
+                f"the solid section is too weak {_where(weak)}, by {100.0 * (weak.utilisation - 1.0):.3g} %; an outer "
+                f"diameter of at least {_at_least(diameters[-1])} mm would do",
+            )
+        )
+    if limits.max_deflection is not None:
+        solid = solid_deflection(scene, criterion, physics)
+        if solid > limits.max_deflection:
+            diameters.append(
+                _least_diameter(scene, lambda s: solid_deflection(s, criterion, physics), limits.max_deflection)
+            )
+            found.append(
+                Shortfall(
+                    "max_deflection",
+                    limits.max_deflection,
+                    solid,
+                    "the solid pin deflects more; an outer diameter of at least "
+                    f"{_at_least(diameters[-1])} mm would do, or shorter bosses and gaps",
+                )
+            )
+    if limits.max_ovalization is not None:
+        g, m = scene.geometry, scene.material
+        # The formula's growth of a solid pin does not depend on its diameter: more length is what helps.
+        solid = ovalization.ring(scene.force, g.outer_diameter, g.length, 0.0, m.elastic_modulus, m.poisson).ovalization
+        if solid > limits.max_ovalization:
+            found.append(
+                Shortfall("max_ovalization", limits.max_ovalization, solid, "a longer or stiffer pin, or less force")
+            )
+    if limits.max_ring_stress is not None and scene.force > 0:
+        g, m = scene.geometry, scene.material
+        stress = ovalization.greatest_stress(scene.force, g.outer_diameter, g.length, 0.0, m.elastic_modulus, m.poisson)
+        if stress > limits.max_ring_stress:
+            # The stress of like rings goes with 1/D.
+            diameters.append(g.outer_diameter * stress / limits.max_ring_stress)
+            found.append(
+                Shortfall(
+                    "max_ring_stress",
+                    limits.max_ring_stress,
+                    stress,
+                    f"an outer diameter of at least {_at_least(diameters[-1])} mm would do, or a longer pin",
+                )
+            )
+    return Diagnosis(tuple(found), weak, greatest, max(diameters))

@@ -1,0 +1,284 @@
+"""The fast tier: one multiplier for the deflection, and a one-dimensional minimum at every station.
+
+For a multiplier lambda the Lagrangian sum s_i (u_i + lambda (B_i/v + S_i phi)) - lambda falls apart into stations (or,
+where the bore must narrow toward the middle, into blocks of equal u, found by pooling adjacent violators), each of
+which is minimised over all u (``solvers.pin.optimum.station_minimum``). The deflection falls as lambda rises;
+1/deflection^2 is nearly straight in it, so a safeguarded Newton method ends after a few rounds. All of it is one
+compiled function.
+
+A station may jump to the solid section as lambda passes one value. Of those that jump at the last lambda as many are
+solid as the limit asks for, and one lies between. Where every station stands for itself this is the best there is but
+for that one station; panels are halved around it like around any kink.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
+from solvers.pin.optimum.program import Program, Weighed
+from solvers.pin.optimum.station_minimum import all_lightest, lightest, reaches
+from solvers.pin.section.flexibility import bending, flexibility_values, phi, phi_curvature, phi_slope, product
+
+Array = NDArray[np.float64]
+_EPS = float(np.finfo(float).eps)
+_ROUNDS = 200
+CLOSE = 4e-14
+"""How far below its limit the deflection may end, relative."""
+_ROUNDING = 1e-14
+"""What a sum over stations may be off by, relative."""
+_EQUAL = 1e-12
+"""Deflections closer than this to the limit are the limit."""
+_JUMP = 1e-6
+"""Two walls for one price that differ by more than this differ by a jump, not by rounding."""
+_LOOSEST, _TIGHTEST = 1e-2, 1e-8
+"""To what step stations settle in the first and in the last rounds, relative."""
+
+
+@kernel
+def _slopes(u: float, bend: float, shear: float, a: float, b: float) -> tuple[float, float]:
+    """g'(u) and g''(u) of g = bend/v + shear phi."""
+    _, db, d2b = bending(u)
+    return bend * db + shear * phi_slope(u, a, b), bend * d2b + shear * phi_curvature(u, a, b)
+
+
+@kernel
+def place(
+    lam: float, weight: float, bend: float, shear: float, low: float, start: float, a: float, b: float
+) -> float:  # fmt: skip
+    """argmin over [low, 1] of weight u + lam (bend/v + shear phi): the global one, though phi is concave near 1."""
+    if lam * bend == 0.0 and lam * shear == 0.0:
+        return low
+    return lightest(weight / lam, low, bend, shear, start, a, b) if low < 1.0 else 1.0
+
+
+@kernel
+def _monotone(
+    lam: float, share: Array, low: Array, bend: Array, shear: Array, a: float, b: float, turn: int, u: Array
+) -> tuple[float, float]:  # fmt: skip
+    """As ``all_lightest`` for u that must not fall along the stations up to ``turn``, nor from there on; neither does
+    low."""
+    n = u.size
+    w, wb, ws, lo, at = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    count = np.empty(n, dtype=np.int64)
+    top, first = -1, 0
+    for i in range(n):
+        top += 1
+        if i == turn:
+            first = top
+        w[top], wb[top], ws[top], lo[top], count[top] = share[i], share[i] * bend[i], share[i] * shear[i], low[i], 1
+        at[top] = place(lam, w[top], wb[top], ws[top], lo[top], u[i], a, b)
+        while top > first and at[top - 1] > at[top]:
+            w[top - 1] += w[top]
+            wb[top - 1] += wb[top]
+            ws[top - 1] += ws[top]
+            lo[top - 1] = lo[top]
+            count[top - 1] += count[top]
+            top -= 1
+            at[top] = place(lam, w[top], wb[top], ws[top], lo[top], at[top], a, b)
+    total, change, i = 0.0, 0.0, 0
+    for k in range(top + 1):
+        x = at[k]
+        for _ in range(count[k]):
+            u[i] = x
+            i += 1
+        if wb[k] == 0.0 and ws[k] == 0.0:
+            continue
+        total += wb[k] * bending(x)[0] + ws[k] * phi(x, a, b)
+        if lo[k] < x < 1.0:
+            slope, curve = _slopes(x, wb[k], ws[k], a, b)
+            curve = max(curve, 1e-300)
+            change -= slope * slope / (lam * curve)
+    return total, change
+
+
+@kernel
+def _copy(values: Array, to: Array) -> None:
+    # Written out: assigning a whole array takes seconds to compile, most of them for the message of its error.
+    for i in range(to.size):
+        to[i] = values[i]
+
+
+@kernel
+def _deflection(share: Array, bend: Array, shear: Array, a: float, b: float, u: Array) -> float:
+    """sum s g over the stations that pull; inf where one of them has no section."""
+    total = 0.0
+    for i in range(u.size):
+        if bend[i] > 0.0 or shear[i] > 0.0:
+            if u[i] <= 0.0:
+                return np.inf
+            total += share[i] * (bend[i] * bending(u[i])[0] + shear[i] * phi(u[i], a, b))
+    return total
+
+
+@kernel
+def _search(
+    share: Array, low: Array, bend: Array, shear: Array, a: float, b: float,
+    monotone: bool, turn: int, solid: Array, best: Array, short: Array,
+) -> tuple[float, int, float]:  # fmt: skip
+    """(multiplier, rounds, deflection over its limit) of the least volume; its u in ``best``, in ``short`` that of the
+    greatest multiplier seen that is too small. The multiplier is NaN where even ``solid`` is too soft, and inf where
+    only it will do."""
+    _copy(low, best)
+    total = _deflection(share, bend, shear, a, b, low)
+    if total <= 1.0 + _ROUNDING:
+        return 0.0, 0, total
+    _copy(solid, best)
+    least = _deflection(share, bend, shear, a, b, solid)
+    if least > 1.0 + _EQUAL:
+        return np.nan, 0, least
+    if least >= 1.0 - _EQUAL:
+        return np.inf, 0, least
+    # Without least walls and for thin walls this is the answer.
+    lam = 0.0
+    for i in range(low.size):
+        lam += share[i] * math.sqrt(0.5 * bend[i] + shear[i] * (a + 0.25 * b))
+    lam *= lam
+    u = np.empty(low.size)
+    _copy(low, u)
+    _copy(low, short)
+    lower, upper, found, kept = 0.0, np.inf, np.inf, least
+    top, solid_below = np.empty(low.size), np.empty(low.size)
+    if not monotone:
+        reaches(low, bend, shear, a, b, top, solid_below)
+    loose = 0.0 if monotone else _LOOSEST
+    rounds = 0
+    while rounds < _ROUNDS:
+        rounds += 1
+        if monotone:
+            total, change = _monotone(lam, share, low, bend, shear, a, b, turn, u)
+        else:
+            total, change = all_lightest(
+                lam, share, low, top, solid_below, bend, shear, a, b, u, rounds == 1, loose
+            )  # fmt: skip
+        # A station is off by about the square of its last step: by so little the sign of total - 1 says nothing.
+        known = loose <= _TIGHTEST or abs(total - 1.0) > loose * loose
+        if total <= 1.0:
+            _copy(u, best)
+            found, kept = lam, total
+            upper = lam if known else upper
+            if total >= 1.0 - CLOSE:
+                break
+        elif known:
+            lower = lam
+            _copy(u, short)
+        if upper < np.inf and upper - lower <= 2.0 * _EPS * upper:
+            break
+        if not monotone:
+            loose = max(_TIGHTEST, min(_LOOSEST, 0.01 * abs(total - 1.0)))
+        # 1/total^2 is nearly straight in lambda; aim a hair inside the limit.
+        new = np.nan
+        if change < 0.0:
+            aim = 1.0 - 0.4 * CLOSE
+            new = lam + (1.0 / (aim * aim) - 1.0 / (total * total)) / (-2.0 * change / (total * total * total))
+        if not lower < new < upper:
+            if lower > 0.0 and upper < np.inf:
+                new = math.sqrt(lower * upper)
+            else:
+                new = 4.0 * lam if upper == np.inf else 0.25 * upper
+        lam = new
+    return found, rounds, kept
+
+
+@kernel
+def _lightest(
+    share: Array, low: Array, bending: Array, shear: Array, limit: float, a: float, b: float,
+    anchor: int, monotone: bool, best: Array, short: Array,
+) -> tuple[float, int, float]:  # fmt: skip
+    """As ``_search``, over all stations of a program: those without deflection keep their least walls, unless walls
+    must not thin toward the middle; the second half runs from its end."""
+    n = low.size
+    order = np.empty(n, dtype=np.int64)
+    table = np.empty((7, n))
+    count = 0
+    for k in range(n):
+        i = k if k < anchor else n - 1 + anchor - k
+        pulls = bending[i] > 0.0 or shear[i] > 0.0
+        if monotone or pulls:
+            order[count] = i
+            table[0, count], table[1, count] = share[i], low[i]
+            table[2, count], table[3, count] = bending[i] / limit, shear[i] / limit
+            before = table[4, count - 1] if count > 0 and k != anchor else 0.0
+            table[4, count] = 1.0 if pulls else max(low[i], before)
+            count += 1
+    own_best, own_short = table[5][:count], table[6][:count]
+    found = _search(
+        table[0][:count], table[1][:count], table[2][:count], table[3][:count], a, b,
+        monotone, anchor, table[4][:count], own_best, own_short,
+    )  # fmt: skip
+    _copy(low, best)
+    _copy(low, short)
+    for i in range(count):
+        best[order[i]], short[order[i]] = own_best[i], own_short[i]
+    return found
+
+
+def weigh(program: Program, low: Array | None, monotone: bool) -> Weighed | None:
+    """The least volume that keeps the deflection limit; None where even the solid pin gives more.
+
+    ``low`` is the least u of every station, the program's own without it (for ``monotone`` it must not fall toward the
+    middle). The answer keeps the limit; it ends within CLOSE of it.
+    """
+    low = program.lower if low is None else low
+    if program.limit is None:
+        return Weighed(low, 0.0, 0)
+    best, short, law = np.empty_like(low), np.empty_like(low), program.law
+    multiplier, rounds, total = _lightest(
+        program.share, low, program.bending, program.shear, program.limit, law.a, law.b,
+        program.anchor, monotone, best, short,
+    )  # fmt: skip
+    if math.isnan(multiplier):
+        return None
+    if 0.0 < multiplier < math.inf and total < 1.0 - _EQUAL:
+        best = _between(program, short, best) if monotone else _some(program, short, best)
+    return Weighed(best, multiplier, rounds)
+
+
+def monotone_at(program: Program, low: Array, multiplier: float, start: Array) -> Array:
+    """Walls that cost least at a price of the deflection among those that do not fall toward the middle."""
+    law, n = program.law, low.size
+    order = np.concatenate([np.arange(program.anchor), np.arange(n - 1, program.anchor - 1, -1)])
+    u = start[order]
+    _monotone(
+        multiplier, program.share[order], low[order], program.bending[order] / program.limit,
+        program.shear[order] / program.limit, law.a, law.b, program.anchor, u,
+    )  # fmt: skip
+    found = np.empty(n)
+    found[order] = u
+    return found
+
+
+def _some(program: Program, short: Array, enough: Array) -> Array:
+    """Of the stations that jump from ``short`` to ``enough``, as many as the limit asks for; one lies between."""
+    law, limit = program.law, program.limit
+
+    def densities(u: Array) -> Array:
+        bend, shear = flexibility_values(u, law)
+        return program.share * (product(program.bending, bend) + product(program.shear, shear))
+
+    jump = np.flatnonzero(enough - short > _JUMP)
+    u = enough.copy()
+    softer = np.cumsum((densities(short) - densities(enough))[jump])
+    room = limit * (1.0 - 0.4 * CLOSE) - float(densities(enough).sum())
+    spared = int(np.searchsorted(softer, room, side="right"))
+    u[jump[:spared]] = short[jump[:spared]]
+    if spared == jump.size:
+        return _between(program, u, enough)
+    last = np.zeros(u.size, dtype=bool)
+    last[jump[spared]] = True
+    return _between(program, np.where(last, short, u), u)
+
+
+def _between(program: Program, short: Array, enough: Array) -> Array:
+    """The lightest mix of an answer that is too soft and one that is stiff enough."""
+    least, most = 0.0, 1.0
+    for _ in range(60):
+        part = 0.5 * (least + most)
+        if program.deflection(short + part * (enough - short)) <= program.limit:
+            most = part
+        else:
+            least = part
+    return short + most * (enough - short)

@@ -1,0 +1,181 @@
+"""The bushing: its bore d is given, its outer diameter D is sought.
+
+u = y = (D^2 - d^2)/l^2 with l the bore (without one: a size of the load), walls are t = D - d [m]. f is the section's
+bending flexibility over 64/(E pi l^4), g its shear flexibility over 4/(G pi l^2) (``solvers.pin.section.tube``), kappa
+1 with a bore and 0 without. Both are convex for every y > 0, and more material always helps: there is a bushing for
+every finite load and every deflection limit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.errors import InvalidInput
+from solvers.pin.limits import Limits
+from solvers.pin.load.internal_forces import InternalForces
+from solvers.pin.optimum import outside_lagrangian
+from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.program import Program, Weighed
+from solvers.pin.ring import ovalization
+from solvers.pin.scene import Scene
+from solvers.pin.section.criteria import ALLOWABLE_SHEAR, Criterion
+from solvers.pin.section.flexibility import ShearFlexibility
+from solvers.pin.section.outside_wall import OutsideConstraint, least_gap, outside_constraints, utilisation
+from solvers.pin.section.tube import densities
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class OutsideSought:
+    """See ``solvers.pin.optimum.program.Sought``; ``bore`` d [m] (0: a shaft), ``unit`` l [m]."""
+
+    bore: float
+    unit: float
+    name: ClassVar[str] = "outer_diameter"
+
+    @property
+    def kappa(self) -> float:
+        return 1.0 if self.bore > 0.0 else 0.0
+
+    def constraints(
+        self, scene: Scene, criterion: Criterion, forces: Sequence[InternalForces]
+    ) -> tuple[OutsideConstraint, ...]:
+        found: list[OutsideConstraint] = []
+        for own in forces:
+            found += outside_constraints(own, criterion, scene.material)
+        return tuple(found)
+
+    def floor(self, scene: Scene, limits: Limits) -> float:
+        """inf where not even a solid bar is round enough (its ovalization does not depend on the diameter)."""
+        length, m, floor = scene.geometry.length, scene.material, 2.0 * limits.min_wall
+        if scene.force == 0:
+            return floor
+        if limits.max_ring_stress is not None:
+            outer = ovalization.outer_within_stress(
+                limits.max_ring_stress, scene.force, self.bore, length, m.elastic_modulus, m.poisson
+            )
+            floor = max(floor, outer - self.bore)
+        if limits.max_ovalization is None:
+            return floor
+        ratio = ovalization.greatest_ratio(
+            limits.max_ovalization, scene.force, 1.0, length, m.elastic_modulus, m.poisson
+        )
+        if ratio is None:
+            return math.inf
+        if ratio > 0.0:
+            return max(floor, self.bore * (1.0 - ratio) / ratio)
+        return math.inf if self.bore > 0.0 else floor
+
+    def least_walls(self, constraints: tuple[OutsideConstraint, ...], floor: float, stations: int) -> Array:
+        found = np.full(stations, floor)
+        for constraint in constraints:
+            found = np.maximum(found, least_gap(constraint, self.bore))
+        return found
+
+    def fitted(self, walls: Array, length: float) -> OutsideSought:
+        return replace(self, unit=self.bore or float(walls.max()) or length)
+
+    def stiffness(self, scene: Scene) -> tuple[float, float]:
+        m, unit = scene.material, self.unit
+        return m.elastic_modulus * math.pi * unit**4 / 64.0, m.shear_modulus * math.pi * unit**2 / 4.0
+
+    def uses(self, constraints: tuple[OutsideConstraint, ...], walls: Array) -> Array:
+        out = np.zeros((2, walls.size))
+        for constraint in constraints:
+            row = int(constraint.name == ALLOWABLE_SHEAR)
+            out[row] = np.maximum(out[row], utilisation(constraint, self.bore, walls))
+        return out
+
+    def densities(self, u: Array, bending: Array, shear: Array, law: ShearFlexibility) -> Array:
+        return densities(u, bending, shear, self.kappa, law.a, law.b)
+
+    def solidity_of(self, walls: Array) -> Array:
+        """y = t (2d + t)/l^2."""
+        return walls * (2.0 * self.bore + walls) / self.unit**2
+
+    def wall_of(self, u: Array) -> Array:
+        """t = D - d [m], without cancellation: z/(d + sqrt(d^2 + z)), z = y l^2."""
+        z, d = u * self.unit**2, self.bore
+        with np.errstate(invalid="ignore"):
+            return np.where(z > 0.0, z / (d + np.sqrt(d * d + z)), 0.0)
+
+    def walls(self, program: Program, u: Array) -> Array:
+        return self.wall_of(u)
+
+    def sizes(self, walls: Array) -> Array:
+        return self.bore + walls
+
+    def diameters(self, sizes: Array) -> tuple[Array, Array]:
+        return np.full_like(sizes, self.bore), sizes
+
+    def pair(self, size: float) -> tuple[float, float]:
+        return self.bore, size
+
+    def thinnest(self, sizes: Array) -> float:
+        return float(sizes.min())
+
+    def thickness(self, wall: float) -> float:
+        return wall
+
+    def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
+        m = scene.material
+        outer = ovalization.outer_within_stress(
+            allowable, scene.force, self.bore, scene.geometry.length, m.elastic_modulus, m.poisson
+        )
+        return self.sizes(walls) < outer, f"the outer diameter is less than {outer * 1e3:.4g} mm"
+
+    def with_wall(self, size: float, share: float) -> float:
+        return max(size, self.bore / (1.0 - share), 1e-9)
+
+    def mass_unit(self, scene: Scene) -> float:
+        return scene.material.density * math.pi / 4.0 * self.unit**2 * scene.geometry.length
+
+    def mass_of(self, scene: Scene, x: Array, sizes: Array) -> float:
+        """Frustums less the bore: D^2 - d^2 over straight segments, in t = D - d so that thin walls keep their
+        digits."""
+        d, t = self.bore, self.points(sizes)
+        a, b = t[:-1], t[1:]
+        mean = d * (a + b) + (a * a + a * b + b * b) / 3.0
+        return scene.material.density * math.pi / 4.0 * float(np.diff(x) @ mean)
+
+    def points(self, sizes: Array) -> Array:
+        return np.maximum(sizes - self.bore, 0.0)
+
+    def relative(self, points: Array) -> Array:
+        return points
+
+    def weigh(self, program: Program, low: Array, monotone: bool) -> Weighed:
+        return outside_lagrangian.weigh(program, low, monotone)
+
+    def dual_bound(self, program: Program, low: Array, multiplier: float, u: Array, monotone: bool) -> float:
+        return outside_lagrangian.bound(program, low, multiplier, u, monotone)
+
+    def least_walls_bound(self, program: Program, low: Array) -> float:
+        return outside_lagrangian.strength_bound(program, low)
+
+    def gentle(self, program: Program, low: Array) -> Array:
+        """Two sweeps, exact: t(x) = max over x' of t_min(x') - s |x - x'|."""
+        slope, x = program.limits.max_slope, program.stations.x
+        if slope is None:
+            return low
+        gap, reach = self.wall_of(low), slope * x
+        forward = np.maximum.accumulate(gap + reach) - reach
+        backward = np.maximum.accumulate((gap - reach)[::-1])[::-1] + reach
+        return np.maximum(low, self.solidity_of(np.maximum(forward, backward)))
+
+    def sizes_for_slope(self, program: Program, low: Array) -> tuple[Array, float]:
+        """y = t (2d + t)/l^2 changes by at most 2 (d + t)/l^2 of what t changes."""
+        gap = self.wall_of(low)
+        return gap, 2.0 * (self.bore + float(gap.max())) / self.unit**2
+
+    def coupled(self, program: Program, low: Array, monotone: bool, gap: float) -> Found | None:
+        raise InvalidInput(
+            "limits.max_slope", "stands beside a deflection limit that shapes the bushing", "one of the two"
+        )

@@ -1,0 +1,1 @@
+"""The bar as a ring, and what presses on it."""

@@ -1,0 +1,56 @@
+"""What the rod's small end and the piston's bosses press with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.pin.scene import Geometry, Scene
+from solvers.pin.stations.lobatto_panels import Stations
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pressures:
+    """Mean pressure in the rod's small end, mean and peak in the bosses [Pa]."""
+
+    small_end: float
+    boss_mean: float
+    boss_peak: float
+
+
+def pressures_of_pin(scene: Scene) -> Pressures:
+    """P/(D b), P/(2 a D), and the triangle's peak P/(a D)."""
+    g = scene.geometry
+    boss = scene.force / (2.0 * g.boss_length * g.outer_diameter)
+    return Pressures(scene.force / (g.outer_diameter * g.small_end_length), boss, 2.0 * boss)
+
+
+def bearing_pressures(scene: Scene, stations: Stations, outer: Array) -> Pressures | None:
+    """Load over projected area: P/int D dx in the rod, half of it in a boss, and the triangle's peak P x/(a^2 D) with x
+    from the boss's own end; of the two bosses the greater ones. ``outer`` D [m] at the stations, (n,).
+
+    None where there is no outside to press on.
+    """
+    g = scene.geometry
+    if isinstance(g, Geometry):
+        return pressures_of_pin(scene)
+    side, x = stations.side, stations.x
+    weight = stations.share * stations.span
+    begin, end, second = (g.places[k][0] for k in (1, 3, 4))
+    rod = (side >= begin) & (side < end)
+    bosses = [(side < g.boss_length * (1.0 - 1e-12), x)]
+    if not scene.symmetric:
+        bosses.append((side >= second, g.length - x))
+    area = (2.0 if scene.symmetric else 1.0) * float(weight[rod] @ outer[rod])
+    bearing = min(float(weight[boss] @ outer[boss]) for boss, _ in bosses)
+    if area <= 0.0 or bearing <= 0.0:
+        return None
+    density = max(
+        float(np.max(np.divide(along, outer, out=np.zeros_like(x), where=boss & (outer > 0.0))))
+        for boss, along in bosses
+    )
+    return Pressures(scene.force / area, 0.5 * scene.force / bearing, scene.force / g.boss_length**2 * density)

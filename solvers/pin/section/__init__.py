@@ -1,0 +1,1 @@
+"""One section of the bar: strength, least wall, flexibility."""

@@ -1,0 +1,109 @@
+"""Strength criteria, and how a section bears shear."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.pin.load.internal_forces import InternalForces
+from solvers.pin.scene import PinMaterial
+
+ALLOWABLE_SHEAR = "allowable_shear"
+"""The constraint of a limit on the shear stress, apart from the criterion's."""
+
+
+@dataclass(frozen=True)
+class ShearLaw:
+    """Greatest shear stress of a tube: tau = Q s(w)/(D^2 v), s = c0 + c1 w + c2 w^2."""
+
+    c0: float
+    c1: float
+    c2: float
+
+
+def zhuravsky() -> ShearLaw:
+    """tau = 16 Q (D^2 + D d + d^2)/(3 pi (D^4 - d^4)): the mean over the neutral axis (Zhuravsky, Jourawski)."""
+    k = 16.0 / (3.0 * math.pi)
+    return ShearLaw(3.0 * k, -3.0 * k, k)
+
+
+def saint_venant(poisson: float) -> ShearLaw:
+    """tau = 4 Q ((3+2nu) D^2 + (1+2nu) d^2)/(pi (1+nu)(D^4 - d^4)): the greatest, by elasticity.
+
+    Source: Timoshenko and Goodier, Theory of Elasticity, bending of bars; exact for the tube's inner edge.
+    """
+    k = 4.0 / (math.pi * (1.0 + poisson))
+    inner = k * (1.0 + 2.0 * poisson)
+    return ShearLaw(k * (3.0 + 2.0 * poisson) + inner, -2.0 * inner, inner)
+
+
+@dataclass(frozen=True)
+class Share:
+    """What one constraint of a criterion takes of the forces, and by which factor shear stress counts in it."""
+
+    name: str
+    forces: InternalForces
+    factor: float
+
+
+@dataclass(frozen=True)
+class CombinedCriterion:
+    """sqrt(sigma^2 + k^2 tau^2) <= allowable with both maxima taken together: k = 2 Tresca, k = sqrt 3 von Mises."""
+
+    name: str
+    factor: float
+
+    def law(self, material: PinMaterial) -> ShearLaw:
+        return zhuravsky()
+
+    @property
+    def factors(self) -> tuple[tuple[float, float], ...]:
+        """By what each demand multiplies the bending stress and the shear stress."""
+        return ((1.0, self.factor),)
+
+    def shares(self, forces: InternalForces) -> tuple[Share, ...]:
+        """All forces in one constraint."""
+        return (Share(self.name, forces, self.factor),)
+
+
+@dataclass(frozen=True)
+class FibreCriterion:
+    """Tresca fibre by fibre: max(sigma_max, 2 tau_max) <= allowable, with Zhuravsky's or the elastic shear.
+
+    Over the section sigma^2 + 4 tau^2 is greatest at the outer fibre (no shear) or at the neutral axis (no bending).
+    An axial force or a torque is present at every fibre and is added to both.
+    """
+
+    name: str = "fibre"
+    by_elasticity: bool = False
+
+    def law(self, material: PinMaterial) -> ShearLaw:
+        return saint_venant(material.poisson) if self.by_elasticity else zhuravsky()
+
+    @property
+    def factors(self) -> tuple[tuple[float, float], ...]:
+        """By what each demand multiplies the bending stress and the shear stress."""
+        return (1.0, 0.0), (0.0, 2.0)
+
+    def shares(self, forces: InternalForces) -> tuple[Share, ...]:
+        """Bending without shear at the outer fibre, shear without bending at the neutral axis."""
+        flat = InternalForces(forces.moment, np.zeros_like(forces.shear), forces.axial_force, forces.torque)
+        axis = InternalForces(np.zeros_like(forces.moment), forces.shear, forces.axial_force, forces.torque)
+        return Share(f"{self.name}_bending", flat, 2.0), Share(f"{self.name}_shear", axis, 2.0)
+
+
+Criterion = CombinedCriterion | FibreCriterion
+
+
+CRITERIA: dict[str, Criterion] = {
+    c.name: c
+    for c in (
+        CombinedCriterion("tresca_paper", 2.0),
+        FibreCriterion(),
+        FibreCriterion("saint_venant", by_elasticity=True),
+        CombinedCriterion("von_mises", math.sqrt(3.0)),
+    )
+}
+"""The criteria a user may select; the paper's is the default."""

@@ -1,0 +1,113 @@
+"""The least wall under one demand, for many stations at once: v(w) = F(w) by Newton's method from the left.
+
+v - F is concave (v is, F is convex) and not positive at the start, so Newton's method converges monotonically from
+there for every load. Two starts lie left of the root: where v reaches F(1), since F falls, which is close for heavy
+loads, and where the tangents of v and F at w = 0 meet, which is close for light ones.
+
+All stations of a block take the same steps, none of which branches, so that the processor takes several at a time;
+a block ends when all of its stations have settled.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+_EPS = float(np.finfo(float).eps)
+_MOST_STEPS = 100
+_BLOCK = 256
+_TINY = 1e-140
+"""Where the squares in F come close to the least numbers there are; the wall is F/4 there, to all digits."""
+
+
+@kernel
+def demanded(
+    m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array, out: Array
+) -> None:  # fmt: skip
+    """F = sqrt((m + n (1 + (1-w)^2))^2 + (q (c0 + c1 w + c2 w^2) + t)^2), into ``out``."""
+    for i in range(out.size):
+        w = wall[i]
+        b = 1.0 - w
+        p, r = m[i] + n * (1.0 + b * b), q[i] * (c0 + w * (c1 + w * c2)) + t
+        f = math.sqrt(p * p + r * r)
+        # Rounded as below wherever squares do not run out of range: a section that just carries its load is found.
+        out[i] = f if _TINY < f < 1.0 / _TINY else math.hypot(p, r)
+
+
+@kernel
+def raise_uses(
+    m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array, out: Array
+) -> None:  # fmt: skip
+    """Raise ``out`` to F/v, inf without a wall, 0 where nothing acts."""
+    f = np.empty_like(wall)
+    demanded(m, q, n, t, c0, c1, c2, wall, f)
+    for i in range(out.size):
+        w = wall[i]
+        if f[i] > 0.0:
+            out[i] = max(out[i], f[i] / (w * (2.0 - w) * (2.0 - 2.0 * w + w * w)))
+
+
+@kernel
+def _start(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array) -> int:
+    """Walls left of the roots, NaN where F(1) > 1; how many stations ask for next to nothing."""
+    light = 0
+    whole = c0 + (c1 + c2)
+    for i in range(wall.size):
+        p, r = m[i] + n, q[i] * whole + t
+        full = math.sqrt(p * p + r * r)
+        b = math.sqrt(math.sqrt(1.0 - full))
+        heavy_start = full / ((1.0 + b) * (1.0 + b * b))
+        p, r = m[i] + 2.0 * n, q[i] * c0 + t
+        square = p * p + r * r
+        f = math.sqrt(square)
+        # F/(4 - F'), F F' = -2 n p + c1 q r.
+        light_start = square / (4.0 * f + (2.0 * n * p - c1 * q[i] * r))
+        wall[i] = light_start if light_start > heavy_start else heavy_start
+        light += 1 if f < _TINY else 0
+    return light
+
+
+@kernel
+def _improve(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array) -> int:
+    """One step of Newton's method; how many stations have not settled."""
+    unsettled = 0
+    for i in range(wall.size):
+        w = wall[i]
+        b = 1.0 - w
+        p, r = m[i] + n * (1.0 + b * b), q[i] * (c0 + w * (c1 + w * c2)) + t
+        f = math.sqrt(p * p + r * r)
+        short = f - w * (2.0 - w) * (1.0 + b * b)
+        # f times the slope of v - F.
+        slope = 4.0 * b * b * b * f + (2.0 * n * b * p - q[i] * (c1 + 2.0 * c2 * w) * r)
+        step = short * f / slope
+        step = step if step > 0.0 else 0.0
+        wall[i] = 1.0 if w + step > 1.0 else w + step
+        # The curvature is below 20, so where the slope is not small the step after a small one is below rounding.
+        unsettled += 1 if step > (1e-9 if slope > 0.1 * f else 2.0 * _EPS) * w else 0
+    return unsettled
+
+
+@kernel
+def least_walls(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, out: Array) -> None:
+    """Raise ``out`` to the least walls of a demand with m and q per station; NaN where F(1) > 1, and where it was."""
+    block = np.empty(_BLOCK)
+    for begin in range(0, out.size, _BLOCK):
+        end = min(begin + _BLOCK, out.size)
+        wall, own_m, own_q = block[: end - begin], m[begin:end], q[begin:end]
+        light = _start(own_m, own_q, n, t, c0, c1, c2, wall)
+        for _ in range(_MOST_STEPS):
+            if _improve(own_m, own_q, n, t, c0, c1, c2, wall) == 0:
+                break
+        if light > 0:
+            for i in range(wall.size):
+                f = math.hypot(own_m[i] + 2.0 * n, own_q[i] * c0 + t)
+                if f < _TINY:
+                    wall[i] = 0.25 * f
+        for i in range(wall.size):
+            if wall[i] > out[begin + i] or math.isnan(wall[i]):
+                out[begin + i] = wall[i]

@@ -1,0 +1,106 @@
+"""The section of a pin: stresses, and the wall that carries given forces.
+
+Everything is written in the relative wall w = 1 - d/D (0: no wall, 1: solid), so that a thin wall keeps its digits:
+v = 1 - (1 - w)^4, u = 1 - (1 - w)^2 = w(2 - w), v = u(2 - u). With the moment, axial force, shear and torque made
+dimensionless, each strength criterion is one or more constraints
+
+    v >= F(w) = sqrt(p(w)^2 + r(w)^2),    p = m + n (1 + (1-w)^2),    r = q (c0 + c1 w + c2 w^2) + t,
+
+p and r not negative, convex and falling on [0, 1]. A wall exists exactly if F(1) <= 1;
+``solvers.pin.section.least_wall`` finds it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.pin.load.internal_forces import InternalForces
+from solvers.pin.scene import PinMaterial
+from solvers.pin.section.criteria import ALLOWABLE_SHEAR, Criterion, ShearLaw
+from solvers.pin.section.least_wall import demanded, least_walls, raise_uses
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StrengthConstraint:
+    """F(w) at every station, over ``stress``: ``bending`` m and ``shear`` q of shape (n,), and what is the same
+    all along, ``axial`` n and ``torsion`` t."""
+
+    name: str
+    bending: Array
+    shear: Array
+    axial: float
+    torsion: float
+    law: ShearLaw
+    stress: float
+
+    def value(self, wall: Array) -> Array:
+        """F(w) at relative walls of shape (n,)."""
+        out = np.empty(wall.shape)
+        law = self.law
+        demanded(self.bending, self.shear, self.axial, self.torsion, law.c0, law.c1, law.c2, wall, out)
+        return out
+
+
+def _constraint(
+    name: str, forces: InternalForces, diameter: float, stress: float, law: ShearLaw, factor: float
+) -> StrengthConstraint:
+    """v times the greatest stresses over ``stress``: normal 32 M/(pi D^3) + 4 |N| (1 + (1-w)^2)/(pi D^2), and
+    ``factor`` times the shear stress of the shear force, Q s(w)/D^2, and of the torque, 16 |T|/(pi D^3)."""
+    area, cube = diameter**2 * stress, math.pi * diameter**3 * stress
+    return StrengthConstraint(
+        name,
+        (32.0 / cube) * forces.moment_total,
+        (factor / area) * forces.shear_total,
+        4.0 * abs(forces.axial_force) / (math.pi * area),
+        factor * 16.0 * abs(forces.torque) / cube,
+        law,
+        stress,
+    )
+
+
+def strength_constraints(
+    criterion: Criterion, forces: InternalForces, diameter: float, material: PinMaterial
+) -> tuple[StrengthConstraint, ...]:
+    """A criterion's constraints on a section of this outer diameter, and the separate one on the shear stress, where
+    the material has one."""
+    stress, law = material.allowable_stress, criterion.law(material)
+    found = [
+        _constraint(share.name, share.forces, diameter, stress, law, share.factor) for share in criterion.shares(forces)
+    ]
+    if material.allowable_shear is not None:
+        only = InternalForces(np.zeros_like(forces.moment), forces.shear, 0.0, forces.torque)
+        found.append(_constraint(ALLOWABLE_SHEAR, only, diameter, material.allowable_shear, law, 1.0))
+    return tuple(found)
+
+
+def least_wall(constraints: Sequence[StrengthConstraint], floor: float, stations: int) -> Array:
+    """The least relative wall w of every station, (n,), that no demand and not the ``floor`` undercuts; NaN where even
+    the solid section is too weak.
+
+    Valid for any load; relative error a few rounding errors times the condition of the problem, which is unbounded
+    only at F(1) -> 1 without shear (w -> 1 as the fourth root of the margin).
+    """
+    found = np.full(stations, floor)
+    for constraint in constraints:
+        law = constraint.law
+        least_walls(
+            constraint.bending, constraint.shear, constraint.axial, constraint.torsion, law.c0, law.c1, law.c2, found
+        )
+    return found
+
+
+def uses(constraints: Sequence[StrengthConstraint], wall: Array) -> Array:
+    """Greatest F(w)/v(w) at relative walls (n,), of the criterion's demands and of the separate limit on the shear
+    stress, (2, n): 1 where the strength is used up, inf without a wall, 0 where nothing acts."""
+    out = np.zeros((2, wall.size))
+    for c in constraints:
+        row, law = int(c.name == ALLOWABLE_SHEAR), c.law
+        raise_uses(c.bending, c.shear, c.axial, c.torsion, law.c0, law.c1, law.c2, wall, out[row])
+    return out

@@ -1,0 +1,23 @@
+"""The three measures of a hollow section, and how one follows from another without cancellation."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def v_of(wall: Array) -> Array:
+    """v = 1 - (1 - w)^4 without cancellation."""
+    return wall * (2.0 - wall) * (2.0 - 2.0 * wall + wall * wall)
+
+
+def wall_of(solidity: Array) -> Array:
+    """w of u = 1 - (1 - w)^2, without cancellation: u/(1 + sqrt(1 - u))."""
+    return solidity / (1.0 + np.sqrt(np.maximum(1.0 - solidity, 0.0)))
+
+
+def solidity_of(wall: Array) -> Array:
+    """u = w (2 - w): the share of the solid section that is left."""
+    return wall * (2.0 - wall)

@@ -1,0 +1,1 @@
+"""The shapes that a bore or an outside may have."""

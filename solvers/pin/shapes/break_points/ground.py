@@ -1,0 +1,158 @@
+"""What every part of the search stands on: the bar, prices of its length, and the multipliers around its limit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.pin.shapes.break_points.bar import Bar, Sums, Walls
+from solvers.pin.shapes.break_points.cells import Cells, points
+from solvers.pin.shapes.break_points.chain import Chain, chained
+from solvers.pin.shapes.break_points.paths import flexibilities, lightest, slopes
+
+Array = NDArray[np.float64]
+
+_TRIALS = 60
+_CLOSE = 1e-4
+_LOOKS = 8
+
+
+@dataclass(frozen=True)
+class Around:
+    """The cheapest paths for multipliers just below and just above the one at which their deflection passes the limit,
+    the multiplier, the Lagrangian's greatest least value seen, all paths seen on the way, and the chains' work."""
+
+    multiplier: float
+    value: float
+    soft: Array
+    stiff: Array
+    seen: list[Array]
+    work: int
+
+
+@dataclass(frozen=True)
+class Ground:
+    """``sums`` is None where no deflection limit counts; prices of order stand at the ``edges``."""
+
+    bar: Bar
+    sums: Sums | None
+    edges: Array
+
+    @cached_property
+    def ends(self) -> tuple[Cells, Cells]:
+        """The end and the middle of the bar."""
+        return points(self.bar, np.zeros(1), self.sums), points(self.bar, np.ones(1), self.sums)
+
+    def chain(self, layers: list[Cells], price: Array, multiplier: float) -> Chain:
+        """The layers between the bar's two ends."""
+        if price.any():
+            priced = {id(layer): layer.priced(self.edges, price) for layer in layers}
+            layers = [priced[id(layer)] for layer in layers]
+        return chained([self.ends[0], *layers, self.ends[1]], multiplier, self.bar.law)
+
+    def walls(self, places: Array) -> Walls | None:
+        """The lightest walls for these break points; None where none is stiff enough."""
+        if self.sums is not None:
+            return self.bar.weigh(places)
+        levels = self.bar.least(places)
+        return Walls(levels, float(levels @ np.diff(places, prepend=0.0)), 0.0)
+
+    def at(self, layers: list[Cells], price: Array, multiplier: float) -> Around:
+        """The cheapest path for one multiplier."""
+        chain = self.chain(layers, price, multiplier)
+        path = chain.path
+        return Around(multiplier, chain.total - multiplier, path, path, [path], chain.work)
+
+    def around(self, layers: list[Cells], price: Array, start: float, spread: float) -> Around:
+        """Bisection on the multiplier, from ``start`` on in steps that grow from ``spread`` on."""
+        low, high, multiplier, value, seen, work = 0.0, math.inf, start, -math.inf, [], 0
+        soft = stiff = np.zeros(0)
+        for _ in range(_TRIALS):
+            chain = self.chain(layers, price, multiplier)
+            path = chain.path
+            seen.append(path)
+            work += chain.work
+            value = max(value, chain.total - multiplier)
+            if self._deflection(path, multiplier) > 1.0:
+                low, soft = multiplier, path
+            else:
+                high, stiff = multiplier, path
+            if high < math.inf and high - low <= _CLOSE * high:
+                break
+            if low > 0.0 and high < math.inf:
+                multiplier = math.sqrt(low * high)
+            else:
+                multiplier *= spread if high == math.inf else 1.0 / spread
+                spread *= spread
+        return Around(multiplier, value, soft if soft.size else stiff, stiff if stiff.size else soft, seen, work)
+
+    def _deflection(self, path: Array, multiplier: float) -> float:
+        """Deflection over the limit of the walls that cost least with these break points, whatever their order."""
+        law, total = self.bar.law, 0.0
+        sums = np.maximum(np.diff(self.sums.upto(np.concatenate([[0.0], path])), axis=1), 0.0)
+        for width, floor, (bend, shear) in zip(np.diff(path, prepend=0.0), self.bar.least(path), sums.T, strict=True):
+            if bend > 0.0 or shear > 0.0:
+                u = lightest(multiplier, width, bend, shear, floor, 0.5, law.kappa, law.a, law.b)
+                beta, phi, _, _ = flexibilities(max(u, 1e-300), law.kappa, law.a, law.b)
+                total += bend * beta + shear * phi
+        return total
+
+    def price_of_order(self, places: Array, walls: Walls) -> Array:
+        """m at the edges: within each of these steps, what keeps it from falling apart into steps that fall.
+
+        -(t - t0) - lambda (beta' (B(t) - B(t0)) + phi' (S(t) - S(t0))), 0 at both ends of a step whose wall the
+        deflection rules; where that is negative, the step would rather rise, and m is 0.
+        """
+        price, law = np.zeros_like(self.edges), self.bar.law
+        if not 0.0 < walls.multiplier < math.inf:
+            return price
+        floors = self.bar.least(places)
+        starts = np.flatnonzero(np.diff(walls.levels, prepend=-1.0))
+        for first, last in zip(starts, [*(starts[1:] - 1), walls.levels.size - 1], strict=True):
+            begin, end, u = places[first - 1] if first else 0.0, places[last], walls.levels[last]
+            inside = (self.edges > begin) & (self.edges < end)
+            if not inside.any() or u <= floors[last] * (1.0 + 1e-9):
+                continue
+            at = self.edges[inside]
+            bend, shear = self.sums.upto(at) - self.sums.upto(np.array([begin]))
+            beta, phi = slopes(u, law.kappa, law.a, law.b)
+            price[inside] = np.maximum(begin - at - walls.multiplier * (bend * beta + shear * phi), 0.0)
+        return price
+
+
+def ground(bar: Bar, sums: Sums | None, count: int) -> Ground:
+    """Edges at least every ``count``-th of the bar, and where it has kinks."""
+    edges = np.union1d(np.linspace(0.0, 1.0, count + 1), bar.edges)
+    edges = np.union1d(edges, _ends_of_plateaus(bar, edges))
+    return Ground(bar, sums, edges[np.concatenate([[True], np.diff(edges) > 1e-12])])
+
+
+def _ends_of_plateaus(bar: Bar, edges: Array) -> list[float]:
+    """Where the least u ceases to rise and where it takes off again: f has kinks there, and breaks like the latter."""
+    t = np.unique(edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, _LOOKS + 1))
+    level = bar.least(t)
+    flat = np.concatenate([[False], np.diff(level) <= 0.0, [False]])
+    begins, ends = (np.flatnonzero(where) for where in (~flat[:-1] & flat[1:], flat[:-1] & ~flat[1:]))
+    found = []
+    for begin, end in zip(begins, ends, strict=True):
+        top = level[begin]
+        if begin:
+            found.append(_reached(bar, t[begin - 1], t[begin], top, 1.0))
+        if end + 1 < t.size:
+            found.append(_reached(bar, t[end], t[end + 1], top, 1.0 + 1e-14))
+    return found
+
+
+def _reached(bar: Bar, low: float, high: float, top: float, times: float) -> float:
+    """Where f becomes that many times ``top``."""
+    while high - low > 1e-15:
+        grid = np.linspace(low, high, 65)
+        first = int(np.argmax(bar.least(grid) >= top * times))
+        if first == 0 or (grid[first - 1] <= low and grid[first] >= high):
+            break
+        low, high = float(grid[first - 1]), float(grid[first])
+    return high if times == 1.0 else low

@@ -1,0 +1,106 @@
+"""One half of a discretised pin or bushing, as the search for steps sees it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.pin.optimum.discretised import least_walls_at
+from solvers.pin.optimum.lumped import Lumped
+from solvers.pin.optimum.program import Program, folded
+from solvers.pin.shapes.break_points.bar import Law, Sums, Walls, kinks
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Half:
+    """The half that must meet the demands of both, solid behind the place ``solid_from`` [m]."""
+
+    program: Program
+    solid_from: float = math.inf
+
+    @cached_property
+    def law(self) -> Law:
+        """How its sections hold."""
+        law = self.program.law
+        return Law(self.program.sought.kappa, law.a, law.b)
+
+    def _least_at(self, x: Array) -> Array:
+        """The least u at places x [m] of the first half, the other half's demands included."""
+        p = self.program
+        least = p.sought.solidity_of(least_walls_at(p.scene, p.criterion, p.floor, x))
+        return np.where(x > self.solid_from, 1.0, least)
+
+    @cached_property
+    def half(self) -> Program:
+        """The program of the half alone."""
+        return folded(self.program)
+
+    @property
+    def middle(self) -> float:
+        """Where the half ends [m]."""
+        return 0.5 * self.program.scene.geometry.length
+
+    @cached_property
+    def edges(self) -> Array:
+        """Shares at which something has a kink, 0 and 1 among them."""
+        scene = self.program.scene
+        return kinks(scene.cases, scene.geometry.length, scene.reference)
+
+    @cached_property
+    def _peaks(self) -> Array:
+        return np.maximum.accumulate(self.half.lower)
+
+    @cached_property
+    def _sums(self) -> Sums | None:
+        half = self.half
+        if half.limit is None:
+            return None
+        return Sums(half.stations, half.bending / half.limit, half.shear / half.limit)
+
+    def least(self, t: Array) -> Array:
+        """The greatest least u from the end up to places that rise."""
+        x = t * self.middle
+        before = np.clip(np.searchsorted(self.half.stations.x, x, side="right") - 1, 0, None)
+        return np.maximum.accumulate(np.maximum(self._peaks[before], self._least_at(x)))
+
+    def sums(self) -> Sums | None:
+        """The deflection's two coefficients; None without a limit."""
+        return self._sums
+
+    def weigh(self, places: Array) -> Walls | None:
+        """The lightest walls of steps that end at these places."""
+        share = np.diff(places, prepend=0.0)
+        sums = np.diff(self._sums.upto(np.concatenate([[0.0], places])), axis=1)
+        mean = np.divide(sums, share, out=np.zeros_like(sums), where=share > 0.0) * self.half.limit
+        lumped = Lumped(np.concatenate([[0.0], places[:-1]]), places, share)
+        reduced = replace(
+            self.half,
+            stations=lumped,
+            lower=self.least(places),
+            anchor=places.size,
+            bending=np.maximum(mean[0], 0.0),
+            shear=np.maximum(mean[1], 0.0),
+        )
+        found = reduced.sought.weigh(reduced, reduced.lower, True)
+        return None if found is None else Walls(found.solidity, reduced.volume(found.solidity), found.multiplier)
+
+
+def corners_of(places: Array, sizes: Array, length: float) -> tuple[tuple[float, float], ...]:
+    """The corners of steps of these sizes that end at these places of the half, over the whole length."""
+    begins = np.concatenate([[0.0], places[:-1]])
+    half = [(float(x), float(d)) for b, e, d in zip(begins, places, sizes, strict=True) for x in (b, e)]
+    return (*half, *((length - x, d) for x, d in reversed(half)))
+
+
+def at_stations(program: Program, places: Array, walls: Array) -> Array:
+    """u at a program's stations; a panel belongs to the step that holds its middle."""
+    length, s = program.scene.geometry.length, program.stations
+    centre = 0.5 * (s.left + s.right)
+    step = np.searchsorted(places[:-1], np.minimum(centre, length - centre), side="right")
+    return np.repeat(walls[np.minimum(step, walls.size - 1)], s.x.size // s.left.size)

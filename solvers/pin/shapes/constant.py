@@ -1,0 +1,68 @@
+"""One diameter all along."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.lumped import segments
+from solvers.pin.optimum.program import Program, Weighed, refined
+from solvers.pin.stations.between_nodes import risen
+
+_PASSES = 40
+
+
+def _one_wall(program: Program) -> Weighed | None:
+    """The least u all along; None where even the solid section is too soft."""
+    least = np.array([program.lower.max()])
+    if program.limit is None:
+        return Weighed(least, 0.0, 0)
+    lumped = segments(program, least, [slice(None)])
+    return program.sought.weigh(lumped, least, False)
+
+
+@dataclass(frozen=True)
+class Constant:
+    """One bore, or one outer diameter, all along."""
+
+    name: str = "constant"
+
+    def find(self, program: Program, gap: float) -> Found | None:
+        """See ``solvers.pin.shapes.shape.Form``."""
+        sought, least, weighed = program.sought, program.lower.max(), _one_wall(program)
+        if weighed is None:
+            return None
+        u = float(weighed.solidity[0])
+        if weighed.multiplier == 0.0:
+            bound = sought.least_walls_bound(program, np.full_like(program.lower, least))
+            wall = sought.walls(program, program.lower).max()
+        else:
+            # One unknown: a wall thinner by 1e-12 breaks the deflection limit.
+            bound, wall = u * (1.0 - 1e-12), sought.wall_of(weighed.solidity)[0]
+        length, size = program.scene.geometry.length, float(sought.sizes(wall))
+        return Found(
+            np.full_like(program.lower, u), u, min(bound, u), "one unknown", {"rounds": weighed.rounds},
+            corners=((0.0, size), (length, size)),
+            doubt=risen(program.stations, program.lower[None]) * (u if weighed.multiplier == 0.0 else 0.0),
+        )  # fmt: skip
+
+
+def lightest_constant(program: Program, accuracy: float) -> tuple[float, float] | None:
+    """Volume of the lightest of one diameter and how far it may be off, relative, on the program's panels and halves of
+    those that may hold its weakest section between stations; None where even the solid section is too weak or too
+    soft."""
+    found = None
+    for _ in range(_PASSES):
+        found = _one_wall(program) if np.isfinite(program.lower).all() else None
+        if found is None:
+            return None
+        doubt = risen(program.stations, program.lower[None]) if found.multiplier == 0.0 else np.zeros(1)
+        between = doubt > 0.1 * accuracy
+        if not between.any():
+            break
+        stations = refined(program, between)
+        program = assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law)
+    return float(found.solidity[0]), float(doubt.sum())

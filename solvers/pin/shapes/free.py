@@ -1,0 +1,93 @@
+"""Forms whose wall may change from station to station: free, drillable, with a limited slope."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.program import Program, Weighed, rising
+from solvers.pin.optimum.slope_limit import missed_by_slope
+from solvers.pin.stations.lobatto_panels import Stations
+
+Array = NDArray[np.float64]
+
+
+def missed_by_order(stations: Stations, lower: Array, anchor: int) -> Array:
+    """What values that must not fall toward the middle miss between stations, per panel."""
+    first = np.arange(lower.size) < anchor
+    most = float(lower.max()) + 1.0
+    missed = stations.overlooked(np.where(first, lower, most))
+    if anchor < lower.size:
+        missed = missed + stations.overlooked(np.where(first, most, lower), forward=False)
+    return missed
+
+
+def _missed(program: Program, drillable: bool) -> Array:
+    """What the running extremes of a drillable or a gentle shape miss between stations, as volume."""
+    missed, low = np.zeros(program.stations.left.size), program.lower
+    if drillable:
+        missed, low = missed_by_order(program.stations, low, program.anchor), rising(low, program.anchor)
+    if program.limits.max_slope is not None:
+        values, scale = program.sought.sizes_for_slope(program, low)
+        missed = missed + scale * missed_by_slope(program.stations, values, program.limits.max_slope)
+    return missed
+
+
+def _doubt(program: Program, weighed: Weighed, drillable: bool) -> Array:
+    """Quadrature's doubt of the volume, that of the deflection included at its price."""
+    doubt = program.stations.doubt(weighed.solidity) + _missed(program, drillable)
+    if program.limit is not None and 0.0 < weighed.multiplier < math.inf:
+        density = program.densities(weighed.solidity)
+        doubt = doubt + weighed.multiplier / program.limit * program.stations.doubt(density)
+    return doubt
+
+
+@dataclass(frozen=True)
+class Free:
+    """Any wall; ``drillable`` keeps a bore from widening, an outside from shrinking, toward the middle."""
+
+    drillable: bool = False
+
+    @property
+    def name(self) -> str:
+        return "drillable" if self.drillable else "free"
+
+    def find(self, program: Program, gap: float) -> Found | None:
+        """See ``solvers.pin.shapes.shape.Form``."""
+        sought = program.sought
+        low = rising(program.lower, program.anchor) if self.drillable else program.lower
+        low = sought.gentle(program, low)
+        if (
+            program.limits.max_slope is not None
+            and program.limit is not None
+            and program.deflection(low) > program.limit
+        ):
+            return sought.coupled(program, low, self.drillable, gap)
+        weighed = sought.weigh(program, low, self.drillable)
+        if weighed is None:
+            return None
+        volume = program.volume(weighed.solidity)
+        if weighed.multiplier == 0.0:
+            bound, method = sought.least_walls_bound(program, low), "every station's wall is the least that holds"
+        else:
+            bound = sought.dual_bound(program, low, weighed.multiplier, weighed.solidity, self.drillable)
+            method = "Lagrangian dual, tangents at the answer"
+        evidence = {
+            "multiplier": weighed.multiplier if math.isfinite(weighed.multiplier) else "unbounded: only the solid span",
+            "rounds": weighed.rounds,
+        }
+        return Found(
+            weighed.solidity,
+            volume,
+            min(bound, volume),
+            method,
+            evidence,
+            doubt=_doubt(program, weighed, self.drillable),
+        )
+
+
+FREE = Free()

@@ -1,0 +1,94 @@
+"""A given bore: straight lines between points, steps where two points share a place."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.errors import InvalidInput
+from solvers.pin.load.macaulay import ROUNDING
+from solvers.pin.scene import BushingGeometry, Geometry
+from solvers.pin.stations.lobatto_panels import LEAST_PANEL, merged
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Bore diameters [m], of a bushing outer ones, at places [m] that do not fall; two points at one place are a step.
+
+    Points up to the middle of the pin stand for both halves. Before the first and behind the last point the bore goes
+    on unchanged.
+    """
+
+    x: tuple[float, ...]
+    bore: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if not self.x or len(self.x) != len(self.bore):
+            raise InvalidInput("profile", "needs a bore for every place, and one point at least", "pairs of numbers")
+        for k, (place, bore) in enumerate(zip(self.x, self.bore, strict=True)):
+            if not (math.isfinite(place) and place >= 0):
+                raise InvalidInput(f"profile.{k}.x", "must not be negative", "[0, length of the pin]")
+            if not (math.isfinite(bore) and bore >= 0):
+                raise InvalidInput(f"profile.{k}.bore", "must not be negative", "[0, outer diameter)")
+            if k and place < self.x[k - 1]:
+                raise InvalidInput(f"profile.{k}.x", "lies before the point ahead of it", "places that do not fall")
+
+    def require_inside(self, geometry: Geometry | BushingGeometry) -> None:
+        """Refuse points beyond the pin and bores that leave no wall."""
+        for k, (place, bore) in enumerate(zip(self.x, self.bore, strict=True)):
+            if place > geometry.length * (1.0 + 1e-9):
+                raise InvalidInput(f"profile.{k}.x", "lies beyond the part's end", "at most its length")
+            geometry.require_size(k, bore)
+
+    def along(self, length: float) -> WholeProfile:
+        """The same over the whole pin."""
+        x, bore = list(self.x), list(self.bore)
+        middle = 0.5 * length
+        mirrored = x[-1] <= middle * (1.0 + 1e-12)
+        if mirrored:
+            x, bore = x + [length - p for p in reversed(x)], bore + bore[::-1]
+        if x[0] > 0.0:
+            x, bore = [0.0, *x], [bore[0], *bore]
+        if x[-1] < length:
+            x, bore = [*x, length], [*bore, bore[-1]]
+        return WholeProfile(tuple(min(p, length) for p in x), tuple(bore), mirrored)
+
+
+@dataclass(frozen=True)
+class WholeProfile:
+    """Points from end to end; ``mirrored`` where those of one half were made from the other's."""
+
+    x: tuple[float, ...]
+    bore: tuple[float, ...]
+    mirrored: bool = False
+
+    @property
+    def places(self) -> tuple[float, ...]:
+        return tuple(sorted(set(self.x)))
+
+    def is_symmetric(self, length: float, material: Array) -> bool:
+        """Whether one half mirrors the other, to rounding of ``material``, the walls at the points.
+
+        Between the places of both, either is straight; what it is at their two ends tells all, on both sides of a step.
+        """
+        if self.mirrored:
+            return True
+        turned = WholeProfile(tuple(length - p for p in reversed(self.x)), self.bore[::-1])
+        edges = np.array(merged(sorted(self.x + turned.x), LEAST_PANEL * length))
+        side, x = np.concatenate([edges[:-1], edges[:-1]]), np.concatenate([edges[:-1], edges[1:]])
+        ahead, behind = self.between(material, x, side), turned.between(material[::-1], x, side)
+        return bool(np.all(np.abs(ahead - behind) <= ROUNDING * np.maximum(ahead, behind)))
+
+    def between(self, values: Array, x: Array, side: Array) -> Array:
+        """Values given at the points, at stations x: straight between two points, stepped where they share a place."""
+        points = np.array(self.x)
+        # The segment that begins at or before the panel, the last of several that share a place.
+        k = np.clip(np.searchsorted(points, side * (1.0 + 1e-12), side="right") - 1, 0, points.size - 2)
+        run = points[k + 1] - points[k]
+        part = np.divide(x - points[k], run, out=np.zeros_like(x), where=run > 0.0)
+        return values[k] + np.clip(part, 0.0, 1.0) * (values[k + 1] - values[k])

@@ -1,0 +1,45 @@
+"""Free profiles over the load's intensity: the paper's figure 5, for pins and for bushings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.pin.optimum.discretised import constraints_at, sought_in
+from solvers.pin.scene import Scene
+from solvers.pin.section.criteria import Criterion
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LoadProfile:
+    """One member of the family: the force [N], places [m], and the diameter sought there [m]; NaN where none holds."""
+
+    force: float
+    x: Array
+    diameter: Array
+
+
+def free_sizes(scene: Scene, criterion: Criterion, force: float, x: Array) -> Array:
+    """The greatest bore of a pin, the least outer diameter of a bushing [m] at places ``x`` for a force [N], wall and
+    stiffness unlimited; NaN where none holds.
+
+    One pass over the stations: this is the free profile in bulk.
+    """
+    loaded = scene if force == scene.force else replace(scene, force=force)
+    sought = sought_in(scene)
+    return sought.sizes(sought.least_walls(constraints_at(loaded, criterion, x, x), 0.0, x.size))
+
+
+def load_sweep(
+    scene: Scene, criterion: Criterion, forces: Sequence[float], places: int = 121
+) -> tuple[LoadProfile, ...]:
+    """The free profile of every force, from the end to the middle; the gap's two ends are among the places."""
+    g = scene.geometry
+    kinks = [g.boss_length, g.boss_length + g.gap]
+    x = np.unique(np.concatenate([np.linspace(0.0, 0.5 * g.length, places), kinks]))
+    return tuple(LoadProfile(force, x, free_sizes(scene, criterion, force, x)) for force in forces)

@@ -1,1 +1,0 @@
-"""Checks of many strips in one compiled loop."""

@@ -1,0 +1,322 @@
+"""The check of a strip without corrections of its shape, compiled: rows of inputs in, rows of results out.
+
+Gas and inertia, beam-column, shear and friction that acts back are in the states (``state``); the strip's own inertia
+and large displacement are corrections. In plain bending the shape is the same at all angles,
+
+    sigma+- = P/(b h) +- (E h/2) kappa(z) s(phi),    V = w(z) s(phi),    kappa linear in z,
+
+so the greatest and the least stress, and every severity that is convex in them, are greatest at an end of the strip;
+and the deflection is greatest where |w| is, at the greatest stroke.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.fatigue.kernels import utilisation_of
+from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
+from solvers.numerics.jit import kernel
+from solvers.numerics.panels import Rule, greatest, largest
+from solvers.rod.cycle.composition import Composition
+from solvers.rod.cycle.guide_loads import (
+    GUIDE_READINGS,
+    Guide,
+    friction_power,
+    magnitude,
+    read_guide,
+    relative,
+)
+from solvers.rod.cycle.sampling import first_edges, sample
+from solvers.rod.cycle.section import (
+    DEFLECTED,
+    FEW_STATIONS,
+    FIBRE,
+    HIGH_STRESS,
+    LOW_STRESS,
+    NEARLY,
+    PLACE,
+    READINGS,
+    STATIONS,
+    STRENGTH,
+    UTILISATION,
+    Field,
+    read_along,
+)
+from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, MOMENT, SHEAR, SIDE, STROKE, Strip, bend_state
+from solvers.rod.load.axial_force import Drive
+from solvers.rod.scene import Dimensions, Load, Scene
+from solvers.rod.strip.buckling import FIRST_ROOT_LIMITS, first_root
+from solvers.rod.strip.shape import bend
+from solvers.rod.strip.shear import critical_coupling
+from solvers.rod.strip.stiffness import SHEAR_FACTOR
+from solvers.rod.vibration.natural_frequencies import Energies, energies, frequency_under
+
+Array = NDArray[np.float64]
+
+INPUTS = (
+    "level", "sharpness", "phase", "back_pressure", "area", "mass", "crank_radius", "rod_length", "angular_speed",
+    "elastic_modulus", "density", "shear_modulus", "b", "h", "l", "skirt_length", "clamp_offset",
+    "friction_coefficient", "couples", "shears", "feedback", "contact", "reads", "accuracy",
+)  # fmt: skip
+"""Of a row, SI units; ``shear_modulus`` is k G. From ``couples`` to ``contact`` 1.0 for effects that run, else 0.0;
+``reads`` is 0.0 where forces, stability and frequency alone are asked for."""
+
+
+class Results(NamedTuple):
+    """Of a row, SI units; NaN where there is none: beyond buckling but for forces, stability and frequency.
+
+    stands           whether the strip does not buckle
+    pushed, pulled   greatest compression and tension; where it takes friction to buckle the strip, ``pushed`` is P_cr
+    strength         greatest |stress|
+    high, low        stresses of the section and fibre that govern fatigue; ``layer`` is 0 at +h/2, 1 at -h/2
+    contact_load     |T| + 6 |M0 + T e|/Lp
+    error            the greatest relative error of all
+    angles           crank angles that the turn was sampled at, to ``tolerance``
+    """
+
+    stands: float
+    critical_force: float
+    pushed: float
+    pulled: float
+    natural_frequency: float
+    utilisation: float
+    strength: float
+    high: float
+    low: float
+    section: float
+    layer: float
+    deflection: float
+    side: float
+    moment: float
+    contact_load: float
+    power: float
+    error: float
+    angles: float
+    tolerance: float
+
+
+_ALONG, _GUIDE, _POWER, _ERROR, _ANGLES, _TOLERANCE = 5, 12, 15, 16, 17, 18
+"""Columns of a row of results where those along the strip and those of the guide begin, and single ones."""
+
+SHARE = 0.1
+"""Of the accuracy, that the turn is sampled to."""
+ROUNDING = 1e-14
+REFINEMENTS = 4
+_LOOSE = 1e-4
+LAST_DIGITS, _EPS = 4.0 * float(np.finfo(float).eps), 8.0 * float(np.finfo(float).eps)
+_CONVEX = 1e-12
+_ROUND = float(FIRST_ROOT_LIMITS[1])
+
+
+def inputs_of(
+    scene: Scene, d: Dimensions, composition: Composition, contact: bool, accuracy: float
+) -> tuple[float, ...]:
+    """The row of a check, whose corrections are nobody's business here; only without them is it read."""
+    m, p, material, load = scene.mechanism, scene.piston, scene.material, scene.load
+    curve, beam = load.curve(), composition.beam
+    return (
+        curve.level, curve.sharpness, curve.phase, load.reference_pressure(), p.area,
+        sum(part.mass(scene) for part in composition.moving), m.crank_radius, m.rod_length, m.angular_speed,
+        material.elastic_modulus, material.density, SHEAR_FACTOR * material.shear_modulus, d.b, d.h, d.l,
+        p.skirt_length, p.clamp_offset, p.friction_coefficient, beam.couples, beam.shears, composition.feedback,
+        contact, not composition.corrections, accuracy,
+    )  # fmt: skip
+
+
+def check_linear(
+    load: Load, inputs: Array, lines: Array, parabolas: Array, rule: Rule, stations: int, results: Array
+) -> None:
+    """Results of checks of one load's pieces, or of smooth loads, into ``results`` (items, results), from ``inputs``
+    (items, INPUTS) and the fatigue diagrams of each (items, …)."""
+    curve, sharp = load.curve(), np.ascontiguousarray(load.sharp_angles(), dtype=float)
+    _check_rows(inputs, lines, parabolas, curve.breaks, curve.pieces, sharp, rule, stations, energies(), results)
+
+
+def stations_for(accuracy: float) -> int:
+    """At how many sections a strip is looked at first."""
+    return FEW_STATIONS if accuracy >= _LOOSE else STATIONS
+
+
+@kernel
+def _check_rows(
+    rows: Array, lines: Array, parabolas: Array, breaks: Array, pieces: Array, sharp: Array, rule: Rule, stations: int,
+    modes: Energies, out: Array,
+) -> None:  # fmt: skip
+    for i in range(rows.shape[0]):
+        row = rows[i]
+        drive = Drive(row[0], row[1], row[2], breaks, pieces, row[3], row[4], row[5], row[6], row[7], row[8])
+        out[i] = np.nan
+        _check_row(drive, row, lines[i], parabolas[i], sharp, rule, stations, modes, out[i])
+
+
+@kernel
+def _check_row(
+    drive: Drive, row: Array, lines: Array, parabola: Array, sharp: Array, rule: Rule, stations: int, modes: Energies,
+    out: Array,
+) -> None:  # fmt: skip
+    modulus, b, h, l, length, accuracy = row[9], row[12], row[13], row[14], row[7], row[23]
+    stiffness, friction = modulus * b * h**3 / 12.0, 4.0 / math.pi * row[17] if row[20] != 0.0 else 0.0
+    compliance = stiffness / (row[11] * b * h) if row[19] != 0.0 else 0.0
+    plain = modulus * (b * h * min(b, h) ** 2 / 12.0) * (min(first_root(l / length)[0], _ROUND) / l) ** 2
+    critical = min(plain, -stiffness * critical_coupling(l, length, compliance)) if row[19] != 0.0 else plain
+    lever, offset = 6.0 / row[15], row[16]
+    strip = Strip(stiffness, l, length, row[18], compliance, friction, lever, offset, -2.0 * plain)
+    tolerance = SHARE * accuracy
+    edges, states = sample(drive, strip, first_edges(drive, strip, sharp), rule, tolerance)
+    pushed, pulled, of_pushed, of_pulled = np.inf, 0.0, 0.0, 0.0
+    if edges.size > 0:
+        pushed, pulled, of_pushed, of_pulled = _forces(edges, rule, states[FORCE], tolerance)
+    stands = pushed < critical
+    if not stands:
+        # Beyond buckling there is no shape that would tell the friction; the force alone has a meaning.
+        bare = Strip(stiffness, l, length, 0.0, 0.0, 0.0, lever, offset, -2.0 * plain)
+        edges, states = sample(drive, bare, first_edges(drive, bare, sharp), rule, tolerance)
+        pushed, pulled, of_pushed, of_pulled = _forces(edges, rule, states[FORCE], tolerance)
+        if pushed < critical:
+            pushed, of_pushed = critical, 0.0
+    error, mean = max(relative(of_pushed, pushed), relative(of_pulled, pulled)), 0.5 * (pulled - pushed)
+    out[0], out[1], out[2], out[3] = 1.0 if stands else 0.0, critical, pushed, pulled
+    out[4] = frequency_under(modes, stiffness, row[10] * b * h, l, length, mean)
+    if stands and row[22] != 0.0:
+        for _ in range(REFINEMENTS):
+            found = _read(drive, strip, row, edges, rule, states, lines, parabola, stations, tolerance, out)
+            if found <= accuracy or tolerance <= ROUNDING:
+                break
+            # What is small beside what it is the difference of needs a finer turn than the rest.
+            tolerance = max(0.5 * tolerance * accuracy / found, ROUNDING)
+            edges, states = sample(drive, strip, edges, rule, tolerance)
+        error = max(error, found)
+        if pushed > 0.0:
+            # Near buckling the last digits of load and strip decide over the first ones of the stresses.
+            error = max(error, LAST_DIGITS / (1.0 - pushed / critical))
+    if critical + mean > 0.0:
+        # The frequency goes with the root of what the mean force leaves of the critical one.
+        error = max(error, 0.5 * (of_pulled + of_pushed) / (critical + mean))
+    out[_ERROR], out[_ANGLES], out[_TOLERANCE] = max(error, ROUNDING), states.shape[1], tolerance
+
+
+@kernel
+def _forces(edges: Array, rule: Rule, force: Array, tolerance: float) -> tuple[float, float, float, float]:
+    """The greatest compression and tension [N] of the turn, and their errors."""
+    wanted = tolerance * largest(force)
+    pushed, of_pushed, _ = greatest(edges, rule, force, -1.0, wanted)
+    pulled, of_pulled, _ = greatest(edges, rule, force, 1.0, wanted)
+    return pushed, pulled, of_pushed, of_pulled
+
+
+@kernel
+def _read(
+    drive: Drive, strip: Strip, row: Array, edges: Array, rule: Rule, states: Array, lines: Array, parabola: Array,
+    stations: int, tolerance: float, out: Array,
+) -> float:  # fmt: skip
+    """Everything that a standing strip's turn tells into ``out``; the greatest relative error."""
+    direct, bending, contact = 1.0 / (row[12] * row[13]), 0.5 * row[9] * row[13], row[21] != 0.0
+    force, none, along = states[FORCE], np.empty((0, states.shape[1])), out[_ALONG : _ALONG + READINGS]
+    level = force.min() == force.max()
+    if row[18] == 0.0 and row[19] == 0.0 and not level and _is_convex(lines, parabola):
+        error = _along_straight(edges, rule, states, strip, direct, bending, lines, parabola, tolerance, along)
+    else:
+        # A force that nothing changes would hide a small amplitude: the criterion counts its stress by itself.
+        mean = direct * force[0] if level else 0.0
+        field = Field(
+            edges, rule, states, states[SIDE], none, none, strip.length, strip.compliance, 0.0 if level else direct,
+            bending, False,
+        )  # fmt: skip
+        error = read_along(field, None, mean, lines, parabola, tolerance, stations, along)
+    speed = drive.crank_radius * drive.angular_speed
+    guide = Guide(
+        states[SIDE], states[MOMENT], strip.lever, strip.offset, row[17] * (4.0 / math.pi) * speed,
+        drive.crank_radius / drive.rod_length,
+    )  # fmt: skip
+    parts, told = np.empty(0), out[_GUIDE : _GUIDE + GUIDE_READINGS]
+    error = max(error, read_guide(edges, rule, guide, None, parts, parts, contact, tolerance, told))
+    if contact:
+        out[_POWER], missed = friction_power(edges, rule, guide, tolerance)
+        error = max(error, missed)
+    return error
+
+
+@kernel
+def _is_convex(lines: Array, parabola: Array) -> bool:
+    """Whether the utilisation is convex in the greatest and falls, convex, with the least stress."""
+    convex = parabola[0] == 0.0 and lines.shape[1] == 1
+    for c in range(lines.shape[0]):
+        convex = convex and abs(lines[c, 0, 1]) <= lines[c, 0, 0] * (1.0 + _CONVEX)
+    return convex
+
+
+@kernel
+def _along_straight(
+    edges: Array, rule: Rule, states: Array, strip: Strip, direct: float, bending: float, lines: Array,
+    parabola: Array, tolerance: float, out: Array,
+) -> float:  # fmt: skip
+    """Stresses and deflection in plain bending into ``out`` (READINGS,); the greatest relative error."""
+    n, l = states.shape[1], strip.length
+    bent, turned, sunk, stress = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    best, most, of_best, of_most, amplitude_error = -1.0, 0.0, 0.0, 0.0, 0.0
+    used, of_used = np.empty(4), np.empty(4)
+    for k in range(4):
+        layer, z = k // 2, k % 2 * l
+        bend(states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], l, z, bent, turned, sunk)
+        for i in range(n):
+            stress[i] = direct * states[FORCE, i] + (1.0 - 2.0 * layer) * bending * bent[i]
+        low, high, of_low, of_high = _forces(edges, rule, stress, 0.01 * tolerance)
+        low = -low
+        used[k] = utilisation_of(high, low, lines, parabola)
+        of_used[k] = utilisation_of(high + of_high, low - of_low, lines, parabola) - used[k]
+        if used[k] > best:
+            best, of_best = used[k], of_used[k]
+            out[UTILISATION], out[HIGH_STRESS], out[LOW_STRESS] = used[k], high, low
+            out[PLACE], out[FIBRE] = z, layer
+            amplitude_error = relative(of_high + of_low, 0.5 * (high - low))
+        if high > most or -low > most:
+            most, of_most = max(high, -low), max(of_high, of_low)
+    for k in range(4):
+        of_best = max(of_best, used[k] + of_used[k] - best)
+    out[STRENGTH] = most
+    stroke, of_stroke = magnitude(edges, rule, states[STROKE], None, np.empty(0), 0.01 * tolerance)
+    deflection, of_deflection = _most_sunk(strip, stroke, tolerance)
+    out[DEFLECTED] = deflection
+    missed = max(relative(of_best, best), relative(of_most, most), amplitude_error)
+    return max(missed, relative(of_deflection, deflection), relative(of_stroke, stroke))
+
+
+@kernel
+def _most_sunk(strip: Strip, stroke: float, tolerance: float) -> tuple[float, float]:
+    """The greatest |V| [m] along a strip that no axial force bends, at a stroke [m], and what may be missing."""
+    state, l = np.empty((10, 1)), strip.length
+    bend_state(strip, 0.0, stroke, state, 0)
+    q, clamp, shear, head = state[COUPLING], state[CLAMP], state[SHEAR], state[HEAD]
+    bent, turned, sunk = np.empty(1), np.empty(1), np.empty(1)
+    row, step, top = np.empty(STATIONS), l / (STATIONS - 1), 0.0
+    for j in range(STATIONS):
+        bend(q, clamp, shear, head, l, l * j / (STATIONS - 1), bent, turned, sunk)
+        row[j] = abs(sunk[0])
+        top = max(top, row[j])
+    place, value, points, heights = np.empty(3), np.empty(3), np.empty(5), np.empty(5)
+    found, missing = 0.0, 0.0
+    for j in range(STATIONS):
+        before, here, after = row[abs(j - 1)], row[j], row[j + 1 if j < STATIONS - 1 else j - 1]
+        reach = here + 0.5 * abs(before - 2.0 * here + after)
+        if (j > 0 and here <= before) or here < after or reach < (1.0 - NEARLY) * top:
+            continue
+        low, high = max(j - 1, 0), min(j + 1, STATIONS - 1)
+        place[0], place[1], place[2] = step * low, step * j, step * high
+        value[0], value[1], value[2] = row[low], here, row[high]
+        error = np.inf
+        for _ in range(MOST_ROUNDS):
+            trial_points(place, value, points)
+            for m in range(5):
+                bend(q, clamp, shear, head, l, points[m], bent, turned, sunk)
+                heights[m] = abs(sunk[0])
+            error = narrow(place, value, points, heights)
+            top = max(top, value[1])
+            if error <= tolerance * top or place[2] - place[0] <= _EPS * l:
+                break
+        if value[1] > found:
+            found, missing = value[1], error
+    return found, missing

@@ -1,0 +1,122 @@
+"""One turn of a strip without corrections of its shape, on panels that resolve it.
+
+Panels end where the load's pieces do and where the piston begins or ceases to bear on both walls (``state``); they are
+halved until axial force, side force, clamp moment and the bending at the head and the middle of the strip are resolved.
+From then on extremes, zeros and means are those of polynomials (``solvers.numerics.panels``).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
+from solvers.numerics.panels import Rule, panel_error, rule_of
+from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
+from solvers.rod.load.axial_force import Drive
+from solvers.rod.scene import Load
+
+Array = NDArray[np.float64]
+
+TURN = 2.0 * math.pi
+MOST_PANELS = 6000
+CHECKED = 5
+"""Rows that panels must resolve (``_checked``)."""
+_GRID = TURN / 128 * np.arange(129)
+_WIDEST = TURN / 4
+_APART, _NARROWEST = 1e-9, 1e-9
+"""Breaks closer than this [rad] are one; rounding of values this wide apart is not resolved by any panel."""
+_POINTS = ((1e-4, 8), (1e-9, 16), (0.0, 20))
+"""Points of a panel down to what accuracy, for a load of few pieces; ``_SOME`` and ``_MANY`` of more and very many."""
+_SOME, _MANY = (24, 8), (256, 6)
+
+
+def rule_for(load: Load, accuracy: float) -> Rule:
+    """The rule of every panel."""
+    pieces = max(load.curve().breaks.size - 1, load.sharp_angles().size)
+    if pieces > _SOME[0]:
+        return rule_of((_MANY if pieces > _MANY[0] else _SOME)[1])
+    return rule_of(next(points for least, points in _POINTS if accuracy >= least))
+
+
+@kernel
+def first_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:
+    """Ends of panels over one turn: where the load's pieces end or it is sharp, the corners that friction makes, and as
+    many between as it takes for none to be wider than a quarter of a turn."""
+    breaks = np.mod(drive.breaks if drive.breaks.size > 0 else sharp, TURN)
+    if strip.friction != 0.0:
+        corners = friction_corners(drive, strip, np.sort(np.concatenate((_GRID, breaks))))
+        breaks = np.concatenate((breaks, np.mod(corners, TURN)))
+    breaks, ends = np.sort(breaks), [0.0 for _ in range(0)]
+    for i in range(breaks.size):
+        if breaks[i] - (breaks[i - 1] if i > 0 else breaks[breaks.size - 1] - TURN) > _APART:
+            ends.append(breaks[i])
+    if len(ends) == 0:
+        ends.append(0.0)
+    ends.append(ends[0] + TURN)
+    out = [ends[0]]
+    for i in range(1, len(ends)):
+        parts = max(math.ceil((ends[i] - ends[i - 1]) / _WIDEST * (1.0 - 1e-9)), 1)
+        for k in range(1, parts):
+            out.append(ends[i - 1] + k / parts * (ends[i] - ends[i - 1]))
+        out.append(ends[i])
+    return np.array(out)
+
+
+@kernel
+def _checked(states: Array) -> Array:
+    """Axial force, side force, clamp moment, and the bending at the head and in the middle, each beside that at the
+    clamp: a whole rod's head is not bent at all."""
+    rows = np.empty((CHECKED, states.shape[1]))
+    rows[0], rows[1], rows[2] = states[FORCE], states[SIDE], states[MOMENT]
+    rows[3], rows[4] = states[CLAMP] + states[HEAD], states[CLAMP]
+    return rows
+
+
+@kernel
+def _states_on(drive: Drive, strip: Strip, left: float, right: float, rule: Rule, scale: Array) -> Array:
+    """The states at a panel's points; ``scale`` takes what the checked rows reach."""
+    angle = 0.5 * (left + right) + 0.5 * (right - left) * rule.points
+    states = np.empty((ROWS, angle.size))
+    fill_states(drive, strip, angle, states)
+    rows = _checked(states)
+    for row in range(CHECKED):
+        for i in range(angle.size):
+            scale[row] = max(scale[row], abs(rows[row, i]))
+    return states
+
+
+@kernel
+def sample(drive: Drive, strip: Strip, first: Array, rule: Rule, tolerance: float) -> tuple[Array, Array]:
+    """The edges of panels that resolve the turn to ``tolerance`` of the greatest of every quantity, as far as
+    ``MOST_PANELS`` go, from panels with the edges ``first``; and the states at their points.
+
+    No edges where the strip buckles at one of the points that are looked at.
+    """
+    n, scale, least = rule.points.size, np.zeros(CHECKED), 0.5 * strip.buckled if strip.couples != 0.0 else -np.inf
+    waiting = [(0.0, 0.0, np.empty((ROWS, n))) for _ in range(0)]
+    for p in range(first.size - 2, -1, -1):
+        waiting.append((first[p], first[p + 1], _states_on(drive, strip, first[p], first[p + 1], rule, scale)))
+    edges, found = [first[0]], [np.empty((ROWS, n)) for _ in range(0)]
+    while len(waiting) > 0:
+        left, right, states = waiting.pop()
+        if states[FORCE].min() <= least:
+            return np.empty(0), np.empty((ROWS, 0))
+        halve = False
+        if right - left > _NARROWEST and len(found) + len(waiting) + 2 <= MOST_PANELS:
+            rows = _checked(states)
+            for row in range(CHECKED):
+                halve = halve or panel_error(rows[row], rule) > tolerance * max(scale[row], 1e-300)
+        if halve:
+            middle = 0.5 * (left + right)
+            waiting.append((middle, right, _states_on(drive, strip, middle, right, rule, scale)))
+            waiting.append((left, middle, _states_on(drive, strip, left, middle, rule, scale)))
+        else:
+            edges.append(right)
+            found.append(states)
+    out = np.empty((ROWS, len(found) * n))
+    for p in range(len(found)):
+        out[:, p * n : (p + 1) * n] = found[p]
+    return np.array(edges), out

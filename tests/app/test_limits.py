@@ -1,0 +1,171 @@
+"""Limits as settings: each at its value, and one beyond, through what the service makes of the setting."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from starlette.testclient import TestClient
+
+from app.access.caller import Caller, caller
+from app.designs.kind import Mode
+from app.designs.registry import KINDS, example_of, job_of
+from app.edge.stack import edge
+from app.jobs.errors import BudgetExceeded, Busy, ShareUsed
+from app.settings import Settings
+from app.store.migrate import upgrade
+from app.store.repository import RunStore
+from app.submission import Service, ServiceLimits
+from tests.app.serving import serving
+
+GUIDE = (Path(__file__).parents[2] / "docs" / "service.md").read_text("utf-8")
+JSON = {"Content-Type": "application/json"}
+SMALL = {"max_body_bytes": 3000, "max_body_names": 120, "max_batch_items": 7, "max_batch_bytes": 4000}
+SMALL |= {"max_upload_bytes": 5000, "max_head_bytes": 3000, "max_headers": 30}
+
+
+@pytest.mark.parametrize("name", Settings.model_fields)
+def test_every_setting_is_documented_with_its_default(name):
+    default = Settings.model_fields[name].default
+    (row,) = re.findall(rf"^\| `CRANKWRIGHT_{name.upper()}` \| ([^|]*)\|", GUIDE, re.MULTILINE)
+    shown = row.strip()
+    if default is None or default == "":
+        assert not re.fullmatch(r"[\d.]+", shown)
+    elif isinstance(default, (bool, str)):
+        assert shown == str(default).lower()
+    else:
+        assert float(shown) == default
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+    with serving(tmp_path_factory.mktemp("limits"), **SMALL) as running:
+        yield running
+
+
+def names(client: TestClient, size: int) -> Any:
+    body = json.dumps({f"x{k}": 0 for k in range(size)}).encode()
+    return client.post("/api/v1/checks/pin-profile", content=body, headers=JSON)
+
+
+def items(client: TestClient, size: int) -> Any:
+    place = "/api/v1/batches?kind=crank-masses&mode=analysis"
+    return client.post(place, content=b"{}\n" * size, headers={"Content-Type": "application/x-ndjson"})
+
+
+def sized(path: str, form: str) -> Callable[[TestClient, int], Any]:
+    def send(client: TestClient, size: int) -> Any:
+        return client.post(path, content=b"x" * size, headers={"Content-Type": form})
+
+    return send
+
+
+def head(client: TestClient, size: int) -> Any:
+    own = client.get("/healthz").request
+    given = len(own.url.raw_path) + sum(len(name) + len(value) + 4 for name, value in own.headers.raw)
+    return client.get("/healthz", headers={"x": "y" * (size - given - 5)})
+
+
+def headers(client: TestClient, size: int) -> Any:
+    own = len(client.get("/healthz").request.headers)
+    return client.get("/healthz", headers={f"x-{k}": "y" for k in range(size - own)})
+
+
+@pytest.mark.parametrize(
+    ("setting", "send", "refused", "words"),
+    [
+        ("max_body_bytes", sized("/api/v1/checks/pin-profile", "application/json"), 413, "3000 bytes"),
+        ("max_batch_bytes", sized("/api/v1/batches?kind=pin-profile&mode=check", "text/csv"), 413, "4000 bytes"),
+        ("max_upload_bytes", sized("/batches/upload", "multipart/form-data; boundary=b"), 413, "5000 bytes"),
+        ("max_body_names", names, 422, "at most 120 fields"),
+        ("max_batch_items", items, 413, "at most 7 items"),
+        ("max_head_bytes", head, 431, "3000 bytes"),
+        ("max_headers", headers, 431, "at most 30 headers"),
+    ],
+)
+def test_what_is_sent_is_bounded_to_the_byte(client, setting, send, refused, words):
+    assert words not in send(client, SMALL[setting]).text
+    beyond = send(client, SMALL[setting] + 1)
+    assert beyond.status_code == refused
+    assert words in beyond.text
+
+
+def test_so_many_requests_at_once():
+    async def waiting(_scope, _receive, send) -> None:
+        await asyncio.sleep(0.05)
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+
+    guarded, statuses = edge(waiting, Settings(max_requests=3), lambda: False), []
+
+    async def send(message: dict) -> None:
+        statuses.extend([message["status"]] if message["type"] == "http.response.start" else [])
+
+    async def ask(number: int) -> None:
+        scope = {"type": "http", "method": "GET", "path": "/", "raw_path": b"/", "query_string": b""}
+        scope |= {"headers": [(b"host", b"localhost")], "client": ("127.0.0.1", 1)}
+        await asyncio.gather(*(guarded(dict(scope), None, send) for _ in range(number)))
+
+    asyncio.run(ask(3))
+    assert statuses == [200] * 3
+    asyncio.run(ask(4))
+    assert sorted(statuses[3:]) == [200, 200, 200, 503]
+
+
+class Endless:
+    """An executor whose solves take as long as they may."""
+
+    ready, warmths, background_workers = True, (), 0
+
+    def __init__(self) -> None:
+        self.given: list[float] = []
+
+    async def run(self, _kind: str, _mode: str, _payload: bytes, budget_s: float = 10.0, *_: Any) -> Any:
+        self.given.append(budget_s)
+        await asyncio.sleep(1e3 if budget_s > 1.0 else budget_s)
+        raise BudgetExceeded(budget_s)
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[RunStore]:
+    upgrade(f"sqlite:///{tmp_path}/runs.sqlite3")
+    with RunStore(f"sqlite:///{tmp_path}/runs.sqlite3") as opened:
+        yield opened
+
+
+def request(mode: Mode) -> Any:
+    return job_of(KINDS["pin-profile"], mode).request.model_validate(example_of(KINDS["pin-profile"], mode))
+
+
+async def promise(service: Service, who: str) -> None:
+    caller.set(Caller(who))
+    await service.submit_later(KINDS["pin-profile"], Mode.DESIGN, request(Mode.DESIGN), None, "")
+
+
+def test_so_many_promised_runs_in_all_and_of_one(store):
+    async def story() -> None:
+        service = Service(store, Endless(), 10.0, ServiceLimits(accepted=3, accepted_of_one=2))
+        await promise(service, "a")
+        await promise(service, "a")
+        with pytest.raises(ShareUsed):
+            await promise(service, "a")
+        await promise(service, "b")
+        with pytest.raises(Busy):
+            await promise(service, "c")
+        await service.close()
+
+    asyncio.run(story())
+
+
+def test_what_is_not_short_begins_again_as_long(store):
+    async def story() -> list[float]:
+        service = Service(store, executor := Endless(), 0.3, ServiceLimits(short_s=0.1))
+        run = await service.answer(KINDS["pin-profile"], Mode.CHECK, request(Mode.CHECK))
+        assert run.status == "failed"
+        return executor.given
+
+    assert asyncio.run(story()) == [0.1, 0.3]

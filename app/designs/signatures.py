@@ -76,7 +76,6 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.pin.ring.ovalization._figures", "f f f f f f"),
         ("solvers.pin.ring.ovalization._growth_and_stress", "f f f f f f"),
         ("solvers.pin.section.flexibility.densities", "f1 f1 f1 f f"),
-        ("solvers.pin.section.flexibility.densities", "f1 f1A f1A f f"),
         ("solvers.pin.section.least_wall.demanded", "f1 f1 f f f f f f1 f1"),
         ("solvers.pin.section.least_wall.least_walls", "f1 f1 f f f f f f1"),
         ("solvers.pin.section.least_wall.raise_uses", "f1 f1 f f f f f f1 f1"),

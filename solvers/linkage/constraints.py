@@ -61,7 +61,8 @@ CONSTRAINTS: tuple[Constraint, ...] = (
     Constraint(
         "greatest_transmission_angle", Sense.AT_MOST, _greatest_angle, _angle, (), "transmission_angle_greatest"
     ),
-    Constraint("max_pin_force", Sense.AT_MOST, lambda x: x.max_pin_force, _force, ("size", "energy")),
+    Constraint("max_pin_force", Sense.AT_MOST, lambda x: x.max_pin_force, _force, _LOADED),
+    Constraint("coupler_peak", Sense.AT_MOST, lambda x: x.max_pin_force, _coupler_peak, _LOADED, asked=False),
 )
 """Every limit."""
 

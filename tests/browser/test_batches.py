@@ -29,5 +29,4 @@ def test_more_than_two_varied_fields_have_axes_side_by_side(address: str, page: 
     # Three varied fields and a result.
     expect(axes.locator("line")).to_have_count(4)
     expect(axes).to_contain_text("period small end s")
-    axes.locator("a").first.click(force=True)
-    expect(page).to_have_url(f"{address}/runs/{batch['id'][:-8]}00000001")
+    expect(axes.locator("a").first).to_have_attribute("href", f"/runs/{batch['id'][:-8]}00000001")

@@ -105,7 +105,7 @@ function draw(told, names) {
 }
 
 // More than two varied fields: an axis for each and for a result, and every item as a line across them.
-const ALONG = { left: 60, right: 700, top: 40, bottom: 300, most: 1500 };
+const ALONG = { left: 75, right: 680, top: 40, bottom: 300, most: 1500 };
 
 function drawBeside(told, names, colour) {
   const place = map.querySelector("#beside"), picture = place.querySelector("svg");

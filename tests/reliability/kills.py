@@ -144,7 +144,7 @@ class Sender(threading.Thread):
                 continue
             if answer.status_code == 202:
                 return answer.json()
-            if answer.status_code not in (429, 503):
+            if answer.status_code not in (408, 429, 503):
                 raise AssertionError(f"{answer.status_code} {answer.text[:300]}")
             time.sleep(0.2)
         return None

@@ -104,14 +104,14 @@ function draw(told, names) {
   }));
 }
 
-// More than two varied fields: an axis for each and for the result, and every item as a line across them.
-const ALONG = { left: 60, right: 700, top: 40, bottom: 300, most: 1500 };
+// More than two varied fields: an axis for each and for a result, and every item as a line across them.
+const ALONG = { left: 75, right: 680, top: 40, bottom: 300, most: 1500 };
 
 function drawBeside(told, names, colour) {
   const place = map.querySelector("#beside"), picture = place.querySelector("svg");
   const columns = names.map((name) => told.fields.lastIndexOf(name)), painted = told.fields.lastIndexOf(colour);
   const there = told.points.filter((p) => columns.every((column) => typeof p[column] === "number"));
-  place.hidden = names.length < 4 || !there.length;
+  place.hidden = names.length < 3 || !there.length;
   if (place.hidden) return;
   const at = (k) => ALONG.left + (k * (ALONG.right - ALONG.left)) / (names.length - 1);
   const axes = columns.map((column) => scale(there.map((p) => p[column]), ALONG.bottom, ALONG.top));
@@ -156,7 +156,8 @@ async function refresh() {
       told = await ask();
     }
     if (told.varied.length > 2) {
-      beside = [...new Set([...told.varied.slice(0, 8), names[1]])];
+      const result = told.varied.includes(names[1]) ? FIRST.find((name) => told.results.includes(name)) : names[1];
+      beside = [...told.varied.slice(0, 8), result ?? told.results[0]].filter(Boolean);
       told = await ask();
     }
     if (names[0]) draw(told, names);

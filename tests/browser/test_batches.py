@@ -1,0 +1,32 @@
+"""A person looks at a batch that varies three fields: the map, and every item as a line across parallel axes."""
+
+from __future__ import annotations
+
+from playwright.sync_api import Page, expect
+
+from app.designs.kind import Mode
+from tests.browser.test_runs import example, solved
+
+SWEEP = {
+    "kind": "crank-masses",
+    "mode": "analysis",
+    "base": example("crank-masses", Mode.ANALYSIS),
+    "combine": "grid",
+    "vary": {
+        "pivot_distance_mm": {"from": 160.0, "to": 160.1, "steps": 2},
+        "rod_mass_kg": {"from": 0.6, "to": 0.64, "steps": 3},
+        "period_small_end_s": {"from": 0.795, "to": 0.7951, "steps": 2},
+    },
+}
+
+
+def test_more_than_two_varied_fields_have_axes_side_by_side(address: str, page: Page) -> None:
+    batch = solved(address, "batches", SWEEP)
+    page.goto(f"{address}/batches/{batch['id']}")
+    axes = page.locator("#beside")
+    expect(axes.locator("polyline")).to_have_count(12)
+    expect(page.locator("#map > svg circle")).to_have_count(12)
+    # Three varied fields and a result.
+    expect(axes.locator("line")).to_have_count(4)
+    expect(axes).to_contain_text("period small end s")
+    expect(axes.locator("a").first).to_have_attribute("href", f"/runs/{batch['id'][:-8]}00000001")

@@ -87,7 +87,6 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ),
     ("impact-linkage", "design"): (
         ("solvers.linkage.loads.torque_and_pin_force.unit_peaks", "f2 f1 f"),
-        ("solvers.linkage.mechanism.angular_velocity_ratio.greatest_transfers", "f2"),
         ("solvers.linkage.mechanism.angular_velocity_ratio.transfer_and_rate", "f2 f1 f1 f2 f2"),
         ("solvers.linkage.optimum.load_bounds.least_loads", "f2 f2 f2 f1 f i f2"),
         ("solvers.linkage.optimum.load_bounds.peak_places", "f2 f1 i"),

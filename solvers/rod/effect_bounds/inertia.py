@@ -94,8 +94,9 @@ def motion_of(
     for i in range(even):
         follows[i] = -_bent(share, i, even) / (step * pace[i]) ** 2
     rings = np.empty(even)
+    # What steps too wide for it make of a corner's ringing says little: it counts by itself.
+    corners = _corners_ring(states, even, share, pace, strip, critical) if smooth and fast else 0.0
     if smooth and pace.min() * step > FOLLOWED:
-        corners = _corners_ring(states, even, share, pace, strip, critical)
         for i in range(even):
             # What follows is itself the first of a series.
             rings[i] = corners + abs(_bent(follows, i, even)) / (step * pace[i]) ** 2
@@ -106,6 +107,7 @@ def motion_of(
                 rings[order[i]] = own[i] - follows[order[i]]
         if fast:
             _spread(rings, max(1, round(1.5 / (pace.mean() * step))))
+            np.maximum(rings, corners, rings)
     whole, most = np.abs(follows).max(), np.abs(rings).max()
     if fast:
         # At every angle as the stroke goes, or all against it.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from solvers.fatigue import serensen
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
-from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, Strip, fill_states
+from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states
 from solvers.rod.effect_bounds.main_results import Judged, Judging, changes_without, judge_turn
 from solvers.rod.effect_bounds.sampling import Sampling, even_angles, sharp_angles, with_sharp
 from solvers.rod.load.axial_force import Drive, axial_force, drive_of
@@ -42,13 +42,16 @@ def _states(drive: Drive, strip: Strip, angle: Array, even: int) -> tuple[Array,
         lean = math.sqrt((1.0 - ratio * sine) * (1.0 + ratio * sine))
         travel[i] = abs(drive.crank_radius * sine * (1.0 + ratio * math.cos(angle[i]) / lean))
         compression = max(compression, -axial_force(drive, angle[i]))
-    moment, most, bent, thinned = states[MOMENT], 0.0, 0.0, 0.0
-    for i in range(even):
-        most = max(most, abs(moment[i]))
-        bent = max(bent, abs(moment[i - 1 if i > 0 else even - 1] - 2.0 * moment[i] + moment[(i + 1) % even]))
-        thinned = max(thinned, abs(moment[(i - 2) % even] - 2.0 * moment[i] + moment[(i + 2) % even]))
-    scale = 1.0 / most if most > 0.0 else 0.0
-    return states, travel, compression, bent * scale, thinned * scale
+    bent, thinned = 0.0, 0.0
+    for row in (SIDE, MOMENT):
+        reaction, most, once, twice = states[row], 0.0, 0.0, 0.0
+        for i in range(even):
+            most = max(most, abs(reaction[i]))
+            once = max(once, abs(reaction[i - 1 if i > 0 else even - 1] - 2.0 * reaction[i] + reaction[(i + 1) % even]))
+            twice = max(twice, abs(reaction[(i - 2) % even] - 2.0 * reaction[i] + reaction[(i + 2) % even]))
+        if most > 0.0:
+            bent, thinned = max(bent, once / most), max(thinned, twice / most)
+    return states, travel, compression, bent, thinned
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from app import operators
+from app.importing import undisturbed
 
 app = typer.Typer(
     name="crankwright",
@@ -50,7 +51,8 @@ def serve(
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     template = Template(_PRELOAD)
     template.start()
-    from app.serving import run
+    with undisturbed():
+        from app.serving import run
 
     run(host, port, database_url, template, demo)
 
@@ -287,25 +289,26 @@ def _refuse(problem: dict[str, Any]) -> None:
 
 
 def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: bool) -> None:
-    import asyncio
+    with undisturbed():
+        import asyncio
 
-    from app import runs
-    from app.api.bodies import parse
-    from app.designs.kind import REFUSED, Mode
-    from app.designs.problems import OUT_OF_TIME
-    from app.designs.registry import KINDS, job_of, modes_of
-    from app.errors import Problem
-    from app.jobs.errors import BudgetExceeded
-    from app.printing import print_run, shown_progress
-    from app.referring import resolved
-    from app.store.migrate import upgrade
-    from app.store.repository import RunStore
+        from app import runs
+        from app.api.bodies import parse
+        from app.designs.kind import REFUSED, Mode
+        from app.designs.problems import OUT_OF_TIME
+        from app.designs.registry import KINDS, job_of, modes_of
+        from app.errors import Problem
+        from app.jobs.errors import BudgetExceeded
+        from app.printing import print_run, shown_progress
+        from app.referring import resolved
+        from app.store.migrate import upgrade
+        from app.store.repository import RunStore
 
-    mode = Mode(mode_name)
-    if slug not in KINDS or mode not in modes_of(KINDS[slug]):
-        known = [name for name, kind in KINDS.items() if mode in modes_of(kind)]
-        _refuse({"title": "No such kind", "detail": "there are " + ", ".join(known)})
-    job = job_of(KINDS[slug], mode)
+        mode = Mode(mode_name)
+        if slug not in KINDS or mode not in modes_of(KINDS[slug]):
+            known = [name for name, kind in KINDS.items() if mode in modes_of(kind)]
+            _refuse({"title": "No such kind", "detail": "there are " + ", ".join(known)})
+        job = job_of(KINDS[slug], mode)
     try:
         request = parse(job.request, body)
     except Problem as problem:

@@ -16,8 +16,9 @@ from app.store.repository import RunStore
 
 logger = get_logger(__name__)
 
-MOST_ATTEMPTS = 6
-"""So often the solve of a run may be begun; its process died each time."""
+MOST_ATTEMPTS = 20
+"""So often the solve of a run may be begun whose service process died each time. It hardly dies of the run, which is
+solved in a worker."""
 _MOST_AT_ONCE = 20
 """So many one process takes over at one look: others may have room too."""
 

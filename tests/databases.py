@@ -23,6 +23,8 @@ import psycopg
 from psycopg import sql
 from sqlalchemy.engine import make_url
 
+from tests.lifeline import mortal
+
 ENVIRONMENT_URL = "CRANKWRIGHT_TEST_POSTGRES_URL"
 START_SECONDS = 60.0
 
@@ -73,6 +75,7 @@ def _own_server() -> Iterator[str]:
                 stdout=log,
                 stderr=log,
                 cwd=folder,
+                preexec_fn=mortal(),
                 **user,
             )
         url = f"postgresql://postgres@/postgres?host={folder}"

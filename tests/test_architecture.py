@@ -58,7 +58,11 @@ ABOVE = {
     "solvers.crank": ("solvers.rod", "solvers.pin", "solvers.linkage"),
     "solvers.pin": ("solvers.rod", "solvers.crank", "solvers.linkage"),
     "app.logging": ("app.designs", "app.store", "app.jobs", "app.submission", "app.settings", *_EDGE),
+    "app.words": ("app.store", "app.jobs", "app.exports", "app.reports", "app.submission", "app.downloads", *_EDGE),
+    "app.reports": ("app.store", "app.jobs", "app.exports", "app.submission", "app.downloads", *_EDGE),
     "app.designs": (
+        "app.words",
+        "app.reports",
         "app.store",
         "app.jobs",
         "app.exports",

@@ -10,7 +10,7 @@ import json
 from collections.abc import AsyncIterator, Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from app.batches.engine import BatchEngine
 from app.batches.fields import MOST_COLUMNS, texts, unknown
@@ -105,8 +105,8 @@ class BatchService:
         source = Source("cells", names, base=sweep.base, varied=names)
         return await self._take(ask, source, in_slices(sweep.rows()), key, digest)
 
-    async def take_parquet(self, ask: Asked, file: Path, key: str | None, digest: Any) -> bytes:
-        """A batch from a Parquet file on disk. Raises Problem where it is none."""
+    async def take_parquet(self, ask: Asked, file: Path | IO[bytes], key: str | None, digest: Any) -> bytes:
+        """A batch from a Parquet file. Raises Problem where it is none."""
         digest.update(ask.told())
         try:
             import pyarrow.parquet

@@ -34,7 +34,7 @@ _DEAREST = (
     "solvers.rod.bulk.loop",
     "solvers.rod.vibration.slow_modes",
     "solvers.rod.vibration.free_modes",
-    "solvers.pin.separable",
+    "solvers.pin.optimum.lagrangian",
 )
 """What takes longest is begun first, so that two processes end at about the same time."""
 

@@ -29,6 +29,7 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from typing import Any
 
+from app.importing import undisturbed
 from app.jobs.errors import WorkerCrashed
 from app.jobs.lifeline import die_with
 
@@ -204,7 +205,8 @@ def main(descriptor: int, parent: int, preload: str) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     control = socket.socket(fileno=descriptor)
     steps: Iterator[None] | None = None
-    module = __import__(preload, fromlist=["load_step_by_step"])
+    with undisturbed():
+        module = __import__(preload, fromlist=["load_step_by_step"])
     while True:
         if not select.select([control], [], [], None if steps is None else _QUIET_S)[0]:
             steps = _one_more(steps)

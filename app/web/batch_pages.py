@@ -15,7 +15,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse
 
 from app.batches.fields import numbers
 from app.batches.offline import form_of
-from app.batches.results import Wanted, points
+from app.batches.results import MEDIA_TYPES, Format, Wanted, points
 from app.batches.service import Asked, BatchService
 from app.batches.sweep import SAMPLED, Combine, Sweep
 from app.batches.view import batch_json
@@ -33,6 +33,8 @@ _ON_A_PAGE = 50
 _VARIED = 3
 """How many fields the form of a sweep varies; a file or the API varies more."""
 _PART = 1 << 20
+_MOST_BESIDE = 12
+"""Axes side by side, of the fields that a batch varies."""
 
 
 def _service(request: Request) -> BatchService:
@@ -140,7 +142,9 @@ async def upload(
         ask = Asked.of(kind, mode, name.replace("\0", "") or (cases.filename or "")[:200], "scalars")
         if form in ("text/csv", "application/x-ndjson"):
             return _to(await service.take_lines(ask, form == "text/csv", _parts(cases), None))
-        raise Problem(415, "No cases", "choose a .csv or .ndjson file; Parquet goes by the API or the command line")
+        if form == MEDIA_TYPES[Format.PARQUET]:
+            return _to(await service.take_parquet(ask, cases.file, None, hashlib.sha256()))
+        raise Problem(415, "No cases", "choose a .csv, .ndjson or .parquet file")
     except Problem as problem:
         return await _list(request, kind, mode, problem=problem.body)
 
@@ -211,11 +215,12 @@ async def map_points(
     x: Annotated[str, Query(max_length=200)] = "",
     y: Annotated[str, Query(max_length=200)] = "",
     colour: Annotated[str, Query(max_length=200)] = "",
+    beside: Annotated[str, Query(max_length=2000, description="more fields, with commas between")] = "",
 ) -> dict[str, Any]:
     """The items as points, and what can be an axis or a colour."""
     service = _service(request)
     batch = await service.get(batch_id)
-    wanted = Wanted(fields=tuple(filter(None, dict.fromkeys((x, y, colour)))))
+    wanted = Wanted(fields=tuple(filter(None, dict.fromkeys((x, y, colour, *beside.split(",")[:_MOST_BESIDE])))))
     return await points(service.store, batch, wanted)
 
 

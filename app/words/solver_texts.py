@@ -27,6 +27,7 @@ PATTERNS = (
     "the wall is {} mm at its thinnest, not the {} asked",
     "the deflection of {} um exceeds its limit",
     "the ring's hoop stress exceeds {} MPa where the bore is wider than {} mm, {}",
+    "the ring's hoop stress exceeds {} MPa where the outer diameter is less than {} mm, {}",
     "the ring's hoop stress exceeds {} MPa where the wall is thinnest",
     "an outer diameter of at least {} mm would do",
     "an outer diameter of at least {} mm would do, or a longer pin",

@@ -27,8 +27,8 @@ RIVALS = (
     f"of every type {_SCANNED} members from end to end and a thousand times closer to both, the best closed in on, "
     f"steps along the limits, and local searches on the check: {SEARCHES}"
 )
-_MOST = 1e6
-"""What a request may ask for."""
+_MOST = 0.9e6
+"""What a request may ask for, with room for limits that are loosened."""
 _READ = {
     "box_area": "box_area_mm2",
     "longest_link": "longest_link_mm",
@@ -142,7 +142,7 @@ def problem(rng: np.random.Generator) -> LinkageProblem:
                 limits["joint_radius_mm"] if "radius" in limit else 0.0
             )
     if rng.random() < 0.3:
-        limits["min_link_mm"] = own["longest_link_mm"] * rng.uniform(0.01, 0.2)
+        limits["min_link_mm"] = min(own["longest_link_mm"] * rng.uniform(0.01, 0.2), _MOST)
     bare = {k: v for k, v in body.items() if k not in ("type", "ratios")}
     bare |= {"limits": limits, "types": types, "objective": str(rng.choice(list(_READ)))}
     if own["box_mm"] and rng.random() < 0.25:
@@ -151,10 +151,10 @@ def problem(rng: np.random.Generator) -> LinkageProblem:
                 limits[f"{side}_mm"] = min(own["box_mm"][side] * rng.uniform(0.8, 1.6), _MOST)
     if rng.random() < 0.2:
         # About what the random linkage strikes with, so that there is a member of its type.
-        bare["tool_radius_mm"] = own["lengths_mm"]["rocker"] * rng.uniform(0.8, 1.25)
+        bare["tool_radius_mm"] = min(own["lengths_mm"]["rocker"] * rng.uniform(0.8, 1.25), _MOST)
     if bare["objective"] in _SOUGHT or bare.get("tool_radius_mm"):
         limits.setdefault("longest_link_mm", min(own["longest_link_mm"] * rng.uniform(0.7, 1.5), _MOST))
-        limits.setdefault("min_link_mm", own["longest_link_mm"] * rng.uniform(0.001, 0.1))
+        limits.setdefault("min_link_mm", min(own["longest_link_mm"] * rng.uniform(0.001, 0.1), _MOST))
         if bare["objective"] in _SOUGHT:
             bare[f"{bare['objective']}_{'m_s' if bare['objective'] == 'impact_speed' else 'hz'}"] = None
             bare.pop("drive", None)

@@ -1,7 +1,8 @@
 """Mean torque, side force, crank-pin load and the work between the extremes of the speed, of one cylinder with all its
 masses, on tables and indicator diagrams, in line or with a pin offset.
 
-Beside the service's own ladder stand the usual ways with scipy's PCHIP: numpy on equal angles with the trapezoidal rule
+Beside the ladders of the library and of the service, which reads a request and tells all results, stand the usual ways
+with scipy's PCHIP, its making included as it is in ours: numpy on equal angles with the trapezoidal rule
 and the greatest samples, and scipy's quad, solve_ivp and minimize_scalar. The reference takes the work from the kinetic
 energy and from Gauss's rule with twenty nodes on short pieces (of a diagram: from its antiderivative), and its maxima
 from 72,000 angles and both sides of every dead centre, climbed with scipy.
@@ -21,12 +22,15 @@ from scipy.optimize import minimize_scalar
 
 from bench.campaign.scenes import Scene, scenes
 from bench.work_precision.curves import Method, Results
+from solvers import crank
+from solvers.effects import EffectSelection
 
 TITLE = "Crank dynamics"
 CASES = 200
 JUDGED = ("mean_torque_nm", "work_fluctuation_j", "side_force_max_n", "crank_pin_load_max_n")
 _ALL = {"include": ["reciprocating_inertia", "rod_inertia_couple", "pin_offset"], "exclude": ["engine"]}
-_LADDER = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+_EFFECTS = EffectSelection(frozenset(_ALL["include"]), frozenset(_ALL["exclude"]))
+_LADDER = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 _DENSE = 72_000
 _BESIDE = 1e-12
 _CANCELLED = 1e-2
@@ -52,13 +56,17 @@ class CrankCase:
         self.top = math.asin(self.e / (self.length + self.r))
         self.bottom = math.pi + math.asin(self.e / (self.length - self.r))
         pressure = machine.pressure
-        self.strokes = getattr(pressure, "strokes", ())
+        self.machine, self.strokes = machine, getattr(pressure, "strokes", ())
+        self.curves = self.joined()
+
+    def joined(self) -> list[PchipInterpolator]:
+        """Cubics through the points, as every way has to find them."""
+        pressure = self.machine.pressure
         if self.strokes:
-            self.curves = [PchipInterpolator(*_sorted(s.volume, s.pressure)) for s in self.strokes]
-        else:
-            angle, values = np.array(pressure.angle), np.array(pressure.pressure)
-            turns = np.repeat([-self.period, 0.0, self.period], angle.size)
-            self.curves = [PchipInterpolator(np.tile(angle, 3) + turns, np.tile(values, 3))]
+            return [PchipInterpolator(*_sorted(s.volume, s.pressure)) for s in self.strokes]
+        angle, values = np.array(pressure.angle), np.array(pressure.pressure)
+        turns = np.repeat([-self.period, 0.0, self.period], angle.size)
+        return [PchipInterpolator(np.tile(angle, 3) + turns, np.tile(values, 3))]
 
     @property
     def dead_centres(self) -> Array:
@@ -184,11 +192,19 @@ def cases(count: int) -> list[CrankCase]:
 
 
 def _ours(accuracy: float, case: CrankCase) -> Results:
+    found = crank.analyse(case.machine, _EFFECTS, accuracy=accuracy, series_angles=2).value
+    worst = {w.name: w.force for w in found.worst}
+    values = found.torque_mean, found.swing.work_fluctuation, worst["side_force_max"], worst["crank_pin_load_max"]
+    return dict(zip(JUDGED, values, strict=True))
+
+
+def _service(accuracy: float, case: CrankCase) -> Results:
     answer = case.scene.solve(effects=_ALL, accuracy=accuracy)
     return {name: answer.result[name] for name in JUDGED}
 
 
 def _equal_angles(count: int, case: CrankCase) -> Results:
+    case.curves = case.joined()
     angle = np.linspace(0, case.period, count + 1)
     torque, side, load = case.columns(angle)
     mean = trapezoid(torque, angle) / case.period
@@ -223,9 +239,10 @@ def _adaptive(tolerance: float, case: CrankCase) -> Results:
 
 
 def methods() -> Iterator[Method[CrankCase]]:
-    """The service's ladder first, then the peers."""
+    """The library's ladder and the service's, then the peers."""
     yield Method("Crankwright", {f"accuracy {a:g}": partial(_ours, a) for a in _LADDER})
-    grids = {f"{n:,} angles": partial(_equal_angles, n) for n in (720, 7_200, 72_000)}
+    yield Method("Crankwright, a request's answer", {f"accuracy {a:g}": partial(_service, a) for a in _LADDER})
+    grids = {f"{n:,} angles": partial(_equal_angles, n) for n in (24, 72, 180, 720, 7_200, 72_000)}
     yield Method("numpy and scipy on equal angles", grids)
     solver = {f"tolerance {t:g}": partial(_adaptive, t) for t in (1e-3, 1e-6, 1e-9)}
     yield Method("scipy quad, solve_ivp, minimize_scalar", solver, cases=5)

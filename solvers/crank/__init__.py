@@ -12,6 +12,8 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
+    "Case": "bulk",
+    "analyse_many": "bulk",
     "CrankDynamics": "check",
     "analyse": "check",
     "EFFECTS": "effects",
@@ -25,6 +27,7 @@ _HOME = {
     "Weighing": "masses.weighing",
     "estimate": "masses.scaling",
     "swing": "masses.pendulum",
+    "swing_many": "masses.pendulum",
     "weigh": "masses.weighing",
     "CrankThrow": "masses.two_mass_model",
     "RodMass": "masses.two_mass_model",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,7 +18,9 @@ from solvers.crank.engine.cylinders import together
 from solvers.crank.engine.shared_crank_pin import SharedPin, require_pairs, shared_pin
 from solvers.crank.engine.speed_fluctuation import CANCELLED, GasWork, SpeedSwing, gas_work, speed_swing
 from solvers.crank.engine.unbalance import Balance, balance
-from solvers.crank.gas.unrolled_pressure import Curve
+from solvers.crank.gas.cylinder import Cylinder
+from solvers.crank.gas.unrolled_pressure import Curve, Pressure
+from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.crank.problem import LOADS, OF_THE_ROD
 from solvers.crank.scene import SINGLE, Scene
 from solvers.effects import AUTO, EffectSelection
@@ -91,31 +94,6 @@ class CrankDynamics:
         """The upper one and the lower one that follows [rad]."""
         return self.cycle.motion.dead_centres
 
-    @property
-    def reciprocating_mass(self) -> float:
-        """m_j [kg]"""
-        return self.cycle.scene.masses.reciprocating
-
-    @property
-    def rotating_mass(self) -> float:
-        """m_rot [kg]"""
-        return self.cycle.scene.masses.rotating(self.cycle.scene.mechanism.crank_radius)
-
-    @property
-    def rod_mass_at_pin(self) -> float:
-        """m_A [kg]"""
-        return self.cycle.scene.masses.rod.at_wrist_pin
-
-    @property
-    def rod_mass_at_crank(self) -> float:
-        """m_B [kg]"""
-        return self.cycle.scene.masses.rod.at_crank_pin
-
-    @property
-    def inertia_defect(self) -> float:
-        """Delta J [kg m2]"""
-        return self.cycle.scene.masses.rod.inertia_defect
-
 
 def analyse(
     scene: Scene,
@@ -128,16 +106,32 @@ def analyse(
 
     Raises InvalidInput where the request makes no sense: pressures with a fault, phases that cannot share a crank pin.
     """
+    return analyse_unrolled(scene, Unroll(), effects, effect_tolerance, accuracy, series_angles)
+
+
+class Unroll(dict[Hashable, Curve]):
+    """Pressures over the crank angle, unrolled once for all scenes that have pressure, motion, cylinder in common."""
+
+    def __missing__(self, key: tuple[Pressure, ExactMotion, Cylinder]) -> Curve:
+        pressure, motion, cylinder = key
+        self[key] = found = pressure.unroll(motion, cylinder)
+        return found
+
+
+def analyse_unrolled(
+    scene: Scene, known: Unroll, effects: EffectSelection, effect_tolerance: float, accuracy: float, series_angles: int
+) -> Outcome[CrankDynamics]:
+    """``analyse`` with what other scenes have unrolled already."""
     started = time.perf_counter()
     require_accuracy(accuracy)
     if not 1 <= series_angles <= 100_000:
         raise InvalidInput("series_angles", "is too few or too many", "1 … 100000")
     require_pairs(scene.engine, scene.masses.rods_per_pin)
-    curve = scene.pressure.unroll(scene.mechanism.motion(), scene.cylinder)
+    curve = known[scene.pressure, scene.mechanism.motion(), scene.cylinder]
     choice = choose_for(scene, curve, effects, effect_tolerance)
     composition = compose(choice, scene)
     if composition.offset != scene.mechanism.offset:
-        curve = scene.pressure.unroll(scene.mechanism.motion(with_offset=False), scene.cylinder)
+        curve = known[scene.pressure, scene.mechanism.motion(with_offset=False), scene.cylinder]
     cycle, tolerance = Cycle(scene, composition, curve), _SHARE * accuracy
     engine, by_itself = composition.engine or SINGLE, alone(cycle.gas)
 

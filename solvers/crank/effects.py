@@ -123,11 +123,6 @@ class Situation:
         return _background(machine, self.curve.unrolled, np.array(scene.engine.phases), count)
 
     @property
-    def gas_force(self) -> float:
-        """The greatest magnitude of the gas force [N]."""
-        return self.gas.gas_force
-
-    @property
     def cylinders(self) -> int:
         return len(self.scene.engine.phases)
 
@@ -248,11 +243,11 @@ class PinOffset:
         if m.offset == 0.0:
             return 0.0
         turned = abs(m.offset) / (m.rod_length * situation.least_rod_cosine**3)
-        force = situation.gas_force + (1.0 + 3.0 * situation.ratio) * masses.reciprocating * situation.acceleration
+        force = situation.gas.gas_force + (1.0 + 3.0 * situation.ratio) * masses.reciprocating * situation.acceleration
         torque = force * turned * m.crank_radius
         return max(
             2.0 * _relative(abs(m.offset), m.crank_radius),
-            _relative(situation.gas_force * turned * m.crank_radius, situation.gas.mean_torque),
+            _relative(situation.gas.gas_force * turned * m.crank_radius, situation.gas.mean_torque),
             *(_relative(force * turned, beside.side_force) for beside in situation.in_line),
             *(_relative(force * turned, beside.least_load) for beside in situation.in_line),
             *(_relative(situation.cylinders * torque * math.pi, beside.work_swing) for beside in situation.in_line),

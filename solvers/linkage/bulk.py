@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput, require
 from solvers.linkage.check import PLAIN, check, check_with, ratio_results
-from solvers.linkage.loads.torque_and_pin_force import SHARP, unit_peaks
-from solvers.linkage.mechanism.angular_velocity_ratio import greatest_transfers
+from solvers.linkage.loads.torque_and_pin_force import SHARP, TORQUE, unit_peaks
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
 from solvers.linkage.mechanism.kinematics import coefficients, swing
 from solvers.linkage.mechanism.lengths import Mechanism
@@ -123,10 +122,9 @@ def check_family(
     rotatable, none = rows[:, 4] >= 0.0, np.full(parameter.size, np.nan)
     full = np.flatnonzero(rotatable)
     own, own_end = np.ascontiguousarray(rows[full]), np.ascontiguousarray(end[full])
-    loads = _shared(lambda a, b: unit_peaks(own[a:b], own_end[a:b], SHARP), full.size, threads)
-    tops = _shared(lambda a, b: greatest_transfers(own[a:b]), full.size, threads)
+    loads = _shared(lambda a, b: unit_peaks(own[a:b], own_end[a:b], TORQUE, 3, SHARP), full.size, threads)
     most, torque, force, area, radius = (none.copy() for _ in range(5))
-    most[full] = np.maximum(tops, np.maximum(start, end)[full])
+    most[full] = np.maximum(loads[:, 4], np.maximum(start, end)[full])
     torque[full], force[full] = energy[full] * loads[:, 0], energy[full] / crank[full] * loads[:, 2]
     if joint_radius is not None:
         swept = np.ascontiguousarray(outlines(kind, ratios, crank, turned)[full])

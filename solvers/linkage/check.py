@@ -14,8 +14,7 @@ from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import require
 from solvers.linkage.effects import Situation, choose_for, compose
-from solvers.linkage.loads.torque_and_pin_force import SHARP, Peaks, peaks_of, unit_peaks
-from solvers.linkage.mechanism.angular_velocity_ratio import greatest_transfers
+from solvers.linkage.loads.torque_and_pin_force import SHARP, TORQUE, Peaks, peaks_of, unit_peaks
 from solvers.linkage.mechanism.change_point import ChangePoint
 from solvers.linkage.mechanism.closure import Closure, window
 from solvers.linkage.mechanism.kinematics import of_family
@@ -89,9 +88,9 @@ def ratio_results(mechanisms: Sequence[Mechanism]) -> list[RatioResults]:
     if full:
         bars = [mechanisms[i].bar for i in full]
         rows, ends = np.stack([bar.coefficients for bar in bars]), np.array([bar.end for bar in bars])
-        loads, tops = unit_peaks(rows, ends, SHARP).tolist(), greatest_transfers(rows).tolist()
-        for i, bar, row, top in zip(full, bars, loads, tops, strict=True):
-            found[i] = RatioResults(True, True, tuple(row), max(top, bar.start, bar.end))
+        peaks = unit_peaks(rows, ends, TORQUE, 3, SHARP).tolist()
+        for i, bar, row in zip(full, bars, peaks, strict=True):
+            found[i] = RatioResults(True, True, tuple(row), max(row[4], bar.start, bar.end))
     return found
 
 

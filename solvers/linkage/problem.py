@@ -66,26 +66,18 @@ class Quantities(Protocol):
     """
 
     subproblem: Subproblem
+    scale: tuple[Array, Array]
+    crank: Array
+    longest: Array
+    radius: Array
+    fit: Array
+    torque: Array
+    force: Array
+    end_low: Array
+    end_high: Array
 
-    @property
-    def scale(self) -> tuple[Array, Array]: ...
-    @property
-    def crank(self) -> Array: ...
-    @property
-    def longest(self) -> Array: ...
-    @property
-    def radius(self) -> Array: ...
-    @property
-    def fit(self) -> Array: ...
-    @property
-    def torque(self) -> Array: ...
-    @property
-    def force(self) -> Array: ...
-    @property
-    def end_low(self) -> Array: ...
-    @property
-    def end_high(self) -> Array: ...
-    def area(self, scale: Array) -> Array: ...
+    def area(self, scale: Array) -> Array:
+        """The least box area at a V; infinite where none keeps within width and height."""
 
 
 @dataclass(frozen=True)

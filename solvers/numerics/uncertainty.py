@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ Array = NDArray[np.float64]
 Function = Callable[[dict[str, NDArray]], dict[str, NDArray]]
 """From named inputs to named outputs, all arrays of one shape; built of operations that complex numbers allow."""
 
-_COMPLEX_STEP = 1e-100
+COMPLEX_STEP = 1e-100
 DRAWS = 100_000
 _SEED = 20260101
 _NO_SPREAD = 1e-12
@@ -35,11 +36,11 @@ class Propagated:
 def sensitivities(function: Function, values: Mapping[str, float]) -> dict[str, dict[str, float]]:
     """d output/d input at the values, by the complex step: exact to rounding. {output: {input: derivative}}."""
     names = list(values)
-    matrix = np.eye(len(names)) * 1j * _COMPLEX_STEP
+    matrix = np.eye(len(names)) * 1j * COMPLEX_STEP
     inputs = {name: values[name] + matrix[i] for i, name in enumerate(names)}
     outputs = function(inputs)
     return {
-        out: dict(zip(names, (np.broadcast_to(found, len(names)).imag / _COMPLEX_STEP).tolist(), strict=True))
+        out: dict(zip(names, (np.broadcast_to(found, len(names)).imag / COMPLEX_STEP).tolist(), strict=True))
         for out, found in outputs.items()
     }
 
@@ -54,23 +55,27 @@ def linear(function: Function, values: Mapping[str, float], standard: Mapping[st
 
 def monte_carlo(
     function: Function, values: Mapping[str, float], standard: Mapping[str, float], draws: int = DRAWS
-) -> Propagated:
-    """Standard deviations over random inputs; the same seed every time, so that the same request has one answer."""
-    random = np.random.default_rng(_SEED)
-    inputs = {name: value + standard.get(name, 0.0) * random.standard_normal(draws) for name, value in values.items()}
+) -> dict[str, NDArray]:
+    """The outputs for random inputs; the same seed every time, so that the same request has one answer."""
+    normal = _normal(len(values), draws)
+    known = {name: standard.get(name, 0.0) for name in values}
+    inputs = {n: v + known[n] * normal[i] if known[n] else np.float64(v) for i, (n, v) in enumerate(values.items())}
     with np.errstate(all="ignore"):
-        outputs = function(inputs)
-    spread = {name: float(np.std(found)) for name, found in outputs.items()}
-    interval = {name: tuple(np.quantile(found, [0.025, 0.975]).tolist()) for name, found in outputs.items()}
-    return Propagated(spread, "Monte Carlo", interval)
+        return function(inputs)
+
+
+@lru_cache(maxsize=4)
+def _normal(inputs: int, draws: int) -> NDArray:
+    return np.random.default_rng(_SEED).standard_normal((inputs, draws))
 
 
 def propagate(function: Function, values: Mapping[str, float], standard: Mapping[str, float]) -> Propagated:
     """The linear law where Monte Carlo agrees with it within a tenth, else Monte Carlo."""
     straight = linear(function, values, standard)
     drawn = monte_carlo(function, values, standard)
+    spread = {name: float(np.std(found)) for name, found in drawn.items()}
     size = {name: float(np.abs(found)) for name, found in function({n: np.array(v) for n, v in values.items()}).items()}
-    agrees = all(
-        abs(drawn.standard[n] - u) <= max(LINEAR_WITHIN * u, _NO_SPREAD * size[n]) for n, u in straight.items()
-    )
-    return Propagated(straight, "linear", {}) if agrees else drawn
+    if all(abs(spread[n] - u) <= max(LINEAR_WITHIN * u, _NO_SPREAD * size[n]) for n, u in straight.items()):
+        return Propagated(straight, "linear", {})
+    interval = {name: tuple(np.quantile(found, [0.025, 0.975]).tolist()) for name, found in drawn.items()}
+    return Propagated(spread, "Monte Carlo", interval)

@@ -196,7 +196,7 @@ def on_profile(
     for _ in range(_PASSES):
         program = assemble(scene, limits, criterion, physics, stations, cowper(scene.material.poisson))
         walls = program.sought.relative(whole.between(points, stations.x, stations.side))
-        doubt = _deflection_doubt(program, walls)
+        doubt = deflection_doubt(program, walls)
         rough = doubt.sum() > 0.1 * accuracy
         rise = risen(stations, program.uses(walls))
         between = rise > 0.1 * accuracy
@@ -206,7 +206,7 @@ def on_profile(
     return program, walls, max(float(doubt.sum()), float(rise.max()))
 
 
-def _deflection_doubt(program: Program, walls: Array) -> Array:
+def deflection_doubt(program: Program, walls: Array) -> Array:
     """Per panel, quadrature's doubt of the deflection, relative."""
     density = program.densities(program.sought.solidity_of(walls))
     total = float(program.share @ density)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, EffectSelection
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
-from solvers.pin.check import PinCheck, assess, on_profile
+from solvers.pin.check import PinCheck, assess, deflection_doubt, on_profile
 from solvers.pin.effects import Physics, choose_for, compose, demands_of
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.discretised import assemble, sought_in
@@ -27,6 +27,7 @@ from solvers.pin.shapes.constant import lightest_constant
 from solvers.pin.shapes.contour import Cubic, contour
 from solvers.pin.shapes.free import FREE
 from solvers.pin.shapes.given import Profile
+from solvers.pin.stations.between_nodes import risen
 from solvers.pin.stations.lobatto_panels import Stations
 from solvers.pin.stations.opening import opening_stations
 
@@ -34,6 +35,8 @@ Array = NDArray[np.float64]
 _MOST_STATIONS, _MOST_COUPLED = 4000, 1000
 """How many stations there may be, and where a slope limit beside a deflection limit couples them all in a cone program,
 whose own noise no more stations would average out."""
+_SHARE = 0.2
+"""What of the accuracy asked for the mass may be off by: deflection and stresses are off by some times more."""
 _PASSES = 40
 _CLOSE = 1e-6
 """A gap that needs no warning."""
@@ -93,7 +96,7 @@ def design(
     relaxed = replace(program, limits=replace(limits, max_slope=None))
     constant = lightest_constant(relaxed, accuracy)
     free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
-    shown, walls, places = _as_made(problem, physics, program, best, accuracy)
+    shown, walls, places, made = _as_made(problem, physics, program, best, accuracy)
     unit = program.mass_unit
     value = PinDesign(
         check=assess(
@@ -116,7 +119,7 @@ def design(
         Status.SUCCEEDED,
         _warned(value, gap, accuracy),
         choice.manifest,
-        Accuracy(accuracy, doubt + ROUNDING, {"stations": int(best.solidity.size)}),
+        Accuracy(accuracy, max(doubt, made) + ROUNDING, {"stations": int(best.solidity.size)}),
         certificate=Certificate(best.method, unit * max(bound, 0.0), gap, evidence),
         timing={"solve_s": time.perf_counter() - started},
     )
@@ -132,15 +135,16 @@ def _warned(value: PinDesign, gap: float, accuracy: float) -> PinDesign:
 
 def _as_made(
     problem: PinProblem, physics: Physics, program: Program, best: Found, accuracy: float
-) -> tuple[Program, Array, tuple[float, ...]]:
-    """The shape found on stations of its own, its corners among them, by the law that a check uses."""
+) -> tuple[Program, Array, tuple[float, ...], float]:
+    """The shape found on stations of its own, its corners among them, by the law that a check uses; what figures
+    there are off."""
     if best.corners is None:
         law = cowper(problem.scene.material.poisson)
-        return replace(program, law=law), program.sought.walls(program, best.solidity), ()
+        return replace(program, law=law), program.sought.walls(program, best.solidity), (), 0.0
     given = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
     whole = given.along(problem.scene.geometry.length)
-    shown, walls, _ = on_profile(problem.scene, whole, problem.criterion, physics, accuracy)
-    return shown, walls, whole.places
+    shown, walls, doubt = on_profile(problem.scene, whole, problem.criterion, physics, accuracy)
+    return shown, walls, whole.places, doubt
 
 
 def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_tolerance: float = 1e-2) -> Diagnosis:
@@ -149,13 +153,24 @@ def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_toleran
     return diagnose(problem.scene, problem.limits, problem.criterion, compose(choice))
 
 
+def _figures_doubt(program: Program, best: Found) -> Array:
+    """Per panel, what deflection and greatest use of the strength may be off, relative; corners have stations of their
+    own for that."""
+    if best.corners is not None:
+        return np.zeros(program.stations.left.size)
+    walls = program.sought.walls(program, best.solidity)
+    doubt, uses = deflection_doubt(program, walls), program.uses(walls)
+    # Nowhere is more than all of the strength used.
+    return np.maximum(doubt, risen(program.stations, uses, most=1.0))
+
+
 def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float) -> tuple[Program, Found, float] | None:
     """(program, best profile, doubt of its mass): panels are halved where quadrature or the form's kinks demand it."""
     scene = problem.scene
     stations: Stations = opening_stations(scene)
     coupled = problem.limits.max_slope is not None and problem.limits.max_deflection is not None
     most = _MOST_COUPLED if coupled else _MOST_STATIONS
-    wanted, told = (0.5 if coupled else 0.05) * accuracy, 1.0
+    wanted, told = (0.5 if coupled else _SHARE) * accuracy, 1.0
     result = None
     for _ in range(_PASSES):
         program = assemble(scene, problem.limits, problem.criterion, physics, stations)
@@ -165,8 +180,8 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
         volume = program.volume(program.lower)
         rough = doubt.sum() > wanted * volume
         if not rough:
-            # As close to its bound as the stations tell; at last as is asked.
-            for gap in sorted({max(accuracy, told), accuracy}, reverse=True):
+            # Where closing in on the bound is dear: first as close as the stations tell, at last as is asked.
+            for gap in (told, accuracy) if coupled and told > accuracy else (accuracy,):
                 best = problem.form.find(program, gap)
                 if best is None:
                     return None
@@ -178,7 +193,11 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
                     break
             result = (program, best, told)
             if told <= wanted:
-                break
+                figures = _figures_doubt(program, best)
+                result = (program, best, max(told, float(figures.sum())))
+                if figures.sum() <= 0.5 * accuracy:
+                    break
+                doubt = volume * figures
         if stations.x.size > most:
             break
         stations = refined(program, doubt > 0.5 * wanted * volume / stations.left.size)

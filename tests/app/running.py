@@ -14,6 +14,8 @@ from typing import Any
 
 import httpx
 
+from tests.lifeline import mortal
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -64,6 +66,7 @@ class Running:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", "app.cli", "serve", "--port", "0", "--database-url", database],
                 env=environment, cwd=ROOT, stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
+                preexec_fn=mortal(),
             )  # fmt: skip
 
     def __enter__(self) -> Running:

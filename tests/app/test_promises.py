@@ -114,7 +114,7 @@ def test_a_run_that_ends_its_process_every_time_fails(database_url: str) -> None
         living = service(one, Solving(0.0))
         living.start()
         failed = await ended(one, run.id)
-        assert failed.status == "failed" and b"6 times" in failed.problem
+        assert failed.status == "failed" and f"{MOST_ATTEMPTS} times".encode() in failed.problem
         assert living.executor.asked == 0
         await living.close()
 

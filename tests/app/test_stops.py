@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import json
 import os
 import random
 import signal
 import socket
+import subprocess
+import sys
 import threading
 import time
+from contextlib import suppress
+from itertools import count
 from pathlib import Path
+from typing import Any
 
+import httpx
 import pytest
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, example_of
-from tests.app.running import Running, parents, wait_until
+from tests.app.running import ROOT, Running, parents, wait_until
 
 AT_ONCE_S = 5.0
 """Two seconds on a quiet machine; tests run beside others."""
@@ -22,6 +29,8 @@ DRAIN_S = 10.0 + AT_ONCE_S
 
 STUDY = {**example_of(KINDS["flexible-rod"], Mode.ACCURACY), "study_budget_s": 4.0}
 CHECK = KINDS["flexible-rod"].example(Mode.CHECK)
+ROWS = f"{json.dumps(CHECK)}\n" * 2000
+AS_LINES, LATER = {"Content-Type": "application/x-ndjson"}, {"Prefer": "respond-async"}
 
 MOMENTS = 20 if os.environ.get("CRANKWRIGHT_CAMPAIGN") else 3
 
@@ -138,11 +147,92 @@ def test_a_busy_service_ends_after_its_drain_and_keeps_what_it_accepted(tmp_path
         assert again.end(signal.SIGTERM) < DRAIN_S
 
 
-@pytest.mark.parametrize("seconds", moments(2, 4.0))
-def test_a_busy_service_ends_at_any_moment(tmp_path: Path, seconds: float) -> None:
-    with Running(tmp_path) as service, service.client() as client:
-        wait_until(lambda: service.ready(client), 170.0)
+class Load:
+    """All that a service can be busy with at once, until it ends: promised studies, a batch, half-sent bodies, a flood
+    of checks. ``kept`` are the places of what it has accepted."""
+
+    def __init__(self, service: Running, client: httpx.Client) -> None:
+        self.kept: list[str] = []
+        self._held = [half_sent(str(client.base_url)) for _ in range(5)]
+        self._ended = threading.Event()
+        self._address = client.base_url
+        self._posted(client, "/api/v1/batches?kind=flexible-rod&mode=check", content=ROWS, headers=AS_LINES)
         for _ in range(3):
-            client.post("/api/v1/accuracy/flexible-rod", json=STUDY, headers={"Prefer": "respond-async"})
+            self._posted(client, "/api/v1/accuracy/flexible-rod", json=STUDY, headers=LATER)
+        self._flood = [threading.Thread(target=self._ask) for _ in range(4)]
+        for asker in self._flood:
+            asker.start()
+
+    def _ask(self) -> None:
+        with httpx.Client(base_url=self._address, timeout=60.0) as client, suppress(httpx.HTTPError):
+            for turn in count():
+                if self._ended.is_set():
+                    return
+                self._posted(client, "/api/v1/checks/flexible-rod", json=CHECK, headers=LATER if turn % 3 == 0 else {})
+
+    def _posted(self, client: httpx.Client, path: str, **sent: Any) -> None:
+        answer = client.post(path, **sent)
+        assert answer.status_code in (201, 202, 429, 503), answer.text
+        if answer.status_code in (201, 202):
+            self.kept.append(answer.headers["Location"])
+
+    def end(self) -> None:
+        """After the service's end."""
+        self._ended.set()
+        for asker in self._flood:
+            asker.join()
+        for connection in self._held:
+            connection.close()
+
+
+@pytest.mark.parametrize("seconds", moments(2, 4.0))
+def test_a_loaded_service_ends_at_any_moment_and_keeps_what_it_accepted(tmp_path: Path, seconds: float) -> None:
+    with Running(tmp_path, workers=2, batch_workers=1) as service, service.client() as client:
+        wait_until(lambda: service.ready(client), 170.0)
+        load = Load(service, client)
         time.sleep(seconds)
-        assert service.end(random.Random(seconds).choice([signal.SIGTERM, signal.SIGINT])) < DRAIN_S
+        # The last of three is killed: what it had accepted is kept all the same.
+        sent = random.Random(seconds).choice([signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
+        assert service.end(sent) < (AT_ONCE_S if sent == signal.SIGKILL else DRAIN_S)
+        load.end()
+    assert "Traceback" not in service.output.read_text()
+    with Running(tmp_path) as again, again.client() as client:
+        assert len(load.kept) >= 4
+        for place in load.kept:
+            assert client.get(place).status_code == 200, place
+        assert again.end(signal.SIGTERM) < DRAIN_S
+
+
+def test_whichever_process_of_a_loaded_service_is_killed_no_other_outlives_what_it_works_for(tmp_path: Path) -> None:
+    with Running(tmp_path, workers=2, batch_workers=1) as service, service.client() as client:
+        wait_until(lambda: service.ready(client), 170.0)
+        load = Load(service, client)
+        for _ in range(MOMENTS):
+            template, before = service.template, service.family()
+            victim = random.Random(len(load.kept)).choice(sorted(before - {service.pid}))
+            os.kill(victim, signal.SIGKILL)
+            gone = before - {service.pid} if victim == template else {victim}
+            wait_until(lambda gone=gone: not gone & parents().keys(), AT_ONCE_S)
+            wait_until(lambda: service.ready(client))
+        assert service.end(signal.SIGKILL) < AT_ONCE_S
+        load.end()
+
+
+RUNNER = """
+import sys, time
+from pathlib import Path
+from tests.app.running import Running
+service = Running(Path(sys.argv[1]))
+print(service.pid, service.template, flush=True)
+time.sleep(60)
+"""
+
+
+def test_a_service_ends_with_the_tests_that_started_it(tmp_path: Path) -> None:
+    runner = subprocess.Popen([sys.executable, "-c", RUNNER, str(tmp_path)], stdout=subprocess.PIPE, cwd=ROOT)
+    assert runner.stdout is not None
+    started = {int(word) for word in runner.stdout.readline().split()}
+    assert len(started) == 2
+    runner.kill()
+    runner.communicate()
+    wait_until(lambda: not started & parents().keys(), AT_ONCE_S)

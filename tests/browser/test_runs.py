@@ -130,3 +130,26 @@ def test_the_reference_stands_by_itself(sound, address):
     sound.locator("#post-api-v1-checks-pin-profile details").first.click()
     expect(sound.locator("#post-api-v1-checks-pin-profile").get_by_text("geometry.outer_diameter_mm")).to_be_visible()
     assert no_wider_than(sound, 390)
+
+
+def test_a_person_works_in_inches_and_learns_what_a_limit_is_worth(sound, address):
+    sound.goto(f"{address}/designs/pin-profile?mode=design")
+    sound.get_by_role("group", name="Units").get_by_role("link", name="in", exact=True).click()
+    diameter = sound.locator('[id="geometry.outer_diameter_mm"]')
+    expect(diameter).to_have_value("0.865748031496")
+    diameter.fill("0.875")
+    sound.locator('[name="material"][value="pinsteel"]').check()
+    sound.locator('[id="material.pinsteel.name"]').select_option("pin-steel-31CrMoV9")
+    sound.get_by_role("button", name="Design", exact=True).click()
+    sound.wait_for_selector(".verdict", timeout=_A_SOLVE)
+    expect(sound.locator(".shaped").first).to_contain_text("1 % more")
+    asked = sound.locator(".inputs")
+    expect(asked).to_contain_text("0.875 in")
+    expect(asked).to_contain_text("31CrMoV9")
+    run = sound.url.rpartition("/")[2]
+    with urllib.request.urlopen(f"{address}/api/v1/runs/{run}") as answer:
+        assert json.load(answer)["spec"]["geometry"]["outer_diameter_mm"] == 22.225
+    sound.get_by_role("group", name="Units").get_by_role("link", name="mm", exact=True).click()
+    expect(asked).to_contain_text("22.225 mm")
+    assert no_wider_than(sound, 390)
+    sound.set_viewport_size({"width": 1200, "height": 900})

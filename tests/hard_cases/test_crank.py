@@ -43,11 +43,12 @@ def motions(inputs):
     motion = crank.ExactMotion(r, length, e)
     if "angle" in inputs:
         phi = inputs["angle"]
+        at = motion.posture(phi)
         yield "displacement", motion.displacement(phi)
         yield "velocity", derivative(motion, phi)
-        yield "acceleration", motion.acceleration(phi)
-        yield "rod_tangent", motion.rod_tangent(phi)
-        yield "rod_angular_acceleration", motion.rod_angular_acceleration(phi)
+        yield "acceleration", at.acceleration
+        yield "rod_tangent", at.tangent
+        yield "rod_angular_acceleration", at.turning
         if not e:
             yield "displacement", kinematics.displacement(phi, r, length)
             yield "velocity", kinematics.velocity(phi, r, length, 1.0)

@@ -41,6 +41,8 @@ from tests.databases import fresh_database, postgres_server
 KILLS_OF_A_ROUND = 20
 SENDERS = 3
 LEASE_S = 1.0
+BUDGET_S = 300.0
+"""So that a solve ends however slow the machine is."""
 ENDED_S = 180.0
 GONE_S = 15.0
 """So long the processes of a killed service may live on: Linux ends them at once, a loaded machine a little later."""
@@ -162,7 +164,14 @@ class Round:
         self._starts += 1
         folder = self.folder / f"service-{self._starts}"
         folder.mkdir(parents=True)
-        running = Running(folder, url=self.url, workers=1, batch_workers=2, lease_s=LEASE_S, batch_niceness=0)
+        settings = {
+            "workers": 1,
+            "batch_workers": 2,
+            "lease_s": LEASE_S,
+            "batch_niceness": 0,
+            "solve_budget_s": BUDGET_S,
+        }
+        running = Running(folder, url=self.url, **settings)
         with running.client() as client:
             return running, str(client.base_url).rstrip("/")
 

@@ -18,6 +18,7 @@ from app.store.verify import verify
 from tests.app.running import Running, wait_until
 from tests.reliability.attacks import attack, told
 from tests.reliability.fuzz import PARSERS, spoil
+from tests.reliability.kills import one_round
 
 CAMPAIGN = bool(os.environ.get("CRANKWRIGHT_CAMPAIGN"))
 RAW, KILLS = (100_000, 60) if CAMPAIGN else (200, 1)
@@ -68,6 +69,14 @@ def test_what_was_acknowledged_survives_kills(tmp_path: Path):
     report = verify(f"sqlite:///{tmp_path}/runs.sqlite3")
     assert report.sound and report.runs == report.idempotency_keys and report.runs >= len(acknowledged) > 0
     print(f"{KILLS} kills, {len(acknowledged)} acknowledged runs, none lost")
+
+
+@pytest.mark.timeout(600)
+def test_batches_and_promises_survive_kills(tmp_path: Path):
+    """A short round of what ``python -m tests.reliability.kills`` does a thousand times."""
+    found = one_round(tmp_path / "round", f"sqlite:///{tmp_path}/round/runs.sqlite3", 4, 1, 3)
+    print(found)
+    assert found["items"] > 0
 
 
 @pytest.mark.timeout(36_000 if CAMPAIGN else 180)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,13 +16,14 @@ from app.designs.crank_dynamics.form import FORM
 from app.designs.crank_dynamics.pictures import PLOTS
 from app.designs.crank_dynamics.reference import dynamics_reference
 from app.designs.crank_dynamics.request import DynamicsRequest
-from app.designs.kind import Answer, Job, Kind, Mode
-from app.designs.schema import MEGA, MILLI, RepairDone, Strict, envelope, refusal_problem, repairs_json, scaled
+from app.designs.kind import Answer, Detail, Job, Kind, Mode
+from app.designs.schema import MEGA, MILLI, RepairDone, Strict, bulk_answers, envelope, refused, repairs_json, scaled
 from solvers import crank
 from solvers.crank.cycle.forces import Forces
 from solvers.crank.engine.speed_fluctuation import SpeedSwing
 from solvers.crank.engine.unbalance import Balance
 from solvers.errors import InvalidInput
+from solvers.outcome import Outcome
 
 
 class Series(Strict):
@@ -185,23 +187,46 @@ def _engine(found: crank.CrankDynamics, cylinders: int) -> dict[str, Any] | None
     }
 
 
+def case_of(request: DynamicsRequest) -> crank.Case:
+    """What the solver is asked. Raises InvalidInput for what only it can see."""
+    selection, tolerance = request.selection(), request.effect_tolerance
+    return crank.Case(request.scene()[0], selection, tolerance, request.accuracy, request.series_angles)
+
+
 def run_dynamics(request: DynamicsRequest) -> Answer:
     """Analyse the mechanism."""
     try:
-        scene, repairs = request.scene()
-        outcome = crank.analyse(
-            scene, request.selection(), request.effect_tolerance, request.accuracy, request.series_angles
-        )
+        case = case_of(request)
+        return _answer(request, case, case.alone())
     except InvalidInput as refusal:
-        return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
-    found = outcome.value
-    top, bottom = found.dead_centres
-    result = {
-        "reciprocating_mass_kg": found.reciprocating_mass,
-        "rotating_mass_kg": found.rotating_mass,
-        "rod_mass_at_pin_kg": found.rod_mass_at_pin,
-        "rod_mass_at_crank_kg": found.rod_mass_at_crank,
-        "inertia_defect_kg_m2": found.inertia_defect,
+        return refused(request, refusal)
+
+
+def run_many(requests: Sequence[DynamicsRequest], detail: Detail) -> list[Answer]:
+    """Analyse many mechanisms; what stands over the angle is computed where it is wanted."""
+    return bulk_answers(requests, case_of, crank.analyse_many, partial(_answer, detail=detail))
+
+
+def _answer(
+    request: DynamicsRequest, case: crank.Case, outcome: Outcome[crank.CrankDynamics], detail: Detail = Detail.FULL
+) -> Answer:
+    found, scene = outcome.value, case.scene
+    result = _scalars(found, scene)
+    # To know what was repaired it is repaired once more: of sound data, that is nothing.
+    result["repairs"] = repairs_json(request, request.scene()[1]) if request.pressure.repair else []
+    if detail is Detail.FULL:
+        result |= {"cycle": _cycle(found, scene), "series": _series(found)}
+    return envelope(outcome, result)
+
+
+def _scalars(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:
+    masses, (top, bottom) = scene.masses, found.dead_centres
+    return {
+        "reciprocating_mass_kg": masses.reciprocating,
+        "rotating_mass_kg": masses.rotating(scene.mechanism.crank_radius),
+        "rod_mass_at_pin_kg": masses.rod.at_wrist_pin,
+        "rod_mass_at_crank_kg": masses.rod.at_crank_pin,
+        "inertia_defect_kg_m2": masses.rod.inertia_defect,
         "mean_torque_nm": found.torque_mean,
         "indicated_power_w": found.indicated_power,
         "irregularity": found.swing.irregularity,
@@ -228,12 +253,8 @@ def run_dynamics(request: DynamicsRequest) -> Answer:
         ],
         "engine": _engine(found, len(scene.engine.phases)),
         "dead_centre_jumps": [{"angle_deg": math.degrees(a), "jump_mpa": jump / MEGA} for a, jump in found.jumps],
-        "repairs": repairs_json(request, repairs),
-        "cycle": _cycle(found, scene),
-        "series": _series(found),
         "warnings": list(found.warnings),
     }
-    return envelope(outcome, result)
 
 
 def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
@@ -247,7 +268,12 @@ CRANK_DYNAMICS = Kind(
     summary="forces, torque and power of a crank mechanism over its cycle, and the instants that load its parts",
     jobs={
         Mode.ANALYSIS: Job(
-            DynamicsRequest, DynamicsResult, run_dynamics, reference=dynamics_reference, tables=("cycle", "series")
+            DynamicsRequest,
+            DynamicsResult,
+            run_dynamics,
+            reference=dynamics_reference,
+            run_many=run_many,
+            tables=("cycle", "series"),
         )
     },
     known_effects=crank.EFFECTS,

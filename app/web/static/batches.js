@@ -104,6 +104,36 @@ function draw(told, names) {
   }));
 }
 
+// More than two varied fields: an axis for each and for the result, and every item as a line across them.
+const ALONG = { left: 60, right: 700, top: 40, bottom: 300, most: 1500 };
+
+function drawBeside(told, names, colour) {
+  const place = map.querySelector("#beside"), picture = place.querySelector("svg");
+  const columns = names.map((name) => told.fields.lastIndexOf(name)), painted = told.fields.lastIndexOf(colour);
+  const there = told.points.filter((p) => columns.every((column) => typeof p[column] === "number"));
+  place.hidden = names.length < 4 || !there.length;
+  if (place.hidden) return;
+  const at = (k) => ALONG.left + (k * (ALONG.right - ALONG.left)) / (names.length - 1);
+  const axes = columns.map((column) => scale(there.map((p) => p[column]), ALONG.bottom, ALONG.top));
+  const paint = coloured(there.map((p) => p[painted])), every = Math.ceil(there.length / ALONG.most);
+  picture.replaceChildren();
+  for (const point of there.filter((_, k) => k % every === 0)) {
+    const link = made("a", { href: `/runs/${point[1]}` });
+    const path = axes.map((axis, k) => `${at(k)},${axis.at(point[columns[k]]).toFixed(1)}`).join(" ");
+    const line = made("polyline", { points: path, fill: "none", stroke: paint.of(point[painted]), "stroke-opacity": 0.5 });
+    line.append(made("title", {}, `item ${point[0]}: ${point[2]}`));
+    link.append(line);
+    picture.append(link);
+  }
+  axes.forEach((axis, k) => {
+    picture.append(made("line", { class: "frame", x1: at(k), x2: at(k), y1: ALONG.top, y2: ALONG.bottom }));
+    const words = [[axis.low, ALONG.bottom + 16], [axis.high, ALONG.top - 8]];
+    for (const [value, y] of words) picture.append(made("text", { x: at(k), y, "text-anchor": "middle" }, +value.toPrecision(5)));
+    const name = names[k].split(".").pop().replaceAll("_", " "), y = k % 2 ? 16 : ALONG.bottom + 30;
+    picture.append(made("text", { x: at(k), y, "text-anchor": "middle" }, name));
+  });
+}
+
 let busy = false, again = false;
 async function refresh() {
   if (busy) { again = true; return; }
@@ -111,7 +141,11 @@ async function refresh() {
   try {
     const selects = ["x", "y", "colour"].map((name) => map.querySelector(`#map-${name}`));
     let names = selects.map((select) => select.value);
-    const ask = async () => (await fetch(`${map.dataset.points}?${new URLSearchParams({ x: names[0], y: names[1], colour: names[2] })}`)).json();
+    let beside = [];
+    const ask = async () => {
+      const [x, y, colour] = names;
+      return (await fetch(`${map.dataset.points}?${new URLSearchParams({ x, y, colour, beside })}`)).json();
+    };
     let told = await ask();
     const all = [...told.varied, ...told.results];
     if (all.length && !selects[0].options.length) {
@@ -121,7 +155,12 @@ async function refresh() {
       names = selects.map((select) => select.value);
       told = await ask();
     }
+    if (told.varied.length > 2) {
+      beside = [...new Set([...told.varied.slice(0, 8), names[1]])];
+      told = await ask();
+    }
     if (names[0]) draw(told, names);
+    drawBeside(told, beside, names[2]);
   } finally {
     busy = false;
     if (again) { again = false; setTimeout(refresh, 300); }

@@ -1499,6 +1499,8 @@ class KindList(TypedDict):
     items: list[KindLine]
     """the entries"""
 
+Language = Literal["en", "ru", "uk"]
+
 
 class Lengths(TypedDict):
     base: float
@@ -1721,21 +1723,8 @@ class MassesResult(TypedDict):
     """what to know beside the results"""
 
 
-class Material(TypedDict):
-    allowable_stress_mpa: float
-    """allowable stress, in MPa"""
-    allowable_shear_mpa: NotRequired[float | None]
-    """null: the criterion alone"""
-    elastic_modulus_gpa: float
-    """elastic modulus, in GPa"""
-    poisson: NotRequired[float]
-    """Poisson's ratio"""
-    density_kg_m3: float
-    """density, in kg/m³"""
-
-
 class MaterialInfo(TypedDict):
-    """A material of the catalogue, and where its numbers are from."""
+    """A material of the catalogue, and where its numbers are from; null: no number that its kinds ask for."""
 
     name: str
     """its name in the catalogue"""
@@ -1749,13 +1738,15 @@ class MaterialInfo(TypedDict):
     """Poisson's ratio"""
     density_kg_m3: float
     """density, in kg/m³"""
-    fatigue_limit_mpa: float
+    allowable_stress_mpa: float | None
+    """of a pin; a convention of design, not of the steel"""
+    fatigue_limit_mpa: float | None
     """smooth, in alternating bending"""
-    fatigue_reduction: float
+    fatigue_reduction: float | None
     """K: notch, size and surface together"""
-    mean_stress_sensitivity: float
+    mean_stress_sensitivity: float | None
     """ψ of Serensen"""
-    yield_strength_mpa: float
+    yield_strength_mpa: float | None
     """yield strength, in MPa"""
     ultimate_strength_mpa: float | None
     """ultimate strength, in MPa"""
@@ -1903,6 +1894,21 @@ class PinLimits(TypedDict):
     it by the allowable stress. Textbooks let hardened pins go to 300 to 350 MPa"""
 
 
+class PinMaterial(TypedDict):
+    """The properties of any material."""
+
+    allowable_stress_mpa: float
+    """allowable stress, in MPa"""
+    allowable_shear_mpa: NotRequired[float | None]
+    """null: the criterion alone"""
+    elastic_modulus_gpa: float
+    """elastic modulus, in GPa"""
+    poisson: NotRequired[float]
+    """Poisson's ratio"""
+    density_kg_m3: float
+    """density, in kg/m³"""
+
+
 class PinProfileAccuracyRun(TypedDict):
     """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
     is and what it took. ``status`` says only how the solve ended."""
@@ -1966,7 +1972,7 @@ class PinProfileCheckRequest(TypedDict):
     """diameters and lengths"""
     load: Load | RunForce
     """what acts on the part"""
-    material: Material
+    material: PinMaterial | PinSteel
     """strengths, stiffness and density, or a name of the catalogue"""
     criterion: NotRequired[Literal["tresca_paper", "fibre", "saint_venant", "von_mises"]]
     """how bending and shear join in one equivalent stress"""
@@ -2050,7 +2056,7 @@ class PinProfileDesignRequest(TypedDict):
     """diameters and lengths"""
     load: Load | RunForce
     """what acts on the part"""
-    material: Material
+    material: PinMaterial | PinSteel
     """strengths, stiffness and density, or a name of the catalogue"""
     criterion: NotRequired[Literal["tresca_paper", "fibre", "saint_venant", "von_mises"]]
     """how bending and shear join in one equivalent stress"""
@@ -2238,6 +2244,17 @@ class PinResult(TypedDict):
     """the part along its axis"""
     warnings: list[str]
     """what to know beside the results"""
+
+
+class PinSteel(TypedDict):
+    """A steel of the catalogue, and what its designer allows it if that is other than the catalogue's."""
+
+    name: Literal["pin-steel-17Cr3", "pin-steel-16MnCr5", "pin-steel-31CrMoV9"]
+    """a name of the catalogue"""
+    allowable_stress_mpa: NotRequired[float | None]
+    """null: the catalogue's"""
+    allowable_shear_mpa: NotRequired[float | None]
+    """null: the criterion alone"""
 
 
 class Piston(TypedDict):

@@ -60,7 +60,8 @@ class Worst:
 class Greatest:
     """Greatest values of some rows, where [rad], their absolute errors, and the pressures there; all (rows,).
 
-    ``places`` and ``samples`` are where all pieces were seen, (pieces, places), and the rows there.
+    ``places`` and ``samples`` are where all pieces were seen, (pieces, places), and the rows there, (pieces, rows,
+    places).
     """
 
     value: Array
@@ -88,10 +89,13 @@ def instant_of(angle: float, n: int, cylinder: int, machine: Machine, gas: Unrol
 
 
 @kernel
-def _rows(angle: Array, n: int, machine: Machine, gas: Unrolled, group: Group, first: int, out: Array) -> None:
-    """The rows from ``first`` on, (rows, angles), at shaft angles of piece ``n``, all cylinders together."""
+def _rows(
+    angle: Array, start: int, n: int, machine: Machine, gas: Unrolled, group: Group, first: int, out: Array
+) -> None:
+    """The rows from ``first`` on, (rows, angles), at shaft angles of piece ``n``, those before ``start`` left out; all
+    cylinders together."""
     r = machine.frame.r
-    for i in range(angle.size):
+    for i in range(start, angle.size):
         if first >= TEXTBOOK:
             _textbook_rows(angle[i], group.piece[n, 0], machine, gas, first, out[:, i])
             continue
@@ -137,22 +141,18 @@ def _joined(n: int, gas: Unrolled, group: Group) -> bool:
 
 @kernel
 def _sampled(machine: Machine, gas: Unrolled, group: Group, first: int, rows: int) -> tuple[Array, Array]:
-    """Places (pieces, WITHIN + 1) and the rows there (rows, pieces, WITHIN + 1)."""
+    """Places (pieces, WITHIN + 1) and the rows there (pieces, rows, WITHIN + 1)."""
     count = group.bounds.size - 1
-    places, values, out = (
-        np.empty((count, WITHIN + 1)),
-        np.empty((rows, count, WITHIN + 1)),
-        np.empty((rows, WITHIN + 1)),
-    )
+    places, values = np.empty((count, WITHIN + 1)), np.empty((count, rows, WITHIN + 1))
     for n in range(count):
         low, high = group.bounds[n], group.bounds[n + 1]
         for j in range(WITHIN + 1):
             places[n, j] = min(low + (high - low) * (j / WITHIN), high)
         known = 1 if _joined(n, gas, group) else 0
-        _rows(places[n, known:], n, machine, gas, group, first, out[:, known:])
-        for row in range(rows):
-            for j in range(WITHIN + 1):
-                values[row, n, j] = values[row, n - 1, WITHIN] if j < known else out[row, j]
+        if known:
+            for row in range(rows):
+                values[n, row, 0] = values[n - 1, row, WITHIN]
+        _rows(places[n], known, n, machine, gas, group, first, values[n])
     return places, values
 
 
@@ -178,7 +178,7 @@ def _climbed(
     machine: Machine, gas: Unrolled, group: Group, first: int, places: Array, samples: Array, tolerance: float
 ) -> Array:
     """(4, rows): greatest values, places, errors, pressures."""
-    rows, count = samples.shape[0], places.shape[0]
+    rows, count = samples.shape[1], places.shape[0]
     found, out = np.empty((4, rows)), np.empty((rows, 5))
     place, value, points = np.empty(3), np.empty(3), np.empty(5)
     reach, owner = np.empty(count * (WITHIN + 1)), np.empty(count * (WITHIN + 1), np.intp)
@@ -186,14 +186,14 @@ def _climbed(
         best, scale, at = -np.inf, 0.0, 0
         for n in range(count):
             for j in range(WITHIN + 1):
-                scale = max(scale, abs(samples[row, n, j]))
-                if samples[row, n, j] > best:
-                    best, at = samples[row, n, j], n * (WITHIN + 1) + j
+                scale = max(scale, abs(samples[n, row, j]))
+                if samples[n, row, j] > best:
+                    best, at = samples[n, row, j], n * (WITHIN + 1) + j
         where, piece = places[at // (WITHIN + 1), at % (WITHIN + 1)], at // (WITHIN + 1)
         humps = 0
         for n in range(count):
             for j in range(WITHIN + 1):
-                high = _reach(samples[row, n], j)
+                high = _reach(samples[n, row], j)
                 if high > best:
                     reach[humps], owner[humps] = high, n * (WITHIN + 1) + j
                     humps += 1
@@ -212,11 +212,11 @@ def _climbed(
             reach[top] = -np.inf
             for i in range(3):
                 m = min(max(j + i - 1, 0), WITHIN)
-                place[i], value[i] = places[n, m], samples[row, n, m]
+                place[i], value[i] = places[n, m], samples[n, row, m]
             missing = np.inf
             for _round in range(_MOST_ROUNDS):
                 trial_points(place, value, points)
-                _rows(points, n, machine, gas, group, first, out)
+                _rows(points, 0, n, machine, gas, group, first, out)
                 missing = narrow(place, value, points, out[row])
                 if (
                     missing <= _MISSED * tolerance * abs(value[1]) + _ROUNDING * scale

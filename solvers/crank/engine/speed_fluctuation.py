@@ -159,23 +159,24 @@ def _torque(angle: float, n: int, machine: Machine, gas: Unrolled, group: Group)
 
 @kernel
 def _extremes(
-    machine: Machine, gas: Unrolled, group: Group, places: Array, torque: Array, before: Array, at: Array,
+    machine: Machine, gas: Unrolled, group: Group, places: Array, samples: Array, before: Array, at: Array,
     weight: Array, tolerance: float,
 ) -> tuple[float, float, float]:  # fmt: skip
     """The greatest and the least of the summed w, and what rounds of the search may have left of them [J].
 
-    ``torque`` are samples at the ``places``, (pieces, places). A crossing between two samples of a piece is closed in
-    on by false position (Illinois) until the work between its two sides is small; one at a break is the break.
+    The torque is the last but one row of the ``samples`` at the ``places``. A crossing between two samples of a piece
+    is closed in on by false position (Illinois) until the work between its two sides is small; one at a break is the
+    break.
     """
     mean = group.shift.shape[1] * before[-1] / (gas.breaks[-1] - gas.breaks[0])
     greatest, least, missed, size = -np.inf, np.inf, 0.0, 0.0
-    for n in range(torque.shape[0]):
-        for j in range(torque.shape[1] - 1):
-            size += abs(torque[n, j] - mean) * (places[n, j + 1] - places[n, j])
-    last = torque[-1, -1] - mean
-    for n in range(torque.shape[0]):
-        for j in range(torque.shape[1]):
-            here, angle = torque[n, j] - mean, places[n, j]
+    for n in range(samples.shape[0]):
+        for j in range(places.shape[1] - 1):
+            size += abs(samples[n, -2, j] - mean) * (places[n, j + 1] - places[n, j])
+    last = samples[-1, -2, -1] - mean
+    for n in range(samples.shape[0]):
+        for j in range(places.shape[1]):
+            here, angle = samples[n, -2, j] - mean, places[n, j]
             if (last > 0.0) != (here > 0.0):
                 if j > 0:
                     a, fa, b, fb, side = places[n, j - 1], last, angle, here, 0
@@ -212,7 +213,7 @@ def speed_swing(
     """The swing of the speed; ``torque`` has the greatest of the summed torque and of its negative as its last rows."""
     machine, gas, count = cycle.machine, cycle.gas, len(engine.phases)
     high, low, missed = _extremes(
-        machine, gas, group, torque.places, torque.samples[-2], work.before, *work.rule, 1e-2 * tolerance
+        machine, gas, group, torque.places, torque.samples, work.before, *work.rule, 1e-2 * tolerance
     )
     fluctuation, period = max(high - low, 0.0), cycle.scene.cylinder.period
     average, doubt = count * work.whole / period, count * work.error / period

@@ -54,7 +54,7 @@ def balance(cycle: Cycle, engine: Engine) -> Balance:
     """
     samples = _harmonic_samples(cycle)
     angle = np.arange(samples) * (2.0 * math.pi / samples)
-    harmonics = np.fft.rfft(cycle.motion.acceleration(angle)) / (samples / 2)
+    harmonics = np.fft.rfft(cycle.motion.posture(angle).acceleration) / (samples / 2)
     masses, speed = cycle.scene.masses, cycle.machine.speed
     phase, axis = np.asarray(engine.phases), np.asarray(engine.axes)
     arm = np.asarray(engine.positions) if engine.positions else None

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import MISSING, dataclass, field, fields
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from solvers.crank.masses.reduced_rod import RodMasses, require_known, require_positive, scalars, shares
 from solvers.errors import InvalidInput, require
-from solvers.numerics.uncertainty import linear, propagate, sensitivities
+from solvers.numerics.uncertainty import COMPLEX_STEP, linear, propagate, sensitivities
 
 STANDARD_GRAVITY = 9.80665
 _NOMINAL = 1e-5
@@ -94,6 +94,12 @@ def _swung(x: dict[str, NDArray]) -> dict[str, NDArray]:
     return shares(cg, length, x["rod_mass"], x["rod_mass"] * from_pivot * (small - from_pivot))
 
 
+def _is_a_rod(found: Mapping[str, NDArray], length: NDArray | float) -> NDArray:
+    """Whether the centre of mass lies inside the rod and the moment of inertia is positive."""
+    cg, inertia = found["rod_cg_from_pin"], found["rod_inertia"]
+    return np.asarray((cg > 0) & (cg < length) & (inertia > 0))
+
+
 def swing(pendulum: Pendulum) -> RodMasses:
     """Masses, centre and moment of inertia from both periods.
 
@@ -119,7 +125,7 @@ def swing(pendulum: Pendulum) -> RodMasses:
             "periods of a rod further from the two-mass model, or more certain ones, or the method weighing",
         )
     require(
-        0 < found["rod_cg_from_pin"] < length and found["rod_inertia"] > 0,
+        bool(_is_a_rod(found, length)),
         "period_small_end",
         "no rod has these periods: its centre of mass would lie outside it, or its moment of inertia would be negative",
         "periods longer than that of a simple pendulum as long as the distance of the centre of mass",
@@ -136,3 +142,31 @@ def swing(pendulum: Pendulum) -> RodMasses:
             "weighing both ends is the robust alternative"
         )
     return RodMasses(found, uncertainty, tuple(warnings))
+
+
+def swing_many(**columns: ArrayLike) -> dict[str, NDArray[np.float64]]:
+    """``swing`` of many rods: columns by the names of ``Pendulum``'s fields, without uncertainties, broadcast against
+    each other; the results by the names of ``RodMasses.values``, NaN where ``swing`` would refuse.
+
+    Raises InvalidInput for a column that no field bears the name of, or one that is missing.
+    """
+    known = {field.name: field.default for field in fields(Pendulum) if field.name in _INPUTS}
+    for name in columns.keys() - known.keys():
+        raise InvalidInput(name, "is no quantity of a pendulum", ", ".join(known))
+    given = {name: columns.get(name, default) for name, default in known.items()}
+    for name, column in given.items():
+        require(column is not MISSING, name, "is missing", "a number, or one for each rod")
+    arrays = np.broadcast_arrays(*(np.asarray(column, dtype=float) for column in given.values()))
+    values = dict(zip(given, arrays, strict=True))
+    length = values["pivot_distance"] - values["small_end_bore_radius"] - values["big_end_bore_radius"]
+    with np.errstate(all="ignore"):
+        found = _swung(values)
+        sound = np.isfinite(sum(values.values())) & (length > 0) & (values["amplitude"] < math.pi / 2)
+        for name in _INPUTS:
+            sound &= values[name] >= 0 if known[name] == 0.0 else values[name] > 0
+        spread = np.zeros_like(length)
+        for name in ("period_small_end", "period_big_end", "pivot_distance"):
+            moved = _swung({**values, name: values[name] * (1.0 + 1j * COMPLEX_STEP)})["rod_cg_from_pin"]
+            spread = np.hypot(spread, _NOMINAL * moved.imag / COMPLEX_STEP)
+        sound &= (spread <= MEANINGLESS * length) & _is_a_rod(found, length)
+    return {name: np.where(sound, column, np.nan) for name, column in found.items()}

@@ -95,15 +95,6 @@ class ExactMotion:
         phi = np.asarray(angle, dtype=float)
         return Posture(*_postures(phi.ravel(), self.frame).reshape(5, *phi.shape))
 
-    def rod_tangent(self, angle: ArrayLike) -> Array:
-        return self.posture(angle).tangent
-
-    def acceleration(self, angle: ArrayLike) -> Array:
-        return self.posture(angle).acceleration
-
-    def rod_angular_acceleration(self, angle: ArrayLike) -> Array:
-        return self.posture(angle).turning
-
 
 class Stand(NamedTuple):
     """How a mechanism stands at one angle, as kernels take it: sin phi, cos phi, tan beta, 1/cos beta, and the sine and

@@ -20,8 +20,6 @@ Derivation: docs/theory/impact-linkage.md; checked there against the raw loop eq
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,10 +27,6 @@ from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
 
-_SAMPLES, _HALVINGS = 256, 60
-_EVEN = np.stack([f(np.pi * np.arange(1, _SAMPLES) / _SAMPLES) for f in (np.sin, np.cos)])
-_OPENED = np.stack([f(np.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES) for f in (np.sin, np.cos)])
-"""sin and cos of samples: half angles, and those that open the second change point."""
 _NEAR_BLOW = 0.25
 """sin^2(phi/2) below which the terms of X are gathered about the blow; above, they differ by themselves."""
 
@@ -142,59 +136,6 @@ def _change_to_blow(
     narrower = shift * turned * (gap_0 + gap) / (root_0 + root)
     lost = 2.0 * rocker * (shorter * gap * gap + root_0 * narrower * (gap + gap_0))
     return at_blow - lost + lever * square * (shorter + lever * turned)
-
-
-@kernel
-def greatest_transfers(coefficients: Array) -> Array:
-    """The greatest |u31| strictly within the cycle where u31' = 0, of designs that turn fully, (n, 7): (n,), 0 where
-    there is none.
-
-    X changes sign at an inner extreme; it is sampled evenly, and evenly in the angle that opens the second change
-    point.
-    """
-    out = np.zeros(coefficients.shape[0])
-    for i in range(out.size):
-        base, coupler, rocker, numerator, margin, kappa, sigma = coefficients[i]
-        stretch = math.sqrt(max(margin, 1e-30) / (base * coupler * rocker))
-        even, opened = 0, 0
-        before, s_before, c_before = 0.0, 0.0, 1.0
-        # Both kinds of samples in one rising order: by a falling cosine.
-        s_opened, c_opened = _opened(stretch, 0)
-        while even < _SAMPLES - 1 or opened < _SAMPLES:
-            if opened == _SAMPLES or (even < _SAMPLES - 1 and _EVEN[1, even] >= c_opened):
-                s, c = _EVEN[0, even], _EVEN[1, even]
-                even += 1
-            else:
-                s, c = s_opened, c_opened
-                opened += 1
-                if opened < _SAMPLES:
-                    s_opened, c_opened = _opened(stretch, opened)
-            _, here, _ = motion(base, coupler, rocker, numerator, margin, kappa, sigma, s, c)
-            if before * here < 0.0:
-                low, high = math.atan2(s_before, c_before), math.atan2(s, c)
-                for _ in range(_HALVINGS):
-                    middle = 0.5 * (low + high)
-                    if middle <= low or middle >= high:
-                        break
-                    sine, cosine = math.sin(middle), math.cos(middle)
-                    _, rate, _ = motion(base, coupler, rocker, numerator, margin, kappa, sigma, sine, cosine)
-                    if rate * here > 0.0:
-                        high = middle
-                    else:
-                        low = middle
-                sine, cosine = math.sin(high), math.cos(high)
-                top, _, _ = motion(base, coupler, rocker, numerator, margin, kappa, sigma, sine, cosine)
-                out[i] = max(out[i], abs(top))
-            before, s_before, c_before = here, s, c
-    return out
-
-
-@kernel
-def _opened(stretch: float, k: int) -> tuple[float, float]:
-    """sin and cos of half the angle that opens to the sample k: tan(phi/2) = tan(sample)/stretch."""
-    s, c = _OPENED[0, k], stretch * _OPENED[1, k]
-    size = math.sqrt(s * s + c * c)
-    return s / size, c / size
 
 
 @kernel

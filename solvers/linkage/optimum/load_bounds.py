@@ -21,13 +21,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.linkage.loads.torque_and_pin_force import highest, loads_at, sampled
+from solvers.linkage.loads.torque_and_pin_force import TORQUE, highest, loads_at, sampled
 from solvers.linkage.mechanism.angular_velocity_ratio import motion
 from solvers.numerics.intervals import kept, minus, over, plus, raised, rooted, scaled, squared, times
 from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
-TORQUE, FORCE = 0, 1
 _ANGLE_TOLERANCE = 1e-9
 """Relative tolerance of a peak at whose angle a load is bounded: any angle gives a bound, one next to it a good one."""
 _BELOW = 0.05

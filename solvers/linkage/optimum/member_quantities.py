@@ -9,15 +9,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.linkage.loads.torque_and_pin_force import unit_peaks
+from solvers.linkage.loads.torque_and_pin_force import FORCE, SHARP, TORQUE, unit_peaks
 from solvers.linkage.optimum.family import Family, Members
 from solvers.linkage.problem import Quantities, Subproblem
 from solvers.linkage.swept_area.bounding_box import least_areas, least_fits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 
 Array = NDArray[np.float64]
-PEAK_TOLERANCE = 1e-14
-"""Relative tolerance of a member's peak loads."""
 
 
 def allowed_scales(quantities: Quantities) -> tuple[Array, Array]:
@@ -72,9 +70,8 @@ class MemberQuantities:
     def outlines(self) -> Array:
         return self.family.outlines(self.members)
 
-    @cached_property
-    def _peaks(self) -> Array:
-        return unit_peaks(self.members.coefficients, self.members.end, PEAK_TOLERANCE)
+    def _peak(self, which: int) -> Array:
+        return unit_peaks(self.members.coefficients, self.members.end, which, 1, SHARP)[:, 0]
 
     @cached_property
     def crank(self) -> Array:
@@ -93,13 +90,13 @@ class MemberQuantities:
         none = np.zeros_like(self.q)
         return least_fits(self.outlines, none, none, *self.subproblem.room, self.tolerance)
 
-    @property
+    @cached_property
     def torque(self) -> Array:
-        return self._peaks[:, 0]
+        return self._peak(TORQUE)
 
-    @property
+    @cached_property
     def force(self) -> Array:
-        return self._peaks[:, 2] / self.crank
+        return self._peak(FORCE) / self.crank
 
     @property
     def end_low(self) -> Array:

@@ -23,8 +23,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.linkage.loads.torque_and_pin_force import FORCE, TORQUE
 from solvers.linkage.optimum.family import Family, Members
-from solvers.linkage.optimum.load_bounds import FORCE, TORQUE, least_loads, peak_places
+from solvers.linkage.optimum.load_bounds import least_loads, peak_places
 from solvers.linkage.optimum.member_quantities import allowed_scales, within
 from solvers.linkage.problem import Subproblem
 from solvers.linkage.swept_area.bounding_box import least_areas, least_fits

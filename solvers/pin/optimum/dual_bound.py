@@ -35,7 +35,7 @@ from solvers.pin.section.variables import v_of, wall_of
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-_LEVELS = 513
+_LEVELS, _CELLS = 513, 128
 _TIGHT, _AROUND, _TRIES, _GOLDEN = 1e-7, 0.2, 14, 0.5 * (math.sqrt(5.0) - 1.0)
 """Below which gap no better multiplier is looked for; where and how often otherwise."""
 _SAME, _WORTH = 1e-8, 8.0
@@ -229,8 +229,10 @@ def coupled_bound(program: Program, low: Array, multiplier: float, between: Neig
     """Lower bound of the volume for constraints u_{i+1} - u_i <= k_i r_i, u_i - u_{i+1} <= k_i r_i with
     r_i = sqrt(1-u_i) + sqrt(1-u_{i+1}), and u not falling toward the middle.
 
-    The tangents are taken where each station's Lagrangian is least, found by bisection on its slope; the solver's own
-    u does not enter.
+    With all multipliers given, the Lagrangian is a sum of one function per station, s (u + lambda g) + c u - k
+    sqrt(1-u), each bounded from below over the whole of [l, 1]; the solver's own u does not enter. Up to the knee, from
+    which phi is concave, it is convex: a tangent where bisection finds it least. Beyond, on each of some intervals, phi
+    lies above its chord and 1/v above its tangent in the middle, and what is left has its least value in closed form.
     """
     pull, net = np.zeros_like(low), np.zeros_like(low)
     flow = between.rise - between.fall + between.order
@@ -238,15 +240,23 @@ def coupled_bound(program: Program, low: Array, multiplier: float, between: Neig
     net[1:] += flow
     pull[:-1] += (between.rise + between.fall) * between.reach
     pull[1:] += (between.rise + between.fall) * between.reach
+    knee = inflection(program.scene.material.poisson)
+    convex = np.where(low < knee, _least_to_knee(program, np.minimum(low, knee), knee, multiplier, net, pull), np.inf)
+    beyond = _least_beyond(program, np.maximum(low, knee), multiplier, net, pull)
+    return float(np.sum(np.minimum(convex, beyond))) - multiplier
+
+
+def _least_to_knee(
+    program: Program, low: Array, knee: float, multiplier: float, net: Array, pull: Array
+) -> Array:  # fmt: skip
+    """A lower bound of every station's term over [low, knee]."""
 
     def at(u: Array) -> tuple[Array, Array]:
-        value, slope = lagrangian(program, multiplier, u)
-        # The tangent of -sqrt(1-u) at 1 - safe^2 <= u lies below it everywhere.
-        root = np.maximum(np.sqrt(np.maximum(1.0 - u, 0.0)), 1e-8)
-        touch = root + 0.5 * ((1.0 - root * root) - u) / root
-        return value + net * u - pull * touch, slope + net + 0.5 * pull / root
+        value, slope = lagrangian(program, multiplier, u, enveloped=False)
+        root = np.sqrt(1.0 - u)
+        return value + net * u - pull * root, slope + net + 0.5 * pull / root
 
-    left, right = low.copy(), np.ones_like(low)
+    left, right = low.copy(), np.full_like(low, knee)
     left = np.where((program.bending > 0.0) | (program.shear > 0.0), np.maximum(left, 1e-12), left)
     for _ in range(60):
         middle = 0.5 * (left + right)
@@ -254,4 +264,27 @@ def coupled_bound(program: Program, low: Array, multiplier: float, between: Neig
         left, right = np.where(falling, middle, left), np.where(falling, right, middle)
     u = 0.5 * (left + right)
     value, slope = at(u)
-    return float(np.sum(value + np.where(slope > 0.0, slope * (low - u), slope * (1.0 - u)))) - multiplier
+    return value + np.where(slope > 0.0, slope * (low - u), slope * (knee - u))
+
+
+def _least_beyond(program: Program, low: Array, multiplier: float, net: Array, pull: Array) -> Array:
+    """A lower bound of every station's term over [low, 1], low at the knee or beyond."""
+    share, law = program.share[:, None], program.law
+    scale = multiplier / program.limit if multiplier > 0.0 else 0.0
+    z = low[:, None] + (1.0 - low[:, None]) * np.linspace(0.0, 1.0, _CELLS + 1)
+    z0, z1 = z[:, :-1], z[:, 1:]
+    middle, wide = 0.5 * (z0 + z1), np.maximum(z1 - z0, 1e-300)
+    bent, bent_slope = 1.0 / (middle * (2.0 - middle)), 0.5 * (1.0 / (2.0 - middle) ** 2 - 1.0 / middle**2)
+    sheared = law.a / z + law.b * (1.0 - z) / (z * (2.0 - z) ** 2)
+    rise = np.diff(sheared, axis=1) / wide
+    slope = share * (1.0 + scale * (program.bending[:, None] * bent_slope + program.shear[:, None] * rise))
+    value = share * (middle + scale * program.bending[:, None] * bent)
+    value += share * scale * program.shear[:, None] * (sheared[:, :-1] + rise * (middle - z0))
+    slope, held = slope + net[:, None], pull[:, None]
+    # value + slope (u - middle) + net middle - pull sqrt(1 - u) is convex: least at an end or where its slope is 0.
+    root = np.where(slope < 0.0, -0.5 * held / np.minimum(slope, -1e-300), np.inf)
+    turn = np.clip(1.0 - root * root, z0, z1)
+    least = np.inf
+    for u in (z0, turn, z1):
+        least = np.minimum(least, slope * (u - middle) - held * np.sqrt(np.maximum(1.0 - u, 0.0)))
+    return np.min(value + net[:, None] * middle + least, axis=1)

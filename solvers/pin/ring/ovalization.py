@@ -214,7 +214,6 @@ def _figures(
     ), by_formula
 
 
-@kernel
 def _growth_and_stress(
     force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float
 ) -> tuple[float, float]:
@@ -235,11 +234,16 @@ def _crossing(
     def beyond(ratio: float) -> float:
         return _growth_and_stress(force, diameter, length, ratio, modulus, poisson)[which] - limit
 
-    if beyond(most) <= 0.0:
-        return most
     if beyond(start) >= 0.0:
         return start
-    found = float(brentq(beyond, start, most, xtol=tolerance, rtol=4.0 * sys.float_info.epsilon))
+    # Thin rings have many harmonics: what lies beyond is found from the thick ones, by halving the wall.
+    low, high = start, 0.5 * (1.0 + start)
+    while high < most and beyond(high) <= 0.0:
+        low, high = high, 0.5 * (1.0 + high)
+    high = min(high, most)
+    if beyond(high) <= 0.0:
+        return high
+    found = float(brentq(beyond, low, high, xtol=tolerance, rtol=4.0 * sys.float_info.epsilon))
     while found > start and beyond(found) > 0.0:
         found = min(math.nextafter(found, 0.0), found - tolerance)
     return max(found, start)

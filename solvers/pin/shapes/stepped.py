@@ -50,7 +50,8 @@ class Stepped:
         length, walls = program.scene.geometry.length, found.walls
         evidence = dict(found.evidence)
         if program.limit is not None:
-            pulls = np.maximum(np.diff(Half(program).sums().upto(np.concatenate([[0.0], found.places])), axis=1), 0.0)
+            reached = Half(program).sums().upto(np.concatenate([[0.0], found.places]))
+            pulls = np.maximum(np.diff(reached, axis=1), 0.0, order="C")
             bent = program.sought.densities(walls.levels, pulls[0], pulls[1], program.law)
             evidence["deflection_as_constrained_um"] = 1e6 * program.limit * float(bent.sum())
         places = found.places * 0.5 * length

@@ -14,19 +14,41 @@ _DOUBTED = 2.0
 """What a parabola foretells is an estimate itself."""
 
 
-def risen(stations: Stations, values: Array) -> Array:
+def risen(stations: Stations, values: Array, most: float = np.inf) -> Array:
     """What the greatest value of all may be off, relative, for every panel that may hold a greater one, (n/NODES,).
 
     ``values`` of shape (k, n) are k kinds of values at every station, each with a greatest one of its own, none
     negative. It is twice the share by which the summits of parabolas through three neighbouring stations rise above it.
+    With ``most`` values are known to be nowhere greater than that, but may have kinks between stations: then where
+    straight lines through neighbours on either side meet is a summit as well.
     """
     found = np.zeros(values.shape[1] // NODES)
-    _rise(stations.x, values, NODES, found)
+    _rise(stations.x, values, NODES, most, found)
     return found
 
 
 @kernel
-def _rise(x: Array, values: Array, nodes: int, found: Array) -> None:
+def _kink(x: Array, y: Array, i: int, first: int, last: int) -> float:
+    """The height at which lines from either side meet between stations i and i + 1 of a panel; y[i] where they do
+    not."""
+    up, down = 0.0, 0.0
+    if i > first:
+        up = (y[i] - y[i - 1]) / (x[i] - x[i - 1])
+    if i + 2 <= last:
+        down = (y[i + 2] - y[i + 1]) / (x[i + 2] - x[i + 1])
+    if i == first:
+        return max(y[i], y[i + 1] - down * (x[i + 1] - x[i]))
+    if i + 1 == last:
+        return max(y[i], y[i] + up * (x[i + 1] - x[i]))
+    if up > down:
+        along = (y[i + 1] - y[i] - down * (x[i + 1] - x[i])) / (up - down)
+        if 0.0 < along < x[i + 1] - x[i]:
+            return y[i] + up * along
+    return y[i]
+
+
+@kernel
+def _rise(x: Array, values: Array, nodes: int, most: float, found: Array) -> None:
     for kind in range(values.shape[0]):
         y, top = values[kind], 0.0
         for i in range(y.size):
@@ -38,11 +60,19 @@ def _rise(x: Array, values: Array, nodes: int, found: Array) -> None:
         for panel in range(found.size):
             highest = 0.0
             for i in range(panel * nodes + 1, (panel + 1) * nodes - 1):
-                rise, fall = (y[i] - y[i - 1]) / (x[i] - x[i - 1]), (y[i + 1] - y[i]) / (x[i + 1] - x[i])
-                bend = (fall - rise) / (x[i + 1] - x[i - 1])
-                place = 0.5 * (x[i - 1] + x[i] - rise / bend)
+                before, behind = (y[i] - y[i - 1]) / (x[i] - x[i - 1]), (y[i + 1] - y[i]) / (x[i + 1] - x[i])
+                bend = (behind - before) / (x[i + 1] - x[i - 1])
+                place = 0.5 * (x[i - 1] + x[i] - before / bend)
                 height = y[i]
-                if bend < 0.0 and x[i - 1] < place < x[i + 1]:
-                    height = y[i - 1] + (place - x[i - 1]) * (rise + bend * (place - x[i]))
+                # An end without load and wall, beside which a value does not fall to nothing, tells of no summit.
+                ends = most < np.inf and (y[i - 1] == 0.0 or y[i + 1] == 0.0)
+                if bend < 0.0 and x[i - 1] < place < x[i + 1] and not ends:
+                    height = y[i - 1] + (place - x[i - 1]) * (before + bend * (place - x[i]))
                 highest = max(highest, height)
-            found[panel] = max(found[panel], _DOUBTED * (highest / top - 1.0))
+            rise = _DOUBTED * (highest / top - 1.0)
+            if most < np.inf:
+                first, last = panel * nodes, (panel + 1) * nodes - 1
+                for i in range(first, last):
+                    rise = max(rise, _kink(x, y, i, first, last) / top - 1.0)
+                rise = min(rise, max(most / top - 1.0, 0.0))
+            found[panel] = max(found[panel], rise)

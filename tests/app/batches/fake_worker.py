@@ -17,7 +17,7 @@ from app.store.batch_inputs import Source, unpacked_rows
 from app.store.batch_items import packed
 from app.store.batch_records import Item
 
-ITEM_S = 1e-2 if os.environ.get("CRANKWRIGHT_CAMPAIGN") else 6e-4
+ITEM_S = 6e-4
 """So that a batch outlives the kills that it is to survive."""
 
 

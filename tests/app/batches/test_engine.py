@@ -27,9 +27,10 @@ from app.store.repository import RunStore
 from app.store.verify import verify
 from tests.app.batches import fake
 from tests.app.running import descendants, parents, wait_until
+from tests.lifeline import mortal
 
-KILLS = 1000 if os.environ.get("CRANKWRIGHT_CAMPAIGN") else 3
-ITEMS = 150 * KILLS if KILLS > 100 else 10_000
+KILLS, ITEMS = 3, 10_000
+"""With workers that pretend; ``tests.reliability.kills`` has many more, with real ones."""
 
 
 async def submitted(service: BatchService, bodies: list[dict[str, Any]], key: str | None = None) -> str:
@@ -101,7 +102,7 @@ def test_kills_at_any_moment_lose_and_double_nothing(database_url: str) -> None:
     batch_id, chance, left = asyncio.run(submit()), random.Random(5), set()
     # Not as a module that is run: workers know what they run by the name of its module.
     command = [sys.executable, "-c", "from tests.app.batches.fake import main; main()", database_url, "0.5"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE)
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, preexec_fn=mortal())
     for _ in range(KILLS):
         assert process.stdout is not None
         process.stdout.readline()
@@ -114,12 +115,12 @@ def test_kills_at_any_moment_lose_and_double_nothing(database_url: str) -> None:
         process.kill()
         process.wait()
         process.stdout.close()
-        process = subprocess.Popen(command, stdout=subprocess.PIPE)
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, preexec_fn=mortal())
 
     async def end() -> tuple[BatchRecord, list[Item]]:
         with RunStore(database_url) as store:
             service = BatchService(store, fake.pool(0), 2.0)
-            batch = await asyncio.wait_for(over(service, batch_id), 100 + 3 * KILLS)
+            batch = await asyncio.wait_for(over(service, batch_id), 120)
             return batch, await stored(store, batch)
 
     try:

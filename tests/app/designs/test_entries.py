@@ -39,7 +39,7 @@ def test_the_bundles_hold_every_entry_once() -> None:
 
 @pytest.mark.parametrize(
     "entry",
-    [("solvers.pin.ring.ovalization.no_such_kernel", "f"), ("solvers.pin.ring.ovalization._bending", "f no.Such")],
+    [("solvers.pin.ring.ovalization.no_such_kernel", "f"), ("solvers.pin.ring.ovalization._figures", "f no.Such")],
 )
 def test_what_no_longer_fits_is_left_to_whoever_calls_it(entry: tuple[str, str]) -> None:
     assert not compile_entry(entry)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from app.jobs import marks
-from solvers.pin.ring import _bending
+from solvers.rod.strip.buckling import first_root
 
 PART = ("pin-profile", "check")
 
@@ -30,6 +30,6 @@ def test_a_mark_is_not_believed_once_a_kernel_is_gone(tmp_path: Path) -> None:
 
 
 def test_a_kernel_knows_its_files() -> None:
-    _bending(1.5)
-    assert {file.suffix for file in _bending.files} == {".nbi", ".nbc"}
-    assert all(file.name.startswith("ring._bending-") for file in _bending.files)
+    first_root(0.4)
+    assert {file.suffix for file in first_root.files} == {".nbi", ".nbc"}
+    assert all(file.name.startswith("buckling.first_root-") for file in first_root.files)

@@ -11,6 +11,7 @@ from app.store.record import RunFilter
 from app.store.repository import RunStore
 from app.store.verify import verify
 from tests.app.store.records import make_record
+from tests.lifeline import mortal
 
 SERVICE = """
 import asyncio, sys
@@ -37,7 +38,11 @@ def test_no_acknowledged_run_is_lost_when_the_service_is_killed(database_url: st
     acknowledged: set[str] = set()
     for wanted in (30, 111):
         service = subprocess.Popen(
-            [sys.executable, "-c", SERVICE, database_url], stdout=subprocess.PIPE, cwd=Path.cwd(), bufsize=0
+            [sys.executable, "-c", SERVICE, database_url],
+            stdout=subprocess.PIPE,
+            cwd=Path.cwd(),
+            bufsize=0,
+            preexec_fn=mortal(),
         )
         assert service.stdout is not None
         output = b""

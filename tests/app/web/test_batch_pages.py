@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import time
 
+import pyarrow
+import pyarrow.parquet
 import pytest
 from starlette.testclient import TestClient
 
 from app.batches.fields import numbers
+from app.designs.kind import Mode
 from app.designs.registry import KINDS
 
 SWEEP = {
@@ -38,6 +42,35 @@ def test_a_sweep_is_begun_followed_and_mapped(client: TestClient) -> None:
     listed = client.get("/runs", params={"batch_id": batch_id}).text
     assert listed.count('<th scope="row">') == 8
     assert "a &lt;b&gt; sweep" in client.get("/batches").text
+
+
+def test_of_many_varied_fields_all_are_asked_for_at_once(client: TestClient) -> None:
+    more = {"steps0": "2", "field2": "geometry.boss_length_mm", "from2": "20", "to2": "24", "steps2": "2"}
+    place = client.post("/batches/sweep", data=SWEEP | more, follow_redirects=False).headers["location"]
+    assert 'id="beside"' in settled(client, place)
+    fields = ["load.force_n", "geometry.gap_mm", "geometry.boss_length_mm", "mass_g"]
+    told = client.get(f"{place}/map", params={"x": fields[0], "colour": "holds", "beside": ",".join(fields)}).json()
+    assert told["varied"] == fields[:3] and told["fields"][-4:] == ["holds", *fields[1:]]
+    assert len(told["points"]) == 8 and all(isinstance(value, float | int) for value in told["points"][0][-3:])
+
+
+def test_a_file_of_parquet_is_a_batch(client: TestClient) -> None:
+    example = KINDS["crank-masses"].example(Mode.ANALYSIS)
+    cells = {name: [value] * 3 for name, value in example.items() if not isinstance(value, dict)}
+    file = io.BytesIO()
+    pyarrow.parquet.write_table(pyarrow.table(cells), file)
+    for content, status in ((file.getvalue(), 303), (b"no parquet", 400)):
+        answer = client.post(
+            "/batches/upload",
+            data={"kind": "crank-masses", "mode": "analysis"},
+            files={"cases": ("night.parquet", content, "application/octet-stream")},
+            follow_redirects=False,
+        )
+        assert answer.status_code == status, answer.text
+        if status == 303:
+            place = "/api/v1" + answer.headers["location"]
+            settled(client, answer.headers["location"])
+            assert client.get(place).json()["items"]["succeeded"] == 3
 
 
 def test_the_table_to_fill_in_is_a_batch(client: TestClient) -> None:

@@ -31,9 +31,9 @@ def test_displacement_velocity_and_acceleration_against_differentiated_geometry(
             at = mp.mpf(float(phi))
             assert motion.displacement(phi) == pytest.approx(float(x(at)), rel=2e-13)
             assert derivative(motion, phi) == pytest.approx(float(mp.diff(x, at)), rel=1e-11, abs=1e-14 * r)
-            assert motion.acceleration(phi) == pytest.approx(float(mp.diff(x, at, 2)), rel=1e-10, abs=1e-12 * r)
+            assert motion.posture(phi).acceleration == pytest.approx(float(mp.diff(x, at, 2)), rel=1e-10, abs=1e-12 * r)
             beta = mp.diff(lambda f: mp.asin((r * mp.sin(f) - e) / length), at, 2)
-            assert motion.rod_angular_acceleration(phi) == pytest.approx(float(beta), rel=1e-9, abs=1e-12)
+            assert motion.posture(phi).turning == pytest.approx(float(beta), rel=1e-9, abs=1e-12)
 
 
 @pytest.mark.parametrize(("r", "length", "e"), CASES)
@@ -79,7 +79,9 @@ def test_in_line_motion_is_the_rods_kinematics():
     motion = ExactMotion(r, length)
     assert motion.displacement(angle) == pytest.approx(kinematics.displacement(angle, r, length), abs=1e-16)
     assert derivative(motion, angle) == pytest.approx(kinematics.velocity(angle, r, length, 1.0), abs=1e-16)
-    assert motion.acceleration(angle) == pytest.approx(kinematics.acceleration(angle, r, length, 1.0), abs=1e-16)
+    assert motion.posture(angle).acceleration == pytest.approx(
+        kinematics.acceleration(angle, r, length, 1.0), abs=1e-16
+    )
 
 
 @pytest.mark.parametrize("ratio", [0.05, 0.25, 0.6, 0.95])
@@ -111,6 +113,6 @@ def test_the_error_of_two_harmonics_falls_with_the_square_of_the_ratio():
 
     def wrong(ratio):
         short = kinematics.two_harmonic_acceleration(angle, ratio, 1.0, 1.0)
-        return np.max(np.abs(ExactMotion(ratio, 1.0).acceleration(angle) - short)) / ratio
+        return np.max(np.abs(ExactMotion(ratio, 1.0).posture(angle).acceleration - short)) / ratio
 
     assert wrong(0.1) / wrong(0.05) == pytest.approx(8.0, rel=0.02)

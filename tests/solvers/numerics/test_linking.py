@@ -52,9 +52,8 @@ def test_an_inner_kernel_is_part_of_its_caller_and_nothing_by_itself(tmp_path: P
 
 
 def test_a_kernel_on_disk_needs_no_compiler() -> None:
-    code = (
-        "import sys; from solvers.pin.ring import _bending; _bending(1.5); print('numba.typed.dictimpl' in sys.modules)"
-    )
+    call = "from solvers.rod.strip.buckling import first_root; first_root(0.4)"
+    code = f"import sys; {call}; print('numba.typed.dictimpl' in sys.modules)"
     run = [sys.executable, "-c", code]
     told = [subprocess.run(run, cwd=ROOT, capture_output=True, text=True, check=True).stdout for _ in range(2)]
     assert told[1].strip() == "False"

@@ -99,7 +99,7 @@ def flat(value: object, path: str = ""):
     """Every number and text of a check by its path, but for the places of a warning."""
     if dataclasses.is_dataclass(value):
         for field in dataclasses.fields(value):
-            if field.name not in ("along", "warnings"):
+            if field.name not in ("sections", "warnings"):
                 yield from flat(getattr(value, field.name), f"{path}.{field.name}")
     else:
         yield path, value

@@ -27,7 +27,7 @@ from solvers.pin.section.variables import solidity_of
 from solvers.pin.shapes.break_points.bar import kinks
 from solvers.pin.shapes.cone_bounds import Rule, deflection_slopes, second_order, station_slopes
 from solvers.pin.shapes.tapers import NARROWING, WIDENING, Box, Taper, lost_range, narrowest, widest
-from solvers.pin.stations.lobatto_panels import NODES
+from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODES, interpolation
 
 Array = NDArray[np.float64]
 Shape = tuple[float, float, float]
@@ -104,6 +104,40 @@ def _greatest_size(
 
 
 @dataclass(frozen=True)
+class _Nodes:
+    """Places over the half's length, the widest bore that strength allows there over the outer diameter, and weights
+    and coefficients of the deflection, (n,) each."""
+
+    places: Array
+    bore: Array
+    share: Array
+    bending: Array
+    shear: Array
+
+    @cached_property
+    def bent(self) -> NDArray[np.bool_]:
+        """The places that count in the deflection."""
+        return (self.bending != 0.0) | (self.shear != 0.0)
+
+    def split(self, x: Array, panel: int, ends: tuple[float, ...]) -> _Nodes:
+        """The same with a panel, whose nodes are x, split at those of these places that lie in it: its old nodes stay
+        for the strength, its parts count in the deflection."""
+        begin, wide = x[0], x[-1] - x[0]
+        cuts = np.array([0.0, *sorted((end - begin) / wide for end in set(ends) if x[0] < end < x[-1]), 1.0])
+        within = (cuts[:-1, None] + np.diff(cuts)[:, None] * 0.5 * (1.0 + NODE_PLACES)).ravel()
+        through, own = interpolation(2.0 * within - 1.0), slice(panel * NODES, (panel + 1) * NODES)
+        bending, shear = self.bending.copy(), self.shear.copy()
+        bending[own] = shear[own] = 0.0
+        return _Nodes(
+            np.concatenate([self.places, begin + wide * within]),
+            np.concatenate([self.bore, np.full(within.size, math.inf)]),
+            np.concatenate([self.share, np.outer(np.diff(cuts), self.share[own]).ravel()]),
+            np.concatenate([bending, np.maximum(through @ self.bending[own], 0.0)]),
+            np.concatenate([shear, np.maximum(through @ self.shear[own], 0.0)]),
+        )
+
+
+@dataclass(frozen=True)
 class _Cones:
     """The sizes of shapes of one taper on a program's stations."""
 
@@ -120,13 +154,34 @@ class _Cones:
         return bore_of(self.program, self.program.lower) / self.program.scene.geometry.outer_diameter
 
     @cached_property
-    def _bent(self) -> NDArray[np.bool_]:
-        """The stations that count in the deflection."""
-        return (self.program.bending != 0.0) | (self.program.shear != 0.0)
+    def _whole_panels(self) -> _Nodes:
+        p = self.program
+        return _Nodes(self._places, self._bore, p.share, p.bending, p.shear)
 
     @cached_property
-    def _deflection(self) -> tuple[Array, Array, Array]:
-        return self.program.share, self.program.bending, self.program.shear
+    def _split(self) -> dict[tuple[float, ...], _Nodes]:
+        return {}
+
+    def nodes(self, *ends: float) -> _Nodes:
+        """The stations, with panels split at these places, where a cone may end.
+
+        A quadrature rule across that kink would be off by 1e-4 of the deflection, and a search would find the shapes
+        for which that is in their favour. Moments and shear forces are polynomials in a panel: its own nodes give them
+        at those of its parts.
+        """
+        if ends not in self._split:
+            found = self._whole_panels
+            for panel in sorted({self._panel_of(end) for end in ends} - {None}):
+                found = found.split(self._places.reshape(-1, NODES)[panel], panel, ends)
+            self._split[ends] = found
+        return self._split[ends]
+
+    def _panel_of(self, place: float) -> int | None:
+        """The panel that counts in the deflection and has this place inside."""
+        x = self._places.reshape(-1, NODES)
+        panel = int(np.searchsorted(x[:, 0], place)) - 1
+        inside = panel >= 0 and x[panel, 0] < place < x[panel, -1]
+        return panel if inside and self._whole_panels.bent[panel * NODES : (panel + 1) * NODES].any() else None
 
     def shape(self, r: float, c: float) -> Array:
         """The bore at the stations over its greatest."""
@@ -137,8 +192,9 @@ class _Cones:
         pair."""
         p, g, (r, c) = self.program, self.program.scene.geometry, shape
         limit = math.inf if p.limit is None else p.limit
+        at = self.nodes(c)
         size = _greatest_size(
-            r, self.taper.lost(self._places, c), self._bore, *self._deflection, p.law.a, p.law.b, limit, corner
+            r, self.taper.lost(at.places, c), at.bore, at.share, at.bending, at.shear, p.law.a, p.law.b, limit, corner
         )  # fmt: skip
         slope, (steep_r, steep_c) = p.limits.max_slope, slope_at
         if slope is not None and steep_r < 1.0:
@@ -225,9 +281,10 @@ class _Cones:
         least, middle = self._stiff(*narrowest(taper, box)), self._stiff(r, c)
         most = self._stiff(*widest(taper, box))
         if least > 0.0 and math.isfinite(most):
+            at = self.nodes(c0, c1)
             slopes = deflection_slopes(
-                r0, r1, float(taper.turn), least, most * (1.0 + _ROOT), *lost_range(taper, t, c0, c1),
-                *self._deflection, p.law.a, p.law.b,
+                r0, r1, float(taper.turn), least, most * (1.0 + _ROOT), *lost_range(taper, at.places, c0, c1),
+                at.share, at.bending, at.shear, p.law.a, p.law.b,
             )  # fmt: skip
             rules.append(Rule(math.log(middle) + _ROOT, slopes))
         if p.limits.max_slope is not None and r1 < 1.0:
@@ -254,18 +311,15 @@ class _Cones:
 
     def _stiff(self, r: float, c: float) -> float:
         """The greatest size that the deflection allows, be it beyond the outer diameter where no load bends."""
-        p = self.program
-        widest_bent = float(np.max(self.shape(r, c)[self._bent], initial=0.0))
+        p, at = self.program, self.nodes(c)
+        lost = self.taper.lost(at.places, c)
+        widest_bent = float(np.max(1.0 - (1.0 - r) * lost[at.bent], initial=0.0))
         if p.limit is None or widest_bent <= 0.0:
             return math.inf
         return _greatest_size(
-            r, self.taper.lost(self._places, c), self._endless, *self._deflection, p.law.a, p.law.b, p.limit,
+            r, lost, np.full(lost.size, math.inf), at.share, at.bending, at.shear, p.law.a, p.law.b, p.limit,
             1.0 / widest_bent,
         )  # fmt: skip
-
-    @cached_property
-    def _endless(self) -> Array:
-        return np.full(self._bore.size, math.inf)
 
 
 def _best(

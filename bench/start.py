@@ -76,7 +76,7 @@ class Made:
             if self.process.poll() is not None or time.monotonic() - self.began > PATIENCE_S:
                 raise RuntimeError(self.output.read_text())
             # Seldom enough not to take the time that is measured.
-            time.sleep(0.02 if time.monotonic() - self.began < _SHORT_S else 0.2)
+            time.sleep(0.02 if time.monotonic() - self.began < _SHORT_S else 0.5)
         return time.monotonic() - self.began
 
     def printed(self, pattern: str) -> Callable[[], bool]:

@@ -167,7 +167,7 @@ def _names() -> Iterator[str]:
     """The names of all fields in words, of limits without their end too, and of the values that a field can have."""
     for kind in KINDS.values():
         for job in kind.jobs.values():
-            for root in (job.request, job.result):
+            for root in filter(None, (job.request, job.result, job.infeasible)):
                 for name, annotation in _fields(root, 0):
                     words = split_unit(name)[0].removeprefix("± ")
                     yield from (words, words.removeprefix("min ").removeprefix("max "), words.removesuffix(" max"))

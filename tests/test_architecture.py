@@ -107,10 +107,10 @@ ROOMS = {
         "constraints", "problem", "verdict", "optimum", "design",
     ),
     "solvers/linkage": (
-        "mechanism", "scene", "loads", "swept_area", "steady_state", "result", "problem", "effects", "warnings",
-        "check", "bulk", "verdict", "optimum", "design", "pareto_front",
+        "mechanism", "scene", "loads", "swept_area", "steady_state", "result", "problem", "constraints", "effects",
+        "warnings", "check", "bulk", "verdict", "optimum", "design", "pareto_front",
     ),
-    "solvers/crank": ("motion", "masses", "gas", "scene", "problem", "cycle", "engine", "effects", "check"),
+    "solvers/crank": ("motion", "masses", "gas", "scene", "problem", "cycle", "engine", "effects", "check", "bulk"),
     "solvers/pin": (
         "load", "scene", "materials", "limits", "uniform", "stations", "section", "ring", "effects", "optimum",
         "shapes", "problem", "check", "bulk", "verdict", "design",

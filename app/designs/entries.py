@@ -17,7 +17,7 @@ from importlib import import_module
 from typing import Any
 
 from app.designs.signatures import ENTRIES, TUPLES
-from solvers.numerics.jit import KERNELS, Kernel
+from solvers.numerics.jit import KERNELS, Kernel, sources
 
 Part = tuple[str, str]
 
@@ -25,18 +25,6 @@ Entry = tuple[str, str]
 """Full name of a kernel, and its types as they are written here."""
 
 _ROOM_DEPTH = 4
-_DEAREST = (
-    "solvers.rod.cycle.section",
-    "solvers.rod.effect_bounds.first_order",
-    "solvers.rod.optimum.proof",
-    "solvers.rod.optimum.peak_model",
-    "solvers.rod.effect_bounds.main_results",
-    "solvers.rod.bulk.loop",
-    "solvers.rod.vibration.slow_modes",
-    "solvers.rod.vibration.free_modes",
-    "solvers.pin.optimum.lagrangian",
-)
-"""What takes longest is begun first, so that two processes end at about the same time."""
 
 _LETTERS = {"f": "float64", "i": "int64", "b": "boolean", "c": "complex128"}
 _SHORT = {"float64": "f", "int64": "i", "bool": "b", "complex128": "c"}
@@ -44,13 +32,23 @@ _WORD = re.compile(r"([fibc])(\d?)(F?)(r?)")
 
 
 def units_of(part: Part) -> list[tuple[Entry, ...]]:
-    """The entries that a part is the first to call, in bundles: those of one room hold the same inner kernels."""
+    """The entries that a part is the first to call, in bundles: those of one room hold the same inner kernels.
+
+    What may take longest is begun first, so that two processes end at about the same time.
+    """
     bundles: dict[str, list[Entry]] = {}
     for name, types in ENTRIES.get(part, ()):
-        module = name.rpartition(".")[0]
-        bundles.setdefault(".".join(module.split(".")[:_ROOM_DEPTH]), []).append((name, types))
-    rooms = sorted(bundles, key=lambda room: _DEAREST.index(room) if room in _DEAREST else len(_DEAREST))
-    return [tuple(bundles[room]) for room in rooms]
+        bundles.setdefault(".".join(_module(name).split(".")[:_ROOM_DEPTH]), []).append((name, types))
+    return [tuple(bundle) for bundle in sorted(bundles.values(), key=_reach, reverse=True)]
+
+
+def _module(name: str) -> str:
+    return name.rpartition(".")[0]
+
+
+def _reach(bundle: list[Entry]) -> int:
+    """How many bytes of source its kernels may hold code of."""
+    return sum(path.stat().st_size for path in {path for name, _ in bundle for path in sources(_module(name))})
 
 
 def compile_entry(entry: Entry) -> bool:
@@ -64,8 +62,7 @@ def compile_entry(entry: Entry) -> bool:
 
 
 def _kernel(name: str) -> Kernel:
-    module, _, function = name.rpartition(".")
-    found = getattr(import_module(module), function)
+    found = getattr(import_module(_module(name)), name.rpartition(".")[2])
     assert isinstance(found, Kernel)
     return found
 

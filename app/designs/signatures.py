@@ -83,11 +83,10 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.pin.shapes.break_points.paths.forward", "f4 f2 f2 i2"),
         ("solvers.pin.shapes.cone._greatest_size", "f f1 f1 f1 f1 f1 f f f f"),
         ("solvers.pin.shapes.cone_bounds.deflection_slopes", "f f f f f f1 f1 f1 f1 f1 f1 f1 f f"),
-        ("solvers.pin.stations.between_nodes._rise", "f1 f2 i f1"),
+        ("solvers.pin.stations.between_nodes._rise", "f1 f2 i f f1"),
     ),
     ("impact-linkage", "design"): (
-        ("solvers.linkage.loads.torque_and_pin_force.unit_peaks", "f2 f1 f"),
-        ("solvers.linkage.mechanism.angular_velocity_ratio.greatest_transfers", "f2"),
+        ("solvers.linkage.loads.torque_and_pin_force.unit_peaks", "f2 f1 i i f"),
         ("solvers.linkage.mechanism.angular_velocity_ratio.transfer_and_rate", "f2 f1 f1 f2 f2"),
         ("solvers.linkage.optimum.load_bounds.least_loads", "f2 f2 f2 f1 f i f2"),
         ("solvers.linkage.optimum.load_bounds.peak_places", "f2 f1 i"),

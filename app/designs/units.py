@@ -10,6 +10,11 @@ UNITS = {
 }  # fmt: skip
 
 
+def figures(value: float, digits: int = 4) -> str:
+    """So many digits, without a power of ten where a person would write none."""
+    return f"{value:.0f}" if 10.0**digits <= abs(value) < 1e7 else f"{value:.{digits}g}"
+
+
 def split_unit(name: str) -> tuple[str, str]:
     """A field's name as words and its unit: ``crank_radius_mm`` → (crank radius, mm).
 

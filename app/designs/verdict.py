@@ -14,6 +14,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from app.designs.schema import Strict
+from app.designs.units import figures
 from solvers.outcome import Accuracy
 from solvers.verdict import Criterion, Sense, Verdict
 
@@ -153,7 +154,7 @@ def _failure(criterion: Told, denials: Mapping[str, str], texts: NullTranslation
     told = {"label": texts.gettext(criterion["label"])}
     if criterion["reached"] is not None:
         return texts.gettext("the %(label)s is %(compared)s") % {**told, "compared": _compared(criterion, texts)}
-    told["wanted"] = _wanted(criterion, ".4g", texts)
+    told["wanted"] = _wanted(criterion, 4, texts)
     # What has no bound is known to fail by all there is; of what is not known there is no margin.
     if criterion["margin"] is None:
         return texts.gettext("the %(label)s cannot be told, and %(wanted)s") % told
@@ -161,9 +162,9 @@ def _failure(criterion: Told, denials: Mapping[str, str], texts: NullTranslation
 
 
 def _compared(criterion: Told, texts: NullTranslations) -> str:
-    digits = ".4g"
+    digits = 4
     if not criterion["holds"] and f"{criterion['reached']:.4g}" == f"{criterion['required']:.4g}":
-        digits = ".8g"
+        digits = 8
     figure = _figure(criterion, "reached", digits)
     return texts.gettext("%(figure)s where %(wanted)s") % {
         "figure": figure,
@@ -171,7 +172,7 @@ def _compared(criterion: Told, texts: NullTranslations) -> str:
     }
 
 
-def _wanted(criterion: Told, digits: str, texts: NullTranslations) -> str:
+def _wanted(criterion: Told, digits: int, texts: NullTranslations) -> str:
     if criterion["sense"] == Sense.AT_LEAST:
         said = texts.gettext("at least %(figure)s is required")
     elif criterion["sense"] == Sense.AT_MOST:
@@ -181,8 +182,8 @@ def _wanted(criterion: Told, digits: str, texts: NullTranslations) -> str:
     return said % {"figure": _figure(criterion, "required", digits)}
 
 
-def _figure(criterion: Told, name: str, digits: str) -> str:
-    return f"{criterion[name]:{digits}} {criterion['unit']}".rstrip()
+def _figure(criterion: Told, name: str, digits: int) -> str:
+    return f"{figures(criterion[name], digits)} {criterion['unit']}".rstrip()
 
 
 def _spare(margin: float | None, texts: NullTranslations) -> str:

@@ -21,14 +21,16 @@ _BETWEEN_REPORTS_S = 0.25
 
 
 def tell_what_is_there(connection: Connection) -> None:
-    """In a child: which parts are compiled, the names of the kernels of each kind, each part's bundles of entries."""
+    """In a child: which parts are compiled, the names of the kernels of each kind, the bundles of entries of parts that
+    are not."""
     from app.designs.entries import units_of
     from app.designs.rehearsals import PARTS, WINGS
     from solvers.numerics.jit import KERNELS
 
     names = [_named(kernel) for kernel in KERNELS]
     kernels = {kind: [name for name in names if name.startswith(wing + ".")] for kind, wing in WINGS.items()}
-    connection.send(({part: marks.is_left(part) for part in PARTS}, kernels, {part: units_of(part) for part in PARTS}))
+    there = {part: marks.is_left(part) for part in PARTS}
+    connection.send((there, kernels, {part: units_of(part) for part, warm in there.items() if not warm}))
     _wait_for_the_end(connection)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from app.designs.units import split_unit
+from app.designs.units import figures, split_unit
 from app.words.fields import named
 from app.words.inputs import Input, differing
 from app.words.languages import gettext as _
@@ -100,8 +100,8 @@ def _criterion(found: Mapping[str, Any] | None) -> str:
     if found is None:
         return _("not judged")
     unit = found["unit"]
-    reached = _("none") if found["reached"] is None else f"{told(found['reached'], unit):.4g}"
+    reached = _("none") if found["reached"] is None else figures(told(found["reached"], unit))
     said = (
         _("%(reached)s of %(required)s, holds") if found["holds"] else _("%(reached)s of %(required)s, does not hold")
     )
-    return said % {"reached": reached, "required": f"{told(found['required'], unit):.4g}"}
+    return said % {"reached": reached, "required": figures(told(found["required"], unit))}

@@ -32,11 +32,11 @@ templates.env.policies["ext.i18n.trimmed"] = True
 templates.env.install_gettext_callables(gettext, ngettext, newstyle=True)  # type: ignore[attr-defined]
 
 
-def figure(value: Any, unit: str = "") -> str:
+def figure(value: Any, unit: str = "", digits: int = 6) -> str:
     """A value to the digits that a person reads, in the units in use."""
     if isinstance(value, bool):
         return gettext("yes") if value else gettext("no")
-    return f"{units.told(value, unit):.6g}" if isinstance(value, float) else str(value)
+    return f"{units.told(value, unit):.{digits}g}" if isinstance(value, float) else str(value)
 
 
 def short(value: float, unit: str = "") -> str:

@@ -128,7 +128,7 @@ def _shown(value: Any, options: Mapping[str, str], unit: str = "") -> str:
     if isinstance(value, bool):
         return _("yes") if value else _("no")
     if isinstance(value, float):
-        return f"{told(value, unit):.10g}"
+        return f"{value:.10g}" if unit_shown(unit) == unit else f"{told(value, unit):.6g}"
     if isinstance(value, list):
         if len(value) == 2 and all(isinstance(item, (int, float)) for item in value):
             return f"{_shown(value[0], options, unit)} … {_shown(value[1], options, unit)}"

@@ -28,7 +28,6 @@ PATTERNS = (
     "the deflection of {} um exceeds its limit",
     "the ring's hoop stress exceeds {} MPa where the bore is wider than {} mm, {}",
     "the ring's hoop stress exceeds {} MPa where the outer diameter is less than {} mm, {}",
-    "the ring's hoop stress exceeds {} MPa where the wall is thinnest",
     "an outer diameter of at least {} mm would do",
     "an outer diameter of at least {} mm would do, or a longer pin",
     "the solid pin deflects more; an outer diameter of at least {} mm would do, or shorter bosses and gaps",
@@ -45,7 +44,7 @@ PATTERNS = (
     "the readings' sum differs from the rod's mass by {} %",
     "Section {}",
     "Ratios and closure: {}",
-    "Stress and fatigue at the section that governs ({} fibre)",
+    "Stress and fatigue at the section that governs ({})",
     "The greatest stress of all ({} fibre)",
     "fatigue safety ({})",
     "{} over crank",
@@ -64,6 +63,9 @@ PLAIN = (
     "the links close, but the rocker does not reverse at the blow: this motion cannot strike",
     "the longest link exceeds 100 cranks: a limit on the size would give a mechanism that can be built",
     "mass, both halves",
+    "where the stress is greatest",
+    "outer fibre, +h/2",
+    "inner fibre, −h/2",
     "excluded by the request",
     "included by the request",
     "the request asks for all effects",
@@ -85,5 +87,13 @@ def spoken(text: str) -> str:
     for pattern in PATTERNS:
         found = _compiled(pattern).fullmatch(text)
         if found is not None and (said := gettext(pattern)) != pattern:
-            return said.format(*map(spoken, found.groups()))
+            return said.format(*map(_part, found.groups()))
     return text
+
+
+_DOTTED = re.compile(r"[a-z_]+(?:\.[a-z_]+)+")
+
+
+def _part(text: str) -> str:
+    """What stands in a sentence: a figure, another sentence, or the dotted name of a field."""
+    return gettext(text.rpartition(".")[2].replace("_", " ")) if _DOTTED.fullmatch(text) else spoken(text)

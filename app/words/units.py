@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from enum import StrEnum
 
+from app.designs.units import figures
+
 
 class System(StrEnum):
     """What lengths and pressures are told in."""
@@ -67,6 +69,6 @@ def _size(unit: str) -> float:
     return _INCH[unit][1] if system() is System.INCH and unit in _INCH else 1.0
 
 
-def quantity(value: float, unit: str, digits: str = ".6g") -> str:
+def quantity(value: float, unit: str, digits: int = 6) -> str:
     """A figure of a metric unit as it is told, with its unit."""
-    return f"{told(value, unit):{digits}} {unit_shown(unit)}".rstrip()
+    return f"{figures(told(value, unit), digits)} {unit_shown(unit)}".rstrip()

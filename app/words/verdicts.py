@@ -45,7 +45,7 @@ def reached(criterion: dict[str, Any]) -> str:
     if criterion["sense"] == "yes":
         return _("yes") if value else _("no")
     if value is not None:
-        return quantity(value, criterion["unit"], ".4g")
+        return quantity(value, criterion["unit"], 4)
     if criterion["holds"]:
         return _("nothing acts")
     return _("not known") if criterion["margin"] is None else _("without bound")
@@ -55,7 +55,7 @@ def required(criterion: dict[str, Any]) -> str:
     """What the figure is compared with."""
     if criterion["sense"] == "yes":
         return _("yes")
-    figure = quantity(criterion["required"], criterion["unit"], ".4g")
+    figure = quantity(criterion["required"], criterion["unit"], 4)
     if criterion["sense"] == "equal":
         return figure
     return (_("at least %(x)s") if criterion["sense"] == "at_least" else _("at most %(x)s")) % {"x": figure}

@@ -1,8 +1,9 @@
 """The strip's fatigue safety and side force, in the physics that all methods share: gas load, beam-column, guide.
 
-Beside the service's own ladder stand the ways an engineer would do it otherwise: the closed form with numpy on a grid
-of angles and sections, Hermite beam elements, and scipy's boundary-value solver, both at sampled angles. The reference
-is the closed form in complex trigonometry, searched densely and polished by scipy's bounded search.
+Beside the library's own ladder stand the ways an engineer would do it otherwise: the closed form with numpy on grids
+of angles and sections, coarse ones too, Hermite beam elements, and scipy's boundary-value solver, both at sampled
+angles. The reference is the closed form in complex trigonometry, searched densely and polished by scipy's bounded
+search.
 """
 
 from __future__ import annotations
@@ -16,29 +17,34 @@ from scipy.integrate import solve_bvp
 
 from bench.campaign.scenes import Scene, scenes
 from bench.work_precision.curves import Method, Results
+from solvers import rod
 from tests.solvers.rod.brute_force import CoreModel, greatest
 from tests.solvers.rod.finite_elements import matrices
 
 TITLE = "The flexible rod's check"
 CASES = 200
 JUDGED = ("fatigue_safety", "side_force_max_n")
-_CORE = {
-    "include": ["beam_column", "friction"],
-    "exclude": ["reciprocating_inertia", "rod_inertia", "large_displacement", "shear", "friction_feedback"],
-}
-_LADDER = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10)
+_CORE = rod.EffectSelection(
+    frozenset({"beam_column", "friction"}),
+    frozenset({"reciprocating_inertia", "rod_inertia", "large_displacement", "shear", "friction_feedback"}),
+)
+_LADDER = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+_GRIDS = ((12, 3), (24, 4), (36, 5), (90, 11), (360, 41), (1440, 161))
 
 
 class RodCase:
-    """A random machine under Schmidt's load, as a request and as a model of its own."""
+    """A random machine under Schmidt's load, and a model of its own."""
 
     def __init__(self, scene: Scene) -> None:
-        self.scene = scene
-        self._asked = scene.request()
+        asked = scene.request()
+        self.scene, self.strip = asked.scene(), asked.strip()
+
+    def check(self, accuracy: float) -> rod.RodCheck:
+        return rod.check(self.scene, self.strip, _CORE, accuracy=accuracy).value
 
     @cached_property
     def model(self) -> CoreModel:
-        return CoreModel(self._asked.scene(), self._asked.strip())
+        return CoreModel(self.scene, self.strip)
 
     def severity(self, high: float, low: float) -> float:
         """What Serensen's safety divides into the fatigue limit."""
@@ -56,8 +62,8 @@ def cases(count: int) -> list[RodCase]:
     found: list[RodCase] = []
     for scene in scenes("flexible-rod", 10 * count, first_seed=50_000):
         # A strip beyond buckling has no stresses to be judged.
-        if scene.body["load"]["kind"] == "schmidt" and scene.solve(effects=_CORE).result["fatigue_safety"] is not None:
-            found.append(RodCase(scene))
+        if scene.body["load"]["kind"] == "schmidt" and (case := RodCase(scene)).check(1e-3).stresses is not None:
+            found.append(case)
         if len(found) == count:
             break
     return found
@@ -73,8 +79,8 @@ def reference(case: RodCase) -> Results:
 
 
 def _ours(accuracy: float, case: RodCase) -> Results:
-    answer = case.scene.solve(effects=_CORE, accuracy=accuracy)
-    return {name: answer.result[name] for name in JUDGED}
+    found = case.check(accuracy).stresses
+    return dict(zip(JUDGED, (found.fatigue_safety, found.side_force_max), strict=True))
 
 
 def _from_fields(case: RodCase, force: np.ndarray, curvature: np.ndarray, side: np.ndarray) -> Results:
@@ -139,9 +145,9 @@ def _boundary_values(angles: int, tolerance: float, case: RodCase) -> Results:
 
 
 def methods() -> Iterator[Method[RodCase]]:
-    """The service's ladder first, then the peers."""
+    """The library's ladder first, then the peers."""
     yield Method("Crankwright", {f"accuracy {a:g}": partial(_ours, a) for a in _LADDER})
-    yield Method("closed form on a grid, numpy", _grids(_closed_form, ((36, 5), (90, 11), (360, 41), (1440, 161))))
+    yield Method("closed form on a grid, numpy", _grids(_closed_form, _GRIDS))
     yield Method("Hermite beam elements", _grids(_finite_elements, ((36, 4), (72, 8), (180, 16), (360, 32))), cases=50)
     solver = {f"{n} angles, tol {t:g}": partial(_boundary_values, n, t) for n, t in ((24, 1e-3), (48, 1e-5))}
     yield Method("scipy solve_bvp", solver, cases=10)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, EffectSelection
 from solvers.linkage.check import check
+from solvers.linkage.constraints import active
 from solvers.linkage.effects import Situation, choose_for
 from solvers.linkage.mechanism.change_point import LONGEST, NEAREST, ChangePoint
 from solvers.linkage.mechanism.closure import Closure
@@ -94,7 +95,9 @@ def design(
     bound = min(proven.bound for _, proven in found) * (1.0 - (apart if apart > _SAME else 0.0))
     alternatives = tuple(_alternative(problem, family, proven) for family, proven in found)
     judged = _warned(outcome.value, family, best, gap)
-    result = LinkageDesign(judged, scene, problem.objective.name, value, _active(problem, outcome.value), alternatives)
+    result = LinkageDesign(
+        judged, scene, problem.objective.name, value, active(problem.limits, outcome.value, _ACTIVE), alternatives
+    )
     certificate = Certificate(
         METHOD, problem.objective.value(bound), max(1.0 - bound / best.cost, 0.0), _evidence(found)
     )
@@ -149,26 +152,3 @@ def _warned(value: LinkageCheck, family: Family, best: Proven, gap: float) -> Li
     elif best.gap > 2.0 * max(gap, _WIDE):
         said.append(f"a better mechanism is excluded only to {best.gap:.1e}")
     return replace(value, warnings=(*value.warnings, *said)) if said else value
-
-
-def _active(problem: LinkageProblem, value: LinkageCheck) -> tuple[str, ...]:
-    """The limits met with equality."""
-    limits, lengths = problem.limits, value.mechanism.lengths
-    shortest = min(lengths.base, lengths.crank, lengths.coupler, lengths.rocker)
-    met = {
-        "min_link": (shortest, limits.min_link or None),
-        "longest_link": (max(lengths.base, lengths.crank, lengths.coupler, lengths.rocker), limits.longest_link),
-        "enclosing_radius": (value.enclosing_radius, limits.enclosing_radius),
-        "max_pin_force": (value.strike.peaks.force, limits.max_pin_force),
-    }
-    if limits.transmission_angle is not None:
-        least, greatest = limits.transmission_angle
-        met["transmission_angle_least"] = (value.strike.transmission_angle, least or None)
-        met["transmission_angle_greatest"] = (value.strike.transmission_angle, greatest or None)
-    if value.box is not None:
-        met |= {"width": (value.box.width, limits.width), "height": (value.box.height, limits.height)}
-    return tuple(
-        name
-        for name, (reached, limit) in met.items()
-        if limit is not None and reached is not None and abs(reached / limit - 1.0) <= _ACTIVE
-    )

@@ -83,11 +83,6 @@ class Objective:
     effect: str | None = None
     per_density: bool = False
 
-    @property
-    def depends_on_thickness(self) -> bool:
-        """Whether strips of one tau = 1/(b h^3) and one length may differ in it, on the core's physics."""
-        return any(row in (THICKNESS, UTILISATION) for row, _ in self.weights)
-
     def demands(self) -> tuple[Demand, ...]:
         return () if self.effect is None else (Demand(self.effect, f"objective {self.name}"),)
 

@@ -3,7 +3,9 @@ const figureOf = (name) => document.querySelector(`figure[data-plot="${name}"]`)
 
 async function inlined(figure) {
   const image = figure.querySelector("picture") || figure.querySelector("img");
-  const text = await (await fetch(figure.querySelector("img").getAttribute("src").split("?")[0])).text();
+  const answer = await fetch(figure.querySelector("img").getAttribute("src").split("?")[0]);
+  if (!answer.ok) return null;
+  const text = await answer.text();
   // The page's own style knows the pictures' colours; a style within would be refused.
   const plain = text.replace(/<style>.*?<\/style>/s, "");
   const svg = document.importNode(new DOMParser().parseFromString(plain, "image/svg+xml").documentElement, true);
@@ -13,7 +15,7 @@ async function inlined(figure) {
 
 async function player(figure) {
   const svg = await inlined(figure);
-  const motion = svg.querySelector("animate");
+  const motion = svg && svg.querySelector("animate");
   if (!motion) return;
   const seconds = parseFloat(motion.getAttribute("dur"));
   const cursors = [];
@@ -21,6 +23,7 @@ async function player(figure) {
     const other = figureOf(name);
     if (other) {
       const chart = await inlined(other);
+      if (!chart) continue;
       const { left, right, top, bottom } = chart.dataset;
       const line = document.createElementNS("http://www.w3.org/2000/svg", "line");
       line.setAttribute("class", "cursor");

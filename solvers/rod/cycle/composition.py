@@ -30,7 +30,6 @@ from solvers.rod.strip.buckling import critical_force
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 Array = NDArray[np.float64]
-_QUARTERS = 0.5 * np.pi * np.arange(4)
 
 
 class MovingMass(Protocol):
@@ -157,11 +156,6 @@ class Cycle:
         """The same with the linear shape."""
         return replace(self, composition=replace(self.composition, corrections=()))
 
-    def without_feedback(self) -> Cycle:
-        """The same with an axial force that no shape acts back on, which bends no strip."""
-        plain = replace(self.composition, corrections=(), feedback=False, beam=PLAIN_BENDING)
-        return replace(self, composition=plain)
-
     @cached_property
     def drive(self) -> Drive:
         """Gas load and moving masses, ready for kernels."""
@@ -193,10 +187,6 @@ class Cycle:
         Where friction buckles the strip this is twice the critical compression.
         """
         return axial_force_with_friction(self.drive, self.strip, np.ascontiguousarray(angle))
-
-    def corners(self) -> Array:
-        """Angles [rad] at which what follows from the cycle may have corners: dead centres and the load's own."""
-        return np.concatenate([_QUARTERS, self.scene.load.sharp_angles()])
 
     def at(self, angle: ArrayLike) -> Instants:
         """The machine at the given crank angles [rad]."""

@@ -231,14 +231,14 @@ def _rippled(context: Context, explored: Context, ripple: Ripple) -> Optimum | N
     for strip in ripple.promising:
         explored.search_from(strip, context.bounds, RIPPLE_RADIUS, RIPPLE_ROUNDS)
     best, ends = explored.best(), _different(explored.ends)
-    rounds = RIPPLE_ROUNDS
-    for closer in (context.rougher(_CLOSER).finer(), context.finer()):
-        best = closer.search_from(best.best.outcome.value.dimensions, context.bounds, FINE_RADIUS, rounds)
+    closer, last = context.rougher(_CLOSER).finer(), context.finer()
+    for room, rounds in ((closer, RIPPLE_ROUNDS), (last, _LAST_ROUNDS), (last, RIPPLE_ROUNDS)):
+        best = room.search_from(best.best.outcome.value.dimensions, context.bounds, FINE_RADIUS, rounds)
         if best is None or best.found is None:
             return None if best is None else Optimum(best, starts=context.starts, ends=ends)
-        if len(conditions_at(context, best.best, context.bounds, context.bounds).tangent):
-            rounds = _LAST_ROUNDS
-    conditions = conditions_at(context, best.best, context.bounds, context.bounds)
+        conditions = conditions_at(context, best.best, context.bounds, context.bounds)
+        if room is last and (best.gain <= context.task.enough or len(conditions.tangent)):
+            break
     if best.gain <= context.task.enough and rises_all_around(context.task, context.bounds, best.best, conditions):
         return Optimum(best, conditions, None, context.starts, ends)
     height = max(ripple.height, _next_best(best, explored.ends))

@@ -8,9 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
+from scipy.optimize import minimize_scalar
 
 from solvers import crank
 from solvers.crank.cycle.forces import Composition, Cycle
+from solvers.crank.motion import in_line as kinematics
 from solvers.effects import ALL, EffectSelection
 from tests.solvers.crank.machines import CAR, CYLINDER, MASSES, car, cooler
 
@@ -148,6 +150,24 @@ def test_worst_instants_against_a_dense_sampling():
     ):
         assert worst.force >= column.max() * (1 - 1e-12), worst.name
         assert worst.force == pytest.approx(column.max(), rel=1e-6), worst.name
+
+
+@pytest.mark.parametrize("close", [1e-6, 1e-4, 1e-2])
+@pytest.mark.parametrize("seed", range(8))
+def test_breaks_near_a_maximum_do_not_hide_it(seed, close):
+    """Without gas a short rod is pressed hardest to either side of the lower dead centre, wherever points may be."""
+    ratio = 0.04 / 0.14
+    pressed = minimize_scalar(
+        lambda a: float(kinematics.acceleration(a, 0.04, 0.14, CAR.angular_speed) / kinematics.rod_cosine(a, ratio)),
+        bounds=(2.0, math.pi - 0.1), method="bounded", options={"xatol": 1e-12},
+    )  # fmt: skip
+    rng = np.random.default_rng(seed)
+    angle = np.sort(np.concatenate([rng.uniform(0.0, 4.0 * math.pi, 40), pressed.x + close * rng.normal(size=4)]))
+    table = crank.TablePressure(tuple(angle.tolist()), (CYLINDER.crankcase_pressure,) * angle.size)
+    masses = replace(MASSES, rod=replace(MASSES.rod, inertia=None))
+    outcome = crank.analyse(car(pressure=table, masses=masses), ALL, accuracy=1e-9)
+    found = {worst.name: worst.force for worst in outcome.value.worst}["rod_compression_max"]
+    assert found == pytest.approx(-masses.reciprocating * pressed.fun, rel=max(outcome.accuracy.estimated, 1e-12))
 
 
 def test_the_wrist_pin_carries_the_pistons_inertia_but_not_the_rods():

@@ -18,6 +18,8 @@ from tests.solvers.linkage import brute_force
 from tests.solvers.linkage.machines import BREAKER, BREAKER_LIMITS, CLEANER, CLEANER_LIMITS, problem
 
 KINDS = tuple(linkage.KINDS)
+SHARES = (0.0, 0.27, 0.5, 0.81, 1.0)
+"""Of a range: where a member is looked at."""
 
 
 def designed(scene, limits, objective, *kinds, **more):
@@ -250,12 +252,41 @@ def test_bounds_of_ranges_lie_below_every_member_within(kind, restitution):
     scale = np.full(60, subproblem.fixed_scale)
     area = RangeBounds(subproblem, family, low, high, math.inf).area(scale)
     ranges = RangeBounds(fitted, family, low, high, math.inf)
-    for share in (0.0, 0.27, 0.5, 0.81, 1.0):
+    for share in SHARES:
         q = low + share * (high - low)
         member = MemberQuantities(subproblem, family, q, 1e-13)
         assert np.all(area <= member.area(scale) * (1 + 1e-9))
         assert np.all(ranges.fit <= MemberQuantities(fitted, family, q, 1e-13).fit * (1 + 1e-9))
         assert np.all(ranges.radius <= member.radius * (1 + 1e-9))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("restitution", [1e-4, 0.2, 0.8])
+@pytest.mark.parametrize("load", ["torque", "force"])
+def test_bounds_of_loads_lie_below_every_member_within_and_close_in_by_the_square_of_the_width(kind, restitution, load):
+    scene = linkage.Scene(linkage.Restitution(restitution, restitution), 20.0, 8.0, 10.0)
+    subproblem = problem(scene, Limits(), "peak_torque", kind).subproblem
+    family = Family(linkage.KINDS[kind], scene.restitution.gain)
+    rng = np.random.default_rng(6)
+    low = rng.uniform(-9.0, 5.0, 80)
+    width = 10 ** rng.uniform(-3.0, -0.3, 80)
+    bound = getattr(RangeBounds(subproblem, family, low, low + width, math.inf), load)
+    members = [getattr(MemberQuantities(subproblem, family, low + share * width, 1e-13), load) for share in SHARES]
+    least = np.min(members, axis=0)
+    assert np.all(bound <= least * (1 + 1e-10))
+    narrow = width < 0.03
+    assert np.quantile((1 - bound / least)[narrow] / width[narrow] ** 2, 0.75) < 30.0
+
+
+def test_what_is_asked_loosely_is_answered_by_less_work():
+    ranges, values = [], []
+    for accuracy in (1e-2, 1e-4, 1e-6):
+        outcome = designed(BREAKER, BREAKER_LIMITS, "peak_torque", accuracy=accuracy)
+        assert outcome.certificate.gap <= 1.1 * accuracy
+        ranges.append(sum(n for name, n in outcome.certificate.evidence.items() if name.startswith("ranges_")))
+        values.append(outcome.value.value)
+    assert ranges[0] < ranges[1] < ranges[2]
+    assert values == pytest.approx([values[2]] * 3, rel=1e-6)
 
 
 def test_a_low_box_about_a_long_base_is_proven_too():

@@ -9,8 +9,14 @@ import numpy as np
 import pytest
 
 from solvers import pin
-from solvers.pin.optimum.conic import sloped
-from solvers.pin.optimum.dual_bound import least_walls_bound, monotone_bound, pointwise_bound
+from solvers.pin.optimum.conic import reaches, sloped, toward_solid
+from solvers.pin.optimum.dual_bound import (
+    Neighbours,
+    coupled_bound,
+    least_walls_bound,
+    monotone_bound,
+    pointwise_bound,
+)
 from solvers.pin.optimum.lagrangian import monotone_at, weigh
 from solvers.pin.optimum.program import rising
 from solvers.pin.optimum.slope_limit import gentle
@@ -268,3 +274,28 @@ def test_a_limit_that_asks_for_walls_far_above_the_least(load):
             found = weigh(soft, low, monotone)
             bound = (monotone_bound if monotone else pointwise_bound)(soft, low, found.multiplier, found.solidity)
             assert 0 <= soft.volume(found.solidity) / bound - 1 <= 1e-8
+
+
+@pytest.mark.parametrize("drillable", [False, True])
+def test_a_slope_beside_a_deflection_leaves_next_to_no_gap(drillable):
+    """Next to the solid pin the convex envelopes of single stations gave 6.6e-4 away."""
+    problem = pin.PinProblem(VAZ, pin.Limits(max_deflection=8.4e-6, max_slope=0.5), pin.Free(drillable))
+    outcome = pin.design(problem, accuracy=1e-5)
+    assert 0.0 <= outcome.certificate.gap < 5e-6
+
+
+@pytest.mark.parametrize("limit", [8.4e-6, 9e-6, 12e-6])
+def test_no_gentle_bore_is_lighter_than_the_coupled_bound_at_any_multipliers(limit):
+    p = program(tolerance=1e-4, max_deflection=limit, max_slope=0.3)
+    rng, reach = np.random.default_rng(5), reaches(p)
+    low = gentle(p, p.lower)
+    lightest = np.inf
+    for _ in range(60):
+        wave = np.interp(p.stations.x, np.linspace(0.0, 0.04, 6), rng.uniform(0.0, 1.0, 6))
+        u = toward_solid(p, gentle(p, np.maximum(low, wave)), low)
+        lightest = min(lightest, p.volume(u))
+    n = low.size - 1
+    for size in 10.0 ** rng.uniform(-4.0, 0.5, 60):
+        rise, fall = size * rng.uniform(0.0, 1.0, (2, n)) * (rng.uniform(0.0, 1.0, (2, n)) < 0.5)
+        bound = coupled_bound(p, low, 10.0 ** rng.uniform(-3.0, 1.0), Neighbours(rise, fall, reach, np.zeros(n)))
+        assert bound <= lightest

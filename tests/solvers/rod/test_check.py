@@ -219,3 +219,28 @@ def test_senseless_requests_name_their_field(call, field):
     with pytest.raises(InvalidInput) as caught:
         call()
     assert caught.value.field == field
+
+
+@pytest.mark.parametrize("more", [set(), {"friction_feedback"}], ids=["core", "with friction that acts back"])
+def test_estimates_are_honest_at_every_accuracy_and_loose_ones_take_no_more_angles(more):
+    """Random machines against their own tightest checks."""
+    rng, effects = np.random.default_rng(28), EffectSelection(CORE.include | more, CORE.exclude - more)
+    for _ in range(8):
+        scene, strip = random_machine(rng, (1.5, 6.0))
+        tight = rod.check(scene, strip, effects, accuracy=1e-12)
+        exact = main_results(tight)
+        for accuracy in (1e-1, 1e-2, 1e-4, 1e-6, 1e-8):
+            found = rod.check(scene, strip, effects, accuracy=accuracy)
+            assert found.accuracy.met
+            assert found.accuracy.settings["angles"] <= tight.accuracy.settings["angles"]
+            promised = found.accuracy.estimated + tight.accuracy.estimated
+            assert main_results(found) == pytest.approx(exact, rel=promised, abs=1e-300)
+
+
+def main_results(outcome):
+    stresses = outcome.value.stresses
+    names = (
+        "fatigue_safety", "yield_safety", "stress_amplitude", "side_force_max", "clamp_moment_max",
+        "contact_pressure_max", "friction_power", "deflection_ratio",
+    )  # fmt: skip
+    return {name: getattr(stresses, name) for name in names}

@@ -85,3 +85,13 @@ def test_no_stock_that_is_thin_enough_is_an_answer():
     assert outcome.status is Status.INFEASIBLE
     assert outcome.value is None
     assert [entry.requirement for entry in outcome.diagnosis] == ["min_fatigue_safety"]
+
+
+@pytest.mark.parametrize("objective", rod.OBJECTIVES)
+def test_fine_steps_cost_little(objective):
+    """With thousands of sizes one is found, and nearly as good as the best of sizes chosen at will."""
+    free = replace(REFERENCE, requirements=rod.Requirements(2.3, 1.8), objective=rod.OBJECTIVES[objective])
+    outcome = rod.design(replace(free, step_b=1e-4, step_l=1e-4), CORE)
+    least = cost_of(free, rod.design(free, CORE))
+    assert least * (1 - 1e-6) <= cost_of(free, outcome) <= least * 1.02
+    assert outcome.certificate.gap < 1e-6

@@ -103,7 +103,7 @@ def test_nothing_points_back_up(lower, above):
 
 ROOMS = {
     "solvers/rod": (
-        "scene", "load", "strip", "piston", "cycle", "vibration", "effect_bounds", "effects", "check", "bulk", "rows",
+        "scene", "load", "strip", "piston", "cycle", "vibration", "linear_check", "effect_bounds", "effects", "check", "bulk", "rows",
         "constraints", "problem", "verdict", "optimum", "design",
     ),
     "solvers/linkage": (

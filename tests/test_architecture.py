@@ -103,8 +103,8 @@ def test_nothing_points_back_up(lower, above):
 
 ROOMS = {
     "solvers/rod": (
-        "scene", "load", "strip", "piston", "cycle", "vibration", "effect_bounds", "effects", "check", "bulk", "rows",
-        "constraints", "problem", "verdict", "optimum", "design",
+        "scene", "load", "strip", "piston", "cycle", "vibration", "linear_check", "effect_bounds", "effects", "check",
+        "bulk", "rows", "constraints", "problem", "verdict", "optimum", "design",
     ),
     "solvers/linkage": (
         "mechanism", "scene", "loads", "swept_area", "steady_state", "result", "problem", "constraints", "effects",

@@ -30,7 +30,6 @@ TUPLES: dict[str, str] = {
 ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ("flexible-rod", "design"): (
         ("solvers.fatigue.kernels.severities", "f2 f2 f3 f1 f2"),
-        ("solvers.rod.cycle.linear_check._check_rows", "f2 f4 f2 f1 f2 f1 solvers.numerics.panels.Rule i solvers.rod.vibration.natural_frequencies.Energies f2"),
         ("solvers.rod.cycle.state.axial_force_with_friction", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1"),
         ("solvers.rod.cycle.state.fill_states", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1 f2"),
         ("solvers.rod.effect_bounds.first_order._change_by_motion", "solvers.rod.effect_bounds.main_results.Judging solvers.rod.cycle.state.Strip f2 solvers.rod.effect_bounds.main_results.Judged f2 i1 f1 i f f f solvers.rod.strip.elastica_kernels.Collocation"),
@@ -38,6 +37,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.effect_bounds.main_results.changes_without", "solvers.rod.effect_bounds.main_results.Judging solvers.rod.load.axial_force.Drive solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f f solvers.rod.effect_bounds.main_results.Judged"),
         ("solvers.rod.effect_bounds.main_results.judge_turn", "solvers.rod.effect_bounds.main_results.Judging solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f2 f"),
         ("solvers.rod.effect_bounds.situation._states", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1 i"),
+        ("solvers.rod.linear_check._check_rows", "f2 f4 f2 f1 f2 f1 solvers.numerics.panels.Rule i solvers.rod.vibration.natural_frequencies.Energies f2"),
         ("solvers.rod.load.axial_force.axial_forces", "solvers.rod.load.axial_force.Drive f1"),
         ("solvers.rod.load.axial_force.least_force", "solvers.rod.load.axial_force.Drive f1 f1 f"),
         ("solvers.rod.optimum.peak_model.row_slopes", "solvers.rod.optimum.peak_model.CorePeaks f1 f3 f2"),

@@ -1,7 +1,7 @@
 """Many strips checked at once: the same numbers as ``check`` gives one by one.
 
 Effects are chosen for every case by itself. What has no corrections of its shape - all but the strip's own inertia and
-large displacement - then goes through one compiled loop (``solvers.rod.cycle.linear_check``), that of the single check;
+large displacement - then goes through one compiled loop (``solvers.rod.linear_check``), that of the single check;
 the rest goes through ``check``.
 """
 
@@ -23,9 +23,9 @@ from solvers.fatigue.kernels import Diagram
 from solvers.outcome import Outcome
 from solvers.rod.check import RodCheck, check, outcome_of, require_within_rod
 from solvers.rod.cycle.composition import Composition
-from solvers.rod.cycle.linear_check import INPUTS, Results, check_linear, inputs_of, stations_for
 from solvers.rod.cycle.sampling import rule_for
 from solvers.rod.effects import RodEffect, choose_for, compose
+from solvers.rod.linear_check import INPUTS, Results, check_linear, inputs_of, stations_for
 from solvers.rod.piston.skirt import pressure_per_load
 from solvers.rod.scene import Dimensions, Load, Scene
 

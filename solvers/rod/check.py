@@ -16,7 +16,11 @@ from solvers.fatigue import FatigueCriterion, serensen
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import GUIDE_READINGS
-from solvers.rod.cycle.linear_check import (
+from solvers.rod.cycle.sampled import SampledCycle
+from solvers.rod.cycle.sampling import rule_for
+from solvers.rod.cycle.section import READINGS
+from solvers.rod.effects import RodEffect, choose_for, compose
+from solvers.rod.linear_check import (
     LAST_DIGITS,
     REFINEMENTS,
     ROUNDING,
@@ -26,10 +30,6 @@ from solvers.rod.cycle.linear_check import (
     inputs_of,
     stations_for,
 )
-from solvers.rod.cycle.sampled import SampledCycle
-from solvers.rod.cycle.sampling import rule_for
-from solvers.rod.cycle.section import READINGS
-from solvers.rod.effects import RodEffect, choose_for, compose
 from solvers.rod.piston.skirt import contact_load, pressure_per_load
 from solvers.rod.scene import Dimensions, Scene
 

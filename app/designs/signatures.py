@@ -11,6 +11,8 @@ TUPLES: dict[str, str] = {
     "solvers.numerics.panels.Rule": "f1 f1 f2 f2",
     "solvers.numerics.radau.Radau": "f1 f1 f2 f2 f2 f2 f1 f2",
     "solvers.numerics.ripple.Ripple": "f1 c2 c3 c3 f2 f5 f5 f1 f1 f2",
+    "solvers.pin.closed_form.kernel.Pins": "f2 f2 f3 f2",
+    "solvers.pin.closed_form.kernel.Results": "f1 f1 f1 f1 f1 f1 f1 f1 f1 f1",
     "solvers.rod.cycle.guide_loads.Guide": "f1 f1 f f f f",
     "solvers.rod.cycle.section.Field": "f1 solvers.numerics.panels.Rule f2 f1 f2 f2 f f f f b",
     "solvers.rod.cycle.section.StripRipple": "solvers.numerics.ripple.Ripple f2 f2",
@@ -81,9 +83,12 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.pin.shapes.break_points.paths.backward", "f4 f2 f2"),
         ("solvers.pin.shapes.break_points.paths.costs", "f f2 f2 f f f f4"),
         ("solvers.pin.shapes.break_points.paths.forward", "f4 f2 f2 i2"),
-        ("solvers.pin.shapes.cone._greatest_size", "f f1 f1 f1 f1 f1 f f f f"),
         ("solvers.pin.shapes.cone_bounds.deflection_slopes", "f f f f f f1 f1 f1 f1 f1 f1 f1 f f"),
+        ("solvers.pin.shapes.cone_sizes._greatest_size", "f f1 f1 f1 f1 f1 f f f f"),
         ("solvers.pin.stations.between_nodes._rise", "f1 f2 i f f1"),
+    ),
+    ("pin-profile", "check"): (
+        ("solvers.pin.closed_form.kernel.evaluate", "solvers.pin.closed_form.kernel.Pins f2 f2 solvers.pin.closed_form.kernel.Results"),
     ),
     ("impact-linkage", "design"): (
         ("solvers.linkage.loads.torque_and_pin_force.unit_peaks", "f2 f1 i i f"),

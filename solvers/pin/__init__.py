@@ -11,7 +11,7 @@ A bushing's scene has a ``pin.BushingGeometry``; everything else is alike.
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.pin.bulk.many import Case, check_many
 from solvers.pin.bulk.table import PinTable, check_bores
-from solvers.pin.check import PinCheck, Stress, check
+from solvers.pin.check import check
 from solvers.pin.design import PinDesign, design, explain
 from solvers.pin.effects import EFFECTS
 from solvers.pin.limits import Limits
@@ -20,6 +20,7 @@ from solvers.pin.materials import CATALOGUE, PinSteel
 from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.optimum.infeasibility import Diagnosis
 from solvers.pin.problem import PinProblem
+from solvers.pin.result import PinCheck, Stress
 from solvers.pin.scene import BushingGeometry, Geometry, PinMaterial, Scene
 from solvers.pin.section.criteria import CRITERIA
 from solvers.pin.shapes.cone import Cone

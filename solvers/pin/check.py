@@ -5,129 +5,37 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.accuracy import require_accuracy
-from solvers.effects import AUTO, EffectSelection
+from solvers.effects import AUTO, Choice, EffectSelection
 from solvers.outcome import Accuracy, Outcome, Status
-from solvers.pin.effects import Physics, choose_for, compose, demands_of
+from solvers.pin.closed_form.kernel import Results
+from solvers.pin.closed_form.stepped import Stepped, evaluate_all, result, stepped
+from solvers.pin.effects import Physics, PinEffect, choose_for, compose, demands_of
 from solvers.pin.limits import NO_LIMITS, Limits
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.capacity import force_limit_of
 from solvers.pin.optimum.discretised import assemble, sought_in
-from solvers.pin.optimum.program import Program, Sought, refined
-from solvers.pin.ring import ovalization
-from solvers.pin.ring.bearing_pressure import Pressures, bearing_pressures
-from solvers.pin.scene import BushingGeometry, Geometry, Scene
+from solvers.pin.optimum.program import Program, refined
+from solvers.pin.result import PinCheck, Sections, finite
+from solvers.pin.ring.bearing_pressure import bearing_pressures
+from solvers.pin.ring_results import RingResult, ring_of
+from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
 from solvers.pin.section.flexibility import cowper
 from solvers.pin.shapes.constant import lightest_constant
 from solvers.pin.shapes.given import Profile, WholeProfile
 from solvers.pin.stations.between_nodes import risen
 from solvers.pin.stations.opening import opening_stations
+from solvers.pin.warnings import exceeded, ring_warnings, shape_warnings
 
 Array = NDArray[np.float64]
 _MOST_STATIONS = 20_000
 _PASSES = 40
-_LEAST_RING_WALL = 1e-5
-"""Walls thinner than this share of the radius are no ring that anything could be said of."""
-
-
-@dataclass(frozen=True)
-class RingResult:
-    """The ring in the middle of the part, and over its length: None where the wall runs out."""
-
-    ovalization: float
-    ovalization_max: float | None
-    stresses: ovalization.RingStresses
-    stress_max: float | None
-    model: str
-
-
-@dataclass(frozen=True)
-class Stress:
-    """Along the whole part: places, bores, outer diameters [m], moment [N m], shear [N], equivalent stress [Pa], each
-    (n,)."""
-
-    x: Array
-    bore: Array
-    outer: Array
-    moment: Array
-    shear: Array
-    equivalent: Array
-
-
-@dataclass(frozen=True)
-class Sections:
-    """What ``Stress`` has, (6, n), at a program's stations; places where a shape begins; whether the stations of one
-    half stand for both."""
-
-    table: Array
-    places: tuple[float, ...]
-    geometry: Geometry | BushingGeometry
-    symmetric: bool
-
-    def along(self) -> Stress:
-        """Stations of the whole part, thinned to some four hundred; places where a load or a shape begins stay."""
-        table, g, (x, bore, outer) = self.table, self.geometry, self.table[:3]
-        starts = {0.0, g.boss_length, g.boss_length + g.gap, 0.5 * g.length, *self.places}
-        fixed = np.isin(x, list(starts)) | (x == x[-1]) | (x == x[0])
-        same = np.zeros(x.size, dtype=bool)
-        same[1:] = (x[1:] == x[:-1]) & (np.abs(np.diff(bore)) <= 1e-12 * bore[:-1])
-        same[1:] &= np.abs(np.diff(outer)) <= 1e-12 * outer[:-1]
-        keep: list[int] = []
-        step, last = g.length / 400.0, -math.inf
-        for i, (place, must, again) in enumerate(zip(x.tolist(), fixed.tolist(), same.tolist(), strict=True)):
-            repeated = again and keep and keep[-1] == i - 1
-            if (must and not repeated) or (place - last >= step and not again):
-                keep.append(i)
-                last = place
-        table = table[:, keep]
-        if self.symmetric:
-            mirrored = table[:, ::-1].copy()
-            mirrored[0] = g.length - mirrored[0]
-            mirrored[4] = -mirrored[4]
-            table = np.concatenate([table, mirrored[:, 1:]], axis=1)
-        return Stress(*table)
-
-
-@dataclass(frozen=True)
-class PinCheck:
-    """The results of a check of a pin or a bushing, SI units; None where a result does not exist (an effect that did
-    not run, no wall, what only a pin has).
-
-    ``constant_mass`` is what one diameter all along would weigh under the same limits, ``force_limit`` the greatest
-    force that a solid pin carries.
-    """
-
-    mass: float
-    solid_mass: float | None
-    constant_mass: float | None
-    sections: Sections | None
-    min_bore: float
-    bore_mid: float
-    max_outer: float
-    outer_mid: float
-    least_wall: float
-    max_moment: float
-    max_shear: float
-    equivalent_stress_max: float | None
-    worst_section: float
-    shear_stress_max: float | None
-    strength_utilisation: float | None
-    deflection: float | None
-    ring: RingResult | None
-    pressures: Pressures | None
-    force_limit: float | None
-    warnings: tuple[str, ...]
-
-    @cached_property
-    def along(self) -> Stress | None:
-        """The part from end to end, at some four hundred places; None of a pin checked among many."""
-        return None if self.sections is None else self.sections.along()
 
 
 def check(
@@ -145,32 +53,73 @@ def check(
     request makes no sense, EffectConflict for an excluded effect that a limit needs.
     """
     started = time.perf_counter()
+    prepared = prepare(scene, profile, criterion, limits, effects, effect_tolerance, accuracy)
+    if prepared.stepped is None:
+        return prepared.on_stations()
+    results = evaluate_all([prepared.stepped])
+    return prepared.in_closed_form(results, 0, time.perf_counter() - started)
+
+
+def prepare(
+    scene: Scene, profile: Profile, criterion: Criterion, limits: Limits, effects: EffectSelection,
+    effect_tolerance: float, accuracy: float,
+) -> Prepared:  # fmt: skip
+    """A check with its effects chosen. Raises as ``check`` does."""
     require_accuracy(accuracy)
     profile.require_inside(scene.geometry)
     choice = choose_for(scene, effects, effect_tolerance, demands_of(limits))
-    physics = compose(choice)
-    length, sought = scene.geometry.length, sought_in(scene)
-    whole = profile.along(length)
+    whole = profile.along(scene.geometry.length)
     if not halves_alike(scene, whole):
         scene = replace(scene, mirrored=False)
-    program, walls, doubt = on_profile(scene, whole, criterion, physics, accuracy, limits)
-    # What one diameter under the same limits would weigh, where there is one.
-    constant, constant_doubt = lightest_constant(program, accuracy) or (None, 0.0)
-    value = assess(
-        program, walls, limits, sought.mass_of(scene, np.array(whole.x), np.array(whole.bore)),
-        None if constant is None else program.mass_unit * constant, whole.places,
-    )  # fmt: skip
-    return Outcome(
-        Status.SUCCEEDED,
-        value,
-        choice.manifest,
-        Accuracy(
-            accuracy,
-            max(doubt, constant_doubt) + ROUNDING,
-            {"stations": int(walls.size)},
-        ),
-        timing={"solve_s": time.perf_counter() - started},
-    )
+    physics = compose(choice)
+    pin = stepped(scene, profile, criterion, limits, physics)
+    return Prepared(scene, whole, criterion, limits, physics, accuracy, choice, pin)
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A check whose effects are chosen; ``stepped`` is None where it takes stations along the part."""
+
+    scene: Scene
+    whole: WholeProfile
+    criterion: Criterion
+    limits: Limits
+    physics: Physics
+    accuracy: float
+    choice: Choice[PinEffect]
+    stepped: Stepped | None
+
+    def in_closed_form(self, results: Results, row: int, seconds: float) -> Outcome[PinCheck]:
+        """The outcome from a row of ``evaluate_all``'s results."""
+        value = result(self.stepped, results, row, self._sections)
+        return self._outcome(value, ROUNDING, {"sections": len(self.stepped.steps.bores)}, seconds)
+
+    def on_stations(self) -> Outcome[PinCheck]:
+        """The outcome by quadrature on stations."""
+        started = time.perf_counter()
+        sought, whole = sought_in(self.scene), self.whole
+        program, walls, doubt = self._on_profile()
+        # What one diameter under the same limits would weigh, where there is one.
+        constant, constant_doubt = lightest_constant(program, self.accuracy) or (None, 0.0)
+        value = assess(
+            program, walls, self.limits, sought.mass_of(self.scene, np.array(whole.x), np.array(whole.bore)),
+            None if constant is None else program.mass_unit * constant, whole.places,
+        )  # fmt: skip
+        settings = {"stations": int(walls.size)}
+        return self._outcome(value, max(doubt, constant_doubt) + ROUNDING, settings, time.perf_counter() - started)
+
+    def _on_profile(self) -> tuple[Program, Array, float]:
+        return on_profile(self.scene, self.whole, self.criterion, self.physics, self.accuracy, self.limits)
+
+    def _sections(self) -> Sections:
+        program, walls, _ = self._on_profile()
+        return sections_of(program, walls, self.whole.places)
+
+    def _outcome(
+        self, value: PinCheck, estimated: float, settings: dict[str, int], seconds: float
+    ) -> Outcome[PinCheck]:
+        accuracy = Accuracy(self.accuracy, estimated, settings)
+        return Outcome(Status.SUCCEEDED, value, self.choice.manifest, accuracy, timing={"solve_s": seconds})
 
 
 def halves_alike(scene: Scene, whole: WholeProfile) -> bool:
@@ -235,12 +184,7 @@ def assess(
         mass=mass,
         solid_mass=program.mass_unit if is_pin else None,
         constant_mass=constant_mass,
-        sections=Sections(
-            np.stack([x, bore, outer, forces.moment_total, forces.shear[0], equivalent]),
-            places,
-            scene.geometry,
-            scene.symmetric,
-        ),
+        sections=partial(sections_of, program, walls, places),
         min_bore=float(bore.min()),
         bore_mid=float(np.interp(middle, x, bore)),
         max_outer=float(outer.max()),
@@ -248,11 +192,11 @@ def assess(
         least_wall=0.5 * sought.thickness(float(walls.min())),
         max_moment=float(forces.moment_total.max()),
         max_shear=float(forces.shear_total.max()),
-        equivalent_stress_max=_finite(equivalent[worst]),
+        equivalent_stress_max=finite(equivalent[worst]),
         worst_section=float(x[worst]),
-        shear_stress_max=None if allowable_shear is None else _finite(allowable_shear * uses[1].max()),
-        strength_utilisation=_finite(use.max()),
-        deflection=_finite(deflection),
+        shear_stress_max=None if allowable_shear is None else finite(allowable_shear * uses[1].max()),
+        strength_utilisation=finite(use.max()),
+        deflection=finite(deflection),
         ring=found_ring,
         pressures=bearing_pressures(scene, stations, outer) if physics.contact_pressure else None,
         force_limit=force_limit_of(program) if is_pin else None,
@@ -260,26 +204,13 @@ def assess(
     )
 
 
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
-
-
-def ring_of(scene: Scene, sought: Sought, sizes: Array) -> RingResult:
-    """The ring in the middle, and where the wall is thinnest, which ovals and stresses it most; ``sizes`` [m] along the
-    part, of a symmetric one from its end to the middle."""
-    m = scene.material
-
-    def like(size: float) -> tuple[float, ...]:
-        bore, outer = sought.pair(size)
-        return scene.force, outer, scene.geometry.length, bore / outer, m.elastic_modulus, m.poisson
-
-    middle, thinnest = float(sizes[sizes.size - 1 if scene.symmetric else sizes.size // 2]), sought.thinnest(sizes)
-    own = ovalization.ring(*like(sought.with_wall(middle, _LEAST_RING_WALL)))
-    if thinnest != sought.with_wall(thinnest, _LEAST_RING_WALL):
-        return RingResult(own.ovalization, None, own.stresses, None, own.model)
-    most = own if thinnest == middle else ovalization.ring(*like(thinnest))
-    stress = ovalization.greatest_stress(*like(thinnest))
-    return RingResult(own.ovalization, most.ovalization, own.stresses, stress, own.model)
+def sections_of(program: Program, walls: Array, places: tuple[float, ...] = ()) -> Sections:
+    """What stands along the part at a program's stations; ``places`` [m] where its shape begins anew stay in it."""
+    scene, forces = program.scene, program.forces
+    equivalent = scene.material.allowable_stress * program.uses(walls)[0]
+    bore, outer = program.sought.diameters(program.sought.sizes(walls))
+    table = np.stack([program.stations.x, bore, outer, forces.moment_total, forces.shear[0], equivalent])
+    return Sections(table, places, scene.geometry, scene.symmetric)
 
 
 def _warnings(
@@ -293,46 +224,3 @@ def _warnings(
     if found is not None:
         said += ring_warnings(program.scene, program.sought, limits, x, walls, found)
     return tuple(said)
-
-
-def exceeded(x: Array, use: float) -> str:
-    """At which places [m] the strength is exceeded, and by how much."""
-    by = f"by {100.0 * (use - 1.0):.2g} %" if math.isfinite(use) else "where there is no wall"
-    return f"the strength is exceeded {_span(x)}, {by}"
-
-
-def shape_warnings(limits: Limits, least: float, deflection: float) -> list[str]:
-    """Least wall [m] and deflection [m] beyond their limits."""
-    said = []
-    if least < limits.min_wall * (1.0 - 1e-9):
-        said.append(f"the wall is {least * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked")
-    if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + 1e-9):
-        said.append(f"the deflection of {deflection * 1e6:.4g} um exceeds its limit")
-    return said
-
-
-def _span(x: Array) -> str:
-    """Where, in words: from the first to the last of places [m]."""
-    first, last = f"{x.min() * 1e3:.4g}", f"{x.max() * 1e3:.4g}"
-    return f"at {first} mm" if first == last else f"between {first} and {last} mm"
-
-
-def ring_warnings(scene: Scene, sought: Sought, limits: Limits, x: Array, walls: Array, found: RingResult) -> list[str]:
-    """Whether the ring, of which the beam knows nothing, is what the part breaks of; walls at places x [m]."""
-    said: list[str] = []
-    if scene.force == 0.0:
-        return said
-    if limits.max_ovalization is not None and (
-        found.ovalization_max is None or found.ovalization_max > limits.max_ovalization * (1.0 + 1e-9)
-    ):
-        said.append("the ovalization exceeds its limit")
-    allowable = scene.material.allowable_stress if limits.max_ring_stress is None else limits.max_ring_stress
-    if found.stress_max is None or found.stress_max > allowable * (1.0 + 1e-9):
-        thin, where = sought.over_ring_stress(scene, allowable, walls)
-        if thin.any():
-            said.append(
-                f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where {where}, "
-                + _span(x[thin])
-                + (" (and mirrored)" if scene.symmetric else "")
-            )
-    return said

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, EffectSelection
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
-from solvers.pin.check import PinCheck, assess, deflection_doubt, on_profile
+from solvers.pin.check import assess, deflection_doubt, on_profile
 from solvers.pin.effects import Physics, choose_for, compose, demands_of
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.discretised import assemble, sought_in
@@ -22,6 +22,7 @@ from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.infeasibility import Diagnosis, diagnose
 from solvers.pin.optimum.program import Program, refined
 from solvers.pin.problem import PinProblem
+from solvers.pin.result import PinCheck
 from solvers.pin.section.flexibility import cowper
 from solvers.pin.shapes.constant import lightest_constant
 from solvers.pin.shapes.contour import Cubic, contour

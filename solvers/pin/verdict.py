@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.outcome import Accuracy, EffectReport
-from solvers.pin.check import PinCheck, RingResult
 from solvers.pin.limits import Limits
+from solvers.pin.result import PinCheck
+from solvers.pin.ring_results import RingResult
 from solvers.pin.scene import PinMaterial, Scene
 from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, left_out, slack_of, unknown
 

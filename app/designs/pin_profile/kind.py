@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from app.designs.claims import Claim, of_pin
-from app.designs.kind import Answer, Job, Kind, Mode
+from app.designs.kind import Answer, Detail, Job, Kind, Mode
 from app.designs.pin_profile.chain import FOLLOWED, calculation
 from app.designs.pin_profile.drawing import drawing
 from app.designs.pin_profile.form import FORM
@@ -28,26 +29,43 @@ from app.designs.pin_profile.result import (
     design_json,
     infeasible_json,
     pin_json,
+    profile_json,
 )
 from app.designs.pin_profile.verdict import WORDS
-from app.designs.schema import MILLI, envelope, refusal_problem
+from app.designs.schema import MILLI, bulk_answers, envelope, refused
 from app.designs.verdict import denials, verdict_json
 from solvers import pin
 from solvers.errors import InvalidInput
 from solvers.outcome import Outcome
 
 
+def case_of(request: CheckRequest) -> pin.Case:
+    """The check that a request asks for. Raises InvalidInput for what only the solver can see."""
+    return pin.Case(
+        request.scene(), request.given(), pin.CRITERIA[request.criterion], request.limits.to_solver(),
+        request.selection(), request.effect_tolerance, request.accuracy,
+    )  # fmt: skip
+
+
 def run_check(request: CheckRequest) -> Answer:
     """Evaluate the pin or the bushing."""
-    limits = request.limits.to_solver()
-    how = pin.CRITERIA[request.criterion], limits, request.selection(), request.effect_tolerance, request.accuracy
     try:
-        scene = request.scene()
-        outcome = pin.check(scene, request.given(), *how)
+        case = case_of(request)
+        return _answer(request, case, case.alone())
     except InvalidInput as refusal:
-        return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
-    verdict = pin.judge(outcome.value, scene, outcome.accuracy, limits, outcome.effects)
-    return envelope(outcome, pin_json(outcome.value), verdict_json(verdict, WORDS, outcome.accuracy))
+        return refused(request, refusal)
+
+
+def run_checks(requests: Sequence[CheckRequest], detail: Detail) -> list[Answer]:
+    """Evaluate many pins and bushings."""
+    answer = _answer if detail is Detail.FULL else partial(_answer, tables=False)
+    return bulk_answers(requests, case_of, pin.check_many, answer)
+
+
+def _answer(_request: CheckRequest, case: pin.Case, outcome: Outcome[pin.PinCheck], tables: bool = True) -> Answer:
+    verdict = pin.judge(outcome.value, case.scene, outcome.accuracy, case.limits, outcome.effects)
+    result = {**pin_json(outcome.value), **(profile_json(outcome.value) if tables else {})}
+    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 def run_design(request: DesignRequest) -> Answer:
@@ -56,7 +74,7 @@ def run_design(request: DesignRequest) -> Answer:
         problem = request.problem()
         outcome = pin.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
     except InvalidInput as refusal:
-        return Answer("refused", None, [], None, {}, refusal_problem(request, refusal))
+        return refused(request, refusal)
     found = outcome.value
     if found is None:
         why = None
@@ -69,7 +87,9 @@ def run_design(request: DesignRequest) -> Answer:
         {"x_mm": x / MILLI, **dict(zip(names, (size / MILLI, given / MILLI), strict=True))} for x, size in found.corners
     ]
     verdict = pin.judge(found.check, problem.scene, outcome.accuracy, problem.limits, outcome.effects)
-    result = design_json(outcome, pin_json(found.check), corners, _claim(request, outcome))
+    result = design_json(
+        outcome, {**pin_json(found.check), **profile_json(found.check)}, corners, _claim(request, outcome)
+    )
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
@@ -111,7 +131,14 @@ PIN_PROFILE = Kind(
             infeasible=InfeasibleResult,
             tables=TABLES,
         ),
-        Mode.CHECK: Job(CheckRequest, PinResult, run_check, reference=check_reference, tables=TABLES),
+        Mode.CHECK: Job(
+            CheckRequest,
+            PinResult,
+            run_check,
+            reference=check_reference,
+            run_many=run_checks,
+            tables=TABLES,
+        ),
     },
     known_effects=pin.EFFECTS,
     plots={

@@ -102,8 +102,8 @@ def _sections(x: Array, bore: Array, outer: Array, moment: Array, shear: Array, 
 
 
 def pin_json(check: pin.PinCheck) -> dict[str, Any]:
-    """The check of a pin or a bushing in the names and units of the contract."""
-    ring, pressures, along = check.ring, check.pressures, check.along
+    """The check of a pin or a bushing in the names and units of the contract, without its profile."""
+    ring, pressures = check.ring, check.pressures
     sides = ("outer_side", "inner_side", "outer_top", "inner_top")
     return {
         "mass_g": check.mass / MILLI,
@@ -129,9 +129,14 @@ def pin_json(check: pin.PinCheck) -> dict[str, Any]:
         "contact_pressures_mpa": pressures
         and {name: getattr(pressures, name) / MEGA for name in ("small_end", "boss_mean", "boss_peak")},
         "force_limit_n": check.force_limit,
-        "profile": _sections(along.x, along.bore, along.outer, along.moment, along.shear, along.equivalent),
         "warnings": list(check.warnings),
     }
+
+
+def profile_json(check: pin.PinCheck) -> dict[str, Any]:
+    """What stands along the part, which a batch leaves out."""
+    along = check.along
+    return {"profile": _sections(along.x, along.bore, along.outer, along.moment, along.shear, along.equivalent)}
 
 
 class PinCertificate(CertificateResult):

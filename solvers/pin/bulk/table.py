@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solvers.errors import require
-from solvers.pin.bulk.closed_form import Pins, Results, evaluate
+from solvers.pin.closed_form.kernel import Pins
+from solvers.pin.closed_form.rows import demand_rows, evaluated, law_row
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import CRITERIA, Criterion
 from solvers.pin.section.flexibility import cowper
 
 Array = NDArray[np.float64]
-_DEMANDS = 3
 
 
 @dataclass(frozen=True)
@@ -112,41 +111,3 @@ def _require_pins(sizes: Array, bores: Array) -> None:
         good = np.isfinite(sizes[:, column]) & (sizes[:, column] >= 0.0)
         require(bool(good.all()), name, "must not be negative", "[0, inf)")
     require(bool(np.all((bores >= 0.0) & (bores <= sizes[:, :1]))), "bores", "leave no pin", "[0, outer diameter]")
-
-
-def demand_rows(criterion: Criterion, material: PinMaterial) -> Array:
-    """The strength demands as ``closed_form.Pins`` has them, (3, 3)."""
-    rows = np.zeros((_DEMANDS, 3))
-    for row, (bending, shear) in zip(rows, criterion.factors, strict=False):
-        row[:] = bending / material.allowable_stress, shear / material.allowable_stress, 1.0
-    if material.allowable_shear is not None:
-        rows[-1] = 0.0, 1.0 / material.allowable_shear, 0.0
-    return rows
-
-
-def law_row(criterion: Criterion, material: PinMaterial) -> tuple[float, float, float]:
-    """The greatest shear stress of a tube by the criterion: c0, c1, c2."""
-    law = criterion.law(material)
-    return law.c0, law.c1, law.c2
-
-
-def evaluated(pins: Pins, ends: Array, walls: Array, threads: int = 1) -> Results:
-    """``evaluate`` for all pins, in so many slices at the same time."""
-    count = walls.shape[0]
-    out = Results(*(np.empty(count) for _ in Results._fields))
-    cuts = np.linspace(0, count, min(threads, max(count, 1)) + 1).astype(int).tolist()
-
-    def solve(begin: int, end: int) -> None:
-        evaluate(
-            Pins(*(a[begin:end] for a in pins)),
-            ends[begin:end],
-            walls[begin:end],
-            Results(*(a[begin:end] for a in out)),
-        )
-
-    if len(cuts) == 2:
-        solve(0, count)
-        return out
-    with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(solve, cuts[:-1], cuts[1:]))
-    return out

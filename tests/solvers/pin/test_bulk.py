@@ -11,7 +11,7 @@ import pytest
 
 from solvers import pin
 from solvers.errors import InvalidInput
-from solvers.pin.bulk.many import Steps, steps_of
+from solvers.pin.closed_form.stepped import Steps, steps_of
 from solvers.pin.load.piston_pin import pin_places
 from solvers.pin.uniform import deflection_parts
 

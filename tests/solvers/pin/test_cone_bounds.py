@@ -10,8 +10,8 @@ import pytest
 from solvers import pin
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.discretised import assemble
-from solvers.pin.shapes.cone import _Cones
 from solvers.pin.shapes.cone_bounds import second_order
+from solvers.pin.shapes.cone_sizes import Cones
 from solvers.pin.shapes.tapers import NARROWING, WIDENING
 from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import PAPER, VAZ
@@ -19,7 +19,7 @@ from tests.solvers.pin.pins import PAPER, VAZ
 
 def cones(deflection, slope=None, taper=NARROWING):
     limits = pin.Limits(max_deflection=deflection, max_slope=slope)
-    return _Cones(assemble(VAZ, limits, PAPER, Physics(), opening_stations(VAZ)), taper)
+    return Cones(assemble(VAZ, limits, PAPER, Physics(), opening_stations(VAZ)), taper)
 
 
 def boxes(random, count):
@@ -49,7 +49,7 @@ def test_each_rules_slopes_hold_every_difference_in_the_box(taper):
             r, c = random.uniform((box[0], box[2]), (box[1], box[3]))
             for side, (dr, dc) in ((0, (box[1] - r, 0.0)), (2, (0.0, box[3] - c))):
                 step = dr + dc
-                change = np.log(some._stiff(r + dr, c + dc)) - np.log(some._stiff(r, c))
+                change = np.log(some.stiff(r + dr, c + dc)) - np.log(some.stiff(r, c))
                 least, most = deflection.slopes[side : side + 2]
                 assert least * step - 1e-13 <= change <= most * step + 1e-13
 
@@ -63,7 +63,7 @@ def test_on_a_ridge_of_two_rules_the_bound_loses_the_square_of_the_width():
         low, high = 0.7, 1.0
         for _ in range(50):
             c = 0.5 * (low + high)
-            low, high = (c, high) if some._stiff(r, c) >= 1.0 else (low, c)
+            low, high = (c, high) if some.stiff(r, c) >= 1.0 else (low, c)
         ridge.append((NARROWING.hollow(r, low), r, low))
     best, r, c = max(ridge)
     lost = []
@@ -143,7 +143,7 @@ def test_a_cone_may_end_anywhere_in_a_panel(taper, c):
     cut = assemble(whole.scene, whole.limits, whole.criterion, whole.physics, whole.stations.cut((place,)), whole.law)
     assert cut.stations.left.size == whole.stations.left.size + 1
     # The stations that the cut adds carry strength too: only the deflection is compared.
-    assert _Cones(whole, taper)._stiff(0.5, c) == pytest.approx(_Cones(cut, taper)._stiff(0.5, c), rel=1e-13)
+    assert Cones(whole, taper).stiff(0.5, c) == pytest.approx(Cones(cut, taper).stiff(0.5, c), rel=1e-13)
 
 
 def test_a_cone_that_ends_between_stations_is_the_lightest_of_its_like():

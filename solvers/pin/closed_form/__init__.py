@@ -1,0 +1,1 @@
+"""Pins of stepped bores under the rod's force, without stations."""

@@ -1,0 +1,141 @@
+"""Checks of pins with stepped bores: any number of them by the kernel, each as ``PinCheck`` has it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.pin.closed_form.constant import lightest_share
+from solvers.pin.closed_form.kernel import Pins, Results
+from solvers.pin.closed_form.rows import demand_rows, evaluated, law_row
+from solvers.pin.effects import Physics
+from solvers.pin.limits import Limits
+from solvers.pin.optimum.bore_sought import BoreSought
+from solvers.pin.optimum.capacity import force_limit
+from solvers.pin.result import PinCheck, Sections, finite
+from solvers.pin.ring.bearing_pressure import pressures_of_pin
+from solvers.pin.ring_results import RingResult, ring_of
+from solvers.pin.scene import BushingGeometry, Scene
+from solvers.pin.section.criteria import Criterion
+from solvers.pin.section.flexibility import cowper
+from solvers.pin.shapes.given import Profile
+from solvers.pin.warnings import exceeded, ring_warnings, shape_warnings
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Steps:
+    """A stepped bore: diameters of the steps of the first half, and where each of them ends [m]."""
+
+    ends: tuple[float, ...]
+    bores: tuple[float, ...]
+
+
+def steps_of(profile: Profile, length: float) -> Steps | None:
+    """A profile's steps, if it has nothing else and its points stand for both halves; else None."""
+    half, bore = 0.5 * length, profile.bore
+    if all(d == bore[0] for d in bore):
+        return Steps((half,), bore[:1])
+    if profile.x[-1] > half * (1.0 + 1e-12):
+        return None
+    # Before the first point and behind the last one the bore goes on unchanged.
+    places = [0.0, *profile.x, half]
+    diameters = [bore[0], *bore, bore[-1]]
+    ends, bores = [], []
+    for (start, ahead), (end, behind) in pairwise(zip(places, diameters, strict=True)):
+        if start < min(end, half):
+            if ahead != behind:
+                return None
+            ends.append(min(end, half))
+            bores.append(ahead)
+    return Steps(tuple(ends), tuple(bores))
+
+
+@dataclass(frozen=True)
+class Stepped:
+    """A pin of a stepped bore, and all that its check needs."""
+
+    scene: Scene
+    steps: Steps
+    criterion: Criterion
+    limits: Limits
+    physics: Physics
+
+
+def stepped(scene: Scene, profile: Profile, criterion: Criterion, limits: Limits, physics: Physics) -> Stepped | None:
+    """The pin, if it is one that the kernel knows: alike in both halves, under the rod's force alone, all of its bore
+    steps; else None."""
+    if not scene.symmetric or isinstance(scene.geometry, BushingGeometry):
+        return None
+    steps = steps_of(profile, scene.geometry.length)
+    return None if steps is None else Stepped(scene, steps, criterion, limits, physics)
+
+
+def evaluate_all(pins: Sequence[Stepped]) -> Results:
+    """The kernel's results, a row for each; where steps are fewer than others', the last one is repeated."""
+    most = max((len(pin.steps.ends) for pin in pins), default=1)
+    ends, bores = np.empty((len(pins), most)), np.empty((len(pins), most))
+    sizes, elastic = np.empty((len(pins), 5)), np.empty((len(pins), 4))
+    demands, laws = np.empty((len(pins), 3, 3)), np.empty((len(pins), 3))
+    for k, pin in enumerate(pins):
+        g, m, steps = pin.scene.geometry, pin.scene.material, pin.steps
+        short = most - len(steps.ends)
+        ends[k], bores[k] = steps.ends + steps.ends[-1:] * short, steps.bores + steps.bores[-1:] * short
+        sizes[k] = g.outer_diameter, g.boss_length, g.small_end_length, g.gap, pin.scene.force
+        law, shears = cowper(m.poisson), float(pin.physics.shear_deflection)
+        elastic[k] = m.elastic_modulus, m.shear_modulus, shears * law.a, shears * law.b
+        demands[k], laws[k] = demand_rows(pin.criterion, m), law_row(pin.criterion, m)
+    return evaluated(Pins(sizes, elastic, demands, laws), ends, np.maximum(sizes[:, :1] - bores, 0.0) / sizes[:, :1])
+
+
+def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sections]) -> PinCheck:
+    """One row as a check; ``sections`` makes what stands along the pin, where that is read."""
+    scene, limits, criterion, bores = pin.scene, pin.limits, pin.criterion, pin.steps.bores
+    g, m = scene.geometry, scene.material
+    found = Results(*(float(column[row]) for column in results))
+    use, deflection = max(found.criterion, found.shear), found.deflection
+    constant = lightest_share(scene, limits, criterion, pin.physics.shear_deflection)
+    sizes = np.array(bores)
+    ring = ring_of(scene, BoreSought(g.outer_diameter), sizes) if pin.physics.ovalization else None
+    solid_mass = m.density * g.area * g.length
+    return PinCheck(
+        mass=solid_mass * found.volume,
+        solid_mass=solid_mass,
+        constant_mass=None if constant is None else solid_mass * constant,
+        sections=sections,
+        min_bore=min(bores),
+        bore_mid=bores[-1],
+        max_outer=g.outer_diameter,
+        outer_mid=g.outer_diameter,
+        least_wall=0.5 * max(g.outer_diameter - max(bores), 0.0),
+        max_moment=found.moment,
+        max_shear=found.force,
+        equivalent_stress_max=finite(m.allowable_stress * found.criterion),
+        worst_section=found.worst,
+        shear_stress_max=None if m.allowable_shear is None else finite(m.allowable_shear * found.shear),
+        strength_utilisation=finite(use),
+        deflection=finite(deflection),
+        ring=ring,
+        pressures=pressures_of_pin(scene) if pin.physics.contact_pressure else None,
+        force_limit=scene.force / found.solid if scene.force > 0.0 else force_limit(scene, criterion),
+        warnings=_warnings(pin, found, ring),
+    )
+
+
+def _warnings(pin: Stepped, found: Results, ring: RingResult | None) -> tuple[str, ...]:
+    """What the pin breaks, as ``check`` says it."""
+    scene, limits, steps, said = pin.scene, pin.limits, pin.steps, []
+    outer, use = scene.geometry.outer_diameter, max(found.criterion, found.shear)
+    if use > 1.0 + 1e-9:
+        said.append(exceeded(np.array([found.first_over, found.last_over]), use))
+    walls = np.maximum(outer - np.array(steps.bores), 0.0)
+    said += shape_warnings(limits, 0.5 * float(walls.min()), found.deflection)
+    if ring is not None:
+        x = np.stack([(0.0, *steps.ends[:-1]), steps.ends], axis=1).ravel()
+        said += ring_warnings(scene, BoreSought(outer), limits, x, np.repeat(walls / outer, 2), ring)
+    return tuple(said)

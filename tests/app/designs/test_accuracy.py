@@ -114,7 +114,8 @@ def test_effects_beyond_the_reference_are_judged_by_the_solver_itself_and_it_say
 def test_a_design_tells_how_far_it_is_proven_and_the_cheapest_proof():
     found = studied("impact-linkage", Mode.DESIGN).result
     gaps = [level["proven_gap"] for level in found["levels"]]
-    assert gaps[0] == pytest.approx(1e-3) and gaps[1] == pytest.approx(1e-6)
+    # The proof goes as far as the accuracy asks for, and no farther.
+    assert gaps[0] == pytest.approx(1e-2) and gaps[1] == pytest.approx(1e-6)
     assert found["certified"]["proven_gap"] == pytest.approx(1e-6)
     assert found["certified"]["settings"]["gap"] == pytest.approx(1e-6)
     assert studied("pin-profile", Mode.CHECK).result["certified"] is None

@@ -69,7 +69,7 @@ async def here(
     try:
         with RunStore(database_url) as store:
             limits = Settings()
-            service = BatchService(store, pool, limits.solve_budget_s, limits.batch_lease_s, limits.max_batch_items)
+            service = BatchService(store, pool, limits.solve_budget_s, limits.lease_s, limits.max_batch_items)
             ask = Asked.of(kind, mode, file.name, detail)
             digest = hashlib.sha256()
             if form == "application/json":

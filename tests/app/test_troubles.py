@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from sqlalchemy import event
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
@@ -58,10 +59,10 @@ def test_a_deleted_database_is_told_by_every_route_and_by_readiness(tmp_path):
 def test_a_full_database_is_507(tmp_path):
     with keyed(tmp_path) as service:
         service.warm()
-        connections = [service.store._engine.connect() for _ in range(6)]
-        for connection in connections:
-            connection.exec_driver_sql("PRAGMA max_page_count = 1")
-            connection.close()
+        # Of every connection that is used from now on, whoever opened it.
+        event.listen(
+            service.store._engine, "checkout", lambda connection, *_: connection.execute("PRAGMA max_page_count = 1")
+        )
         statuses = [service.client.post(MASSES, json={**BODY, "name": "x" * 200}).status_code for _ in range(12)]
         assert statuses[-1] == 507 and set(statuses) <= {201, 507}
         # What was acknowledged is there.

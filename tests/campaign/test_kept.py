@@ -124,7 +124,8 @@ def test_nothing_that_judges_lies_outside_the_fingerprint():
     for folder in ("app/designs", "bench/campaign"):
         for path in (ROOT / folder).rglob("*.py"):
             for name in wanted.findall(path.read_text("utf-8")):
-                assert name.startswith(folders), f"{path.name} imports {name}"
+                # No verdict depends on what is logged.
+                assert name.startswith((*folders, "app.logging")), f"{path.name} imports {name}"
 
 
 def test_every_kind_has_its_names_and_more_time_is_another_campaign(sources):

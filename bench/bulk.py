@@ -17,7 +17,7 @@ import numpy as np
 from app.designs.kind import Detail, Mode
 from app.designs.many import answer_many
 from app.designs.registry import KINDS
-from solvers import linkage, rod
+from solvers import linkage, pin, rod
 from solvers.effects import AUTO, EffectSelection
 
 COUNT, FEW = 2000, 100
@@ -61,7 +61,7 @@ def _joblib(check: Callable[[object], object], items: list[object]) -> float:
         return _per_item(lambda: pool(delayed(check)(item) for item in many), len(many), time.perf_counter)
 
 
-def _alone(case: rod.Case | linkage.Case) -> object:
+def _alone(case: rod.Case | linkage.Case | pin.Case) -> object:
     return case.alone().status
 
 
@@ -104,6 +104,27 @@ def _linkages(name: str, envelope: bool) -> Row:
     )
 
 
+def _pins(name: str, steps: int) -> Row:
+    request = KINDS["pin-profile"].jobs[Mode.CHECK].request.model_validate(KINDS["pin-profile"].example(Mode.CHECK))
+    scene, rng = request.scene(), np.random.default_rng(2)
+    g, half = scene.geometry, 0.5 * scene.geometry.length
+    ends = np.sort(rng.uniform(0.2, 1.0, (COUNT, steps)), axis=1) * half
+    ends[:, -1] = half
+    bores = g.outer_diameter * rng.uniform(0.3, 0.7, (COUNT, steps))
+    starts = np.concatenate([np.zeros((COUNT, 1)), ends[:, :-1]], axis=1)
+    x = np.stack([starts, ends], axis=2).reshape(COUNT, -1)[:FEW].tolist()
+    shapes = [pin.Profile(tuple(at), tuple(d)) for at, d in zip(x, np.repeat(bores, 2, axis=1).tolist(), strict=False)]
+    cases = [pin.Case(scene, shape, effects=_only(pin.EFFECTS, "shear_deflection")) for shape in shapes]
+    sizes = g.outer_diameter, g.boss_length, g.small_end_length, g.gap, scene.force
+    return Row(
+        name,
+        _per_item(lambda: pin.check_bores(*sizes, scene.material, bores, ends), COUNT),
+        _per_item(lambda: pin.check_many(cases), FEW),
+        _per_item(lambda: [case.alone() for case in cases], FEW),
+        _joblib(_alone, cases),
+    )
+
+
 def _answers(slug: str, mode: Mode) -> Row:
     job, example = KINDS[slug].jobs[mode], KINDS[slug].example(mode)
     bodies = [{**example, "name": str(k)} for k in range(20)]
@@ -127,6 +148,8 @@ def measure() -> list[Row]:
         _rods("rod, auto", AUTO),
         _linkages("linkage, core physics", envelope=False),
         _linkages("linkage with box and circle", envelope=True),
+        _pins("pin, one bore", 1),
+        _pins("pin, three steps", 3),
         _answers("flexible-rod", Mode.CHECK),
         _answers("pin-profile", Mode.CHECK),
         _answers("impact-linkage", Mode.CHECK),

@@ -37,7 +37,7 @@ PARTS = {
     "flexible-rod": "The free strip from its broad face and from its edge; dashed, the ends by which clamp and head "
     "hold it. mm, to scale.",
     "pin-profile": "The part as the files have it, cut along its axis. mm, to scale.",
-    "impact-linkage": "The four links as they stand at the blow; dashed, the convex outline of what they sweep. Below, "
+    "impact-linkage": "The four links as they stand at the blow; dashed, the outline of what they sweep. Below, "
     "each by itself. mm, to scale.",
 }
 """What the drawing of a part by itself shows, by kind."""

@@ -24,6 +24,7 @@ from app.designs.drawing import (
 )
 from app.designs.impact_linkage.mechanism_picture import standing
 from app.designs.impact_linkage.pictures import bar_of
+from app.designs.impact_linkage.swept import outline, segments_of
 from app.designs.part import Extrusion, Parameter, Part, UnfitAngle
 
 LINKS = ("base", "crank", "coupler", "rocker")
@@ -85,8 +86,8 @@ def _sizes(spec: Mapping[str, Any], lengths: Mapping[str, float]) -> tuple[float
 
 def _standing(
     result: Mapping[str, Any], lengths: Mapping[str, float], angle_deg: float | None
-) -> tuple[list[Place], list[Place], str]:
-    """The four joints, all places of the rocker's joint, and what is said of them."""
+) -> tuple[list[Place], list[tuple[Place, Place]], str]:
+    """The four joints, all places of crank pin and rocker joint, and what is said of them."""
     base = lengths["base"]
     if not result["closure"]["closes"]:
         if angle_deg is not None:
@@ -101,9 +102,13 @@ def _standing(
     phi = math.radians(turned) or _AT_THE_BLOW
     pin, joint = (crank * points[:, 0] for points in bar.joints(phi))
     reach = math.pi if confined is None else math.radians(confined)
-    way = (crank * bar.joints(np.linspace(-reach, reach, _AROUND))[1]).T
+    pins, ends = (crank * points.T for points in bar.joints(np.linspace(-reach, reach, _AROUND)))
     told = "at the blow" if angle_deg is None else f"{angle:g}° behind the blow"
-    return [(0.0, 0.0), _place(pin), _place(joint), (base, 0.0)], [_place(p) for p in way], told
+    return (
+        [(0.0, 0.0), _place(pin), _place(joint), (base, 0.0)],
+        [(_place(a), _place(b)) for a, b in zip(pins, ends, strict=True)],
+        told,
+    )
 
 
 def _place(point: Any) -> Place:
@@ -132,73 +137,26 @@ def _placed(flat: Outline, shift: Place, angle: float) -> Outline:
     return Outline(to(flat.start), tuple(pieces), flat.layer)
 
 
-def convex_outline(circles: Sequence[tuple[Place, float]]) -> Outline:
-    """The least convex outline around circles of one radius: straight lines and arcs."""
-    radius = circles[0][1]
-    corners = _hull([center for center, _ in circles])
-    if len(corners) == 1:
-        x, y = corners[0]
-        return Outline((x - radius, y), (Arc((x + radius, y), 1.0), Arc((x - radius, y), 1.0)), Layer.HIDDEN)
-    pieces: list[Piece] = []
-    count = len(corners)
-    ways = []
-    for (x1, y1), (x2, y2) in ((corners[k], corners[(k + 1) % count]) for k in range(count)):
-        size = math.hypot(x2 - x1, y2 - y1)
-        ways.append(((x2 - x1) / size, (y2 - y1) / size))
-
-    def beside(corner: Place, way: Place) -> Place:
-        return corner[0] + radius * way[1], corner[1] - radius * way[0]
-
-    start = beside(corners[0], ways[0])
-    for k in range(count):
-        corner, way, then = corners[(k + 1) % count], ways[k], ways[(k + 1) % count]
-        pieces.append(Straight(beside(corner, way)))
-        turn = math.atan2(way[0] * then[1] - way[1] * then[0], way[0] * then[0] + way[1] * then[1])
-        turn = turn if turn > 0.0 else turn + 2.0 * math.pi if turn < -1e-9 else turn
-        if turn > 1e-9 and radius > 0.0:
-            pieces.append(Arc(beside(corner, then), math.tan(0.25 * turn)))
-    return Outline(start, tuple(pieces), Layer.HIDDEN)
-
-
-def _hull(places: Sequence[Place]) -> list[Place]:
-    """Corners of the convex hull, counterclockwise (A. M. Andrew's monotone chain)."""
-    rising = sorted(set(places))
-    if len(rising) < 3:
-        return rising
-
-    def chain(ordered: Sequence[Place]) -> list[Place]:
-        kept: list[Place] = []
-        for x, y in ordered:
-            while len(kept) > 1:
-                (x1, y1), (x2, y2) = kept[-2:]
-                if (x2 - x1) * (y - y1) - (y2 - y1) * (x - x1) > 0.0:
-                    break
-                kept.pop()
-            kept.append((x, y))
-        return kept[:-1]
-
-    return chain(rising) + chain(rising[::-1])
-
-
 def _drawing(
     bars: Sequence[Outline],
     joints: Sequence[Place],
-    way: Sequence[Place],
+    way: Sequence[tuple[Place, Place]],
     lengths: Mapping[str, float],
     eye: float,
     hole: float,
     told: str,
 ) -> Drawing:
-    """The assembly from the front; dashed, the convex outline of all that the joints and their eyes sweep."""
+    """The assembly from the front; dashed, the outline of all that the links with their eyes sweep."""
     crank, base = lengths["crank"], lengths["base"]
     shapes: list[Outline | Circle | Line] = [*bars]
     shapes += [Circle(at, hole) for at in joints]
     shapes.append(Circle((0.0, 0.0), crank, Layer.CENTER))
     if way:
-        shapes.append(Line(tuple(way), Layer.CENTER))
-        around = np.linspace(0.0, 2.0 * math.pi, _AROUND, endpoint=False)
-        circle = [(crank * math.cos(a), crank * math.sin(a)) for a in around]
-        shapes.append(convex_outline([(place, eye) for place in (*circle, *way, (0.0, 0.0), (base, 0.0))]))
+        shapes.append(Line(tuple(joint for _, joint in way), Layer.CENTER))
+        pins, ends = np.array(way).transpose(1, 2, 0)
+        around = outline(segments_of(pins, ends, base), eye).tolist()
+        pieces = tuple(Straight((x, y)) for x, y in (*around[1:], around[0]))
+        shapes.append(Outline(tuple(around[0]), pieces, Layer.HIDDEN))
     below = min(y for shape in shapes for _, y in extent(shape))
     dimensions = []
     for number, name in enumerate(LINKS):
@@ -210,5 +168,5 @@ def _drawing(
         dimensions.append(Dimension((0.0, y), (lengths[name], y), words, "x", y + 1.4 * eye, 0, f"{name}_mm"))
     return Drawing(
         "The four links, to scale", tuple(shapes), tuple(dimensions), (),
-        f"The four links {told}; dashed, the convex outline of what they sweep. Below, each by itself. mm, to scale.",
+        f"The four links {told}; dashed, the outline of what they sweep. Below, each by itself. mm, to scale.",
     )  # fmt: skip

@@ -1,0 +1,61 @@
+"""The outline of all that the links sweep: the level line of the distance to them over the whole motion.
+
+The links at many angles of the crank are line segments; with eyes of radius r they cover the places whose distance d
+to the nearest segment is at most r. Every position is connected and they follow each other, so one closed line bounds
+them on the outside. It is walked along: a step along the line d = r, then Newton's steps back to it, which are exact
+for a distance, p + (r - d) n with n the direction from the nearest point.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_STEPS, _MOST_STEPS = 400, 20_000
+"""Steps across the extent of the sweep, and of the whole walk at most."""
+_CORRECTIONS, _CLOSE = 8, 1e-4
+"""Newton's steps at most, several of them in corners that point inward; how close to the line, over r, is on it."""
+
+
+def segments_of(pins: Array, joints: Array, base: float) -> Array:
+    """The four links at n positions as segments from start to end, (3 n + 1, 2, 2), from crank pins and rocker joints,
+    (2, n), the crank's pivot at 0 and the rocker's at (base, 0)."""
+    pivot, far = np.zeros_like(pins), np.stack([np.full(pins.shape[1], base), np.zeros(pins.shape[1])])
+    bars = np.stack([np.stack(pair) for pair in ((pivot, pins), (pins, joints), (far, joints))])
+    moving = np.moveaxis(bars, -1, 1).reshape(-1, 2, 2)
+    return np.concatenate([moving, [[[0.0, 0.0], [base, 0.0]]]])
+
+
+def outline(segments: Array, radius: float) -> Array:
+    """Places on the outline around segments, (n, 2, 2), at a distance, counterclockwise: (m, 2).
+
+    They lie within a ten-thousandth of the radius of the line. Raises RuntimeError where the walk does not close.
+    """
+    start, way = segments[:, 0], segments[:, 1] - segments[:, 0]
+    square = np.maximum(np.sum(way * way, axis=1), np.finfo(float).tiny)
+
+    def from_nearest(place: Array) -> tuple[float, Array]:
+        off = place - start
+        off = off - np.clip(np.sum(off * way, axis=1) / square, 0.0, 1.0)[:, None] * way
+        squares = np.sum(off * off, axis=1)
+        nearest = int(np.argmin(squares))
+        distance = float(np.sqrt(squares[nearest]))
+        return distance, off[nearest] / distance
+
+    ends = segments.reshape(-1, 2)
+    step = float(np.max(np.ptp(ends, axis=0) + 2.0 * radius)) / _STEPS
+    place = ends[np.argmin(ends[:, 0])] - np.array([radius, 0.0])
+    normal, walked = np.array([-1.0, 0.0]), [place]
+    for count in range(_MOST_STEPS):
+        place = place + step * np.array([-normal[1], normal[0]])
+        for _ in range(_CORRECTIONS):
+            distance, normal = from_nearest(place)
+            if abs(distance - radius) <= _CLOSE * radius:
+                break
+            place = place + (radius - distance) * normal
+        if count > 2 and np.hypot(*(place - walked[0])) < step:
+            return np.array(walked)
+        walked.append(place)
+    raise RuntimeError("the outline of the swept area does not close")

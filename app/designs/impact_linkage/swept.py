@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 _STEPS, _MOST_STEPS = 400, 20_000
 """Steps across the extent of the sweep, and of the whole walk at most."""
+_LEAST_RADIUS = 0.02
+"""Of the extent: how far off the links the walk keeps at least."""
 _CORRECTIONS, _CLOSE = 8, 1e-4
 """Newton's steps at most, several of them in corners that point inward; how close to the line, over r, is on it."""
 
@@ -31,7 +33,8 @@ def segments_of(pins: Array, joints: Array, base: float) -> Array:
 def outline(segments: Array, radius: float) -> Array:
     """Places on the outline around segments, (n, 2, 2), at a distance, counterclockwise: (m, 2).
 
-    They lie within a ten-thousandth of the radius of the line. Raises RuntimeError where the walk does not close.
+    They lie within a ten-thousandth of the radius of the line; around thin bars, corners that point inward are cut off:
+    the outline holds all the links there as well. Raises RuntimeError where the walk does not close.
     """
     start, way = segments[:, 0], segments[:, 1] - segments[:, 0]
     square = np.maximum(np.sum(way * way, axis=1), np.finfo(float).tiny)
@@ -45,9 +48,13 @@ def outline(segments: Array, radius: float) -> Array:
         return distance, off[nearest] / distance
 
     ends = segments.reshape(-1, 2)
-    step = float(np.max(np.ptp(ends, axis=0) + 2.0 * radius)) / _STEPS
-    place = ends[np.argmin(ends[:, 0])] - np.array([radius, 0.0])
-    normal, walked = np.array([-1.0, 0.0]), [place]
+    extent = float(np.max(np.ptp(ends, axis=0) + 2.0 * radius))
+    # Around thin bars positions would leave notches between them: the walk keeps farther off and is told at the radius.
+    spare = max(_LEAST_RADIUS * extent - radius, 0.0)
+    step, radius = extent / _STEPS, radius + spare
+    place = first = ends[np.argmin(ends[:, 0])] - np.array([radius, 0.0])
+    normal = np.array([-1.0, 0.0])
+    walked = [place - spare * normal]
     for count in range(_MOST_STEPS):
         place = place + step * np.array([-normal[1], normal[0]])
         for _ in range(_CORRECTIONS):
@@ -55,7 +62,7 @@ def outline(segments: Array, radius: float) -> Array:
             if abs(distance - radius) <= _CLOSE * radius:
                 break
             place = place + (radius - distance) * normal
-        if count > 2 and np.hypot(*(place - walked[0])) < step:
+        if count > 2 and np.hypot(*(place - first)) < step:
             return np.array(walked)
-        walked.append(place)
+        walked.append(place - spare * normal)
     raise RuntimeError("the outline of the swept area does not close")

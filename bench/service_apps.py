@@ -52,7 +52,7 @@ class NoStore:
 
 def _ours(service: Service, settings: Settings) -> FastAPI:
     app = FastAPI()
-    errors.install(app)
+    errors.install(app, lambda _request, _problem: None)
     app.state.settings, app.state.service = settings, service
     app.include_router(submissions.router)
     return app

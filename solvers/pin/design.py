@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.accuracy import require_accuracy
+from solvers.accuracy import LEAST_ACCURACY, require_accuracy
 from solvers.effects import AUTO, EffectSelection
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
 from solvers.pin.check import assess, deflection_doubt, on_profile
@@ -36,6 +36,8 @@ Array = NDArray[np.float64]
 _MOST_STATIONS, _MOST_COUPLED = 4000, 1000
 """How many stations there may be, and where a slope limit beside a deflection limit couples them all in a cone program,
 whose own noise no more stations would average out."""
+_OVERUSE = 0.5
+"""Of the accuracy: by how much a shape may use more than all of its strength."""
 _SHARE = 0.2
 """What of the accuracy asked for the mass may be off by: deflection and stresses are off by some times more."""
 _PASSES = 40
@@ -82,7 +84,7 @@ def design(
     physics = compose(choice)
     found = None
     if math.isfinite(sought_in(scene).floor(scene, limits)):
-        found = _on_refined_stations(problem, physics, accuracy)
+        found = _admissible(problem, physics, accuracy)
     if found is None:
         return Outcome(
             Status.INFEASIBLE,
@@ -93,11 +95,10 @@ def design(
             diagnosis=diagnose(scene, limits, problem.criterion, physics).shortfalls,
             timing={"solve_s": time.perf_counter() - started},
         )
-    program, best, doubt = found
+    (program, best, doubt), (shown, walls, places, made) = found
     relaxed = replace(program, limits=replace(limits, max_slope=None))
     constant = lightest_constant(relaxed, accuracy)
     free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
-    shown, walls, places, made = _as_made(problem, physics, program, best, accuracy)
     unit = program.mass_unit
     value = PinDesign(
         check=assess(
@@ -132,6 +133,25 @@ def _warned(value: PinDesign, gap: float, accuracy: float) -> PinDesign:
         return value
     said = f"a lighter pin of this form is excluded only to {gap:.1e} of the mass"
     return replace(value, check=replace(value.check, warnings=(*value.check.warnings, said)))
+
+
+def _admissible(
+    problem: PinProblem, physics: Physics, accuracy: float
+) -> tuple[tuple[Program, Found, float], tuple[Program, Array, tuple[float, ...], float]] | None:
+    """The best shape with what it is as made.
+
+    A shape of straight lines is sized at the stations of its search. Where it uses more of the strength between them
+    than the accuracy allows, it is searched for on stations as close as a tighter accuracy asks for.
+    """
+    for tighter in (1.0, 1e-2, 1e-4):
+        found = _on_refined_stations(problem, physics, max(tighter * accuracy, LEAST_ACCURACY))
+        if found is None:
+            return None
+        made = _as_made(problem, physics, found[0], found[1], accuracy)
+        shown, walls, _, _ = made
+        if float(shown.uses(walls).max()) <= 1.0 + _OVERUSE * accuracy:
+            break
+    return found, made
 
 
 def _as_made(

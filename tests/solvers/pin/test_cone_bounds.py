@@ -160,3 +160,20 @@ def test_a_cone_that_ends_between_stations_is_the_lightest_of_its_like():
     assert outcome.value.check.mass < rival
     assert outcome.certificate.bound < rival
     assert outcome.value.check.deflection == pytest.approx(limits.max_deflection, rel=1e-12)
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-5, 1e-7])
+def test_cones_keep_the_strength_between_stations_at_every_accuracy(accuracy):
+    """At 1e-5 this pin was once sized at stations between which it used 1.9e-5 more than all of its strength."""
+    scene = pin.Scene(
+        pin.Geometry(4.827944810283758e-3, 9.5774528176334e-3, 3.564524114067501e-3, 0.20000928282737057e-3),
+        1868.8858153586496,
+        pin.PinMaterial(389.18325089645055e6, 86.35869894385576e9, 0.46682510280513884, 5680.479184436441),
+    )
+    limits = pin.Limits(min_wall=0.18078084131654634e-3, max_deflection=9.413917392513092e-6)
+    problem = pin.PinProblem(scene, limits, pin.Cone(cylinder=True), pin.CRITERIA["fibre"])
+    found = pin.design(problem, accuracy=accuracy).value
+    outer = scene.geometry.outer_diameter
+    made = pin.Profile(*(tuple(column) for column in zip(*found.corners, strict=True)))
+    assert max(made.bore) <= outer
+    assert pin.check(scene, made, problem.criterion, accuracy=1e-9).value.strength_utilisation <= 1.0 + accuracy

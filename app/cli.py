@@ -45,16 +45,16 @@ def serve(
     """Migrate the database and serve the API and the pages."""
     import signal
 
-    from app.jobs.template import Template
+    from app.jobs.fork_server import ForkServer
 
     # As long as there is nothing to finish, Ctrl-C ends this process as any other signal does.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    template = Template(_PRELOAD)
-    template.start()
+    fork_server = ForkServer(_PRELOAD)
+    fork_server.start()
     with undisturbed():
         from app.serving import run
 
-    run(host, port, database_url, template, demo)
+    run(host, port, database_url, fork_server, demo)
 
 
 @app.command()
@@ -69,20 +69,20 @@ def migrate(database_url: DatabaseUrl = _DATABASE) -> None:
 @app.command("warm-up")
 def warm_up() -> None:
     """Compile every numerical kernel for this machine and keep it on disk; does little the second time."""
-    from app.jobs.template import Template
+    from app.jobs.fork_server import ForkServer
     from app.jobs.warming import KernelWarming
     from app.serving import Teller
 
     started = time.perf_counter()
-    template = Template(_PRELOAD)
-    warming = KernelWarming(template, Teller())
+    fork_server = ForkServer(_PRELOAD)
+    warming = KernelWarming(fork_server, Teller())
     try:
-        template.start()
+        fork_server.start()
         warming.start()
         warming.wait()
     finally:
         warming.close()
-        template.close()
+        fork_server.close()
     typer.echo(f"warm after {time.perf_counter() - started:.0f} s")
     raise typer.Exit(1 if warming.failed else 0)
 
@@ -139,10 +139,10 @@ def worker(
     """Solve pieces of batches for a Dask scheduler until stopped. Needs the extra [cluster]."""
     import asyncio
 
-    from app.jobs.cluster import close_hosts, join
+    from app.jobs.cluster import close_hosts, run_worker
 
     try:
-        asyncio.run(join(cluster, workers))
+        asyncio.run(run_worker(cluster, workers))
     except ImportError:
         _refuse({"title": "No cluster", "detail": "install crankwright[cluster] for this"})
     except KeyboardInterrupt:
@@ -349,10 +349,10 @@ def _answer(job: Any, run: Any, request: Any, report: Any) -> Any:
 
     import asyncio
 
-    from app.jobs.calls import nothing
+    from app.jobs.calls import no_idle_work
     from app.jobs.executor import PoolSettings, ProcessPool
 
-    pool = ProcessPool(PoolSettings(workers=1, idle_work=nothing, kernels=False))
+    pool = ProcessPool(PoolSettings(workers=1, idle_work=no_idle_work, kernels=False))
     pool.start()
     try:
         return asyncio.run(pool.run(run.kind, run.mode, request.model_dump_json().encode(), asked, report))

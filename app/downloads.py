@@ -45,9 +45,9 @@ def solid_pool(entry: Entry = calls.answer) -> ProcessPool:
             workers=1,
             entry=entry,
             memory_bytes=_SOLIDS_MEMORY_BYTES,
-            load=calls.load_nothing,
+            load=calls.no_load,
             preload="app.exports.solids_preload",
-            idle_work=calls.nothing,
+            idle_work=calls.no_idle_work,
             kernels=False,
         )
     )

@@ -27,9 +27,9 @@ from app.edge.asgi import Application, Scope
 from app.edge.crowds import ALWAYS
 from app.edge.stack import GuardedFastAPI, edge
 from app.jobs.executor import PoolSettings, ProcessPool
-from app.jobs.template import Template
-from app.jobs.turns import TurnLimits, Turns
-from app.jobs.warming import Told, tell_nobody
+from app.jobs.fair_queue import FairQueue, QueueLimits
+from app.jobs.fork_server import ForkServer
+from app.jobs.warming import StatusListener, ignore_status
 from app.logging import configure, get_logger
 from app.settings import Settings
 from app.store.errors import StoreError
@@ -63,34 +63,37 @@ async def expire_daily(store: RunStore) -> None:
         await asyncio.sleep(_DAY_S)
 
 
-def _pool(settings: Settings, template: Template | None, told: Told) -> ProcessPool:
-    """Workers for people, and behind them workers for batches, on this machine or on a cluster."""
-    behind = PoolSettings(
+def _pool(settings: Settings, fork_server: ForkServer | None, on_status: StatusListener) -> ProcessPool:
+    """Workers for interactive requests, and low-priority ones for batches on this machine or on a cluster."""
+    local = PoolSettings(
         workers=settings.workers,
-        told=told,
+        on_status=on_status,
         background_workers=0 if settings.cluster else settings.batch_workers,
         background_entry=chunk.answer,
         background_niceness=settings.batch_niceness,
     )
     if not settings.cluster:
-        return ProcessPool(behind, template)
+        return ProcessPool(local, fork_server)
     from app.jobs.cluster import ClusterPool
 
-    there = PoolSettings(workers=0, background_workers=settings.batch_workers, background_entry=chunk.answer)
-    return ClusterPool(behind, settings.cluster, there, template)
+    cluster_settings = PoolSettings(workers=0, background_workers=settings.batch_workers, background_entry=chunk.answer)
+    return ClusterPool(local, settings.cluster, cluster_settings, fork_server)
 
 
-def create_app(settings: Settings | None = None, template: Template | None = None, told: Told = tell_nobody) -> FastAPI:
-    """The application; its database is migrated and its workers are started when it starts.
+def create_app(
+    settings: Settings | None = None, fork_server: ForkServer | None = None, on_status: StatusListener = ignore_status
+) -> FastAPI:
+    """The application. Its lifespan migrates the database and starts the workers.
 
-    ``template`` is one that was started already, to import beside this process; ``told`` hears how far kernels are.
+    ``fork_server`` is one already started, to import in parallel with this process; ``on_status`` receives the kernels'
+    warm-up status.
     """
     settings = settings or Settings()
     configure(settings.log_format, settings.log_level)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        pool = _pool(settings, template, told)
+        pool = _pool(settings, fork_server, on_status)
         pool.start()
         upgrade(settings.database_url)
         store = RunStore(settings.database_url, keys_kept=settings.keys_kept, seen=metrics.written)
@@ -106,10 +109,10 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
                 settings.max_accepted_of_one,
                 settings.lease_s,
             ),
-            Turns(TurnLimits(settings.workers, settings.max_waiting, settings.max_waiting_of_one)),
+            FairQueue(QueueLimits(settings.workers, settings.max_waiting, settings.max_waiting_of_one)),
         )
         app.state.service = service
-        metrics.watch(service.turns, service.accepted)
+        metrics.watch(service.queue, service.accepted)
         downloads = app.state.downloads = Downloads(InTurn(service), settings.solve_budget_s)
         app.state.batches = many = BatchService(
             store, pool, settings.solve_budget_s, settings.lease_s, settings.max_batch_items

@@ -7,7 +7,7 @@ from typing import Any
 
 from prometheus_client import Counter, Gauge, Histogram
 
-from app.jobs.turns import Length, Turns
+from app.jobs.fair_queue import FairQueue, JobLength
 from app.store.faults import StoreFault
 
 _SECONDS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
@@ -38,9 +38,9 @@ def written(seconds: float, fault: StoreFault | None) -> None:
         STORE_FAULTS.labels(fault.trouble.name.lower()).inc()
 
 
-def watch(turns: Turns, promised: Mapping[str, int]) -> None:
+def watch(queue: FairQueue, promised: Mapping[str, int]) -> None:
     """Read the queues whenever the metrics are."""
-    for length in Length:
-        WAITING.labels(length).set_function(lambda length=length: turns.waiting(length))
-        RUNNING.labels(length).set_function(lambda length=length: turns.running(length))
+    for length in JobLength:
+        WAITING.labels(length).set_function(lambda length=length: queue.waiting(length))
+        RUNNING.labels(length).set_function(lambda length=length: queue.running(length))
     PROMISED.set_function(lambda: sum(promised.values()))

@@ -19,8 +19,8 @@ from fastapi import FastAPI
 
 from app.access.protection import check_protected
 from app.edge.connections import ConnectionLimits, Connections
-from app.jobs.template import Template
-from app.jobs.warming import Warmth, in_words
+from app.jobs.fork_server import ForkServer
+from app.jobs.warming import WarmupStatus, format_status
 from app.main import create_app
 from app.settings import Settings
 from app.store.migrate import upgrade
@@ -32,13 +32,13 @@ _BETWEEN_LINES_S = 3.0
 _BETWEEN_LOOKS_S = 0.25
 
 
-def run(host: str, port: int, database_url: str, template: Template, demo: bool = False) -> None:
+def run(host: str, port: int, database_url: str, fork_server: ForkServer, demo: bool = False) -> None:
     """Serve until a signal comes. Raises StoreError and Unprotected for what an operator can mend."""
     settings = Settings(host=host, port=port, database_url=database_url)
     prepare(settings)
     # What is left for a collector that is away must not hold up the service's end; by default each signal takes 10 s.
     os.environ.setdefault("OTEL_EXPORTER_OTLP_TIMEOUT", "1")
-    application = create_app(settings, template, Teller())
+    application = create_app(settings, fork_server, Teller())
     connections = Connections(
         ConnectionLimits(
             settings.max_connections,
@@ -102,14 +102,14 @@ class Teller:
         self._due: dict[str, float] = {}
         self._lock = threading.Lock()
 
-    def __call__(self, warmth: Warmth) -> None:
+    def __call__(self, status: WarmupStatus) -> None:
         now = time.monotonic()
         with self._lock:
-            last = warmth.state in ("warm", "failed")
-            if now < self._due.get(warmth.kind, 0.0) and not last:
+            last = status.state in ("warm", "failed")
+            if now < self._due.get(status.kind, 0.0) and not last:
                 return
-            self._due[warmth.kind] = now + _BETWEEN_LINES_S
-        typer.echo(in_words(warmth))
+            self._due[status.kind] = now + _BETWEEN_LINES_S
+        typer.echo(format_status(status))
 
 
 def _demonstrate(base: str) -> None:

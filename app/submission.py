@@ -19,7 +19,7 @@ from app import metrics, runs
 from app.access.caller import caller
 from app.designs.kind import REFUSED, Answer, Job, Kind, Mode
 from app.designs.problems import INVALID, OUT_OF_TIME
-from app.designs.progress import Progress, Report, to_nobody
+from app.designs.progress import Progress, Report, ignore_progress
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import entry, time_asked
 from app.errors import Problem
@@ -36,7 +36,7 @@ from app.jobs.errors import (
     WorkerCrashed,
 )
 from app.jobs.executor import Executor
-from app.jobs.turns import Length, TurnLimits, Turns
+from app.jobs.fair_queue import FairQueue, JobLength, QueueLimits
 from app.logging import get_logger
 from app.promises import MOST_ATTEMPTS, Promises
 from app.referring import resolved
@@ -69,11 +69,11 @@ _CRASHES_BORNE = 5
 
 @dataclass(frozen=True)
 class ServiceLimits:
-    """``patience_s`` is how long a request waits for a worker; ``short_s`` after what a check or an analysis counts as
+    """``max_wait_s`` is how long a request waits for a worker; ``short_s`` after what a check or an analysis counts as
     long work; ``accepted`` how many runs may be open after a 202, ``accepted_of_one`` those of one caller; ``lease_s``
     after what silence of this process another takes those over."""
 
-    patience_s: float = 30.0
+    max_wait_s: float = 30.0
     short_s: float = 1.0
     accepted: int = 200
     accepted_of_one: int = 50
@@ -88,7 +88,7 @@ class Service:
     executor: Executor
     solve_budget_s: float
     limits: ServiceLimits = field(default_factory=ServiceLimits)
-    turns: Turns = field(default_factory=lambda: Turns(TurnLimits()))
+    queue: FairQueue = field(default_factory=lambda: FairQueue(QueueLimits()))
     flights: Flights = field(default_factory=Flights)
     """What is solved under an idempotency key just now."""
     accepted: Counter[str] = field(default_factory=Counter)
@@ -176,19 +176,19 @@ class Service:
             self.progress.pop(run.id, None)
 
     async def _in_turn(
-        self, call: Call, kill_s: float, short: bool, report: Report = to_nobody, begun: Begun | None = None
+        self, call: Call, kill_s: float, short: bool, report: Report = ignore_progress, begun: Begun | None = None
     ) -> Any:
         """The call's answer, once a worker is free for it. What was promised says when it has ``begun``, and waits as
         long as it takes. Short work that turns out to be long gives its worker back and begins again as long work."""
-        who, patience_s = caller.get().name, None if begun else self.limits.patience_s
+        who, max_wait_s = caller.get().name, None if begun else self.limits.max_wait_s
         if short:
-            async with self.turns.turn(Length.SHORT, who, patience_s):
+            async with self.queue.slot(JobLength.SHORT, who, max_wait_s):
                 try:
                     return await call(min(kill_s, self.limits.short_s), report)
                 except BudgetExceeded:
                     if kill_s <= self.limits.short_s:
                         raise
-        async with self.turns.turn(Length.LONG, who, patience_s):
+        async with self.queue.slot(JobLength.LONG, who, max_wait_s):
             if begun is not None:
                 await begun()
                 for _ in range(_CRASHES_BORNE):
@@ -276,9 +276,9 @@ class Service:
         who = caller.get().name
         own, everyone = self.accepted[who], self.accepted.total()
         if own >= self.limits.accepted_of_one:
-            raise ShareUsed(f"{own} runs of yours are open already", self.turns.retry_s(Length.LONG, 1))
+            raise ShareUsed(f"{own} runs of yours are open already", self.queue.retry_s(JobLength.LONG, 1))
         if everyone >= self.limits.accepted:
-            raise Busy(f"{everyone} runs are open already", self.turns.retry_s(Length.LONG, 1))
+            raise Busy(f"{everyone} runs are open already", self.queue.retry_s(JobLength.LONG, 1))
         self.accepted[who] += 1
         place = contextlib.ExitStack()
         place.callback(self._give_back, who)
@@ -289,7 +289,7 @@ class Service:
         if not self.accepted[who]:
             del self.accepted[who]
 
-    async def submit_within(self, kind: Kind, mode: Mode, request: BaseModel, patience_s: float) -> str:
+    async def submit_within(self, kind: Kind, mode: Mode, request: BaseModel, max_wait_s: float) -> str:
         """Answer a request and store the run; where that takes longer than one waits, store it as queued, and go on
         with the same solve in the background. The run's id."""
         started = time.perf_counter()
@@ -301,7 +301,7 @@ class Service:
             solve = asyncio.create_task(self._solve(run, job, request, started))
             place: contextlib.ExitStack | None = None
             try:
-                done, _ = await asyncio.wait({solve}, timeout=patience_s)
+                done, _ = await asyncio.wait({solve}, timeout=max_wait_s)
                 with contextlib.suppress(Busy):  # without a place for one more promise it is waited for
                     place = None if done else self._place()
                 answered = await solve if place is None else None
@@ -404,7 +404,7 @@ class Service:
     async def _solve_once_warm(self, run: RunRecord, job: Job, request: BaseModel, started: float) -> RunRecord:
         """Solve once the kernels are there: a run that was promised is not refused for want of them."""
         while True:
-            while any(each.kind == run.kind and each.remaining_s > 0 for each in self.executor.warmths):
+            while any(each.kind == run.kind and each.remaining_s > 0 for each in self.executor.warmup_status):
                 await asyncio.sleep(_RETRY_S)
             try:
                 return await self._solve(run, job, request, started, partial(self._note_start, run.id))

@@ -28,7 +28,7 @@ async def healthz() -> dict[str, str]:
 async def startedz(request: Request, response: Response) -> dict[str, str]:
     """200 from the moment at which all kernels are there for the first time; never 503 again after that."""
     service: Service = request.app.state.service
-    started = all(each.state in ("warm", "failed") for each in service.executor.warmths)
+    started = all(each.state in ("warm", "failed") for each in service.executor.warmup_status)
     response.status_code = 200 if started else 503
     return {"status": "started" if started else "starting"}
 
@@ -39,8 +39,8 @@ async def readyz(request: Request, response: Response) -> dict[str, object]:
     wrong. Tells how far each kind is."""
     service: Service = request.app.state.service
     trouble = await _trouble(service)
-    alive, warmths = service.executor.ready, service.executor.warmths
-    warm = all(each.state in ("warm", "failed") for each in warmths)
+    alive, warmup_status = service.executor.ready, service.executor.warmup_status
+    warm = all(each.state in ("warm", "failed") for each in warmup_status)
     stopping = service.stopping.is_set()
     ready = alive and warm and trouble is None and not stopping
     response.status_code = 200 if ready else 503
@@ -55,7 +55,7 @@ async def readyz(request: Request, response: Response) -> dict[str, object]:
                 "of": each.of,
                 "remaining_s": round(each.remaining_s),
             }
-            for each in warmths
+            for each in warmup_status
         },
     }
 

@@ -119,7 +119,7 @@ def test_so_many_requests_at_once():
 class Endless:
     """An executor whose solves take as long as they may."""
 
-    ready, warmths, background_workers = True, (), 0
+    ready, warmup_status, background_workers = True, (), 0
 
     def __init__(self) -> None:
         self.given: list[float] = []

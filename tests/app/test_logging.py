@@ -67,7 +67,7 @@ def test_an_exception_is_written_with_its_traceback(log, form):
 class Failing:
     """An executor whose solves all end in the same way."""
 
-    warmths = ()
+    warmup_status = ()
 
     def __init__(self, error: Exception) -> None:
         self._error = error

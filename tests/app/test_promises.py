@@ -24,7 +24,7 @@ LEASE_S = 2.0
 class Solving:
     """An executor that takes its time, and counts what it is asked and what of it was ended before the answer."""
 
-    ready, warmths, background_workers = True, (), 0
+    ready, warmup_status, background_workers = True, (), 0
 
     def __init__(self, seconds: float) -> None:
         self.seconds, self.asked, self.ended_early = seconds, 0, 0

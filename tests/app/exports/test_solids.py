@@ -97,9 +97,9 @@ def test_its_process_starts_when_asked_for_and_ends_when_long_unused():
     def start():
         settings = PoolSettings(
             workers=1,
-            load=calls.load_nothing,
+            load=calls.no_load,
             preload=solid_checks.__name__,
-            idle_work=calls.nothing,
+            idle_work=calls.no_idle_work,
             kernels=False,
         )
         pools.append(ProcessPool(settings))

@@ -300,7 +300,7 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
         from app.errors import Problem
         from app.jobs.errors import BudgetExceeded
         from app.printing import print_run, shown_progress
-        from app.referring import resolved
+        from app.run_references import resolved
         from app.store.migrate import upgrade
         from app.store.repository import RunStore
 

@@ -16,7 +16,7 @@ from app.edge.departure import Departed
 from app.jobs.errors import Busy, ExecutorClosed, ShareUsed, Warming
 from app.logging import get_logger
 from app.store.errors import DamagedRecord, IdempotencyConflict, InvalidCursor, StoreClosed, UnknownBatch, UnknownRun
-from app.store.faults import StoreFault, Trouble
+from app.store.faults import FaultKind, StoreFault
 
 if TYPE_CHECKING:  # the command line refuses without a web framework
     from fastapi import FastAPI, Request, Response
@@ -74,10 +74,10 @@ def busy(error: Busy) -> Problem:
 
 def store_problem(fault: StoreFault) -> Problem:
     """What is wrong with the store, for a client; the log is told more."""
-    logger.error("store_fault", trouble=fault.trouble.name.lower(), reason=str(fault))
-    status = {Trouble.FULL: 507, Trouble.DAMAGED: 500}.get(fault.trouble, 503)
+    logger.error("store_fault", fault=fault.kind.name.lower(), reason=str(fault))
+    status = {FaultKind.FULL: 507, FaultKind.DAMAGED: 500}.get(fault.kind, 503)
     wait = {"Retry-After": "5"} if status == 503 else {}
-    return Problem(status, "The store cannot be used", f"{fault.trouble}; nothing was stored", headers=wait)
+    return Problem(status, "The store cannot be used", f"{fault.kind}; nothing was stored", headers=wait)
 
 
 _BUSY: dict[type[Busy], tuple[int, str]] = {

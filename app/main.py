@@ -96,7 +96,7 @@ def create_app(
         pool = _pool(settings, fork_server, on_status)
         pool.start()
         upgrade(settings.database_url)
-        store = RunStore(settings.database_url, keys_kept=settings.keys_kept, seen=metrics.written)
+        store = RunStore(settings.database_url, key_lifetime=settings.key_lifetime, on_commit=metrics.written)
         check_protected(settings, store)
         service = Service(
             store,

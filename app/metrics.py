@@ -35,7 +35,7 @@ def written(seconds: float, fault: StoreFault | None) -> None:
     """A group of writes was committed, or failed."""
     STORE_SECONDS.observe(seconds)
     if fault is not None:
-        STORE_FAULTS.labels(fault.trouble.name.lower()).inc()
+        STORE_FAULTS.labels(fault.kind.name.lower()).inc()
 
 
 def watch(queue: FairQueue, promised: Mapping[str, int]) -> None:

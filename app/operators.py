@@ -131,7 +131,7 @@ def prune(
     database_url: DatabaseUrl = DATABASE,
 ) -> None:
     """Delete ended runs made before a day, with their idempotency keys. Nothing is ever deleted without this."""
-    from app.store.upkeep import AT_ONCE, Prune, count_before
+    from app.store.maintenance import ROWS_PER_TRANSACTION, Prune, count_before
 
     moment = before.replace(tzinfo=UTC)
     with opened(database_url) as store:
@@ -141,6 +141,6 @@ def prune(
         total = 0
         while (count := store.write_and_wait(Prune(moment, operator()))) > 0:
             total += count
-            if count < AT_ONCE:
+            if count < ROWS_PER_TRANSACTION:
                 break
     typer.echo(f"{total} runs were deleted")

@@ -23,9 +23,9 @@ from app.jobs.fork_server import ForkServer
 from app.jobs.warming import WarmupStatus, format_status
 from app.main import create_app
 from app.settings import Settings
+from app.store.maintenance import Probe
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
-from app.store.upkeep import Probe
 
 DRAIN_S = 10
 _BETWEEN_LINES_S = 3.0

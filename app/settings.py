@@ -108,6 +108,6 @@ class Settings(BaseSettings):
         return self.requests_per_minute
 
     @property
-    def keys_kept(self) -> timedelta | None:
+    def key_lifetime(self) -> timedelta | None:
         """How long idempotency keys are good; None: for ever."""
         return timedelta(days=self.idempotency_days) if self.idempotency_days else None

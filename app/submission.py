@@ -16,6 +16,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from app import metrics, runs
+from app.accepted_runs import MAX_ATTEMPTS, AcceptedRuns
 from app.access.caller import caller
 from app.designs.kind import REFUSED, Answer, Job, Kind, Mode
 from app.designs.problems import INVALID, OUT_OF_TIME
@@ -37,19 +38,18 @@ from app.jobs.errors import (
 )
 from app.jobs.executor import Executor
 from app.jobs.fair_queue import FairQueue, JobLength, QueueLimits
+from app.json_comparison import same
 from app.logging import get_logger
-from app.promises import MOST_ATTEMPTS, Promises
-from app.referring import resolved
-from app.sameness import same
+from app.run_references import resolved
 from app.single_flight import Flights
-from app.solve_ends import cut, named
+from app.solve_failures import cut, named
 from app.store.errors import DamagedRecord, StoreClosed, UnknownRun
 from app.store.faults import StoreFault
 from app.store.hashing import canonical_json
 from app.store.leases import LEASE_S
-from app.store.promises import TakenOver
 from app.store.record import Finish, RunRecord, RunStatus, StoredResponse
 from app.store.repository import RunStore
+from app.store.run_leases import TakenOverRun
 from app.store.viewer import viewer
 
 logger = get_logger(__name__)
@@ -101,9 +101,9 @@ class Service:
     """Set when the service was asked to stop."""
 
     @cached_property
-    def promises(self) -> Promises:
+    def promises(self) -> AcceptedRuns:
         """The runs after a 202."""
-        return Promises(self.store, self.limits.lease_s)
+        return AcceptedRuns(self.store, self.limits.lease_s)
 
     async def answer(self, kind: Kind, mode: Mode, request: BaseModel) -> RunRecord:
         """The run for a request, answered but not stored yet. Raises Problem if the solver refuses the request."""
@@ -342,7 +342,7 @@ class Service:
         """Begin to take over the runs that were promised by processes which have ended."""
         self.promises.start(self._taken_up)
 
-    async def _taken_up(self, taken: TakenOver) -> None:
+    async def _taken_up(self, taken: TakenOverRun) -> None:
         run, now = taken.run, time.perf_counter()
         title = "The service stopped"
         try:
@@ -352,7 +352,7 @@ class Service:
             why = "it ended before this run did, and this version cannot take it up"
             await self._write_down(run, runs.failed(run, 500, title, why, now))
             return
-        if taken.attempts >= MOST_ATTEMPTS:
+        if taken.attempts >= MAX_ATTEMPTS:
             why = f"it ended {taken.attempts} times while this run was solved"
             await self._write_down(run, runs.failed(run, 500, title, why, now))
             return

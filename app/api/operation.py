@@ -9,7 +9,7 @@ from fastapi import APIRouter, Request, Response
 from app.designs.registry import KINDS
 from app.errors import Problem
 from app.store.errors import StoreError
-from app.store.faults import StoreFault, Trouble
+from app.store.faults import FaultKind, StoreFault
 from app.submission import Service
 
 router = APIRouter()
@@ -38,15 +38,15 @@ async def readyz(request: Request, response: Response) -> dict[str, object]:
     """200 once the database takes writes and answers, a worker lives and all kernels are there; else 503, with what is
     wrong. Tells how far each kind is."""
     service: Service = request.app.state.service
-    trouble = await _trouble(service)
+    fault = await _store_fault(service)
     alive, warmup_status = service.executor.ready, service.executor.warmup_status
     warm = all(each.state in ("warm", "failed") for each in warmup_status)
     stopping = service.stopping.is_set()
-    ready = alive and warm and trouble is None and not stopping
+    ready = alive and warm and fault is None and not stopping
     response.status_code = 200 if ready else 503
     return {
-        "status": "ready" if ready else "stopping" if stopping else "not ready" if trouble else "warming up",
-        "database": trouble or "ok",
+        "status": "ready" if ready else "stopping" if stopping else "not ready" if fault else "warming up",
+        "database": fault or "ok",
         "workers": "warm" if alive else "starting",
         "kernels": {
             each.kind: {
@@ -60,14 +60,14 @@ async def readyz(request: Request, response: Response) -> dict[str, object]:
     }
 
 
-async def _trouble(service: Service) -> str | None:
+async def _store_fault(service: Service) -> str | None:
     """What is wrong with the database; None where nothing is."""
     try:
         await asyncio.wait_for(service.store.ping(), _MOST_S)
     except StoreFault as fault:
-        return str(fault.trouble)
+        return str(fault.kind)
     except (StoreError, TimeoutError):
-        return str(Trouble.BUSY)
+        return str(FaultKind.BUSY)
     return None
 
 

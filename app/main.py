@@ -22,7 +22,6 @@ from app.api import batches, catalogue, contract, exports, operation, runs, subm
 from app.api.heads import Heads
 from app.batches import chunk
 from app.batches.service import BatchService
-from app.downloads import Downloads
 from app.edge.asgi import Application, Scope
 from app.edge.crowds import ALWAYS
 from app.edge.stack import GuardedFastAPI, edge
@@ -31,11 +30,12 @@ from app.jobs.fair_queue import FairQueue, QueueLimits
 from app.jobs.fork_server import ForkServer
 from app.jobs.warming import StatusListener, ignore_status
 from app.logging import configure, get_logger
+from app.run_exports import RunExports
 from app.settings import Settings
 from app.store.errors import StoreError
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
-from app.submission import InTurn, Service, ServiceLimits
+from app.submission import QueuedExecutor, Service, ServiceLimits
 from app.version import VERSION
 from app.web import actions, batch_pages, form_pages, login, pages, reference, run_pages, worth
 from app.web.languages import Speaking
@@ -45,21 +45,21 @@ from app.web.rendering import STATIC
 logger = get_logger(__name__)
 
 
-def untold(scope: Scope) -> bool:
-    """Whether a request is left out of traces: files of the pages, and what asks how the service is."""
+def untraced(scope: Scope) -> bool:
+    """Exclude requests for static files and health checks from traces."""
     return scope["path"] in ALWAYS or scope["path"].startswith("/static/")
 
 
 _DAY_S = 24 * 3600.0
 
 
-async def expire_daily(store: RunStore) -> None:
-    """Take out idempotency keys that are good no longer, at the start and every day."""
+async def expire_keys_daily(store: RunStore) -> None:
+    """Delete expired idempotency keys, at start-up and daily."""
     while True:
         try:
             await store.expire_keys()
         except StoreError as error:
-            logger.error("keys_not_expired", reason=str(error))
+            logger.error("key_expiry_failed", reason=str(error))
         await asyncio.sleep(_DAY_S)
 
 
@@ -96,7 +96,7 @@ def create_app(
         pool = _pool(settings, fork_server, on_status)
         pool.start()
         upgrade(settings.database_url)
-        store = RunStore(settings.database_url, key_lifetime=settings.key_lifetime, on_commit=metrics.written)
+        store = RunStore(settings.database_url, key_lifetime=settings.key_lifetime, on_commit=metrics.record_write)
         check_protected(settings, store)
         service = Service(
             store,
@@ -112,19 +112,19 @@ def create_app(
             FairQueue(QueueLimits(settings.workers, settings.max_waiting, settings.max_waiting_of_one)),
         )
         app.state.service = service
-        metrics.watch(service.queue, service.accepted)
-        downloads = app.state.downloads = Downloads(InTurn(service), settings.solve_budget_s)
+        metrics.watch(service.queue, service.open_accepted)
+        exports_of_runs = app.state.exports = RunExports(QueuedExecutor(service), settings.solve_budget_s)
         app.state.batches = many = BatchService(
             store, pool, settings.solve_budget_s, settings.lease_s, settings.max_batch_items
         )
         service.start()
         many.start()
-        upkeep = asyncio.create_task(expire_daily(store))
+        expiry = asyncio.create_task(expire_keys_daily(store))
         try:
             yield
         finally:
-            upkeep.cancel()
-            await downloads.close()
+            expiry.cancel()
+            await exports_of_runs.close()
             await many.close()
             await service.close()
             pool.close()
@@ -135,11 +135,11 @@ def create_app(
         version=VERSION,
         summary="Design optimization for crank mechanisms",
         lifespan=lifespan,
-        # The framework's own pages of the reference fetch their scripts from elsewhere.
+        # FastAPI's own documentation pages load scripts from a CDN.
         docs_url=None,
         redoc_url=None,
         dependencies=[Depends(check_forgery)],
-        telemetry={"auto_configure": True, "exclude": untold},
+        telemetry={"auto_configure": True, "exclude": untraced},
         generate_unique_id_function=lambda route: route.name.replace("-", "_"),
     )
     app.state.settings = settings
@@ -155,7 +155,7 @@ def create_app(
 
     app.guard = lambda inner: edge(inner, settings, lambda: app.state.service.stopping.is_set(), known)
     errors.install(app, problem_page)
-    # What is small is not worth it; a level beyond costs more time than it saves bytes.
+    # Small responses are not worth compressing; a higher level costs more time than it saves bytes.
     app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)
     app.add_middleware(Speaking)
     app.add_middleware(Heads)

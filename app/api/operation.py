@@ -1,4 +1,4 @@
-"""GET /healthz, /readyz and the effects of a kind."""
+"""GET /healthz, /startedz, /readyz and the effects of a kind."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from app.store.faults import FaultKind, StoreFault
 from app.submission import Service
 
 router = APIRouter()
-_MOST_S = 4.5
+_TIMEOUT_S = 4.5
 
 
 @router.get("/healthz", tags=["operation"], summary="Is the process alive")
 async def healthz() -> dict[str, str]:
-    """Answers as long as the event loop turns."""
+    """Responds as long as the event loop runs."""
     return {"status": "ok"}
 
 
@@ -26,17 +26,17 @@ async def healthz() -> dict[str, str]:
     "/startedz", tags=["operation"], summary="Has it started", responses={503: {"description": "it is starting"}}
 )
 async def startedz(request: Request, response: Response) -> dict[str, str]:
-    """200 from the moment at which all kernels are there for the first time; never 503 again after that."""
+    """200 as soon as all kernels have been compiled once; never 503 again afterwards."""
     service: Service = request.app.state.service
     started = all(each.state in ("warm", "failed") for each in service.executor.warmup_status)
     response.status_code = 200 if started else 503
     return {"status": "started" if started else "starting"}
 
 
-@router.get("/readyz", tags=["operation"], summary="Can it answer now", responses={503: {"description": "not now"}})
+@router.get("/readyz", tags=["operation"], summary="Can it serve requests", responses={503: {"description": "not now"}})
 async def readyz(request: Request, response: Response) -> dict[str, object]:
-    """200 once the database takes writes and answers, a worker lives and all kernels are there; else 503, with what is
-    wrong. Tells how far each kind is."""
+    """200 if the database accepts writes, a worker is alive and all kernels are compiled; otherwise 503. Includes the
+    warm-up status of every kind."""
     service: Service = request.app.state.service
     fault = await _store_fault(service)
     alive, warmup_status = service.executor.ready, service.executor.warmup_status
@@ -61,9 +61,9 @@ async def readyz(request: Request, response: Response) -> dict[str, object]:
 
 
 async def _store_fault(service: Service) -> str | None:
-    """What is wrong with the database; None where nothing is."""
+    """The database fault, if any."""
     try:
-        await asyncio.wait_for(service.store.ping(), _MOST_S)
+        await asyncio.wait_for(service.store.ping(), _TIMEOUT_S)
     except StoreFault as fault:
         return str(fault.kind)
     except (StoreError, TimeoutError):
@@ -74,11 +74,11 @@ async def _store_fault(service: Service) -> str | None:
 @router.get(
     "/api/v1/effects/{kind}",
     tags=["effects"],
-    summary="The effects a kind's scene can call for",
+    summary="The effects of a kind",
     responses={404: {"description": "there is no such kind"}},
 )
 async def effects(kind: str) -> dict[str, object]:
-    """Each with what it adds and its a-priori measure."""
+    """The effects of a kind, each with what it adds and its a-priori measure."""
     if kind not in KINDS:
         raise Problem(404, "No such kind", "there are " + ", ".join(KINDS))
     return {"kind": kind, "effects": KINDS[kind].effects()}

@@ -29,7 +29,7 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from typing import Any
 
-from app.importing import undisturbed
+from app.importing import gc_paused
 from app.jobs.errors import WorkerCrashed
 from app.jobs.parent_death import die_with_parent
 
@@ -208,7 +208,7 @@ def main(descriptor: int, parent: int, preload: str) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     control = socket.socket(fileno=descriptor)
     steps: Iterator[None] | None = None
-    with undisturbed():
+    with gc_paused():
         module = __import__(preload, fromlist=["load_step_by_step"])
     while True:
         if not select.select([control], [], [], None if steps is None else _IDLE_DELAY_S)[0]:

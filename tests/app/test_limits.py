@@ -148,7 +148,7 @@ async def promise(service: Service, who: str) -> None:
 
 def test_so_many_promised_runs_in_all_and_of_one(store):
     async def story() -> None:
-        service = Service(store, Endless(), 10.0, ServiceLimits(accepted=3, accepted_of_one=2))
+        service = Service(store, Endless(), 10.0, ServiceLimits(accepted=3, accepted_per_caller=2))
         await promise(service, "a")
         await promise(service, "a")
         with pytest.raises(ShareUsed):

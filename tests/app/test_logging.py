@@ -112,7 +112,7 @@ def test_what_nobody_foresaw_in_the_background_is_logged(store, log, check_reque
 
     async def later():
         response = await service.submit_later(ROD, Mode.CHECK, request_of(check_request), None, "")
-        await asyncio.gather(*service.promises.solves.values())
+        await asyncio.gather(*service.accepted_runs.solves.values())
         return await store.get(response.run_id)
 
     run = asyncio.run(later())

@@ -13,11 +13,11 @@ import pytest
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
-from app.downloads import Solids, solid_pool
 from app.exports.export import Refusal, Wishes
 from app.exports.registry import EXPORTS
 from app.jobs import calls
 from app.jobs.executor import PoolSettings, ProcessPool
+from app.run_exports import Solids, solid_pool
 from tests.app.exports import solid_checks
 from tests.app.exports.cases import parts, scaled, solved
 from tests.clients.bridge import on_a_port

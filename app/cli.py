@@ -162,7 +162,7 @@ def report(
 
     from app import runs
     from app.designs.registry import KINDS
-    from app.exports.export import Wishes
+    from app.exports.export import ExportOptions
     from app.exports.report import HTML, PDF
     from app.store.errors import UnknownRun
     from app.store.migrate import upgrade
@@ -180,7 +180,7 @@ def report(
             _refuse({"title": "No such run", "detail": f"no run has the id {run_id}"})
     if run["result"] is None or run["kind"] not in KINDS:
         _refuse({"title": "Nothing to report", "detail": f"the run is {run['status']}: it has no result"})
-    made = exports[file.suffix.lower()].file(KINDS[run["kind"]], run, Wishes())
+    made = exports[file.suffix.lower()].file(KINDS[run["kind"]], run, ExportOptions())
     try:
         file.write_bytes(made.content)
     except OSError as error:

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from app.designs.problems import INVALID, problem_details
 from app.designs.refusals import summed_up
 from app.designs.schema import Entry
-from app.edge.departure import Departed
+from app.edge.disconnect import ClientDisconnected
 from app.jobs.errors import Busy, ExecutorClosed, ShareUsed, Warming
 from app.logging import get_logger
 from app.store.errors import DamagedRecord, IdempotencyConflict, InvalidCursor, StoreClosed, UnknownBatch, UnknownRun
@@ -143,7 +143,7 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
         return answer(request, Problem(422, INVALID, str(error), [entry]))
 
     @app.exception_handler(ClientDisconnect)
-    @app.exception_handler(Departed)
+    @app.exception_handler(ClientDisconnected)
     async def _departed(request: Request, error: Exception) -> Response:
         return Response(status_code=CLIENT_GONE)
 

@@ -12,19 +12,19 @@ from fastapi.staticfiles import StaticFiles
 from prometheus_fastapi_instrumentator import Instrumentator
 
 from app import errors, metrics
-from app.access.forgery import check_forgery
-from app.access.gate import Gate
-from app.access.keys import KeyRing
+from app.access.authentication import Authentication
+from app.access.csrf import check_csrf
+from app.access.keys import KeyCache
 from app.access.protection import check_protected
 from app.access.quotas import Quotas
 from app.access.sessions import Sessions
 from app.api import batches, catalogue, contract, exports, operation, runs, submissions
-from app.api.heads import Heads
+from app.api.head_requests import Heads
 from app.batches import chunk
 from app.batches.service import BatchService
 from app.edge.asgi import Application, Scope
-from app.edge.crowds import ALWAYS
-from app.edge.stack import GuardedFastAPI, edge
+from app.edge.concurrency import HEALTH_PATHS
+from app.edge.stack import FastAPIBehindEdge, edge
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.jobs.fair_queue import FairQueue, QueueLimits
 from app.jobs.fork_server import ForkServer
@@ -47,7 +47,7 @@ logger = get_logger(__name__)
 
 def untraced(scope: Scope) -> bool:
     """Exclude requests for static files and health checks from traces."""
-    return scope["path"] in ALWAYS or scope["path"].startswith("/static/")
+    return scope["path"] in HEALTH_PATHS or scope["path"].startswith("/static/")
 
 
 _DAY_S = 24 * 3600.0
@@ -130,7 +130,7 @@ def create_app(
             pool.close()
             store.close()
 
-    app = GuardedFastAPI(
+    app = FastAPIBehindEdge(
         title="Crankwright",
         version=VERSION,
         summary="Design optimization for crank mechanisms",
@@ -138,22 +138,22 @@ def create_app(
         # FastAPI's own documentation pages load scripts from a CDN.
         docs_url=None,
         redoc_url=None,
-        dependencies=[Depends(check_forgery)],
+        dependencies=[Depends(check_csrf)],
         telemetry={"auto_configure": True, "exclude": untraced},
         generate_unique_id_function=lambda route: route.name.replace("-", "_"),
     )
     app.state.settings = settings
-    app.state.keys = ring = KeyRing(lambda: app.state.service.store)
+    app.state.keys = keys = KeyCache(lambda: app.state.service.store)
     app.state.sessions = sessions = Sessions()
 
-    async def in_force() -> bool:
-        return not settings.open and (not settings.is_local or await ring.any())
+    async def keys_required() -> bool:
+        return not settings.open and (not settings.is_local or await keys.any())
 
-    def known(inner: Application) -> Application:
+    def authenticate(inner: Application) -> Application:
         counted = Quotas(inner, settings.request_quota) if settings.request_quota else inner
-        return Gate(counted, ring, sessions, in_force)
+        return Authentication(counted, keys, sessions, keys_required)
 
-    app.guard = lambda inner: edge(inner, settings, lambda: app.state.service.stopping.is_set(), known)
+    app.guard = lambda inner: edge(inner, settings, lambda: app.state.service.stopping.is_set(), authenticate)
     errors.install(app, problem_page)
     # Small responses are not worth compressing; a higher level costs more time than it saves bytes.
     app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)

@@ -16,7 +16,7 @@ from app.designs.problems import INVALID
 from app.designs.registry import KINDS
 from app.designs.schema import entry
 from app.errors import Problem
-from app.exports.export import Export, File, Refusal, Run, Where, Wishes
+from app.exports.export import Export, ExportOptions, ExportProcess, File, Refusal, Run
 from app.exports.registry import EXPORTS, exports_for
 from app.jobs import calls
 from app.jobs.errors import BudgetExceeded, MemoryExceeded, SolveFailed, WorkerCrashed
@@ -35,7 +35,7 @@ MAX_FAILURES = 100
 _SOLIDS_MEMORY_BYTES = 4 << 30
 _SOLIDS_BUDGET_S = 60.0
 
-Key = tuple[str, str, Wishes]
+Key = tuple[str, str, ExportOptions]
 
 
 def solid_pool(entry: Entry = calls.answer) -> ProcessPool:
@@ -123,20 +123,20 @@ class RunExports:
         self._cache: OrderedDict[Key, File] = OrderedDict()
         self._failed: dict[Key, BaseException] = {}
 
-    async def file(self, run: Run, name: str, wishes: Wishes, max_wait_s: float | None = None) -> File | None:
+    async def file(self, run: Run, name: str, options: ExportOptions, max_wait_s: float | None = None) -> File | None:
         """The file, or None while it is still being made. Raises Problem."""
         export = self._export(run, name)
-        key = (run["id"], name, wishes)
+        key = (run["id"], name, options)
         if (cached := self._cache.get(key)) is not None:
             self._cache.move_to_end(key)
             return cached
-        if export.where is Where.HERE:
-            return _unwrap(export.file(KINDS[run["kind"]], run, wishes))
+        if export.where is ExportProcess.SERVICE:
+            return _unwrap(export.file(KINDS[run["kind"]], run, options))
         if (failure := self._failed.pop(key, None)) is not None:
             raise failure
         task = self._tasks.get(key)
         if task is None:
-            task = self._tasks[key] = asyncio.create_task(self._make(export, run, wishes))
+            task = self._tasks[key] = asyncio.create_task(self._make(export, run, options))
             task.add_done_callback(partial(self._finished, key))
         done, _ = await asyncio.wait({task}, timeout=WAIT_S if max_wait_s is None else max_wait_s)
         if not done:
@@ -173,11 +173,11 @@ class RunExports:
             )
         return export
 
-    async def _make(self, export: Export, run: Run, wishes: Wishes) -> File | Refusal:
-        payload = json.dumps({"run": run, "wishes": asdict(wishes)}).encode()
+    async def _make(self, export: Export, run: Run, options: ExportOptions) -> File | Refusal:
+        payload = json.dumps({"run": run, "options": asdict(options)}).encode()
         mode = f"{calls.EXPORT}{export.name}"
         try:
-            if export.where is Where.SOLIDS:
+            if export.where is ExportProcess.SOLIDS:
                 return await self._solids.run(run["kind"], mode, payload)
             return await self._executor.run(run["kind"], mode, payload, self._budget_s)
         except BudgetExceeded as error:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import HTMLResponse
 
-from app.exports.export import Tool, Wishes
+from app.exports.export import ExportOptions, Tool
 from app.run_exports import RunExports
 from app.submission import Service
 from app.words.languages import Language
@@ -53,7 +53,7 @@ async def run_export(
     service: Service = request.app.state.service
     exports: RunExports = request.app.state.exports
     run = json.loads(await service.as_json(run_id, complete=True))
-    made = await exports.file(run, export, Wishes(tool, angle_deg, language))
+    made = await exports.file(run, export, ExportOptions(tool, angle_deg, language))
     if made is None:
         return _later(request)
     name = f"{run['kind']}-{run['id']}.{made.extension}"

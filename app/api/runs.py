@@ -14,7 +14,7 @@ from app.designs.kind import Mode
 from app.designs.problems import INVALID
 from app.designs.registry import KINDS, plots_for, plots_of
 from app.designs.schema import entry
-from app.edge.departure import while_here
+from app.edge.disconnect import cancel_on_disconnect
 from app.errors import Problem
 from app.store.record import RunFilter, RunOrder, RunStatus
 from app.submission import Service
@@ -117,7 +117,7 @@ async def plot(
     shown = runs.run_json(run)
     if plot not in plots_for(KINDS[run.kind], json.loads(shown)):
         raise Problem(409, "Nothing to draw", "this run's result has nothing for this plot")
-    drawn = await while_here(request.receive, service.plot(run, plot, shown))
+    drawn = await cancel_on_disconnect(request.receive, service.plot(run, plot, shown))
     if still:
         drawn = _ANIMATION.sub("", drawn)
     return SvgResponse(drawn, headers={"Cache-Control": "private, max-age=3600"})

@@ -10,7 +10,7 @@ from app.api.bodies import parse, read_body
 from app.api.contract import PATHS
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, job_of, modes_of
-from app.edge.departure import while_here
+from app.edge.disconnect import cancel_on_disconnect
 from app.errors import Problem
 from app.store.hashing import request_hash
 from app.store.record import StoredResponse
@@ -63,7 +63,7 @@ def _route(kind: Kind, mode: Mode) -> None:
         if later:
             return answer(await service.submit_later(kind, mode, asked, idempotency_key, digest))
         work = service.submit(kind, mode, asked, idempotency_key, digest)
-        return answer(await while_here(request.receive, work))
+        return answer(await cancel_on_disconnect(request.receive, work))
 
     router.add_api_route(
         f"/{PATHS[mode]}/{kind.slug}",

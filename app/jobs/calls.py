@@ -39,12 +39,12 @@ def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer 
 
 def _file(kind_slug: str, name: str, payload: bytes) -> File | Refusal:
     from app.designs.registry import KINDS
-    from app.exports.export import Wishes
+    from app.exports.export import ExportOptions
     from app.exports.registry import EXPORTS
 
     asked = json.loads(payload)
-    wishes = Wishes(**asked["wishes"])
-    return EXPORTS[name].file(KINDS[kind_slug], asked["run"], wishes)
+    options = ExportOptions(**asked["options"])
+    return EXPORTS[name].file(KINDS[kind_slug], asked["run"], options)
 
 
 def load(kind_slug: str, mode: str) -> None:

@@ -185,7 +185,7 @@ class ProcessPool:
     @property
     def warmup_status(self) -> list[WarmupStatus]:
         """Warm-up status of every kind."""
-        return [] if self._warming is None else self._warming.warmup_status()
+        return [] if self._warming is None else self._warming.statuses()
 
     async def _check_kernels(self, kind_slug: str, mode: str) -> None:
         """Raise Warming while the kernels of this kind and mode are being compiled."""

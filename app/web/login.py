@@ -8,7 +8,7 @@ from fastapi import APIRouter, Form, Request, Response
 from fastapi.responses import RedirectResponse
 
 from app.access.caller import caller
-from app.access.keys import KeyRing, digest_of
+from app.access.keys import KeyCache, digest_of
 from app.access.sessions import COOKIE, LIFE_S, Sessions, token_of
 from app.store.keys import WriteAudit
 from app.web.rendering import page
@@ -35,7 +35,7 @@ async def log_in(
     next: Annotated[str, Form(max_length=2000)] = "/",
 ) -> Response:
     """Begin a session, and go where one wanted to."""
-    ring: KeyRing = request.app.state.keys
+    ring: KeyCache = request.app.state.keys
     sessions: Sessions = request.app.state.sessions
     found = await ring.find(digest_of(key.strip()))
     store = request.app.state.service.store

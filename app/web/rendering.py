@@ -11,7 +11,7 @@ from fastapi.responses import HTMLResponse
 from fastapi.templating import Jinja2Templates
 from markupsafe import Markup
 
-from app.access.forgery import FIELD
+from app.access.csrf import FIELD
 from app.access.sessions import session
 from app.designs.registry import KINDS
 from app.words import units, verdicts

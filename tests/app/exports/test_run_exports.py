@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from app.errors import Problem
-from app.exports.export import File, Refusal, Wishes
+from app.exports.export import ExportOptions, File, Refusal
 from app.jobs.errors import BudgetExceeded, SolveFailed
 from app.run_exports import RunExports
 
@@ -35,9 +35,13 @@ def twice(executor, first=0.0):
     async def ask():
         exports = RunExports(executor, 1.0)
         try:
-            before = await exports.file(RUN, "csv", Wishes(), first)
+            before = await exports.file(RUN, "csv", ExportOptions(), first)
             await asyncio.sleep(0.2)
-            return before, await exports.file(RUN, "csv", Wishes(), 5.0), await exports.file(RUN, "csv", Wishes())
+            return (
+                before,
+                await exports.file(RUN, "csv", ExportOptions(), 5.0),
+                await exports.file(RUN, "csv", ExportOptions()),
+            )
         finally:
             await exports.close()
 
@@ -67,7 +71,7 @@ def test_two_requests_share_one_making():
 
     async def both():
         exports = RunExports(executor, 1.0)
-        return await asyncio.gather(*(exports.file(RUN, "csv", Wishes(), 5.0) for _ in range(2)))
+        return await asyncio.gather(*(exports.file(RUN, "csv", ExportOptions(), 5.0) for _ in range(2)))
 
     assert asyncio.run(both()) == [MADE, MADE]
     assert executor.asked == 1

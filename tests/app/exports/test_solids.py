@@ -13,7 +13,7 @@ import pytest
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
-from app.exports.export import Refusal, Wishes
+from app.exports.export import ExportOptions, Refusal
 from app.exports.registry import EXPORTS
 from app.jobs import calls
 from app.jobs.executor import PoolSettings, ProcessPool
@@ -26,7 +26,7 @@ IN_EVERY_SIZE = ("strip", "free", "drillable", "stepped", "cone_cylinder", "step
 
 
 def payload_of(run):
-    return json.dumps({"run": run, "wishes": {}}).encode()
+    return json.dumps({"run": run, "options": {}}).encode()
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +85,7 @@ def test_solids_are_closed_valid_and_as_heavy_as_the_result(modeller):
 
 def test_what_a_modeller_cannot_hold_is_refused_before_it_is_asked():
     run = scaled(solved("flexible-rod", Mode.CHECK), 1e-6)
-    refused = EXPORTS["step"].file(KINDS["flexible-rod"], run, Wishes())
+    refused = EXPORTS["step"].file(KINDS["flexible-rod"], run, ExportOptions())
     assert isinstance(refused, Refusal)
 
 

@@ -1,11 +1,11 @@
-"""The gate: who asks, whether they may, and whose runs they see."""
+"""Authentication and authorisation of requests."""
 
 from __future__ import annotations
 
 from urllib.parse import quote
 
 from app.access.caller import Caller, caller, name_of_address
-from app.access.keys import InForce, KeyRing, digest_of
+from app.access.keys import KeyCache, KeysRequired, digest_of
 from app.access.scopes import Scope, granted, needed
 from app.access.sessions import Session, Sessions, session, token_of
 from app.edge.asgi import Application, Receive, Send, header, refuse
@@ -16,45 +16,46 @@ from app.store.keys import KeyRecord
 from app.store.viewer import Viewer, viewer
 
 _BEARER = b"bearer "
-NOBODY = Viewer("nobody", everything=False)
+NO_RUNS = Viewer("nobody", everything=False)
 
 
-class Gate:
-    """Knows the caller, by key or session where keys are in force, else by address, and refuses what he may not.
+class Authentication:
+    """Middleware that identifies the caller by key or session where keys are required, else by address, and checks the
+    scope.
 
-    What lies behind finds the caller, the session and the viewer of runs in their context variables.
+    It sets the context variables of caller, session and viewer.
     """
 
-    def __init__(self, app: Application, ring: KeyRing, sessions: Sessions, in_force: InForce) -> None:
-        self._app, self._ring, self._sessions, self._in_force = app, ring, sessions, in_force
+    def __init__(self, app: Application, ring: KeyCache, sessions: Sessions, keys_required: KeysRequired) -> None:
+        self._app, self._ring, self._sessions, self._keys_required = app, ring, sessions, keys_required
 
     async def __call__(self, scope: AsgiScope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
         address = scope["client"][0] if scope.get("client") else ""
-        lowest = needed(scope["method"], scope["path"])
+        required = needed(scope["method"], scope["path"])
         try:
-            in_force = lowest is not None and await self._in_force()
-            key, found = await self._key(scope) if in_force else (None, None)
+            keys_required = required is not None and await self._keys_required()
+            key, found = await self._key(scope) if keys_required else (None, None)
         except StoreFault as fault:
             await refuse(scope, receive, send, store_problem(fault))
             return
-        if in_force and key is None:
+        if keys_required and key is None:
             await self._refuse(scope, receive, send)
             return
         if key is not None:
             scopes = granted(key.scopes)
             who, sees = Caller(key.id, address, scopes), Viewer(key.id, Scope.ADMIN in scopes)
         else:
-            # Without keys everybody sees all; what needs none sees no run.
+            # Without keys, every run is visible; public paths see none.
             who = Caller(name_of_address(address), address, frozenset(Scope))
-            sees = Viewer() if lowest is not None else NOBODY
+            sees = Viewer() if required is not None else NO_RUNS
         tokens = caller.set(who), viewer.set(sees), session.set(found)
         try:
-            if lowest is not None and lowest not in who.scopes:
-                told = f"this needs a key with the scope {lowest}"
-                await refuse(scope, receive, send, Problem(403, "Beyond the key's scope", told))
+            if required is not None and required not in who.scopes:
+                detail = f"a key with the scope {required} is required"
+                await refuse(scope, receive, send, Problem(403, "Beyond the key's scope", detail))
             else:
                 await self._app(scope, receive, send)
         finally:
@@ -63,7 +64,7 @@ class Gate:
             session.reset(tokens[2])
 
     async def _key(self, scope: AsgiScope) -> tuple[KeyRecord | None, Session | None]:
-        """The valid key that comes with a request, and the session if it comes by one."""
+        """The request's valid key, and its session if it came by one."""
         given = header(scope, b"authorization")
         if given is not None:
             if not given.lower().startswith(_BEARER):
@@ -76,9 +77,9 @@ class Gate:
         wants_page = b"text/html" in (header(scope, b"accept") or b"") and not scope["path"].startswith("/api/")
         if wants_page and scope["method"] == "GET":
             asked = scope["path"] + (f"?{scope['query_string'].decode('latin-1')}" if scope["query_string"] else "")
-            place = f"/login?next={quote(asked, safe='/')}".encode()
-            await send({"type": "http.response.start", "status": 303, "headers": [(b"location", place)]})
+            location = f"/login?next={quote(asked, safe='/')}".encode()
+            await send({"type": "http.response.start", "status": 303, "headers": [(b"location", location)]})
             await send({"type": "http.response.body", "body": b""})
             return
-        told = "send a valid key: Authorization: Bearer cw_…"
-        await refuse(scope, receive, send, Problem(401, "No valid key", told, headers={"WWW-Authenticate": "Bearer"}))
+        detail = "send a valid key: Authorization: Bearer cw_…"
+        await refuse(scope, receive, send, Problem(401, "No valid key", detail, headers={"WWW-Authenticate": "Bearer"}))

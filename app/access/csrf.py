@@ -1,4 +1,4 @@
-"""A session's changes must come from the service's own pages: each form brings the session's token back."""
+"""CSRF protection: requests of a session that change something must carry the session's token."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from app.access.sessions import session
 from app.errors import Problem
 
 FIELD, HEADER = "csrf_token", "X-CSRF-Token"
-MOST_FIELDS = 1000
+MAX_FIELDS = 1000
 _SAFE = ("GET", "HEAD", "OPTIONS")
 
 
-async def check_forgery(request: Request) -> None:
-    """Raises Problem where a session asks for a change without its token; keys in a header need none."""
+async def check_csrf(request: Request) -> None:
+    """Raise Problem 403 if a session's request lacks its token; requests with a key in the header need none."""
     own = session.get()
     if own is None or request.method in _SAFE:
         return
     token = request.headers.get(HEADER)
     kind = request.headers.get("content-type", "")
     if token is None and kind.startswith(("application/x-www-form-urlencoded", "multipart/form-data")):
-        most = request.app.state.settings.max_body_bytes
-        found = (await request.form(max_fields=MOST_FIELDS, max_part_size=most)).get(FIELD)
+        max_bytes = request.app.state.settings.max_body_bytes
+        found = (await request.form(max_fields=MAX_FIELDS, max_part_size=max_bytes)).get(FIELD)
         token = found if isinstance(found, str) else None
     if not own.is_own(token):
-        raise Problem(403, "Not from a page of this session", "load the page again and send it from there")
+        raise Problem(403, "Not from a page of this session", "reload the page and submit it again")

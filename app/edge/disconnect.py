@@ -1,4 +1,4 @@
-"""A client that goes away."""
+"""Cancellation of work whose client has disconnected."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ T = TypeVar("T")
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
 
 
-class Departed(Exception):
-    """The client went away before its answer was there."""
+class ClientDisconnected(Exception):
+    """The client disconnected before its response was ready."""
 
 
-async def while_here(receive: Receive, work: Coroutine[Any, Any, T]) -> T:
-    """What the work gives; it is cancelled, and Departed raised, when the client goes away meanwhile.
+async def cancel_on_disconnect(receive: Receive, work: Coroutine[Any, Any, T]) -> T:
+    """Run ``work`` and return its result; cancel it and raise ClientDisconnected if the client disconnects.
 
-    ``receive`` is the request's own, its body read or none.
+    ``receive`` is the request's own, with the body already read.
     """
     task, gone = asyncio.create_task(work), asyncio.create_task(_disconnected(receive))
     try:
         await asyncio.wait({task, gone}, return_when=asyncio.FIRST_COMPLETED)
         if task.done():
             return task.result()
-        raise Departed
+        raise ClientDisconnected
     finally:
         gone.cancel()
         if not task.done():

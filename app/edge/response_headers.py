@@ -1,4 +1,4 @@
-"""What every answer says about itself to a browser."""
+"""Security headers of responses."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from app.edge.asgi import Application, Message, Receive, Scope, Send
 
 NOTHING = "default-src 'none'; form-action 'none'; frame-ancestors 'none'; base-uri 'none'"
 PICTURE = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; sandbox"
-"""A drawing has inks of its own, in styles inside of it; no script of it runs."""
+"""Drawings contain inline styles; scripts in them are blocked."""
 
 _ALWAYS = {
     b"x-content-type-options": b"nosniff",
@@ -15,8 +15,8 @@ _ALWAYS = {
 }
 
 
-class GuardedAnswers:
-    """Adds to each answer that its type is meant as it says, and what it may load: nothing, unless the page says."""
+class SecurityHeaders:
+    """Adds security headers to every response; by default its content may load nothing."""
 
     def __init__(self, app: Application) -> None:
         self._app = app

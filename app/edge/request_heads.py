@@ -1,4 +1,4 @@
-"""The head of a request: how long it may be, and what must not be in its target."""
+"""Limits on request heads."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from app.edge.asgi import CLOSE, Application, Receive, Scope, Send, refuse
 from app.errors import Problem
 
 
-class BoundedHeads:
-    """Refuses heads of more than ``most_bytes`` or ``most_headers``, and the NUL character anywhere in a target.
+class HeadLimiter:
+    """Middleware that refuses heads beyond ``max_bytes`` or ``max_headers``, and NUL characters in the target.
 
-    No database keeps that character in a text, so nothing that it names exists.
+    No database stores NUL in a text, so nothing with such a name exists.
     """
 
-    def __init__(self, app: Application, most_bytes: int, most_headers: int) -> None:
-        self._app, self._most_bytes, self._most_headers = app, most_bytes, most_headers
+    def __init__(self, app: Application, max_bytes: int, max_headers: int) -> None:
+        self._app, self._max_bytes, self._max_headers = app, max_bytes, max_headers
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         problem = self._problem(scope) if scope["type"] == "http" else None
@@ -25,10 +25,10 @@ class BoundedHeads:
 
     def _problem(self, scope: Scope) -> Problem | None:
         headers = scope["headers"]
-        if len(headers) > self._most_headers:
-            return Problem(431, "Too many headers", f"at most {self._most_headers} headers are accepted", headers=CLOSE)
-        if head_bytes(scope) > self._most_bytes:
-            return Problem(431, "The head is too long", f"at most {self._most_bytes} bytes are accepted", headers=CLOSE)
+        if len(headers) > self._max_headers:
+            return Problem(431, "Too many headers", f"at most {self._max_headers} headers are accepted", headers=CLOSE)
+        if head_bytes(scope) > self._max_bytes:
+            return Problem(431, "The head is too long", f"at most {self._max_bytes} bytes are accepted", headers=CLOSE)
         if "\0" in scope["path"]:
             return Problem(404, "Not Found", "there is no such path")
         if b"%00" in scope["query_string"]:
@@ -38,6 +38,6 @@ class BoundedHeads:
 
 
 def head_bytes(scope: Scope) -> int:
-    """What the head of the request takes on the wire: the target, and each header with its colon and line end."""
+    """Size of the head on the wire: target and headers, each with its colon and line end."""
     target = len(scope.get("raw_path") or b"") + len(scope["query_string"])
     return target + sum(len(name) + len(value) + 4 for name, value in scope["headers"])

@@ -1,15 +1,15 @@
-"""HEAD where there is GET: the same answer without its body."""
+"""HEAD for every GET route: the same response without its body."""
 
 from __future__ import annotations
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 _STREAMS = ("/events", "/results")
-"""Ends of paths whose answers are as long as a batch lasts: made for nobody, they would only cost."""
+"""Suffixes of streaming paths: computing a batch-long body only to drop it would be wasteful."""
 
 
 class Heads:
-    """Answers HEAD by what GET would answer; what the body would have been is dropped."""
+    """Middleware that runs HEAD as GET and drops the body."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app

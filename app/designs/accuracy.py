@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from app.designs.kind import Answer, Job, Kind, Mode
-from app.designs.progress import Count, Report, to_nobody
+from app.designs.progress import Count, Report, ignore_progress
 from app.designs.schema import EffectChoice, Entry, Strict, accuracy_json, one_of
 from solvers.accuracy import (
     Goal,
@@ -137,7 +137,7 @@ def study_job(kind: Kind) -> Job:
         return _run(kind, mode, asked, report)
 
     def run(asked: Any) -> Answer:
-        return in_steps(asked, to_nobody)
+        return in_steps(asked, ignore_progress)
 
     infeasible = next((job.infeasible for job in kind.jobs.values() if job.infeasible), None)
     return Job(

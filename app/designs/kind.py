@@ -18,7 +18,7 @@ from app.designs.calculation.chain import Chain
 from app.designs.drawing import Drawing
 from app.designs.form import FormWords
 from app.designs.part import Part
-from app.designs.progress import Report, to_nobody
+from app.designs.progress import Report, ignore_progress
 from solvers.accuracy import Reference
 from solvers.effects import Effect
 
@@ -117,7 +117,7 @@ class Job:
     run_many: Callable[[Sequence[Any], Detail], list[Answer]] | None = None
     tables: tuple[str, ...] = ()
 
-    def solve(self, request: Any, report: Report = to_nobody) -> Answer:
+    def solve(self, request: Any, report: Report = ignore_progress) -> Answer:
         """The answer, told of on the way where the job is a long one."""
         return self.run(request) if self.in_steps is None else self.in_steps(request, report)
 

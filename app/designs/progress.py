@@ -18,7 +18,7 @@ class Progress:
 Report = Callable[[Progress], None]
 
 
-def to_nobody(_progress: Progress) -> None:
+def ignore_progress(_progress: Progress) -> None:
     """Progress that nobody waits for."""
 
 

@@ -114,7 +114,7 @@ async def _texts_of_run(
     request: Request, kind: Kind, mode: Mode, run_id: str, example: dict[str, str]
 ) -> dict[str, str]:
     service: Service = request.app.state.service
-    run = json.loads(await service.shown(run_id))
+    run = json.loads(await service.as_json(run_id))
     if run["kind"] != kind.slug or run["mode"] not in kind.jobs:
         raise Problem(409, "Another form", f"the run is of {run['kind']}, {run['mode']}")
     asked: dict[str, str] = {}

@@ -10,7 +10,7 @@ from fastapi.responses import RedirectResponse
 from app.access.caller import caller
 from app.access.keys import KeyRing, digest_of
 from app.access.sessions import COOKIE, LIFE_S, Sessions, token_of
-from app.store.keys import Note
+from app.store.keys import WriteAudit
 from app.web.rendering import page
 
 router = APIRouter(include_in_schema=False)
@@ -41,7 +41,7 @@ async def log_in(
     store = request.app.state.service.store
     if found is None:
         return page(request, "login.html", 401, refused=True, next=_local(next))
-    await store.write(Note(found.id, "login", caller.get().address))
+    await store.write(WriteAudit(found.id, "login", caller.get().address))
     token, _ = sessions.begin(found.digest)
     response = RedirectResponse(_local(next), status_code=303)
     secure = request.url.scheme == "https"

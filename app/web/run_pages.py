@@ -34,7 +34,7 @@ _SAID_ELSEWHERE = ("value", "value_unit")
 async def run_of(request: Request, run_id: str) -> dict[str, Any]:
     """A run as its JSON tells it. Raises UnknownRun."""
     service: Service = request.app.state.service
-    return json.loads(await service.shown(run_id, whole=True))
+    return json.loads(await service.as_json(run_id, complete=True))
 
 
 @router.get("/runs")

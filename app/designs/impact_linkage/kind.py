@@ -34,7 +34,7 @@ from app.designs.impact_linkage.result import (
 )
 from app.designs.impact_linkage.verdict import WORDS
 from app.designs.kind import Answer, Detail, Job, Kind, Mode
-from app.designs.progress import Count, Report, to_nobody
+from app.designs.progress import Count, Report, ignore_progress
 from app.designs.schema import (
     MILLI,
     CertificateResult,
@@ -154,7 +154,7 @@ _LIMITS = {
 
 def run_design(request: DesignRequest) -> Answer:
     """Find the linkage, and the front where one is asked for."""
-    return design_in_steps(request, to_nobody)
+    return design_in_steps(request, ignore_progress)
 
 
 def design_in_steps(request: DesignRequest, report: Report) -> Answer:

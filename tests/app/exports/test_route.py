@@ -72,7 +72,7 @@ def test_what_the_installation_lacks_is_named(client, run, monkeypatch):
 
 def test_a_slow_file_is_promised_then_there(client, run, monkeypatch):
     """Made in a worker, whose registry is its own: the format is a real one, only patience is gone."""
-    monkeypatch.setattr("app.downloads.PATIENCE_S", 0.0)
+    monkeypatch.setattr("app.run_exports.WAIT_S", 0.0)
     in_a_worker = replace(registry.EXPORTS["json"], where=Where.WORKER)
     monkeypatch.setitem(registry.EXPORTS, "json", in_a_worker)
     first = client.get(f"/api/v1/runs/{run['id']}/exports/json")

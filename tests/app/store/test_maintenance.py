@@ -14,11 +14,11 @@ from typer.testing import CliRunner
 from app import runs as shown
 from app.cli import app
 from app.store.backup import CannotCopy, backup, restore
-from app.store.kept_answers import packed, unpacked
+from app.store.maintenance import ExpireKeys, Prune, lowest_id_at
 from app.store.migrate import upgrade
 from app.store.record import RunFilter, utc_now
 from app.store.repository import RunStore
-from app.store.upkeep import Expire, Prune, oldest_id
+from app.store.response_codec import pack, unpack
 from app.store.verify import verify
 from tests.app.store.records import make_record, make_response
 
@@ -45,9 +45,9 @@ def test_a_backup_in_use_comes_back_whole(tmp_path: Path) -> None:
         assert backup(url, copy).runs == 6
         store.put_and_wait(make_record(10))
     assert not list(tmp_path.glob("backup*-*")), "one file"
-    with pytest.raises(CannotCopy, match="nothing is overwritten"):
+    with pytest.raises(CannotCopy, match="not overwritten"):
         backup(url, copy)
-    with pytest.raises(CannotCopy, match="nothing is overwritten"):
+    with pytest.raises(CannotCopy, match="not overwritten"):
         restore(url, copy)
     elsewhere = f"sqlite:///{tmp_path}/restored/runs.sqlite3"
     assert restore(elsewhere, copy).sound
@@ -101,26 +101,26 @@ def test_runs_deleted_by_anybody_else_are_missed(database_url: str) -> None:
 def test_keys_expire_with_the_age_of_their_run(database_url: str) -> None:
     fill(database_url, 2)
     later = make_record(5)
-    with RunStore(database_url, keys_kept=timedelta(days=1)) as store:
+    with RunStore(database_url, key_lifetime=timedelta(days=1)) as store:
 
         async def look() -> None:
             assert await store.find_response("key-0", "a" * 64) is not None
             assert await store.expire_keys() == 0
-            store._kept = timedelta(0)
+            store._key_lifetime = timedelta(0)
             assert await store.find_response("key-0", "a" * 64) is None
             # The same key may be used again, also before it was taken out.
             assert await store.put(later, make_response(later, "key-0", "b" * 64)) is None
-            store._kept = timedelta(days=1)
+            store._key_lifetime = timedelta(days=1)
             assert (await store.find_response("key-0", "b" * 64)).run_id == later.id
 
         asyncio.run(look())
-        assert store.write_and_wait(Expire(utc_now() + timedelta(seconds=1))) >= 1
+        assert store.write_and_wait(ExpireKeys(utc_now() + timedelta(seconds=1))) >= 1
     assert verify(database_url).sound
 
 
 def test_ids_begin_with_their_time() -> None:
     moment = utc_now()
-    assert oldest_id(moment - timedelta(seconds=1)) < make_record().id < oldest_id(moment + timedelta(seconds=10))
+    assert lowest_id_at(moment - timedelta(seconds=1)) < make_record().id < lowest_id_at(moment + timedelta(seconds=10))
 
 
 def test_an_answer_is_kept_without_what_the_run_has(tmp_path: Path) -> None:
@@ -129,16 +129,16 @@ def test_an_answer_is_kept_without_what_the_run_has(tmp_path: Path) -> None:
     statuses = ({"result": result}, {"status": "failed", "result": None}, {"status": "queued"})
     for run in [make_record(**other, **changes) for changes in statuses]:
         body = shown.run_json(run)
-        assert unpacked(packed(body, run), run) == body
+        assert unpack(pack(body, run), run) == body
     run = make_record(result=result, **other)
-    assert len(packed(shown.run_json(run), run)) < 1000 < len(result)
-    assert unpacked(b'{"whole":1}', run) == b'{"whole":1}', "as former versions kept them"
+    assert len(pack(shown.run_json(run), run)) < 1000 < len(result)
+    assert unpack(b'{"whole":1}', run) == b'{"whole":1}', "as former versions kept them"
     # What the end of a run changes is not referred to before.
     queued = make_record(status="queued", result=None)
-    kept, body = packed(shown.run_json(queued), queued), shown.run_json(queued)
-    assert unpacked(kept, replace(queued, status="succeeded", result=result, effects=b"[1]")) == body
+    kept, body = pack(shown.run_json(queued), queued), shown.run_json(queued)
+    assert unpack(kept, replace(queued, status="succeeded", result=result, effects=b"[1]")) == body
     with pytest.raises(ValueError):
-        unpacked(kept[:-3], queued)
+        unpack(kept[:-3], queued)
 
 
 def test_pruning_at_once_is_bounded(database_url: str) -> None:

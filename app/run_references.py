@@ -1,4 +1,4 @@
-"""Requests that name stored runs."""
+"""Resolution of references to stored runs in requests."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from app.store.errors import UnknownRun
 from app.store.repository import RunStore
 
 
-async def resolved(store: RunStore, request: BaseModel) -> BaseModel:
-    """The request with every stored run that it names filled in. Raises Problem for a run that cannot serve."""
+async def resolve_references(store: RunStore, request: BaseModel) -> BaseModel:
+    """The request with every referenced run filled in. Raises Problem if a run is missing or unsuitable."""
     for path, reference in list(references(request)):
         at = json_pointer((*path, "run_id"))
         try:

@@ -7,13 +7,13 @@ from collections.abc import Awaitable, Callable
 from typing import Any
 
 from app import runs
+from app.accepted_runs import MAX_ATTEMPTS
 from app.designs.kind import Answer, Mode
 from app.designs.registry import KINDS, example_of, job_of
 from app.jobs.errors import WorkerCrashed
-from app.promises import MOST_ATTEMPTS
-from app.store.promises import TakeOver
 from app.store.record import RunRecord
 from app.store.repository import RunStore
+from app.store.run_leases import TakeOverExpired
 from app.submission import Service, ServiceLimits
 
 PIN = KINDS["pin-profile"]
@@ -24,7 +24,7 @@ LEASE_S = 2.0
 class Solving:
     """An executor that takes its time, and counts what it is asked and what of it was ended before the answer."""
 
-    ready, warmths, background_workers = True, (), 0
+    ready, warmup_status, background_workers = True, (), 0
 
     def __init__(self, seconds: float) -> None:
         self.seconds, self.asked, self.ended_early = seconds, 0, 0
@@ -108,14 +108,14 @@ def test_a_run_that_ends_its_process_every_time_fails(database_url: str) -> None
     run = runs.queued(PIN.slug, Mode.DESIGN, request())
 
     async def story(one: RunStore, _other: RunStore) -> None:
-        await one.promise(run, None, "dead", -1.0)
-        for _ in range(MOST_ATTEMPTS):
-            (taken,) = await one.write(TakeOver("dead", -1.0, 1))
+        await one.put_leased(run, None, "dead", -1.0)
+        for _ in range(MAX_ATTEMPTS):
+            (taken,) = await one.write(TakeOverExpired("dead", -1.0, 1))
             await one.start(taken.run.id)
         living = service(one, Solving(0.0))
         living.start()
         failed = await ended(one, run.id)
-        assert failed.status == "failed" and f"{MOST_ATTEMPTS} times".encode() in failed.problem
+        assert failed.status == "failed" and f"{MAX_ATTEMPTS} times".encode() in failed.problem
         assert living.executor.asked == 0
         await living.close()
 

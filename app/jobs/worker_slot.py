@@ -1,4 +1,4 @@
-"""One place in the pool: a worker process that is started, used, killed and replaced."""
+"""A slot of the process pool: starts, uses, kills and replaces one worker process."""
 
 from __future__ import annotations
 
@@ -6,58 +6,60 @@ import threading
 import time
 from typing import Any
 
-from app.designs.progress import Report, to_nobody
+from app.designs.progress import Report, ignore_progress
 from app.jobs.errors import BudgetExceeded, ExecutorClosed, MemoryExceeded, SolveFailed, WorkerCrashed
-from app.jobs.template import START_TIMEOUT_S, Child, Template
+from app.jobs.fork_server import START_TIMEOUT_S, Child, ForkServer
 from app.jobs.worker import Reply, WorkerSettings, serve
 from app.logging import get_logger
 
 logger = get_logger(__name__)
 
 LOAD_TIMEOUT_S = 120.0
-"""How long a worker may load, or where it must, compile what a call needs, before the call's own time counts."""
+"""Time limit for loading or compiling what a call needs; not counted in the call's own budget."""
 
 
 class Call:
-    """One solve: what to run, and the handle by which it can be cancelled while it runs."""
+    """A solve: what to run, and a handle to cancel it."""
 
-    def __init__(self, kind_slug: str, mode: str, payload: bytes, budget_s: float, report: Report = to_nobody) -> None:
+    def __init__(
+        self, kind_slug: str, mode: str, payload: bytes, budget_s: float, report: Report = ignore_progress
+    ) -> None:
         self.message = (kind_slug, mode, payload)
         self.budget_s = budget_s
         self.report = report
         self.cancelled = False
         self._lock = threading.Lock()
-        self._place: Place | None = None
+        self._slot: WorkerSlot | None = None
 
-    def begin(self, place: Place) -> bool:
-        """False if the call was cancelled before its turn came."""
+    def begin(self, slot: WorkerSlot) -> bool:
+        """Bind the call to a slot; False if it was cancelled before."""
         with self._lock:
             if not self.cancelled:
-                self._place = place
+                self._slot = slot
             return not self.cancelled
 
     def end(self) -> None:
         with self._lock:
-            self._place = None
+            self._slot = None
 
     def cancel(self) -> None:
-        """Forget the call; if it is being solved, kill its worker. The lock keeps the next call's worker safe."""
+        """Cancel the call and kill its worker if it is running. The lock protects the worker of a later call."""
         with self._lock:
             self.cancelled = True
-            if self._place is not None:
-                self._place.kill()
+            if self._slot is not None:
+                self._slot.kill()
 
 
-class Place:
-    """A slot of the pool. At most one thread uses it at a time; ``kill`` may come from any thread."""
+class WorkerSlot:
+    """A slot of the pool. Only one thread at a time may use it, but ``kill`` is thread-safe."""
 
-    def __init__(self, settings: WorkerSettings, template: Template) -> None:
+    def __init__(self, settings: WorkerSettings, fork_server: ForkServer) -> None:
         self._settings = settings
-        self._template = template
+        self._fork_server = fork_server
         self._child: Child | None = None
         self._ready = False
         self._closed = False
-        self._guard = threading.Lock()
+        self._lock = threading.Lock()
 
     @property
     def pid(self) -> int | None:
@@ -66,15 +68,15 @@ class Place:
 
     @property
     def ready(self) -> bool:
-        """Whether a worker waits or works here, by the look of it now."""
-        with self._guard:
+        """Whether the slot has a live worker that has started up."""
+        with self._lock:
             return self._ready and self._child is not None and self._child.alive
 
     def prepare(self) -> None:
-        """Have a live worker here, starting one if needed."""
+        """Ensure that a live worker is ready, starting one if needed. Raises WorkerCrashed."""
         if self._child is None or not self._child.alive:
             if self._child is not None and not self._closed:
-                logger.warning("worker_lost", pid=self._child.pid)
+                logger.warning("worker_exited", pid=self._child.pid)
             self._discard()
             self._start()
         if self._ready:
@@ -88,34 +90,37 @@ class Place:
         self._ready = True
 
     def solve(self, call: Call) -> Any:
-        """Run the call on this place's worker within the call's budget."""
-        deadline = self._hand_over(call) or self._hand_over(call)
+        """Run the call on this slot's worker and return its answer.
+
+        Raises BudgetExceeded, MemoryExceeded, WorkerCrashed or SolveFailed.
+        """
+        deadline = self._send(call) or self._send(call)
         if deadline is None:
             raise WorkerCrashed(None)
         try:
-            reply, content = self._next(call, deadline)
+            reply, content = self._receive(call, deadline)
             while reply is Reply.PROGRESS:
                 call.report(content)
-                reply, content = self._next(call, deadline)
+                reply, content = self._receive(call, deadline)
         except (EOFError, OSError) as error:
             raise WorkerCrashed(self._discard()) from error
         if reply is Reply.ANSWER:
             return content
         if reply is Reply.MEMORY:
             self._discard()
-            raise MemoryExceeded("the solve wanted more memory than a worker may have")
+            raise MemoryExceeded("the solve exceeded the memory limit of a worker")
         raise SolveFailed(*content)
 
-    def _next(self, call: Call, deadline: float) -> tuple[Reply, Any]:
-        """The worker's next message; it is killed if none comes in time."""
+    def _receive(self, call: Call, deadline: float) -> tuple[Reply, Any]:
+        """Return the worker's next message; kill it and raise BudgetExceeded at the deadline."""
         assert self._child is not None
         if not self._child.connection.poll(max(0.0, deadline - time.monotonic())):
             self._discard()
             raise BudgetExceeded(call.budget_s)
         return self._child.connection.recv()
 
-    def _hand_over(self, call: Call) -> float | None:
-        """Give the call to the worker; when it must have ended. None if the worker had died while idle."""
+    def _send(self, call: Call) -> float | None:
+        """Send the call and return its deadline (monotonic clock); None if the worker had died while idle."""
         self.prepare()
         assert self._child is not None
         try:
@@ -132,26 +137,26 @@ class Place:
         return time.monotonic() + call.budget_s
 
     def kill(self) -> None:
-        with self._guard:
+        with self._lock:
             if self._child is not None:
                 self._child.kill()
 
     def close(self) -> None:
-        """Kill the worker and start no other."""
+        """Kill the worker and start no further one."""
         self._closed = True
         self.kill()
 
     def _start(self) -> None:
-        child = self._template.fork(serve, self._settings)
-        with self._guard:
+        child = self._fork_server.fork(serve, self._settings)
+        with self._lock:
             self._child, self._ready = child, False
         if self._closed:
             self.kill()
             raise ExecutorClosed("the executor is closing")
 
     def _discard(self) -> int | None:
-        """Kill and forget the worker; its exit code, if it had one."""
+        """Kill and drop the worker; return its exit code, if known."""
         self.kill()
-        with self._guard:
+        with self._lock:
             child, self._child, self._ready = self._child, None, False
-        return None if child is None else self._template.exit_code(child)
+        return None if child is None else self._fork_server.exit_code(child)

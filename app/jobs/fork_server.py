@@ -1,14 +1,14 @@
-"""The process that workers are forked from: it has the solvers imported, so that a worker is born in milliseconds.
+"""A fork server: a process with the solvers already imported, from which workers are forked within milliseconds.
 
-The service talks to it through a socket, nine bytes a message: a letter and a number.
+The service controls it through a socket with nine-byte messages, a command letter and a number:
 
-    F   fork a child on the two descriptors that come along; answered with its process id
-    C n wait for child n, which has ended; answered with its exit code
-    E   load the kernels that are on disk, while nobody asks for anything
-    P   import what kernels are compiled by, so that no child has to
+F   fork a child with the two descriptors sent along; replies with its process id
+C n reap child n, which has ended; replies with its exit code
+E   load compiled kernels from disk while idle
+P   import numba's compiler modules, so that no child has to
 
-A child is handed one end of a pipe, on which it is told what to run, and a descriptor that says by being closed that
-the child has ended. The template forks from a single thread, and forgets both at once.
+Each child gets one end of a pipe, on which it receives what to run, and the write end of another pipe, whose closing
+signals that it has ended. The server forks from a single thread and closes its own copies of both at once.
 """
 
 from __future__ import annotations
@@ -29,25 +29,26 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from typing import Any
 
-from app.importing import undisturbed
+from app.importing import gc_paused
 from app.jobs.errors import WorkerCrashed
-from app.jobs.lifeline import die_with
+from app.jobs.parent_death import die_with_parent
 
 START_TIMEOUT_S = 120.0
-"""How long the template may import."""
+"""Time limit for the fork server's imports."""
 
 _MESSAGE = struct.Struct("<cq")
-_QUIET_S = 1.0
-"""So long nobody must have asked for anything before the template loads kernels beside."""
+_IDLE_DELAY_S = 1.0
+"""Idle time before the server loads kernels in the background."""
 
-_BEGIN = (
-    "import sys; sys.path[:] = {path!r}; from app.jobs.template import main; main({descriptor}, {parent}, {preload!r})"
+_BOOTSTRAP = (
+    "import sys; sys.path[:] = {path!r}; "
+    "from app.jobs.fork_server import main; main({descriptor}, {parent}, {preload!r})"
 )
 
 
 @dataclass(frozen=True)
 class Child:
-    """A process that was forked: the pipe to it, and the descriptor that is closed when it ends."""
+    """A forked process: its pipe, and a descriptor that is closed when it ends."""
 
     pid: int
     connection: Connection
@@ -56,34 +57,35 @@ class Child:
 
     @property
     def alive(self) -> bool:
-        look = select.poll()
-        look.register(self.sentinel, select.POLLIN)
-        return not look.poll(0)
+        poller = select.poll()
+        poller.register(self.sentinel, select.POLLIN)
+        return not poller.poll(0)
 
     def kill(self) -> None:
-        # As long as nobody asked for its exit code, its number is its own.
+        # The process id cannot be reused before the child is reaped.
         if self.alive:
             os.kill(self.pid, signal.SIGKILL)
 
-    def forget(self) -> None:
+    def close(self) -> None:
         self.connection.close()
         os.close(self.sentinel)
 
 
-class Template:
-    """The service's side. ``start`` must be called from a thread that lives as long as the template should.
+class ForkServer:
+    """The service's handle on the fork server.
 
-    (Linux counts the end of the thread that started a process as the end of its parent.)
+    Call ``start`` from a thread that lives as long as the server should: Linux sends the parent-death signal when the
+    thread that started a process ends, not the whole process.
     """
 
     def __init__(self, preload: str) -> None:
         self._preload = preload
         self._process: subprocess.Popen[bytes] | None = None
         self._control: socket.socket | None = None
-        self._lock, self._life = threading.Lock(), threading.Condition(threading.RLock())
+        self._lock, self._state_changed = threading.Lock(), threading.Condition(threading.RLock())
         self._closed = False
         self.generation = 0
-        """How often it was started."""
+        """Number of starts so far."""
 
     @property
     def alive(self) -> bool:
@@ -95,17 +97,17 @@ class Template:
         return None if self._process is None else self._process.pid
 
     def start(self) -> None:
-        """Start it, or start it again. Returns at once; children can be asked for while it still imports."""
-        with self._life:
-            self._end()
+        """Start or restart the server, without blocking; ``fork`` may be called while it still imports."""
+        with self._state_changed:
+            self._stop()
             if not self._closed:
-                self._begin()
-            self._life.notify_all()
+                self._spawn()
+            self._state_changed.notify_all()
 
-    def _begin(self) -> None:
+    def _spawn(self) -> None:
         ours, theirs = socket.socketpair()
         ours.settimeout(START_TIMEOUT_S)
-        code = _BEGIN.format(path=sys.path, descriptor=theirs.fileno(), parent=os.getpid(), preload=self._preload)
+        code = _BOOTSTRAP.format(path=sys.path, descriptor=theirs.fileno(), parent=os.getpid(), preload=self._preload)
         process = subprocess.Popen(
             [sys.executable, "-c", code], pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, process_group=0
         )
@@ -114,76 +116,77 @@ class Template:
         self.generation += 1
 
     def fork(self, target: Callable[..., None], *arguments: Any) -> Child:
-        """A child that runs ``target(connection, *arguments)``, both sent by name. Raises WorkerCrashed without one."""
-        with self._life:
-            # One that has ended is started again by whoever keeps it.
-            if not self._life.wait_for(lambda: self._closed or self.alive, START_TIMEOUT_S):
+        """Fork a child that runs ``target(connection, *arguments)``, both pickled. Raises WorkerCrashed on failure."""
+        with self._state_changed:
+            # The pool's supervisor restarts a server that has died.
+            if not self._state_changed.wait_for(lambda: self._closed or self.alive, START_TIMEOUT_S):
                 raise WorkerCrashed(None)
         ours, theirs = Pipe()
-        sentinel, mark = os.pipe()
+        sentinel, write_end = os.pipe()
         generation = self.generation
         try:
-            pid = self._ask(b"F", 0, [theirs.fileno(), mark])
+            pid = self._request(b"F", 0, [theirs.fileno(), write_end])
         except BaseException:
             ours.close()
             os.close(sentinel)
             raise
         finally:
             theirs.close()
-            os.close(mark)
+            os.close(write_end)
         child = Child(pid, ours, sentinel, generation)
         try:
             ours.send((target, arguments))
         except OSError as error:
-            child.forget()
+            child.close()
             raise WorkerCrashed(None) from error
         return child
 
     def exit_code(self, child: Child) -> int | None:
-        """How a child that has ended ended; None when nobody knows any more. The child is forgotten."""
-        child.forget()
+        """Reap a dead child; its exit code, or None if it is no longer known."""
+        child.close()
         if child.generation != self.generation:
             return None
         try:
-            return self._ask(b"C", child.pid, [])
+            return self._request(b"C", child.pid, [])
         except WorkerCrashed:
             return None
 
-    def load_when_idle(self) -> None:
-        """Let it take up the kernels that are on disk, so that workers forked later have them."""
-        self._ask(b"E", 0, [])
+    def load_kernels_when_idle(self) -> None:
+        """Load compiled kernels from disk while idle, so that workers forked later inherit them. Raises
+        WorkerCrashed."""
+        self._request(b"E", 0, [])
 
     def prepare_to_compile(self) -> None:
-        """Let it import what kernels are compiled by. Raises WorkerCrashed."""
-        self._ask(b"P", 0, [])
+        """Import numba's compiler modules. Raises WorkerCrashed."""
+        self._request(b"P", 0, [])
 
     def close(self) -> None:
-        """Kill it and everything that was forked from it."""
-        with self._life:
+        """Kill the server and every process forked from it."""
+        with self._state_changed:
             self._closed = True
-            self._end()
-            self._life.notify_all()
+            self._stop()
+            self._state_changed.notify_all()
 
-    def _ask(self, letter: bytes, number: int, descriptors: list[int]) -> int:
+    def _request(self, command: bytes, number: int, descriptors: list[int]) -> int:
         with self._lock:
             control = self._control
             if control is None or self._closed:
                 raise WorkerCrashed(None)
             try:
                 ancillary = [(socket.SOL_SOCKET, socket.SCM_RIGHTS, array.array("i", descriptors))]
-                control.sendmsg([_MESSAGE.pack(letter, number)], ancillary if descriptors else [])
-                told = control.recv(_MESSAGE.size, socket.MSG_WAITALL)
+                control.sendmsg([_MESSAGE.pack(command, number)], ancillary if descriptors else [])
+                reply = control.recv(_MESSAGE.size, socket.MSG_WAITALL)
             except OSError as error:
                 raise WorkerCrashed(None) from error
-            if len(told) < _MESSAGE.size:
+            if len(reply) < _MESSAGE.size:
                 raise WorkerCrashed(None)
-            return int(_MESSAGE.unpack(told)[1])
+            return int(_MESSAGE.unpack(reply)[1])
 
-    def _end(self) -> None:
+    def _stop(self) -> None:
         process, control = self._process, self._control
         if process is None or control is None:
             return
-        # Its number, and so that of its group, is its own until it is waited for.
+        # Process and group ids cannot be reused before wait().
         if process.returncode is None:
             _kill_group(process.pid)
         process.wait()
@@ -199,35 +202,35 @@ def _kill_group(group: int) -> None:
 
 
 def main(descriptor: int, parent: int, preload: str) -> None:
-    """The template's own main function."""
-    die_with(parent)
-    # Ctrl-C in a terminal goes to the whole process group; the service decides when its workers end.
+    """Main function of the fork-server process."""
+    die_with_parent(parent)
+    # Ctrl-C in a terminal signals the whole process group; the service decides when workers end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     control = socket.socket(fileno=descriptor)
     steps: Iterator[None] | None = None
-    with undisturbed():
+    with gc_paused():
         module = __import__(preload, fromlist=["load_step_by_step"])
     while True:
-        if not select.select([control], [], [], None if steps is None else _QUIET_S)[0]:
-            steps = _one_more(steps)
+        if not select.select([control], [], [], None if steps is None else _IDLE_DELAY_S)[0]:
+            steps = _step(steps)
             continue
         data, descriptors, _, _ = socket.recv_fds(control, _MESSAGE.size, 2)
         if len(data) < _MESSAGE.size:
             os._exit(0)
-        letter, number = _MESSAGE.unpack(data)
+        command, number = _MESSAGE.unpack(data)
         answer = 0
-        if letter == b"F":
+        if command == b"F":
             answer = _fork(control, descriptors)
-        elif letter == b"C":
+        elif command == b"C":
             answer = os.waitstatus_to_exitcode(os.waitpid(number, 0)[1])
-        elif letter == b"E":
+        elif command == b"E":
             steps = module.load_step_by_step()
-        elif letter == b"P":
+        elif command == b"P":
             module.prepare_to_compile()
-        control.sendall(_MESSAGE.pack(letter, answer))
+        control.sendall(_MESSAGE.pack(command, answer))
 
 
-def _one_more(steps: Iterator[None] | None) -> Iterator[None] | None:
+def _step(steps: Iterator[None] | None) -> Iterator[None] | None:
     if steps is not None and next(steps, steps) is steps:
         return None
     return steps
@@ -240,7 +243,7 @@ def _fork(control: socket.socket, descriptors: list[int]) -> int:
         code = 1
         try:
             control.close()
-            die_with(parent)
+            die_with_parent(parent)
             connection = Connection(descriptors[0])
             target, arguments = connection.recv()
             target(connection, *arguments)

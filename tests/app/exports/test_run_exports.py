@@ -6,10 +6,10 @@ import asyncio
 
 import pytest
 
-from app.downloads import Downloads
 from app.errors import Problem
 from app.exports.export import File, Refusal, Wishes
 from app.jobs.errors import BudgetExceeded, SolveFailed
+from app.run_exports import RunExports
 
 RUN = {"id": "1", "kind": "crank-masses", "mode": "analysis", "status": "succeeded", "result": {"a": 1.0}}
 MADE = File(b"made", "text/csv", "csv")
@@ -33,13 +33,13 @@ def twice(executor, first=0.0):
     """What a request gets that does not wait, and one that comes when the file is there."""
 
     async def ask():
-        downloads = Downloads(executor, 1.0)
+        exports = RunExports(executor, 1.0)
         try:
-            before = await downloads.file(RUN, "csv", Wishes(), first)
+            before = await exports.file(RUN, "csv", Wishes(), first)
             await asyncio.sleep(0.2)
-            return before, await downloads.file(RUN, "csv", Wishes(), 5.0), await downloads.file(RUN, "csv", Wishes())
+            return before, await exports.file(RUN, "csv", Wishes(), 5.0), await exports.file(RUN, "csv", Wishes())
         finally:
-            await downloads.close()
+            await exports.close()
 
     return asyncio.run(ask())
 
@@ -66,8 +66,8 @@ def test_two_requests_share_one_making():
     executor = Slow(MADE)
 
     async def both():
-        downloads = Downloads(executor, 1.0)
-        return await asyncio.gather(*(downloads.file(RUN, "csv", Wishes(), 5.0) for _ in range(2)))
+        exports = RunExports(executor, 1.0)
+        return await asyncio.gather(*(exports.file(RUN, "csv", Wishes(), 5.0) for _ in range(2)))
 
     assert asyncio.run(both()) == [MADE, MADE]
     assert executor.asked == 1

@@ -1,4 +1,4 @@
-"""From a stored run to a file: made where it does no harm, waited for a moment, kept for a while."""
+"""Export files of runs: made in a suitable process, awaited briefly, cached."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from app.logging import get_logger
 
 logger = get_logger(__name__)
 
-PATIENCE_S = 3.0
-"""How long a request waits for its file before it is told to come again."""
-IDLE_S = 900.0
-"""So long nobody must have asked for a solid before the process with the modeller, 800 MB, is ended."""
-MOST_KEPT_BYTES = 64 << 20
-MOST_FAILURES = 100
+WAIT_S = 3.0
+"""Seconds a request waits for its file before a 202."""
+SOLIDS_IDLE_S = 900.0
+"""Idle time after which the process with the solid modeller (800 MB) is closed."""
+CACHE_BYTES = 64 << 20
+MAX_FAILURES = 100
 _SOLIDS_MEMORY_BYTES = 4 << 30
 _SOLIDS_BUDGET_S = 60.0
 
@@ -39,24 +39,24 @@ Key = tuple[str, str, Wishes]
 
 
 def solid_pool(entry: Entry = calls.answer) -> ProcessPool:
-    """One worker with the solid modeller in memory."""
+    """A pool of one worker with the solid modeller loaded."""
     return ProcessPool(
         PoolSettings(
             workers=1,
             entry=entry,
             memory_bytes=_SOLIDS_MEMORY_BYTES,
-            load=calls.load_nothing,
+            load=calls.no_load,
             preload="app.exports.solids_preload",
-            idle_work=calls.nothing,
+            idle_work=calls.no_idle_work,
             kernels=False,
         )
     )
 
 
 class Solids:
-    """The executor that makes solids: started when first asked for, ended when long unused."""
+    """Executor for solids: started on first use, closed after idling."""
 
-    def __init__(self, start: Callable[[], ProcessPool] = solid_pool, idle_s: float = IDLE_S) -> None:
+    def __init__(self, start: Callable[[], ProcessPool] = solid_pool, idle_s: float = SOLIDS_IDLE_S) -> None:
         self._start, self._idle_s = start, idle_s
         self._pool: ProcessPool | None = None
         self._used, self._calls = 0.0, 0
@@ -67,7 +67,7 @@ class Solids:
         return self._pool is not None
 
     async def run(self, kind_slug: str, mode: str, payload: bytes) -> File | Refusal:
-        """Like an executor's; the first call waits until the modeller is imported."""
+        """Like ``Executor.run``; the first call waits for the modeller's import."""
         if self._pool is None:
             self._pool = self._start()
         self._calls += 1
@@ -88,7 +88,7 @@ class Solids:
         if pool is None or self._calls or time.monotonic() - self._used < 0.9 * self._idle_s:
             return
         self._pool = None
-        # Its end is waited for, which is nothing for the event loop.
+        # close() blocks, so it must not run in the event loop.
         threading.Thread(target=pool.close, name="solids-end", daemon=True).start()
 
     def close(self) -> None:
@@ -99,63 +99,63 @@ class Solids:
             self._pool = None
 
 
-def _settled(made: File | Refusal) -> File:
-    """The file; raises Problem where it could not be made as wished."""
+def _unwrap(made: File | Refusal) -> File:
+    """The file. Raises Problem if it was refused."""
     if isinstance(made, Refusal):
         raise Problem(422, INVALID, made.detail, [entry(made.pointer, made.detail, made.allowed)])
     return made
 
 
-class Runs(Protocol):
-    """What computes a file that takes a moment."""
+class ExportExecutor(Protocol):
+    """Executor of exports that take a while."""
 
     async def run(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> Any:
-        """Like an executor's."""
+        """See ``app.jobs.executor.Executor.run``."""
 
 
-class Downloads:
-    """Files of runs. A run with a result never changes, so neither does its file."""
+class RunExports:
+    """Makes and caches export files; valid indefinitely, because a run with a result never changes."""
 
-    def __init__(self, executor: Runs, budget_s: float, solids: Solids | None = None) -> None:
+    def __init__(self, executor: ExportExecutor, budget_s: float, solids: Solids | None = None) -> None:
         self._executor, self._budget_s = executor, budget_s
         self._solids = solids or Solids()
         self._tasks: dict[Key, asyncio.Task[File | Refusal]] = {}
-        self._kept: OrderedDict[Key, File] = OrderedDict()
+        self._cache: OrderedDict[Key, File] = OrderedDict()
         self._failed: dict[Key, BaseException] = {}
 
-    async def file(self, run: Run, name: str, wishes: Wishes, patience_s: float | None = None) -> File | None:
-        """The file; None while it is still being made. Raises Problem where there is none."""
+    async def file(self, run: Run, name: str, wishes: Wishes, max_wait_s: float | None = None) -> File | None:
+        """The file, or None while it is still being made. Raises Problem."""
         export = self._export(run, name)
         key = (run["id"], name, wishes)
-        if (kept := self._kept.get(key)) is not None:
-            self._kept.move_to_end(key)
-            return kept
+        if (cached := self._cache.get(key)) is not None:
+            self._cache.move_to_end(key)
+            return cached
         if export.where is Where.HERE:
-            return _settled(export.file(KINDS[run["kind"]], run, wishes))
+            return _unwrap(export.file(KINDS[run["kind"]], run, wishes))
         if (failure := self._failed.pop(key, None)) is not None:
             raise failure
         task = self._tasks.get(key)
         if task is None:
             task = self._tasks[key] = asyncio.create_task(self._make(export, run, wishes))
-            task.add_done_callback(partial(self._ended, key))
-        done, _ = await asyncio.wait({task}, timeout=PATIENCE_S if patience_s is None else patience_s)
+            task.add_done_callback(partial(self._finished, key))
+        done, _ = await asyncio.wait({task}, timeout=WAIT_S if max_wait_s is None else max_wait_s)
         if not done:
             return None
         self._failed.pop(key, None)
-        return _settled(task.result())
+        return _unwrap(task.result())
 
-    def _ended(self, key: Key, task: asyncio.Task[File | Refusal]) -> None:
-        """Keep what was made, or why it was not, for whoever asks again after a 202."""
+    def _finished(self, key: Key, task: asyncio.Task[File | Refusal]) -> None:
+        """Cache the file, or the failure for the next request after a 202."""
         self._tasks.pop(key, None)
         if task.cancelled():
             return
         failure = task.exception()
         if failure is not None:
             self._failed[key] = failure
-            while len(self._failed) > MOST_FAILURES:
+            while len(self._failed) > MAX_FAILURES:
                 self._failed.pop(next(iter(self._failed)))
         elif isinstance(made := task.result(), File):
-            self._keep(key, made)
+            self._store(key, made)
 
     def _export(self, run: Run, name: str) -> Export:
         export = EXPORTS.get(name)
@@ -163,8 +163,8 @@ class Downloads:
             raise Problem(404, "No such export", "there are " + ", ".join(EXPORTS))
         if run["result"] is None:
             raise Problem(409, "Nothing to export", f"the run is {run['status']}: it has no result")
-        if name not in (there := exports_for(run)):
-            raise Problem(409, "Nothing to export", f"this run has no such file; it has {', '.join(there)}")
+        if name not in (available := exports_for(run)):
+            raise Problem(409, "Nothing to export", f"this run has no such file; it has {', '.join(available)}")
         if export.missing:
             raise Problem(
                 501,
@@ -189,13 +189,13 @@ class Downloads:
             logger.error("export_failed", run_id=run["id"], export=export.name, reason=str(error), exception=detail)
             raise Problem(500, "The file could not be made", "the run is there; the fault is in making it") from error
 
-    def _keep(self, key: Key, made: File) -> None:
-        self._kept[key] = made
-        while len(self._kept) > 1 and sum(len(file.content) for file in self._kept.values()) > MOST_KEPT_BYTES:
-            self._kept.popitem(last=False)
+    def _store(self, key: Key, made: File) -> None:
+        self._cache[key] = made
+        while len(self._cache) > 1 and sum(len(file.content) for file in self._cache.values()) > CACHE_BYTES:
+            self._cache.popitem(last=False)
 
     async def close(self) -> None:
-        """Give up what is being made."""
+        """Cancel exports in progress and close the modeller."""
         tasks = list(self._tasks.values())
         for task in tasks:
             task.cancel()

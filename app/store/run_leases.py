@@ -1,7 +1,7 @@
-"""The writes that say which process works on a run that was promised by a 202.
+"""Leases on runs accepted with 202, as writes.
 
-As with the chunks of batches: whoever works on one renews its lease, and one whose lease has run out is anybody's. The
-end of a run takes its promise away in the same transaction (``operations.Advance``), so it ends once.
+As with the chunks of batches, the process working on a run renews its lease, and any process may take over an expired
+one. The end of a run deletes its lease in the same transaction (``operations.Advance``), so it ends only once.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ logger = get_logger(__name__)
 
 
 @dataclass(frozen=True)
-class Promise:
-    """Insert a run as promised by its owner; what the insertion itself returns."""
+class InsertLeased:
+    """Insert a run leased by ``owner`` and return the insertion's result."""
 
     insertion: Put | PutOnce
     owner: str
@@ -39,43 +39,43 @@ class Promise:
 
 
 @dataclass(frozen=True)
-class HoldOn:
-    """Renew everything that the owner has leased; the ids of those runs."""
+class RenewLeases:
+    """Renew all leases of the owner and return the ids of its runs."""
 
     owner: str
     lease_s: float
 
     def __call__(self, connection: Connection) -> set[str]:
         mine = select(promises.c.run_id).where(promises.c.owner == self.owner)
-        # What another process is about to end is not waited for: two would wait for each other.
+        # Rows locked by another process that ends them are skipped, to avoid a deadlock.
         renewed = update(promises).where(promises.c.run_id.in_(mine.with_for_update(skip_locked=True)))
         connection.execute(renewed.values(leased_until=now(connection) + self.lease_s))
         return set(connection.scalars(mine))
 
 
 @dataclass(frozen=True)
-class TakenOver:
-    """A run that another process had promised, and how often its solve was begun."""
+class TakenOverRun:
+    """A run taken over, and how often its solve was started."""
 
     run: RunRecord
     attempts: int
 
 
 @dataclass(frozen=True)
-class TakeOver:
-    """Lease runs whose process gives no sign of life, oldest first."""
+class TakeOverExpired:
+    """Take over runs with expired leases, oldest first, at most ``limit``."""
 
     owner: str
     lease_s: float
-    most: int
+    limit: int
 
-    def __call__(self, connection: Connection) -> list[TakenOver]:
+    def __call__(self, connection: Connection) -> list[TakenOverRun]:
         time_now = now(connection)
         left = (
             select(promises.c.run_id, promises.c.attempts)
             .where(promises.c.leased_until < time_now)
             .order_by(promises.c.run_id)
-            .limit(self.most)
+            .limit(self.limit)
             .with_for_update(skip_locked=True)
         )
         attempts = {run_id: attempts for run_id, attempts in connection.execute(left)}
@@ -84,16 +84,16 @@ class TakeOver:
         taken = []
         for row in connection.execute(select(runs).where(runs.c.id.in_(attempts)).order_by(runs.c.id)).mappings():
             try:
-                taken.append(TakenOver(row_to_run(row), attempts[row["id"]]))
-            except DamagedRecord as damage:  # nobody can work on it
+                taken.append(TakenOverRun(row_to_run(row), attempts[row["id"]]))
+            except DamagedRecord as damage:  # it cannot be solved
                 logger.error("record_damaged", table=damage.table, key=damage.key)
                 connection.execute(delete(promises).where(promises.c.run_id == row["id"]))
         return taken
 
 
 @dataclass(frozen=True)
-class LetGo:
-    """Give back everything that the owner has leased: it ends as it should, so no attempt was in vain."""
+class ReleaseLeases:
+    """Release all leases of the owner on an orderly shutdown, with the attempts reset, as none of them failed."""
 
     owner: str
 

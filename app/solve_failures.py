@@ -1,4 +1,4 @@
-"""How solves end without an answer: logged, and counted."""
+"""Logging and counting of solves that end without an answer."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from app.store.record import RunRecord
 logger = get_logger(__name__)
 
 
-def named(run: RunRecord) -> dict[str, str]:
-    """What the log says of a run."""
+def log_fields(run: RunRecord) -> dict[str, str]:
+    """Log fields that identify a run."""
     return {"run_id": run.id, "kind": run.kind, "mode": run.mode}
 
 
-_CUT = {
+_EVENTS = {
     "overrun": (logger.warning, "solve_overran"),
     "memory": (logger.warning, "solve_out_of_memory"),
     "crash": (logger.error, "worker_crashed"),
@@ -22,8 +22,8 @@ _CUT = {
 }
 
 
-def cut(reason: str, run: RunRecord, error: Exception, **more: str) -> None:
+def log_failure(reason: str, run: RunRecord, error: Exception, **more: str) -> None:
     """Log and count a solve that ended without an answer."""
-    log, event = _CUT[reason]
-    log(event, **named(run), reason=str(error), **more)
+    log, event = _EVENTS[reason]
+    log(event, **log_fields(run), reason=str(error), **more)
     metrics.ENDED.labels(reason).inc()

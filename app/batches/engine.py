@@ -25,6 +25,7 @@ from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, JobError, Memo
 from app.jobs.executor import Executor
 from app.logging import get_logger
 from app.store.batch_inputs import Source, unpacked_rows
+from app.store.batch_items import encoded
 from app.store.batch_operations import Claim, DropAbandoned, Finish, Release, Renew, Return, Split
 from app.store.batch_reads import active_batches, block_of
 from app.store.batch_records import BatchRecord, Chunk, Item
@@ -106,8 +107,9 @@ class BatchEngine:
             except JobError:
                 return b""
             kept = shortened(job_of(wing, Mode(mode)), found, Detail(detail))
-            parts = parts_of(kind, Mode(mode), example, kept)
-            self._dictionaries[key] = canonical_json(parts)[:_LONGEST_DICTIONARY]
+            spec = job_of(wing, Mode(mode)).request.model_validate(example).model_dump_json().encode()
+            text = encoded(spec, parts_of(kind, Mode(mode), kept))
+            self._dictionaries[key] = text[:_LONGEST_DICTIONARY]
         return self._dictionaries[key]
 
     async def _run(self) -> None:

@@ -13,9 +13,11 @@ import time
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 from pydantic import BaseModel
+from pydantic_core import to_json
 
 from app.batches.task import Needs, Solved, Task
 from app.designs.kind import REFUSED, Answer, Detail, Job, Mode
@@ -51,6 +53,23 @@ def answer(slug: str, mode: str, payload: bytes, _report: Report) -> Solved | Ne
     return found if isinstance(found, Needs) else Solved(found, time.perf_counter() - began)
 
 
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """A request, its spec as JSON, and a hash of what it asks, which its name is no part of."""
+
+    request: BaseModel
+    spec: bytes
+    key: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class _Refused:
+    """The answer to a row that is no request that can be solved; its spec as JSON, where it has one."""
+
+    answer: Answer
+    spec: bytes | None
+
+
 @contextmanager
 def _uncollected() -> Iterator[None]:
     """Without a search for cycles meanwhile: it goes through all answers again and again, and finds nothing."""
@@ -66,37 +85,50 @@ class _Chunk:
         self.slug, self.mode, self.task = slug, mode, task
         self.job: Job = job_of(KINDS[slug], mode)
         self.detail = Detail(task.detail)
-        self.asked = f"{slug} {mode} {self.detail} ".encode()
+        self.subject = f"{slug} {mode} {self.detail} ".encode()
         self.needed: set[str] = set()
+        self.told: set[bytes] = set()
+        """The keys that some item has been answered for."""
 
     def solved(self) -> list[Item] | Needs:
         task, source = self.task, Source.from_json(self.task.source)
-        rows = unpacked_rows(task.block, task.start, task.end)
-        read = [self._read(source, row) for row in rows]
+        read = [self._read(source, row) for row in unpacked_rows(task.block, task.start, task.end)]
         if self.needed:
             return Needs(frozenset(self.needed))
-        answers = self._answers([(request, spec) for request, spec in read if isinstance(request, BaseModel)])
+        answers = self._answers([asked for _, asked in read if isinstance(asked, _Asked)])
         items = []
-        for index, (row, (request, spec)) in enumerate(zip(rows, read, strict=True), task.first):
-            found, repeated = next(answers) if isinstance(request, BaseModel) else (request, False)
-            items.append(self._item(index, row, spec, found, repeated))
+        for index, (line, asked) in enumerate(read, task.first):
+            if isinstance(asked, _Asked):
+                found, repeated = answers[asked.key], asked.key in self.told
+                self.told.add(asked.key)
+            else:
+                found, repeated = asked.answer, False
+            items.append(self._item(index, line, asked.spec, found, repeated))
         return items
 
-    def _read(self, source: Source, row: Row) -> tuple[BaseModel | Answer, bytes | None]:
-        """The request of a row, or the answer that refuses it; and its spec as JSON."""
+    def _read(self, source: Source, row: Row) -> tuple[int | None, _Asked | _Refused]:
+        """The line of a row, and what it asks or why that is refused."""
         try:
             body = source.body(row)
         except UnreadableRow as unreadable:
-            return _refusal(f"the row {unreadable}", [entry("", str(unreadable), "one request of this kind")]), None
+            wrong = [entry("", str(unreadable), "one request of this kind")]
+            return row.line, _Refused(_refusal(f"the row {unreadable}", wrong), None)
         except RecursionError:
-            return _refusal("the row is nested too deeply", []), None
+            return row.line, _Refused(_refusal("the row is nested too deeply", []), None)
         request, refused = accepted(self.job, body)
         if request is None:
             assert refused is not None
-            return refused, _sendable(body)
+            return row.line, _Refused(refused, _sendable(body))
         filled = self._filled(request)
-        understood = request if isinstance(filled, Answer) else filled
-        return filled, understood.model_dump_json().encode()
+        if isinstance(filled, Answer):
+            return row.line, _Refused(filled, request.model_dump_json().encode())
+        return row.line, self._asked(filled)
+
+    def _asked(self, request: BaseModel) -> _Asked:
+        plain = request.model_dump_json(exclude={"name"}).encode()
+        key = hashlib.sha256(self.subject + plain).digest()
+        name = getattr(request, "name", None)
+        return _Asked(request, plain if name is None else b'{"name":' + to_json(name) + b"," + plain[1:], key)
 
     def _filled(self, request: BaseModel) -> BaseModel | Answer:
         """The request with the runs that it names filled in and with a time budget that the service can give."""
@@ -118,25 +150,16 @@ class _Chunk:
                 return _refusal(unfit.reason, [entry(at, unfit.reason, unfit.allowed)])
         return request
 
-    def _answers(self, asked: Sequence[tuple[BaseModel, bytes | None]]) -> Iterator[tuple[Answer, bool]]:
-        """For every request its answer, and whether it is that of an equal one; each of them is solved once."""
-        keys = [self._key(request, spec) for request, spec in asked]
-        known = {key: _remembered[key] for key in keys if key in _remembered}
-        new = {key: request for key, (request, _) in zip(keys, asked, strict=True) if key not in known}
+    def _answers(self, asked: Sequence[_Asked]) -> dict[bytes, Answer]:
+        """The answers by key; each of equal requests is solved once."""
+        known = {each.key: _remembered[each.key] for each in asked if each.key in _remembered}
+        self.told |= known.keys()
+        new = {each.key: each.request for each in asked if each.key not in known}
         timed = [self._timed(request) for request in new.values()]
         found = dict(zip(new, answers_of(self.slug, self.mode, timed, self.detail), strict=True))
         if self.detail is Detail.SCALARS and self.job.repeatable:
             self._remember(found)
-        told: set[bytes] = set(known)
-        for key in keys:
-            yield (known[key] if key in known else found[key]), key in told
-            told.add(key)
-
-    def _key(self, request: BaseModel, spec: bytes | None) -> bytes:
-        """A hash of what is asked, which a name is no part of."""
-        if getattr(request, "name", "") or spec is None:
-            spec = request.model_copy(update={"name": ""}).model_dump_json().encode()
-        return hashlib.sha256(self.asked + spec).digest()
+        return known | found
 
     def _remember(self, found: Mapping[bytes, Answer]) -> None:
         for key, solved in found.items():
@@ -152,7 +175,7 @@ class _Chunk:
         times = budget(service_s, request.time_budget_s, self.job.best_in_time)
         return request if times.solver_s is None else request.model_copy(update={"time_budget_s": times.solver_s})
 
-    def _item(self, index: int, row: Row, spec: bytes | None, found: Answer, repeated: bool) -> Item:
+    def _item(self, index: int, line: int | None, spec: bytes | None, found: Answer, repeated: bool) -> Item:
         parts = parts_of(self.slug, self.mode, found)
         content = encoded(spec, parts, repeated)
         # Numbers that are not finite have these names in the text, which other text may have as well.
@@ -161,7 +184,7 @@ class _Chunk:
             parts = parts_of(self.slug, self.mode, found)
             content = encoded(spec, parts, repeated)
         holds = None if found.verdict is None else bool(found.verdict["holds"])
-        return Item(index, row.line, found.status, holds, parts.get("figure"), packed(content, self.task.dictionary))
+        return Item(index, line, found.status, holds, parts.get("figure"), packed(content, self.task.dictionary))
 
 
 def parts_of(slug: str, mode: Mode, found: Answer) -> dict[str, Any]:

@@ -37,7 +37,7 @@ from app.store.viewer import seeing_as
 
 logger = get_logger(__name__)
 
-_CHUNK_S = 0.4
+_CHUNK_S = 0.5
 """What a chunk is to take: long against storing it, short against a person's patience."""
 _FIRST_GUESS_S = {Mode.CHECK: 2e-3, Mode.ANALYSIS: 2e-2, Mode.DESIGN: 0.2, Mode.ACCURACY: 5.0}
 _LOOK_S = 0.5
@@ -46,7 +46,7 @@ _MOST_CRASHES = 3
 _MOST_CRASHES_ALONE = 6
 """So often one item; the death of a service that had leased it counts too."""
 _MOST_ATTEMPTS = 10
-_BLOCKS_KEPT = 16
+_BLOCKS_KEPT = 8
 _LONGEST_DICTIONARY = 32_000
 """More a deflated text cannot look back."""
 
@@ -221,7 +221,7 @@ class BatchEngine:
 
     def _learn(self, batch: BatchRecord, seconds: float) -> None:
         key = (batch.kind, batch.mode, batch.detail)
-        self._item_s[key] = 0.5 * self._guess(batch) + 0.5 * max(seconds, 1e-6)
+        self._item_s[key] = 0.5 * self._item_s.get(key, seconds) + 0.5 * max(seconds, 1e-6)
 
     async def _runs(self, needs: Needs, owner: str | None) -> dict[str, bytes | None]:
         found: dict[str, bytes | None] = {}

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.discretised import assemble, least_walls_at
 from solvers.pin.optimum.found import Found
-from solvers.pin.optimum.program import Program, folded, refined, unfolded
+from solvers.pin.optimum.program import Program, folded, unfolded
 from solvers.pin.optimum.slope_limit import bore_of
 from solvers.pin.section.variables import solidity_of
 from solvers.pin.shapes.cone_sizes import SMALL, Cones, Shape
@@ -38,8 +38,9 @@ _GRID = 9
 """Shapes to begin with, in r and in c."""
 _LOOKS = 12
 """How often the best shape is sought anew on stations that lie closer where the last one touched the walls."""
-_ZOOMS, _NEAR, _NARROWEST = 16, 1e-4, 1e-4
-"""Halvings of the panels that come this near, relative, to touching; shorter shares of the length are not halved."""
+_ZOOMS, _NEAR, _LOOKED = 4, 1e-2, np.linspace(0.0, 1.0, 17)
+"""Panels that come this near, relative, to touching are looked at between their stations, ever closer around the place
+that leaves least room."""
 
 
 def _best(
@@ -117,7 +118,7 @@ class Cone:
             taper = max(found, key=found.get)
             _, r, c = found[taper]
             # Stations say nothing of what lies between them, nor rules of the corner that a cone ends in.
-            looked_at, size = _closer(looked_at, taper, r, c), ways[taper].held(r, c)
+            looked_at, size = _closer(looked_at, taper, r, c, wanted), ways[taper].held(r, c)
             held = min(size, Cones(folded(looked_at), taper).held(r, c))
             if size - held <= 0.1 * wanted * size:
                 break
@@ -143,19 +144,38 @@ class Cone:
         )  # fmt: skip
 
 
-def _closer(program: Program, taper: Taper, r: float, c: float) -> Program:
-    """The program with a panel's end where the cone ends, and ever shorter panels where it touches the walls."""
-    g = program.scene.geometry
-    place = c * 0.5 * g.length
-    stations = program.stations.cut((place,) if program.scene.symmetric else (place, g.length - place))
+def _closer(program: Program, taper: Taper, r: float, c: float, gap: float) -> Program:
+    """The program with a panel's end where the cone ends, and wherever it touches the walls between stations, harder
+    by more than a hundredth of ``gap`` than at any station beside."""
+    scene, length = program.scene, program.scene.geometry.length
+
+    def cut(old: Program, places: tuple[float, ...]) -> Program:
+        stations = old.stations.cut(places if scene.symmetric else (*places, *(length - place for place in places)))
+        return assemble(scene, old.limits, old.criterion, old.physics, stations, old.law)
+
+    finer = cut(program, (c * 0.5 * length,))
+    touched = _touched(folded(finer), taper, r, c, 0.01 * gap)
+    return cut(finer, touched) if touched else finer
+
+
+def _touched(half: Program, taper: Taper, r: float, c: float, harder: float) -> tuple[float, ...]:
+    """The places [m] between stations that leave a shape less room than any station of their panel."""
+
+    def lost(x: Array) -> Array:
+        return 1.0 - (1.0 - r) * taper.lost(x / (0.5 * half.scene.geometry.length), c)
+
+    x, diameter = half.stations.x, half.scene.geometry.outer_diameter
+    with np.errstate(divide="ignore"):
+        room = (bore_of(half, half.lower) / (diameter * lost(x))).reshape(-1, NODES)
+    near = room.min(axis=1) <= room.min() * (1.0 + _NEAR)
+    x, room, row = x.reshape(-1, NODES)[near], room[near], np.arange(np.count_nonzero(near))
+    known, looked_at = room.min(axis=1), x
     for _ in range(_ZOOMS):
-        finer = assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law)
-        t = np.minimum(stations.x, g.length - stations.x) / (0.5 * g.length)
+        k = np.argmin(room, axis=1)
+        low, high = looked_at[row, np.maximum(k - 1, 0)], looked_at[row, np.minimum(k + 1, room.shape[1] - 1)]
+        looked_at = low[:, None] + (high - low)[:, None] * _LOOKED
+        walls = least_walls_at(half.scene, half.criterion, half.floor, looked_at.ravel())
         with np.errstate(divide="ignore"):
-            room = bore_of(finer, finer.lower) / (1.0 - (1.0 - r) * taper.lost(t, c))
-        panels = room.reshape(-1, NODES).min(axis=1)
-        touched = (panels <= panels.min() * (1.0 + _NEAR)) & (stations.right - stations.left > _NARROWEST * g.length)
-        if not touched.any():
-            break
-        stations = refined(finer, touched)
-    return finer
+            room = ((1.0 - walls) / lost(looked_at.ravel())).reshape(looked_at.shape)
+    lower = room.min(axis=1) < known * (1.0 - harder)
+    return tuple(looked_at[row, np.argmin(room, axis=1)][lower].tolist())

@@ -35,6 +35,7 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
     404: {"description": "there is no such run, or no such export"},
     409: {"description": "the run has no result, or nothing for this format"},
     501: {"description": "this installation lacks what the format needs; the problem names it"},
+    504: {"description": "the file took longer to make than the service allows a solve"},
 }
 
 

@@ -40,8 +40,8 @@ from tests.reliability.attacks import spoiled
 CHECKED = [not_a_server_error, status_code_conformance, content_type_conformance, response_schema_conformance]
 CASES_OF_A_ROUND = 50
 """Of each operation; of studies, which take a second each, a fifth."""
-BUDGET_S = 1.0
-"""Studies and designs that are understood end after that, which is an answer too."""
+STUDY_S = 0.3
+"""What studies near the example may take."""
 DOCUMENT = create_app().openapi()
 ROWS = [(kind, mode) for kind in KINDS.values() for mode in modes_of(kind) if mode is not Mode.ACCURACY]
 OPERATIONS = [each.ok() for each in schemathesis.openapi.from_dict(DOCUMENT).get_all_operations()]
@@ -89,6 +89,8 @@ def near(case: Case, known: dict[str, list[str]], rng: random.Random) -> Case:
     content = case.operation.definition.raw.get("requestBody", {}).get("content", {})
     if "example" in content.get("application/json", {}):
         case.body = mixed(content["application/json"]["example"], case.body, rng)
+        if "study_budget_s" in (case.body if isinstance(case.body, dict) else ()):
+            case.body["study_budget_s"] = STUDY_S
     elif case.media_type == "application/x-ndjson" and rng.random() < 0.7:
         kind, mode = rng.choice(ROWS)
         case.query = (case.query or {}) | {"kind": kind.slug, "mode": str(mode)}
@@ -146,9 +148,9 @@ def campaign(wanted: int, folder: Path) -> list[dict[str, Any]]:
     told = folder / "parts.jsonl"
     done = [json.loads(line) for line in told.read_text().splitlines()] if told.exists() else []
     over = {(line["turn"], line["operation"]) for line in done}
-    limits = {"max_accepted": 100_000, "max_accepted_of_one": 100_000, "solve_budget_s": BUDGET_S}
+    limits = {"max_accepted": 100_000, "max_accepted_of_one": 100_000, "solve_budget_s": 10.0}
     (folder / "runs.sqlite3").unlink(missing_ok=True)
-    with serving(folder, workers=2, form_patience_s=BUDGET_S, **limits) as client:
+    with serving(folder, workers=2, **limits) as client:
         known = known_values(client)
         turn = 0
         while sum(line["cases"] for line in done) < wanted:

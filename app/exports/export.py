@@ -84,7 +84,7 @@ def of_a_part(kind: Kind, run: Run) -> bool:
 class Export:
     """One format. ``applies`` sees a run that has a result, at least its kind, mode, status and result.
 
-    ``module`` is what has to be importable, ``extra`` what installs it.
+    ``module`` is what has to be importable, ``extra`` what installs it; wishes may lead to ``other_media_types``.
     """
 
     name: str
@@ -96,6 +96,12 @@ class Export:
     where: Where = Where.WORKER
     module: str = ""
     extra: str = ""
+    other_media_types: tuple[str, ...] = ()
+
+    @property
+    def media_types(self) -> set[str]:
+        """All that its files may have, without parameters."""
+        return {form.partition(";")[0] for form in (self.media_type, *self.other_media_types)}
 
     @property
     def missing(self) -> bool:

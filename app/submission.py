@@ -228,9 +228,10 @@ class Service:
                 self.completed.pop(next(iter(self.completed)))
         return replace(run, result=self.completed[run_id])
 
-    async def drawn(self, run: RunRecord, plot: str, shown: bytes) -> str:
+    async def drawn(self, run: RunRecord, plot: str, shown: bytes, language: str) -> str:
         """A plot of a succeeded run, given as JSON; in a worker, for some compute what they draw."""
-        call = partial(self.executor.run, run.kind, f"{PICTURE}{plot}", shown)
+        asked = b'{"language":"%s","run":%s}' % (language.encode(), shown)
+        call = partial(self.executor.run, run.kind, f"{PICTURE}{plot}", asked)
         return await self._in_turn(call, self.solve_budget_s, short=True)
 
     async def submit(

@@ -18,7 +18,7 @@ _loaded: set[tuple[str, str]] = set()
 
 
 PICTURE = "picture:"
-"""Before the name of a plot: draw it from a run given as JSON, in the place of a mode."""
+"""Before the name of a plot, in the place of a mode: draw it from a run and a language, given as JSON."""
 
 EXPORT = "export:"
 """Before the name of an export: make its file from a run and the wishes beside it, given as JSON."""
@@ -27,15 +27,23 @@ EXPORT = "export:"
 def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer | str | File | Refusal:
     """Run one job of the registry on a request given as JSON; a long one reports how far it is. Or draw a plot, or make
     a file."""
-    from app.designs.registry import KINDS, job_of, plots_of
+    from app.designs.registry import KINDS, job_of
 
     if mode.startswith(EXPORT):
         return _file(kind_slug, mode.removeprefix(EXPORT), payload)
     if mode.startswith(PICTURE):
-        run = json.loads(payload)
-        return plots_of(KINDS[kind_slug], Mode(run["mode"]))[mode.removeprefix(PICTURE)](run)
+        return _picture(kind_slug, mode.removeprefix(PICTURE), payload)
     job = job_of(KINDS[kind_slug], Mode(mode))
     return job.solve(job.request.model_validate_json(payload), report)
+
+
+def _picture(kind_slug: str, name: str, payload: bytes) -> str:
+    from app.designs.registry import KINDS, plots_of
+    from app.words.languages import gettext, speaking
+
+    asked = json.loads(payload)
+    with speaking(asked["language"]):
+        return plots_of(KINDS[kind_slug], Mode(asked["run"]["mode"]))[name](asked["run"], gettext)
 
 
 def _file(kind_slug: str, name: str, payload: bytes) -> File | Refusal:

@@ -310,7 +310,7 @@ class _Compiler:
 def in_words(warmth: Warmth) -> str:
     """How far a kind's kernels are, as a line."""
     told = {
-        "unknown": "looking what is there",
+        "unknown": "checking which kernels are there",
         "waiting": f"{warmth.of} kernels to compile, in about {warmth.remaining_s:.0f} s",
         "compiling": f"{warmth.compiled} of {warmth.of} kernels compiled, about {warmth.remaining_s:.0f} s left",
         "warm": "ready",

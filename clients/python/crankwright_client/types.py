@@ -1402,7 +1402,7 @@ class IndicatorLoad(TypedDict):
     strokes: list[Stroke]
     """four strokes: intake, compression, expansion, exhaust; two strokes: expansion, compression"""
     repair: NotRequired[bool]
-    """mend what is wrong with the points, and record it"""
+    """repair faulty points, and record what was done"""
     clearance_volume_cm3: NotRequired[float]
     """volume at the upper dead centre"""
     back_pressure_mpa: NotRequired[float | None]
@@ -1417,7 +1417,7 @@ class IndicatorPressure(TypedDict):
     strokes: list[Stroke]
     """four strokes: intake, compression, expansion, exhaust; two strokes: expansion, compression"""
     repair: NotRequired[bool]
-    """mend what is wrong with the points, and record it"""
+    """repair faulty points, and record what was done"""
 
 
 class Infeasible(TypedDict):
@@ -2763,7 +2763,7 @@ class TablePressure(TypedDict):
     pressure_mpa: list[float]
     """one for each angle"""
     repair: NotRequired[bool]
-    """mend what is wrong with the points, and record it"""
+    """repair faulty points, and record what was done"""
 
 Tool = Literal["freecad", "fusion", "onshape", "solidworks", "inventor"]
 

@@ -174,7 +174,7 @@ def print_run(run: dict[str, Any]) -> None:
     if run["verdict"]:
         console.print(run["verdict"]["summary"], style="bold", highlight=False)
     elif run["status"] == "infeasible":
-        console.print("There is no such design: not all that is required can be had.", style="bold", highlight=False)
+        console.print("No design meets all requirements.", style="bold", highlight=False)
     table = Table(title=f"{run['kind']} · {run['mode']} · {run['status']}", title_justify="left", show_header=False)
     verdict = run["verdict"]
     for row in _verdict(verdict) if verdict else ():

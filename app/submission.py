@@ -241,9 +241,10 @@ class Service:
                 self.full_results.pop(next(iter(self.full_results)))
         return replace(run, result=self.full_results[run_id])
 
-    async def plot(self, run: RunRecord, name: str, run_json: bytes) -> str:
+    async def plot(self, run: RunRecord, name: str, run_json: bytes, language: str) -> str:
         """Draw a plot of a succeeded run given as JSON. Runs in a worker, since some plots compute what they draw."""
-        call = partial(self.executor.run, run.kind, f"{PICTURE}{name}", run_json)
+        payload = b'{"language":"%s","run":%s}' % (language.encode(), run_json)
+        call = partial(self.executor.run, run.kind, f"{PICTURE}{name}", payload)
         return await self._queued(call, self.solve_budget_s, short=True)
 
     async def submit(

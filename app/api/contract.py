@@ -297,9 +297,19 @@ def document(app: FastAPI) -> dict[str, Any]:
     batches["get"]["responses"]["200"]["content"] = content(BatchPage)
     for method in ("get", "delete"):
         batch[method]["responses"]["200"]["content"] = content(Batch)
-    for part, forms in (("results", MEDIA_TYPES.values()), ("events", ("text/event-stream",))):
-        answers = found["paths"][f"/api/v1/batches/{{batch_id}}/{part}"]["get"]["responses"]
-        answers["200"]["content"] = {form.partition(";")[0]: {"schema": {"type": "string"}} for form in forms}
+    results, events = (found["paths"][f"/api/v1/batches/{{batch_id}}/{part}"]["get"] for part in ("results", "events"))
+    results["responses"]["200"]["content"] = {
+        form.partition(";")[0]: {"schema": {"type": "string"}} for form in MEDIA_TYPES.values()
+    }
+    # Of a stream, OpenAPI 3.1 describes each event.
+    told = {
+        "type": "string",
+        "contentMediaType": "application/json",
+        "contentSchema": references[(Batch, "serialization")],
+    }
+    event = {"event": {"type": "string", "enum": ["progress", "ended"]}, "data": told}
+    schema = {"type": "object", "properties": event, "required": ["event", "data"]}
+    events["responses"]["200"]["content"] = {"text/event-stream": {"schema": schema}}
     refusal = {"schema": references[(ProblemDetails, "serialization")]}
     for path, operations in found["paths"].items():
         for method, operation in operations.items():

@@ -9,32 +9,38 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import HTMLResponse
 
 from app.exports.export import ExportOptions, Tool
+from app.exports.registry import EXPORTS
 from app.run_exports import RunExports
 from app.submission import Service
 from app.words.languages import Language
 
 router = APIRouter(prefix="/api/v1/runs", tags=["runs"])
 _RETRY_S = 2
+
+
+def _content(form: str) -> dict[str, Any]:
+    """The schema of a file of that media type: JSON of some form, or bytes."""
+    return {} if form == "application/json" else {"type": "string", "format": "binary"}
+
+
 _RESPONSES: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "the file; its name is made from the run's kind and id",
-        "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+        "content": {form: {"schema": _content(form)} for export in EXPORTS.values() for form in export.media_types},
     },
-    202: {"description": "the file is being made: ask again after `Retry-After` seconds"},
+    202: {
+        "description": "the file is being made: ask again after `Retry-After` seconds",
+        "content": {form: {"schema": _content(form)} for form in ("application/json", "text/html")},
+    },
     404: {"description": "there is no such run, or no such export"},
     409: {"description": "the run has no result, or nothing for this format"},
     501: {"description": "the format needs an extra that is not installed; the problem names it"},
+    504: {"description": "the file took longer to generate than the solve time limit of the service"},
 }
 
 
-class FileResponse(Response):
-    """A file."""
-
-    media_type = "application/octet-stream"
-
-
 @router.get(
-    "/{run_id}/exports/{export}", summary="A file made from a run", response_class=FileResponse, responses=_RESPONSES
+    "/{run_id}/exports/{export}", summary="A file made from a run", response_class=Response, responses=_RESPONSES
 )
 async def run_export(
     request: Request,

@@ -18,6 +18,7 @@ from app.edge.disconnect import cancel_on_disconnect
 from app.errors import Problem
 from app.store.record import RunFilter, RunOrder, RunStatus
 from app.submission import Service
+from app.words.languages import Language
 
 router = APIRouter(prefix="/api/v1/runs", tags=["runs"])
 _ANIMATION = re.compile(r"<animate [^>]*/>")
@@ -105,6 +106,7 @@ async def plot(
     run_id: str,
     plot: str,
     still: Annotated[bool, Query(description="an animated plot as a still picture")] = False,
+    language: Annotated[Language, Query(description="language of the labels")] = Language.EN,
 ) -> Response:
     """One of the kind's plots, drawn from the stored result."""
     service: Service = request.app.state.service
@@ -117,7 +119,7 @@ async def plot(
     shown = runs.run_json(run)
     if plot not in plots_for(KINDS[run.kind], json.loads(shown)):
         raise Problem(409, "Nothing to draw", "this run's result has nothing for this plot")
-    drawn = await cancel_on_disconnect(request.receive, service.plot(run, plot, shown))
+    drawn = await cancel_on_disconnect(request.receive, service.plot(run, plot, shown, language))
     if still:
         drawn = _ANIMATION.sub("", drawn)
     return SvgResponse(drawn, headers={"Cache-Control": "private, max-age=3600"})

@@ -6,8 +6,9 @@ x runs to the right, y up. A kind's ``drawing.py`` says what there is and where;
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -146,6 +147,30 @@ class Drawing:
     dimensions: tuple[Dimension, ...] = ()
     notes: tuple[Note, ...] = ()
     caption: str = ""
+
+
+_SENTENCES = re.compile(r"(?<=\.) ")
+
+
+def sentences_of(caption: str) -> list[str]:
+    """The sentences of a caption, each of which is worded by itself."""
+    return _SENTENCES.split(caption)
+
+
+def worded(drawing: Drawing, say: Callable[[str], str]) -> Drawing:
+    """The drawing with its words as ``say`` puts them; a dimension's symbol is a word if it has several letters."""
+
+    def dimension(words: str) -> str:
+        symbol, _space, value = words.rpartition(" ")
+        return f"{say(symbol)} {value}" if len(symbol) > 2 else words
+
+    return replace(
+        drawing,
+        title=say(drawing.title),
+        caption=" ".join(map(say, sentences_of(drawing.caption))),
+        notes=tuple(replace(note, words=say(note.words)) for note in drawing.notes),
+        dimensions=tuple(replace(each, words=dimension(each.words)) for each in drawing.dimensions),
+    )
 
 
 def rectangle(left: float, bottom: float, right: float, top: float, layer: Layer = Layer.OUTLINE) -> Line:

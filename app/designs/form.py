@@ -74,7 +74,7 @@ COMMON = FormWords(
         "time_budget_s": "Time this design may take",
         "run_id": "Stored run",
         "instant": "Instant",
-        "repair": "Mend points that are out of order",
+        "repair": "Repair points that are out of order",
         "poisson": "Poisson's ratio",
         "density_kg_m3": "Density",
         "elastic_modulus_gpa": "Elastic modulus E",

@@ -18,12 +18,13 @@ from app.designs.calculation.chain import Chain
 from app.designs.drawing import Drawing
 from app.designs.form import FormWords
 from app.designs.part import Part
+from app.designs.pictures.chart import Say
 from app.designs.progress import Report, ignore_progress
 from solvers.accuracy import Reference
 from solvers.effects import Effect
 
-Plot = Callable[[dict[str, Any]], str]
-"""From a succeeded run, as its JSON tells it, to SVG."""
+Plot = Callable[[dict[str, Any], Say], str]
+"""From a succeeded run, as its JSON tells it, to SVG, worded by a function from English."""
 
 
 class Mode(StrEnum):

@@ -34,7 +34,7 @@ def answer_many(slug: str, mode: Mode, bodies: Sequence[Mapping[str, Any]], deta
         found.append(refused)
         if request is not None:
             requests.append(request)
-    answers = iter(_solved(slug, mode, job, requests, detail))
+    answers = iter(answers_of(slug, mode, requests, detail))
     return [next(answers) if answer is None else answer for answer in found]
 
 
@@ -53,9 +53,10 @@ def _refusal(detail: str, errors: list[Entry]) -> Answer:
     return Answer(REFUSED, None, [], None, {}, problem_details(INVALID, 422, detail, errors))
 
 
-def _solved(slug: str, mode: Mode, job: Job, requests: Sequence[BaseModel], detail: Detail) -> Iterable[Answer]:
-    """The answers of all; one by one where no way for many is known or, for what only one of them may suffer, where
-    that way raised."""
+def answers_of(slug: str, mode: Mode, requests: Sequence[BaseModel], detail: Detail) -> Iterable[Answer]:
+    """One answer for every request that was ``accepted``; one by one where no way for many is known or, for what only
+    one of them may suffer, where that way raised."""
+    job = job_of(KINDS[slug], Mode(mode))
     if job.run_many is not None:
         try:
             return job.run_many(requests, detail)

@@ -15,6 +15,8 @@ _JOINERS = "\u200c\u200d"
 def cleaned(name: str) -> str:
     """The name without what is not seen but changes how it, or what stands beside it, is shown: control characters and
     those that turn the direction of writing. Line ends and tabs become spaces."""
+    if name.isascii() and name.isprintable():
+        return name
     kept = (" " if each in _SPACES else each for each in name)
     return "".join(each for each in kept if each in _JOINERS or unicodedata.category(each) not in ("Cc", "Cf"))
 

@@ -7,7 +7,8 @@ came from and can still be solved without the store.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Literal, Self
+from functools import cache
+from typing import Any, Literal, Self, get_args
 
 from pydantic import BaseModel, Field, RootModel
 
@@ -46,11 +47,23 @@ def references(request: Any, path: Path = ()) -> Iterator[tuple[Path, RunReferen
     elif isinstance(request, RootModel):
         yield from references(request.root, path)
     elif isinstance(request, BaseModel):
-        for name in type(request).model_fields:
+        for name in _referring(type(request)):
             yield from references(getattr(request, name), (*path, name))
     elif isinstance(request, (list, tuple)) and request and isinstance(request[0], BaseModel):
         for index, item in enumerate(request):
             yield from references(item, (*path, index))
+
+
+@cache
+def _referring(model: type[BaseModel]) -> tuple[str, ...]:
+    """The fields of a model in which a reference may stand, by their types."""
+    return tuple(name for name, field in model.model_fields.items() if _may_refer(field.annotation))
+
+
+def _may_refer(annotation: Any) -> bool:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return issubclass(annotation, RunReference) or bool(_referring(annotation))
+    return any(_may_refer(part) for part in get_args(annotation))
 
 
 def replaced(request: Any, path: Path, value: RunReference) -> Any:

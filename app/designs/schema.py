@@ -7,8 +7,7 @@ turns the path of a refused quantity into the JSON pointer of the field that the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Annotated, Any, Literal, Protocol, TypeVar, Union
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
@@ -346,10 +345,8 @@ def bulk_answers(
     case_of: Callable[[R], C],
     solve: Callable[[Sequence[C]], Sequence[Outcome[T] | InvalidInput]],
     answer: Callable[[R, C, Outcome[T]], Answer],
-    without: Container[str] = (),
 ) -> list[Answer]:
-    """One answer for every request, solved all at once, ``without`` these results; ``case_of`` may refuse a request,
-    ``solve`` a case."""
+    """One answer for every request, solved all at once; ``case_of`` may refuse a request, ``solve`` a case."""
     cases: list[C] = []
     told: list[Answer | C] = []
     for request in requests:
@@ -368,10 +365,7 @@ def bulk_answers(
         if isinstance(outcome, InvalidInput):
             answers.append(refused(request, outcome))
             continue
-        found = answer(request, case, outcome)
-        if found.result is not None and without:
-            found = replace(found, result={name: v for name, v in found.result.items() if name not in without})
-        answers.append(found)
+        answers.append(answer(request, case, outcome))
     return answers
 
 

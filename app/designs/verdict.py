@@ -123,7 +123,7 @@ def summary_of(
     name, criteria = verdict["governed_by"], verdict["criteria"]
     governing = next((criterion for criterion in criteria if criterion["name"] == name), None)
     if governing is None:
-        said = texts.gettext("It holds: nothing acts that it could fail under.")
+        said = texts.gettext("It holds: no load acts that it could fail under.")
     elif verdict["holds"]:
         said = texts.gettext("It holds. The %(label)s governs: %(compared)s, %(spare)s.") % {
             "label": texts.gettext(governing["label"]),
@@ -157,7 +157,7 @@ def _failure(criterion: Told, denials: Mapping[str, str], texts: NullTranslation
     told["wanted"] = _wanted(criterion, 4, texts)
     # What has no bound is known to fail by all there is; of what is not known there is no margin.
     if criterion["margin"] is None:
-        return texts.gettext("the %(label)s cannot be told, and %(wanted)s") % told
+        return texts.gettext("the %(label)s is not known, and %(wanted)s") % told
     return texts.gettext("the %(label)s grows without bound where %(wanted)s") % told
 
 

@@ -15,7 +15,7 @@ from app.exports.text import cell
 _ABOUT = ("id", "kind", "mode", "status", "name", "created_at", "spec_hash")
 
 
-def make(_kind: Kind, run: Run, _wishes: ExportOptions) -> bytes:
+def make(_kind: Kind, run: Run, _options: ExportOptions) -> bytes:
     """A block of `field,value,unit`, then one block per table, separated by empty lines."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\r\n")

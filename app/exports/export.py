@@ -86,7 +86,8 @@ class Export:
     """An export format.
 
     ``applies`` decides from a run with a result, at least its kind, mode, status and result, whether the format is
-    offered. ``module`` must be importable; ``extra`` installs it.
+    offered. ``module`` must be importable; ``extra`` installs it. With some options the file has one of
+    ``other_media_types``.
     """
 
     name: str
@@ -98,6 +99,12 @@ class Export:
     where: ExportProcess = ExportProcess.WORKER
     module: str = ""
     extra: str = ""
+    other_media_types: tuple[str, ...] = ()
+
+    @property
+    def media_types(self) -> set[str]:
+        """All that its files may have, without parameters."""
+        return {form.partition(";")[0] for form in (self.media_type, *self.other_media_types)}
 
     @property
     def missing(self) -> bool:

@@ -88,4 +88,7 @@ _WRITERS: dict[Tool, Callable[[Sequence[Parameter]], File]] = {
     Tool.INVENTOR: _inventor,
 }
 
-PARAMETERS = Export("parameters", "Parameters: names and values to drive a model", "text/plain", "txt", make, has_part)
+PARAMETERS = Export(
+    "parameters", "Parameters: names and values to drive a model", "text/plain", "txt", make, has_part,
+    other_media_types=("text/csv", "application/json", _XLSX),
+)  # fmt: skip

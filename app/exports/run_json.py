@@ -8,7 +8,7 @@ from app.designs.kind import Kind
 from app.exports.export import Export, ExportOptions, ExportProcess, Run
 
 
-def make(_kind: Kind, run: Run, _wishes: ExportOptions) -> bytes:
+def make(_kind: Kind, run: Run, _options: ExportOptions) -> bytes:
     """The run as indented JSON."""
     return json.dumps(run, indent=2, ensure_ascii=False).encode() + b"\n"
 

@@ -18,7 +18,7 @@ _loaded: set[tuple[str, str]] = set()
 
 
 PICTURE = "picture:"
-"""Prefix of a plot's name in the place of a mode: draw it from a run given as JSON."""
+"""Prefix of a plot's name in the place of a mode: draw it from a run and a language given as JSON."""
 
 EXPORT = "export:"
 """Prefix of an export's name in the place of a mode: make its file from a run and options given as JSON."""
@@ -26,15 +26,23 @@ EXPORT = "export:"
 
 def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer | str | File | Refusal:
     """Run a registered job on a request given as JSON and report its progress; or draw a plot; or make an export."""
-    from app.designs.registry import KINDS, job_of, plots_of
+    from app.designs.registry import KINDS, job_of
 
     if mode.startswith(EXPORT):
         return _file(kind_slug, mode.removeprefix(EXPORT), payload)
     if mode.startswith(PICTURE):
-        run = json.loads(payload)
-        return plots_of(KINDS[kind_slug], Mode(run["mode"]))[mode.removeprefix(PICTURE)](run)
+        return _picture(kind_slug, mode.removeprefix(PICTURE), payload)
     job = job_of(KINDS[kind_slug], Mode(mode))
     return job.solve(job.request.model_validate_json(payload), report)
+
+
+def _picture(kind_slug: str, name: str, payload: bytes) -> str:
+    from app.designs.registry import KINDS, plots_of
+    from app.words.languages import gettext, speaking
+
+    asked = json.loads(payload)
+    with speaking(asked["language"]):
+        return plots_of(KINDS[kind_slug], Mode(asked["run"]["mode"]))[name](asked["run"], gettext)
 
 
 def _file(kind_slug: str, name: str, payload: bytes) -> File | Refusal:

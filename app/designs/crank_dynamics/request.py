@@ -54,7 +54,7 @@ class TablePressure(Strict):
     kind: Literal["table"]
     angle_deg: list[Finite] = Field(min_length=3, max_length=MOST_POINTS, description="rising, within one cycle")
     pressure_mpa: list[Finite] = Field(min_length=3, max_length=MOST_POINTS, description="one for each angle")
-    repair: bool = Field(default=False, description="mend what is wrong with the points, and record it")
+    repair: bool = Field(default=False, description="repair faulty points, and record what was done")
 
     def to_solver(
         self, cylinder: crank.Cylinder, mechanism: crank.Mechanism
@@ -81,7 +81,7 @@ class Diagram(Strict):
         max_length=4,
         description="four strokes: intake, compression, expansion, exhaust; two strokes: expansion, compression",
     )
-    repair: bool = Field(default=False, description="mend what is wrong with the points, and record it")
+    repair: bool = Field(default=False, description="repair faulty points, and record what was done")
 
     def diagram(self) -> crank.IndicatorPressure:
         """The points as they were sent, in SI units."""

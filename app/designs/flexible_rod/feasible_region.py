@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.designs.flexible_rod.cycle_pictures import request_of
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Say, noted
 from app.designs.pictures.contours import inside, level_lines
 from app.designs.schema import MILLI
 from solvers import rod
@@ -30,11 +30,11 @@ _MOST = 2.0
 """Margins, in logarithms, are cut here: what is far from its limit has no line to place."""
 
 _LIMITS = (
-    ("min_stability_safety", "stability_safety", "buckling", RED),
-    ("min_fatigue_safety", "fatigue_safety", "fatigue", BLUE),
-    ("min_yield_safety", "yield_safety", "yield", "#8a5a00"),
-    ("max_contact_pressure_mpa", "contact_pressure_max", "contact pressure", GREY),
-    ("max_friction_power_w", "friction_power", "friction power", GREY),
+    ("min_stability_safety", "stability_safety", noted("buckling"), RED),
+    ("min_fatigue_safety", "fatigue_safety", noted("fatigue"), BLUE),
+    ("min_yield_safety", "yield_safety", noted("yield"), "#8a5a00"),
+    ("max_contact_pressure_mpa", "contact_pressure_max", noted("contact pressure"), GREY),
+    ("max_friction_power_w", "friction_power", noted("friction power"), GREY),
 )
 _UNITS = {"max_contact_pressure_mpa": 1e6}
 Array = NDArray[np.float64]
@@ -69,7 +69,7 @@ def _margin(check: rod.RodCheck, field: str, name: str, required: float) -> floa
     return min(max(-margin if field.startswith("max_") else margin, -_MOST), _MOST)
 
 
-def feasible_region(run: dict[str, Any]) -> str:
+def feasible_region(run: dict[str, Any], say: Say = str) -> str:
     """SVG of the region in which every requirement holds, with the line on which each ends, and the answer."""
     spec, dimensions = run["spec"], run["result"]["dimensions"]
     asked = {field: spec["requirements"].get(field) for field, *_ in _LIMITS}
@@ -102,13 +102,13 @@ def feasible_region(run: dict[str, Any]) -> str:
             for k, (field, name, _, _) in enumerate(used):
                 margins[k, i, j] = _margin(check, field, name, asked[field])
     x, y = Linear(lengths[0], lengths[-1]), Linear(levels[0], levels[-1])
-    title = f"What may be built at b = {dimensions['b_mm']:.4g} mm"
-    legend = [(f"{words}: just what is required", color) for _, _, words, color in used]
-    legend.append(("every requirement holds", GREEN))
+    title = say("Feasible region at b = {} mm").format(f"{dimensions['b_mm']:.4g}")
+    legend = [(say("{}: exactly what is required").format(say(words)), color) for _, _, words, color in used]
+    legend.append((say("every requirement holds"), GREEN))
     by_mass = run["result"]["objective"] == "mass"
     if by_mass:
-        legend.append(("dotted: of the same mass", GREY))
-    chart = Chart(title, x, y, "free length l, mm", "thickness h, mm", legend=legend)
+        legend.append((say("dotted: of the same mass"), GREY))
+    chart = Chart(title, x, y, say("free length l, mm"), say("thickness h, mm"), legend=legend)
     across = np.broadcast_to(lengths, thicknesses.shape)
     allowed = np.where(np.isnan(margins), -_MOST, margins + _NOTHING).min(axis=0)
     for polygon in inside(across, thicknesses, allowed):
@@ -121,5 +121,5 @@ def feasible_region(run: dict[str, Any]) -> str:
         there = (equal >= levels[0]) & (equal <= levels[-1])
         if there.sum() > 1:
             chart.line(lengths[there].tolist(), equal[there].tolist(), GREY, dashes="3 4")
-    chart.mark(dimensions["l_mm"], dimensions["h_mm"], "the design", GREEN)
+    chart.mark(dimensions["l_mm"], dimensions["h_mm"], say("the design"), GREEN)
     return chart.svg()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from pydantic import Field
@@ -31,6 +32,7 @@ from app.designs.impact_linkage.result import (
     lengths_json,
     ratios_json,
     result_of,
+    transfer_json,
 )
 from app.designs.impact_linkage.verdict import WORDS
 from app.designs.kind import Answer, Detail, Job, Kind, Mode
@@ -73,12 +75,16 @@ def run_check(request: CheckRequest) -> Answer:
 
 def run_checks(requests: Sequence[CheckRequest], detail: Detail) -> list[Answer]:
     """Evaluate many linkages."""
-    return bulk_answers(requests, case_of, linkage.check_many, _answer, () if detail is Detail.FULL else CHECK_TABLES)
+    return bulk_answers(requests, case_of, linkage.check_many, partial(_answer, detail=detail))
 
 
-def _answer(request: CheckRequest, case: linkage.Case, outcome: Outcome[linkage.LinkageCheck]) -> Answer:
+def _answer(
+    request: CheckRequest, case: linkage.Case, outcome: Outcome[linkage.LinkageCheck], detail: Detail = Detail.FULL
+) -> Answer:
     verdict = linkage.judge(outcome.value, case.scene, outcome.accuracy, case.limits, request.given())
     result = result_of(outcome.value, case.scene, request, request.sized)
+    if detail is Detail.FULL:
+        result["transfer"] = transfer_json(outcome.value.strike)
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
@@ -173,6 +179,7 @@ def design_in_steps(request: DesignRequest, report: Report) -> Answer:
         return envelope(outcome, {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate})
     result = {
         **result_of(found.check, found.scene, request),
+        "transfer": transfer_json(found.check.strike),
         "objective": found.objective,
         "value": found.value / unit,
         "value_unit": words,

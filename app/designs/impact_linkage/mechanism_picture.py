@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.designs.impact_linkage.pictures import bar_of
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, opening
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Say, opening
 
 Array = NDArray[np.float64]
 _WIDE, _HIGH, _MARGIN, _TEXT = 560.0, 420.0, 18.0, 26.0
@@ -68,7 +68,7 @@ def _path(points: Array) -> str:
     return f'<path d="M{told}" fill="none" stroke="{GREY}" stroke-opacity="0.6" stroke-dasharray="3 3"/>'
 
 
-def mechanism_picture(run: dict[str, Any]) -> str:
+def mechanism_picture(run: dict[str, Any], say: Say = str) -> str:
     """SVG of the mechanism: links, joints with their room, what they sweep, its box, the tool, and the blow."""
     result = run["result"]
     pad = run["spec"]["limits"]["joint_radius_mm"] or 0.0
@@ -91,7 +91,7 @@ def mechanism_picture(run: dict[str, Any]) -> str:
     box = result["box_mm"]
     place = _Place(np.hstack([circle, joint, pivots]), math.radians(box["angle_deg"]) if box else 0.0, pad)
     out = [
-        opening("The mechanism to scale in its swept box", _WIDE, place.height),
+        opening(say("The mechanism to scale in its swept box"), _WIDE, place.height),
     ]
     wide, high = (place.high - place.low) * place.scale
     left, top = 0.5 * (_WIDE - wide), _MARGIN
@@ -118,7 +118,7 @@ def mechanism_picture(run: dict[str, Any]) -> str:
         out.append(_joint(at, 4.0, 'fill="#fff" stroke="currentColor" stroke-width="1.5"'))
     if has_blow and confined is None:
         out.append(_flash(c))
-    out.append(_words(place.height, result, box))
+    out.append(_words(place.height, result, box, say))
     return "".join(out) + "</svg>"
 
 
@@ -159,10 +159,10 @@ def _flash(joint: Array) -> str:
     )
 
 
-def _words(height: float, result: dict[str, Any], box: dict[str, float] | None) -> str:
+def _words(height: float, result: dict[str, Any], box: dict[str, float] | None, say: Say) -> str:
     lengths = result["lengths_mm"]
-    told = ", ".join(f"{name} {lengths[name]:.4g}" for name in ("base", "crank", "coupler", "rocker")) + " mm"
+    told = ", ".join(f"{say(name)} {lengths[name]:.4g}" for name in ("base", "crank", "coupler", "rocker")) + " mm"
     if box:
-        told += f" in {box['width']:.4g} × {box['height']:.4g} mm"
+        told = say("{} in {} × {} mm").format(told, f"{box['width']:.4g}", f"{box['height']:.4g}")
     x, y = 0.5 * _WIDE, height - 9.0
     return f'<text x="{x:.0f}" y="{y:.0f}" text-anchor="middle" fill="currentColor">{told}</text>'

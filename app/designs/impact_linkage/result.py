@@ -126,14 +126,20 @@ def _window(found: Window | None) -> dict[str, Any] | None:
 def _strike(strike: Strike | None) -> dict[str, Any]:
     names = ("u31_start", "u31_end", "kinematic_restitution", "restitution_mismatch")
     if strike is None:
-        return dict.fromkeys((*names, "u31_max", "transmission_angle_deg"), None) | {"transfer": []}
-    shown = np.degrees(strike.angles).tolist()
+        return dict.fromkeys((*names, "u31_max", "transmission_angle_deg"), None)
     return {
         **dict(zip(names, (strike.start, strike.end, strike.restitution, strike.mismatch), strict=True)),
         "u31_max": strike.greatest if math.isfinite(strike.greatest) else None,
         "transmission_angle_deg": math.degrees(strike.transmission_angle),
-        "transfer": [{"phi_deg": p, "u31": u} for p, u in zip(shown, strike.transfer.tolist(), strict=True)],
     }
+
+
+def transfer_json(strike: Strike | None) -> list[dict[str, float]]:
+    """The transfer over the cycle; nothing where there is no blow."""
+    if strike is None:
+        return []
+    shown = np.degrees(strike.angles).tolist()
+    return [{"phi_deg": p, "u31": u} for p, u in zip(shown, strike.transfer.tolist(), strict=True)]
 
 
 def result_of(

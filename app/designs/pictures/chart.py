@@ -7,7 +7,7 @@ dark, and is the same bytes for the same run.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Protocol
@@ -21,6 +21,15 @@ _ON_DARK = {BLUE: "#7fb2f0", RED: "#f2958c", GREEN: "#72cfa4", GREY: "#a3abb8"}
 _DARK = "".join(
     f'[fill="{light}"]{{fill:{dark}}}[stroke="{light}"]{{stroke:{dark}}}' for light, dark in _ON_DARK.items()
 )
+Say = Callable[[str], str]
+"""Puts a picture's English words into the language of who looks at it; ``str`` leaves them as they are."""
+
+
+def noted(words: str) -> str:
+    """Words that a picture says later: marked here for the catalogues."""
+    return words
+
+
 STYLE = f"<style>svg{{color:#1d2430}}@media (prefers-color-scheme:dark){{svg{{color:#e7e9ee}}{_DARK}}}</style>"
 """The inks of a picture that stands by itself, light and dark: a program that reads no styles keeps the light ones."""
 

@@ -58,13 +58,16 @@ def run_check(request: CheckRequest) -> Answer:
 
 def run_checks(requests: Sequence[CheckRequest], detail: Detail) -> list[Answer]:
     """Evaluate many pins and bushings."""
-    answer = _answer if detail is Detail.FULL else partial(_answer, tables=False)
-    return bulk_answers(requests, case_of, pin.check_many, answer)
+    return bulk_answers(requests, case_of, pin.check_many, partial(_answer, detail=detail))
 
 
-def _answer(_request: CheckRequest, case: pin.Case, outcome: Outcome[pin.PinCheck], tables: bool = True) -> Answer:
+def _answer(
+    _request: CheckRequest, case: pin.Case, outcome: Outcome[pin.PinCheck], detail: Detail = Detail.FULL
+) -> Answer:
     verdict = pin.judge(outcome.value, case.scene, outcome.accuracy, case.limits, outcome.effects)
-    result = {**pin_json(outcome.value), **(profile_json(outcome.value) if tables else {})}
+    result = pin_json(outcome.value)
+    if detail is Detail.FULL:
+        result |= profile_json(outcome.value)
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 

@@ -11,7 +11,7 @@ class AccuracyResult(TypedDict):
     """What was asked for, the estimate of what was reached, and the settings that did it."""
 
     requested: float
-    """relative accuracy asked for"""
+    """requested relative accuracy"""
     estimated: float
     """estimated relative error of the results"""
     met: bool
@@ -39,11 +39,11 @@ class AlternativeResult(TypedDict):
     ratios: Ratios | None
     """links over crank"""
     reason: str
-    """why the type has none; empty where it has one"""
+    """why the type has no solution; empty if it has one"""
 
 
 class Batch(TypedDict):
-    """Many requests of one kind and mode as one job; each of its items is a run."""
+    """Many requests of one kind and mode as one job; each item is a run."""
 
     id: str
     """the batch's own name, for its address"""
@@ -56,25 +56,25 @@ class Batch(TypedDict):
     detail: Detail
     """whether curves and tables are stored too"""
     status: Literal["queued", "running", "ended", "cancelled"]
-    """how the batch stands"""
+    """state of the batch"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     ended_at: str | None
     """when the last item ended; null: not yet"""
     items: BatchItems
     """how many items there are, and how they stand"""
     rate_per_s: float | None
-    """items a second since the first was begun"""
+    """items per second since the first was started"""
     remaining_s: float | None
-    """null: nothing is known yet"""
+    """null: not known yet"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     links: BatchLinks
     """where the batch and what belongs to it are found"""
 
 
 class BatchItems(TypedDict):
-    """How many items there are, and how those that are done ended."""
+    """Number of items, by outcome."""
 
     total: int
     """all items"""
@@ -87,28 +87,28 @@ class BatchItems(TypedDict):
     failed: int
     """items that ended without an answer"""
     refused: int
-    """rows that are no valid request"""
+    """rows that are not valid requests"""
     cancelled: int
     """items that were cancelled"""
 
 
 class BatchLinks(TypedDict):
-    """Where a batch and what belongs to it are found."""
+    """URLs of a batch and its resources."""
 
     self: str
     """the batch as JSON"""
     page: str
-    """the batch for people"""
+    """the batch's web page"""
     results: str
-    """the answers row by row"""
+    """the results, row by row"""
     events: str
     """progress as server-sent events"""
     runs: str
-    """how often it was timed"""
+    """number of timed runs"""
 
 
 class BatchPage(TypedDict):
-    """A page of the list of batches; ``next_cursor`` asks for the next one."""
+    """A page of batches; ``next_cursor`` requests the next one."""
 
     items: list[Batch]
     """the entries"""
@@ -120,7 +120,7 @@ class BoreForm(TypedDict):
     """The shapes that the bore may have."""
 
     kind: NotRequired[Literal["free", "drillable", "constant", "stepped", "double_cone", "cone_cylinder"]]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     steps: NotRequired[float | None]
     """bores from each end to the middle; stepped only"""
 
@@ -168,7 +168,7 @@ class ConstantLoad(TypedDict):
     """One pressure at all angles, as a press or a test bench applies it."""
 
     kind: Literal["constant"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     constant_pressure_mpa: float
     """constant pressure, in MPa"""
     back_pressure_mpa: NotRequired[float | None]
@@ -185,21 +185,20 @@ class Corner(TypedDict):
 
 
 class CrankDynamicsAccuracyRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -207,13 +206,13 @@ class CrankDynamicsAccuracyRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: CrankDynamicsStudyRequest
     """the request as understood, defaults filled in"""
     result: StudyResult | Infeasible | None
@@ -223,31 +222,30 @@ class CrankDynamicsAccuracyRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class CrankDynamicsAnalysisRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -255,13 +253,13 @@ class CrankDynamicsAnalysisRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: DynamicsRequest
     """the request as understood, defaults filled in"""
     result: DynamicsResult | Infeasible | None
@@ -271,13 +269,13 @@ class CrankDynamicsAnalysisRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class CrankDynamicsMechanism(TypedDict):
@@ -305,21 +303,20 @@ class CrankDynamicsStudyRequest(TypedDict):
 
 
 class CrankMassesAnalysisRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -327,13 +324,13 @@ class CrankMassesAnalysisRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: MassesRequest
     """the request as understood, defaults filled in"""
     result: MassesResult | Infeasible | None
@@ -343,13 +340,13 @@ class CrankMassesAnalysisRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class CriterionResult(TypedDict):
@@ -362,7 +359,7 @@ class CriterionResult(TypedDict):
     sense: Literal["at_least", "at_most", "equal", "yes"]
     """how reached must stand to required; yes: 1 for yes, 0 for no"""
     required: float
-    """what is asked for"""
+    """the required value"""
     reached: float | None
     """null: nothing acts, or where it does not hold, nothing is known or it has no bound"""
     unit: str
@@ -527,13 +524,13 @@ class DynamicsResult(TypedDict):
     dead_centre_jumps: list[Jump]
     """where the pressure jumps"""
     repairs: list[RepairDone]
-    """what was done to the points; empty unless asked for"""
+    """changes to the points; empty unless requested"""
     cycle: CyclePoints
     """the pressures as used, over one cycle"""
     series: Series
     """forces over the crank angle"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
 
 
 class EffectChoice(TypedDict):
@@ -561,16 +558,16 @@ class EffectCostResult(TypedDict):
     time_without_s: float | None
     """time without, in s"""
     runs: int
-    """how often it was timed"""
+    """number of timed runs"""
 
 
 class EffectInfo(TypedDict):
-    """An effect that a scene of the kind can call for."""
+    """An effect of the kind."""
 
     name: str
     """its name"""
     summary: str
-    """what it is"""
+    """summary"""
     measure: str
     """how its influence is measured beforehand"""
 
@@ -663,7 +660,7 @@ class EstimateUncertainty(TypedDict):
 
 
 class ExportInfo(TypedDict):
-    """A file that runs of the kind can be taken away as."""
+    """An export format of the kind's runs."""
 
     name: str
     """its name"""
@@ -672,11 +669,11 @@ class ExportInfo(TypedDict):
     media_type: str
     """of the file"""
     extension: str
-    """ending of the file's name"""
+    """file name extension"""
     tools: list[str]
-    """of parameters: what ?for= can be; empty for all others"""
+    """values of ?for= of the parameters export; empty for all others"""
     available: bool
-    """false: this installation lacks what it needs"""
+    """false: a required extra is not installed"""
 
 
 class FieldInfo(TypedDict):
@@ -720,7 +717,7 @@ class FieldInfo(TypedDict):
 
 
 class Figure(TypedDict):
-    """The number that matters most of a run: what a design was after, a part's mass, an engine's power."""
+    """The headline number of a run: the objective of a design, a part's mass, an engine's power."""
 
     name: str
     """name of the number, as in the result"""
@@ -729,21 +726,20 @@ class Figure(TypedDict):
 
 
 class FlexibleRodAccuracyRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -751,13 +747,13 @@ class FlexibleRodAccuracyRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: FlexibleRodStudyRequest
     """the request as understood, defaults filled in"""
     result: StudyResult | Infeasible | None
@@ -767,13 +763,13 @@ class FlexibleRodAccuracyRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class FlexibleRodCheckRequest(TypedDict):
@@ -802,21 +798,20 @@ class FlexibleRodCheckRequest(TypedDict):
 
 
 class FlexibleRodCheckRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -824,13 +819,13 @@ class FlexibleRodCheckRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: FlexibleRodCheckRequest
     """the request as understood, defaults filled in"""
     result: RodResult | Infeasible | None
@@ -840,13 +835,13 @@ class FlexibleRodCheckRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class FlexibleRodDesignRequest(TypedDict):
@@ -932,31 +927,30 @@ class FlexibleRodDesignResult(TypedDict):
     repairs: list[RepairDone]
     """what was done to the load's points; empty unless asked for"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
     objective: str
     """what a design makes least or greatest, or its value at this point"""
     active_constraints: list[Active]
-    """requirements and bounds that shape the design, with what they are worth"""
+    """requirements and bounds that are active at the design, with their sensitivities"""
     certificate: CertificateResult | None
-    """how the answer is known to be the best, or that there is none; null: it is not"""
+    """proof that the answer is optimal, or that none exists; null: not proven"""
 
 
 class FlexibleRodDesignRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -964,13 +958,13 @@ class FlexibleRodDesignRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: FlexibleRodDesignRequest
     """the request as understood, defaults filled in"""
     result: FlexibleRodDesignResult | Infeasible | None
@@ -980,13 +974,13 @@ class FlexibleRodDesignRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class FlexibleRodMechanism(TypedDict):
@@ -1020,7 +1014,7 @@ class FrontPointResult(TypedDict):
     against: float
     """the quantity that the objective is traded against"""
     gap: float
-    """how far the point may be from the best, relative"""
+    """relative distance between the point and the proven bound"""
     type: str
     """which of the change-point linkages, or a URI of the kind of problem"""
     lengths_mm: Lengths
@@ -1073,21 +1067,20 @@ class Geometry(TypedDict):
 
 
 class ImpactLinkageAccuracyRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -1095,13 +1088,13 @@ class ImpactLinkageAccuracyRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: ImpactLinkageStudyRequest
     """the request as understood, defaults filled in"""
     result: StudyResult | Infeasible | None
@@ -1111,13 +1104,13 @@ class ImpactLinkageAccuracyRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class ImpactLinkageCheckRequest(TypedDict):
@@ -1143,7 +1136,7 @@ class ImpactLinkageCheckRequest(TypedDict):
     tool_radius_mm: NotRequired[float | None]
     """null: the rocker's length"""
     limits: NotRequired[LinkageLimits]
-    """what must be kept besides"""
+    """further constraints"""
     drive: NotRequired[Drive | None]
     """the motor and what it turns; null: the crank turns evenly"""
     coupler_stiffness_n_m: NotRequired[float | None]
@@ -1159,21 +1152,20 @@ class ImpactLinkageCheckRequest(TypedDict):
 
 
 class ImpactLinkageCheckRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -1181,13 +1173,13 @@ class ImpactLinkageCheckRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: ImpactLinkageCheckRequest
     """the request as understood, defaults filled in"""
     result: LinkageResult | Infeasible | None
@@ -1197,13 +1189,13 @@ class ImpactLinkageCheckRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class ImpactLinkageDesignRequest(TypedDict):
@@ -1232,7 +1224,7 @@ class ImpactLinkageDesignRequest(TypedDict):
     tool_radius_mm: NotRequired[float | None]
     """null: the rocker's length"""
     limits: NotRequired[LinkageLimits]
-    """what must be kept besides"""
+    """further constraints"""
     drive: NotRequired[Drive | None]
     """the motor and what it turns; null: the crank turns evenly"""
     coupler_stiffness_n_m: NotRequired[float | None]
@@ -1303,7 +1295,7 @@ class ImpactLinkageDesignResult(TypedDict):
     restitution_error: float | None
     """relative, for lengths off by their tolerance"""
     tolerance_window: WindowResult | None
-    """what lengths off by their tolerance do about the blow"""
+    """effect of length tolerances on the blow"""
     running_frequency_hz: float | None
     """with the drive: blows per second in steady running"""
     running_speed_m_s: float | None
@@ -1317,7 +1309,7 @@ class ImpactLinkageDesignResult(TypedDict):
     transfer: list[Sample]
     """u31 over the crank angle"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
     objective: str
     """what a design makes least or greatest, or its value at this point"""
     value: float
@@ -1325,31 +1317,30 @@ class ImpactLinkageDesignResult(TypedDict):
     value_unit: str
     """unit of the value"""
     active_limits: list[str]
-    """names of the limits that are used up"""
+    """names of the active limits"""
     alternatives: list[AlternativeResult]
     """the best linkage of every allowed type, or why it has none"""
     front: FrontResult | None
-    """what the objective costs in another quantity; null: not asked for"""
+    """trade-off of the objective against another quantity; null: not requested"""
     certificate: CertificateResult | None
-    """how the answer is known to be the best, or that there is none; null: it is not"""
+    """proof that the answer is optimal, or that none exists; null: not proven"""
 
 
 class ImpactLinkageDesignRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -1357,13 +1348,13 @@ class ImpactLinkageDesignRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: ImpactLinkageDesignRequest
     """the request as understood, defaults filled in"""
     result: ImpactLinkageDesignResult | Infeasible | None
@@ -1373,13 +1364,13 @@ class ImpactLinkageDesignRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class ImpactLinkageStudyRequest(TypedDict):
@@ -1398,11 +1389,11 @@ class IndicatorLoad(TypedDict):
     """An indicator diagram of a two-stroke cycle on the piston's own bore, unrolled by the machine's motion."""
 
     kind: Literal["indicator"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     strokes: list[Stroke]
     """four strokes: intake, compression, expansion, exhaust; two strokes: expansion, compression"""
     repair: NotRequired[bool]
-    """mend what is wrong with the points, and record it"""
+    """repair faulty points, and record what was done"""
     clearance_volume_cm3: NotRequired[float]
     """volume at the upper dead centre"""
     back_pressure_mpa: NotRequired[float | None]
@@ -1413,11 +1404,11 @@ class IndicatorPressure(TypedDict):
     """An indicator diagram of the cylinder."""
 
     kind: Literal["indicator"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     strokes: list[Stroke]
     """four strokes: intake, compression, expansion, exhaust; two strokes: expansion, compression"""
     repair: NotRequired[bool]
-    """mend what is wrong with the points, and record it"""
+    """repair faulty points, and record what was done"""
 
 
 class Infeasible(TypedDict):
@@ -1426,7 +1417,7 @@ class Infeasible(TypedDict):
     diagnosis: list[ShortfallResult]
     """which requirements cannot be met, how far the best is from them, and what would help"""
     certificate: NotRequired[CertificateResult | None]
-    """how the answer is known to be the best, or that there is none; null: it is not"""
+    """proof that the answer is optimal, or that none exists; null: not proven"""
     repairs: NotRequired[list[RepairDone]]
     """what was done to the request's points"""
 
@@ -1445,7 +1436,7 @@ class InfeasibleResult(TypedDict):
     least_outer_diameter_mm: float | None
     """all else equal; null where no diameter helps"""
     certificate: NotRequired[CertificateResult | None]
-    """how the answer is known to be the best, or that there is none; null: it is not"""
+    """proof that the answer is optimal, or that none exists; null: not proven"""
 
 
 class Jump(TypedDict):
@@ -1456,37 +1447,37 @@ class Jump(TypedDict):
 
 
 class KindInfo(TypedDict):
-    """All that can be asked of a kind."""
+    """Everything about a kind."""
 
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     title: str
     """what it is, in words"""
     summary: str
-    """what it is"""
+    """summary"""
     modes: list[Mode]
     """what can be asked of the kind"""
     links: dict[str, str]
     """where the run and what belongs to it are found"""
     objectives: list[str]
-    """what a design can be after; empty where there is but one thing"""
+    """objectives of a design; empty if there is only one"""
     effects: list[EffectInfo]
     """every effect with its state and its bound"""
     exports: list[ExportInfo]
-    """what the run offers to take away, by name"""
+    """URLs of the run's exports, by name"""
     requests: list[ModeInfo]
-    """what can be sent, by mode"""
+    """requests by mode"""
 
 
 class KindLine(TypedDict):
-    """A kind in the list."""
+    """A kind in the listing."""
 
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     title: str
     """what it is, in words"""
     summary: str
-    """what it is"""
+    """summary"""
     modes: list[Mode]
     """what can be asked of the kind"""
     links: dict[str, str]
@@ -1517,7 +1508,7 @@ class LevelResult(TypedDict):
     """One rung of the ladder."""
 
     accuracy: float
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     settings: dict[str, float | int | str]
     """numerical settings by name"""
     error: float | None
@@ -1533,7 +1524,7 @@ class LevelResult(TypedDict):
     time_median_s: float
     """time median, in s"""
     runs: int
-    """how often it was timed"""
+    """number of timed runs"""
 
 
 class LinkLengths(TypedDict):
@@ -1624,7 +1615,7 @@ class LinkageResult(TypedDict):
     restitution_error: float | None
     """relative, for lengths off by their tolerance"""
     tolerance_window: WindowResult | None
-    """what lengths off by their tolerance do about the blow"""
+    """effect of length tolerances on the blow"""
     running_frequency_hz: float | None
     """with the drive: blows per second in steady running"""
     running_speed_m_s: float | None
@@ -1638,20 +1629,20 @@ class LinkageResult(TypedDict):
     transfer: list[Sample]
     """u31 over the crank angle"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
 
 
 class Links(TypedDict):
-    """Where a run and what belongs to it are found."""
+    """URLs of a run and its resources."""
 
     self: str
     """the run as JSON"""
     page: str
-    """the run for people"""
+    """the run's web page"""
     plots: dict[str, str]
-    """pictures by name"""
+    """URLs of the plots, by name"""
     exports: dict[str, str]
-    """what the run offers to take away, by name"""
+    """URLs of the run's exports, by name"""
 
 
 class Load(TypedDict):
@@ -1720,11 +1711,11 @@ class MassesResult(TypedDict):
     intervals: dict[str, list[float]]
     """the middle 95 % by Monte Carlo, where that was needed"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
 
 
 class MaterialInfo(TypedDict):
-    """A material of the catalogue, and where its numbers are from; null: no number that its kinds ask for."""
+    """A material of the catalogue with the sources of its values; null for values its kinds do not use."""
 
     name: str
     """its name in the catalogue"""
@@ -1739,7 +1730,7 @@ class MaterialInfo(TypedDict):
     density_kg_m3: float
     """density, in kg/m³"""
     allowable_stress_mpa: float | None
-    """of a pin; a convention of design, not of the steel"""
+    """of a pin; a design convention, not a property of the steel"""
     fatigue_limit_mpa: float | None
     """smooth, in alternating bending"""
     fatigue_reduction: float | None
@@ -1751,9 +1742,9 @@ class MaterialInfo(TypedDict):
     ultimate_strength_mpa: float | None
     """ultimate strength, in MPa"""
     sources: dict[str, str]
-    """of every number, by its name"""
+    """of every value, by its name"""
     kinds: list[str]
-    """whose requests take the name"""
+    """kinds whose requests accept the name"""
 
 
 class MaterialList(TypedDict):
@@ -1766,20 +1757,20 @@ Mode = Literal["design", "check", "analysis", "accuracy"]
 
 
 class ModeInfo(TypedDict):
-    """One thing that can be asked of a kind: where, in which words, and an example."""
+    """A mode of a kind: path, fields and examples."""
 
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     path: str
-    """where a request is posted to"""
+    """path to post requests to"""
     fields: list[FieldInfo]
     """every field of the request"""
     example: dict[str, Any]
     """a request that works"""
     examples: dict[str, Any]
-    """more of them by their titles"""
+    """further examples by title"""
     plots: list[str]
-    """pictures that its runs can have; each run lists its own"""
+    """plots that its runs may have; each run lists its own"""
 
 
 class PendulumRequest(TypedDict):
@@ -1910,21 +1901,20 @@ class PinMaterial(TypedDict):
 
 
 class PinProfileAccuracyRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -1932,13 +1922,13 @@ class PinProfileAccuracyRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: PinProfileStudyRequest
     """the request as understood, defaults filled in"""
     result: StudyResult | InfeasibleResult | None
@@ -1948,13 +1938,13 @@ class PinProfileAccuracyRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class PinProfileCheckRequest(TypedDict):
@@ -1977,7 +1967,7 @@ class PinProfileCheckRequest(TypedDict):
     criterion: NotRequired[Literal["tresca_paper", "fibre", "saint_venant", "von_mises"]]
     """how bending and shear join in one equivalent stress"""
     limits: NotRequired[PinLimits]
-    """what must be kept besides"""
+    """further constraints"""
     form: NotRequired[BoreForm]
     """of what a design seeks; a drillable outside does not narrow toward the middle"""
     variable: NotRequired[Literal["bore", "outer"]]
@@ -1990,21 +1980,20 @@ class PinProfileCheckRequest(TypedDict):
 
 
 class PinProfileCheckRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -2012,13 +2001,13 @@ class PinProfileCheckRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: PinProfileCheckRequest
     """the request as understood, defaults filled in"""
     result: PinResult | Infeasible | None
@@ -2028,13 +2017,13 @@ class PinProfileCheckRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class PinProfileDesignRequest(TypedDict):
@@ -2061,7 +2050,7 @@ class PinProfileDesignRequest(TypedDict):
     criterion: NotRequired[Literal["tresca_paper", "fibre", "saint_venant", "von_mises"]]
     """how bending and shear join in one equivalent stress"""
     limits: NotRequired[PinLimits]
-    """what must be kept besides"""
+    """further constraints"""
     form: NotRequired[BoreForm]
     """of what a design seeks; a drillable outside does not narrow toward the middle"""
     variable: NotRequired[Literal["bore", "outer"]]
@@ -2120,9 +2109,9 @@ class PinProfileDesignResult(TypedDict):
     profile: list[Section]
     """the part along its axis"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
     form: str
-    """the form that was sought"""
+    """the form that was optimised"""
     free_mass_g: float
     """the lightest of any form under the same limits, but for the slope"""
     corners: list[Corner] | None
@@ -2130,25 +2119,24 @@ class PinProfileDesignResult(TypedDict):
     contour: list[Piece] | None
     """where it is not: the bore's diameter, of a bushing the outer one, piece by piece"""
     certificate: PinCertificate | None
-    """how the answer is known to be the best, or that there is none; null: it is not"""
+    """proof that the answer is optimal, or that none exists; null: not proven"""
 
 
 class PinProfileDesignRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -2156,13 +2144,13 @@ class PinProfileDesignRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: PinProfileDesignRequest
     """the request as understood, defaults filled in"""
     result: PinProfileDesignResult | InfeasibleResult | None
@@ -2172,13 +2160,13 @@ class PinProfileDesignRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class PinProfileStudyRequest(TypedDict):
@@ -2243,7 +2231,7 @@ class PinResult(TypedDict):
     profile: list[Section]
     """the part along its axis"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
 
 
 class PinSteel(TypedDict):
@@ -2291,7 +2279,7 @@ class PressuresResult(TypedDict):
 
 
 class ProblemDetails(TypedDict):
-    """A refusal (RFC 9457)."""
+    """An error response (RFC 9457)."""
 
     type: str
     """URI of the kind of problem, its place in /docs; about:blank: the status says it"""
@@ -2302,11 +2290,11 @@ class ProblemDetails(TypedDict):
     detail: str
     """what is wrong"""
     errors: NotRequired[list[ProblemEntry]]
-    """one entry for every bad field"""
+    """one entry per invalid field"""
 
 
 class ProblemEntry(TypedDict):
-    """One bad field."""
+    """An invalid field."""
 
     pointer: str
     """JSON pointer of the field (RFC 6901)"""
@@ -2437,25 +2425,24 @@ class RodResult(TypedDict):
     repairs: list[RepairDone]
     """what was done to the load's points; empty unless asked for"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
 
 
 class Run(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -2463,13 +2450,13 @@ class Run(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: dict[str, Any]
     """the request as understood, defaults filled in"""
     result: dict[str, Any] | None
@@ -2479,20 +2466,20 @@ class Run(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class RunForce(TypedDict):
     """The force at a worst instant of a stored crank-dynamics run; the service fills in what it takes from there."""
 
     kind: Literal["run"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     run_id: str
     """the id of a stored run"""
     instant: NotRequired[Literal["gas_force_max", "rod_compression_max", "rod_tension_max", "side_force_max", "wrist_pin_load_max", "crank_pin_load_max", "main_bearing_load_max"]]
@@ -2504,20 +2491,20 @@ class RunForce(TypedDict):
 
 
 class RunLine(TypedDict):
-    """A line of the listing."""
+    """A run in a listing."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -2525,11 +2512,11 @@ class RunLine(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
 
 
 class RunLoad(TypedDict):
@@ -2537,7 +2524,7 @@ class RunLoad(TypedDict):
     service fills in what it takes from the run."""
 
     kind: Literal["run"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     run_id: str
     """the id of a stored run"""
     instant: NotRequired[Literal["gas_force_max", "rod_compression_max", "rod_tension_max", "side_force_max", "wrist_pin_load_max", "crank_pin_load_max", "main_bearing_load_max"] | None]
@@ -2555,25 +2542,25 @@ RunOrder = Literal["newest", "oldest", "name", "least", "greatest"]
 
 
 class RunPage(TypedDict):
-    """A page of the listing; ``next_cursor`` asks for the next one."""
+    """A page of runs; ``next_cursor`` requests the next one."""
 
     items: list[RunLine]
     """the entries"""
     next_cursor: str | None
     """asks for the next page; null: this is the last"""
     damaged: list[str]
-    """ids of runs that belong here too, but whose records are damaged"""
+    """ids of runs of this page with damaged records"""
 
 
 class RunProgress(TypedDict):
-    """How far a run is."""
+    """Progress of a run."""
 
     done: int
-    """solutions that are there"""
+    """solutions found"""
     of: int
-    """at most; a time budget may end the run before"""
+    """upper limit; a time budget may end the run earlier"""
     doing: str
-    """what is done just now"""
+    """the current step"""
 
 RunStatus = Literal["queued", "running", "succeeded", "infeasible", "failed", "cancelled"]
 
@@ -2589,7 +2576,7 @@ class SchmidtLoad(TypedDict):
     """p = p_min (1 + delta)/(1 - delta cos(phi - theta)): the isothermal Stirling cycle."""
 
     kind: Literal["schmidt"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     p_min_mpa: float
     """p min, in MPa"""
     delta: float
@@ -2654,7 +2641,7 @@ class ShortfallResult(TypedDict):
     requirement: str
     """name of the field or limit"""
     required: float
-    """what is asked for"""
+    """the required value"""
     attainable: float | None
     """the best to be had; null: nothing"""
     advice: str
@@ -2662,7 +2649,7 @@ class ShortfallResult(TypedDict):
 
 
 class Solver(TypedDict):
-    """Who solved."""
+    """The solver that produced a result."""
 
     name: str
     """name of the program"""
@@ -2744,7 +2731,7 @@ class TableLoad(TypedDict):
     """Pressures at crank angles, joined by a monotone periodic cubic."""
 
     kind: Literal["table"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     angle_deg: list[float]
     """rising, within one turn"""
     pressure_mpa: list[float]
@@ -2757,13 +2744,13 @@ class TablePressure(TypedDict):
     """Pressures at crank angles of one cycle, joined by a monotone periodic cubic."""
 
     kind: Literal["table"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     angle_deg: list[float]
     """rising, within one cycle"""
     pressure_mpa: list[float]
     """one for each angle"""
     repair: NotRequired[bool]
-    """mend what is wrong with the points, and record it"""
+    """repair faulty points, and record what was done"""
 
 Tool = Literal["freecad", "fusion", "onshape", "solidworks", "inventor"]
 
@@ -2798,7 +2785,7 @@ class VerdictResult(TypedDict):
     governed_by: str | None
     """the criterion that fails most, or has least to spare; null: none acts"""
     criteria: list[CriterionResult]
-    """every requirement, limit and criterion of strength"""
+    """every requirement, limit and strength criterion"""
     cautions: list[str]
     """what to know beside the criteria"""
 

@@ -45,15 +45,8 @@ def _interpolatory(nodes: Array) -> Array:
 
 NODE_PLACES, _W = _lobatto(NODES)
 """Where the nodes lie on [-1, 1]."""
-
-
-def interpolation(places: Array) -> Array:
-    """The matrix, (n, NODES), that takes values at the nodes to those of their polynomial at places on [-1, 1].
-
-    By Legendre polynomials, whose values at Lobatto's nodes make a well-conditioned system.
-    """
-    at_nodes = np.polynomial.legendre.legvander(NODE_PLACES, NODES - 1)
-    return np.linalg.solve(at_nodes.T, np.polynomial.legendre.legvander(places, NODES - 1).T).T
+NODE_WEIGHTS = 1.0 / (NODE_PLACES[:, None] - NODE_PLACES + np.eye(NODES)).prod(axis=1)
+"""The barycentric weights of the polynomial through values at the nodes."""
 
 
 def _without(dropped: tuple[int, ...]) -> Array:

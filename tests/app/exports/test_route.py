@@ -58,7 +58,7 @@ def test_a_run_without_a_result_has_none(client, design_request):
     assert refused.headers["content-type"] == "application/problem+json"
 
 
-def slow(_kind, _run, _wishes):
+def slow(_kind, _run, _options):
     return b"made at last"
 
 

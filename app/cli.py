@@ -342,9 +342,9 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
 def _answer(job: Any, run: Any, request: Any, report: Any) -> Any:
     """Solve in this process; a design with a time budget whose solver does not look at the clock, in a process that can
     be killed."""
-    from app.designs.schema import time_asked
+    from app.designs.schema import time_budget_of
 
-    asked = time_asked(request)
+    asked = time_budget_of(request)
     if asked is None or job.best_in_time:
         return job.solve(request, report)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from app.designs.problems import INVALID, problem_details
-from app.designs.refusals import summed_up
+from app.designs.refusals import summarize
 from app.designs.schema import Entry
 from app.edge.disconnect import ClientDisconnected
 from app.jobs.errors import Busy, ExecutorClosed, ShareUsed, Warming
@@ -62,8 +62,8 @@ def invalid(error: ValidationError, model: Any) -> Problem:
 
 
 def refusal(errors: Iterable[Mapping[str, Any]], depth: int = 0, model: Any = None) -> Problem:
-    """The problem for validation errors, with one entry per invalid field; see ``summed_up``."""
-    detail, entries = summed_up(errors, depth, model)
+    """The problem for validation errors, with one entry per invalid field; see ``summarize``."""
+    detail, entries = summarize(errors, depth, model)
     return Problem(422, INVALID, detail, entries)
 
 

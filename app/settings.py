@@ -7,7 +7,7 @@ from datetime import timedelta
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
-from app.designs.schema import GREATEST_TIME_S
+from app.designs.schema import MAX_TIME_S
 from app.edge.hosts import is_loopback
 from app.logging import LogFormat, LogLevel
 from app.store.leases import LEASE_S
@@ -27,14 +27,14 @@ class Settings(BaseSettings):
     database_password_file: str = Field(default="", description="a file with the password of a PostgreSQL server")
     workers: int = Field(default=2, ge=1, le=256, description="worker processes")
     solve_budget_s: float = Field(
-        default=10.0, ge=0.01, le=GREATEST_TIME_S, description="wall-clock limit of a solve, in seconds"
+        default=10.0, ge=0.01, le=MAX_TIME_S, description="wall-clock limit of a solve, in seconds"
     )
     log_format: LogFormat = Field(
         default=LogFormat.CONSOLE, description="console for terminals, json for log collectors"
     )
     log_level: LogLevel = Field(default=LogLevel.WARNING, description="minimum severity of log records")
     form_patience_s: float = Field(
-        default=2.0, ge=0.0, le=GREATEST_TIME_S, description="seconds a submitted form waits for its answer"
+        default=2.0, ge=0.0, le=MAX_TIME_S, description="seconds a submitted form waits for its answer"
     )
     max_body_bytes: int = Field(default=1_000_000, ge=1_000, description="largest request body")
     max_batch_bytes: int = Field(default=4_000_000_000, ge=1_000, description="largest body of a batch")

@@ -22,7 +22,7 @@ from app.designs.kind import REFUSED, Answer, Job, Kind, Mode
 from app.designs.problems import INVALID, OUT_OF_TIME
 from app.designs.progress import Progress, Report, ignore_progress
 from app.designs.registry import KINDS, job_of
-from app.designs.schema import entry, time_asked
+from app.designs.schema import entry, time_budget_of
 from app.errors import Problem
 from app.jobs.budget import budget
 from app.jobs.calls import PICTURE
@@ -127,7 +127,7 @@ class Service:
 
     async def _prepared(self, request: BaseModel) -> BaseModel:
         """The request with referenced runs filled in. Raises Problem for what this service cannot do."""
-        asked = time_asked(request)
+        asked = time_budget_of(request)
         if asked is not None and asked > self.solve_budget_s:
             most = f"at most {self.solve_budget_s:g}"
             found = entry("/time_budget_s", "is more than this service gives a solve", most)
@@ -168,7 +168,7 @@ class Service:
     async def _run(self, run: RunRecord, job: Job, request: BaseModel, on_start: OnStart | None) -> Answer:
         if job.inline:
             return job.run(request)
-        times = budget(self.solve_budget_s + job.extra_s(request), time_asked(request), job.best_in_time)
+        times = budget(self.solve_budget_s + job.extra_s(request), time_budget_of(request), job.best_in_time)
         if times.solver_s is not None:
             request = request.model_copy(update={"time_budget_s": times.solver_s})
         payload = request.model_dump_json().encode()

@@ -25,7 +25,7 @@ SOURCES = (
     *sorted(_APP.glob("designs/*/reference.py")),
     *(_APP / "designs" / f"{name}.py" for name in ("accuracy", "claims", "schema")),
     _APP / "designs" / "crank_masses" / "kind.py",
-    *(_APP / name for name in ("referring.py", "solve_ends.py")),
+    *(_APP / name for name in ("run_references.py", "solve_failures.py")),
     _APP / "jobs" / "warming.py",
 )
 CALCULATIONS = tuple(sorted(_APP.glob("designs/*/chain.py")))

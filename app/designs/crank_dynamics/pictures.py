@@ -108,7 +108,7 @@ def crank_pin_polar(run: dict[str, Any], say: Say = str) -> str:
     outward = result["rod_mass_at_crank_kg"] * mechanism["crank_radius_mm"] / 1e3 * speed**2
     across = [value / 1e3 for value in _closed(series["tangential_force_n"])]
     up = [(outward - value) / 1e3 for value in _closed(series["radial_force_n"])]
-    # One scale for both axes, so that directions are true: the plot is 470 wide and 308 high.
+    # Equal scales on both axes, so that directions are true: the plot area is 470 by 308.
     tall = around([*up, 0.0])
     wide = around([*across, 0.0])
     step = max((tall.high - tall.low) / 308.0, (wide.high - wide.low) / 470.0)
@@ -155,7 +155,7 @@ def two_harmonic_effect(run: dict[str, Any], say: Say = str) -> str:
         pairs = zip(series["brix_pressure_mpa"], series["pressure_mpa"], strict=True)
         columns.append((noted("pressure"), RED, _closed([100.0 * (brix - exact) / greatest for brix, exact in pairs])))
     fitted = around(value for _, _, column in columns for value in column)
-    scale = Linear(fitted.low, fitted.high + 0.35 * (fitted.high - fitted.low))  # Room for the words.
+    scale = Linear(fitted.low, fitted.high + 0.35 * (fitted.high - fitted.low))  # room for labels
     title = say("Error of the two-harmonic formulas")
     chart = Chart(title, Linear(0.0, period), scale, say("crank angle, °"), say("error, %"))
     for row, (words, color, column) in enumerate(columns):

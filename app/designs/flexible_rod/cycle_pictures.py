@@ -1,4 +1,4 @@
-"""Pictures of a strip through its turn: forces, the stress of its fibres over the angle and along the strip."""
+"""Plots of a strip over the cycle: forces, and fibre stresses over the angle and along the strip."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ _ANGLES, _STATIONS = 361, 61
 
 
 def has_stresses(run: dict[str, Any]) -> bool:
-    """Whether the strip stands: beyond buckling there is no shape to draw."""
+    """Whether the strip is stable; a buckled one has no shape to plot."""
     return run["result"]["stress_amplitude_mpa"] is not None
 
 
 def request_of(run: dict[str, Any]) -> CheckRequest:
-    """The check of the strip that a run found or was given."""
+    """The check of the run's strip."""
     spec = {name: value for name, value in run["spec"].items() if name in CheckRequest.model_fields}
     return CheckRequest.model_validate({**spec, "dimensions": run["result"]["dimensions"]})
 
 
 def _turn(run: dict[str, Any]) -> tuple[CheckRequest, Instants]:
-    """The turn with the effects that the run computed, and no others."""
+    """The cycle with exactly the effects of the run."""
     request = request_of(run)
     states = {effect["name"]: effect["state"] == "active" for effect in run["effects"]}
     settled = EffectSelection(
@@ -69,7 +69,7 @@ def forces_over_angle(run: dict[str, Any], say: Say = str) -> str:
 
 
 def stresses_over_angle(run: dict[str, Any], say: Say = str) -> str:
-    """SVG of both fibres' stresses at the section that governs, with the mean and the amplitude of the worse one."""
+    """SVG of both fibres' stresses at the governing section, with mean and amplitude of the worse one."""
     request, turn = _turn(run)
     result = run["result"]
     section = result["worst_section_mm"] * MILLI
@@ -94,7 +94,7 @@ def stresses_over_angle(run: dict[str, Any], say: Say = str) -> str:
 
 
 def stress_along_strip(run: dict[str, Any], say: Say = str) -> str:
-    """SVG of the least and the greatest stress of the turn along the strip, and where fatigue governs."""
+    """SVG of the minimum and maximum stress over the cycle along the strip, and the section governing fatigue."""
     request, turn = _turn(run)
     length = request.strip().l
     stations = np.linspace(0.0, length, _STATIONS)

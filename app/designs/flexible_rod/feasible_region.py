@@ -1,5 +1,4 @@
-"""The picture of a design: over free length and thickness, at the width found, what may be built and where the answer
-lies in it."""
+"""Plot of a design's feasible region over free length and thickness, at the width found."""
 
 from __future__ import annotations
 
@@ -18,16 +17,16 @@ from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
 
 _SIDE = 7
-"""Lengths and thicknesses, on either side of what was found, at which strips are checked."""
+"""Number of grid points on either side of the design."""
 _BENT = 0.6
-"""d ln h/d ln l of a strip's critical force that stays the same, about."""
+"""Approximate d ln h/d ln l at constant critical force."""
 _NOTHING = 1e-3
-"""A margin, in logarithms, that is as good as none: the answer lies on its limits."""
+"""Logarithmic margin treated as zero: the design lies on the limit."""
 _ACCURACY = 1e-2
 _AROUND = (0.7, 1.4)
-"""What is shown of the bounds, times what was found."""
+"""Plot range relative to the design."""
 _MOST = 2.0
-"""Margins, in logarithms, are cut here: what is far from its limit has no line to place."""
+"""Logarithmic margins are clamped to this; values far from the limit do not affect the contour."""
 
 _LIMITS = (
     ("min_stability_safety", "stability_safety", noted("buckling"), RED),
@@ -41,12 +40,12 @@ Array = NDArray[np.float64]
 
 
 def is_design(run: dict[str, Any]) -> bool:
-    """Whether there are bounds, and requirements to find a strip by."""
+    """Whether the run has bounds and requirements."""
     return run["mode"] == "design"
 
 
 def _axis(bounds: list[float], found: float) -> Array:
-    """Places between the bounds, closer to each other near the found one, at which the region may end in a corner."""
+    """Grid points between the bounds, denser near the design, where the region may have a corner."""
     low, high = max(bounds[0], _AROUND[0] * found), min(bounds[1], _AROUND[1] * found)
     if high - low < 1e-9 * found:
         low, high = 0.9 * found, 1.1 * found
@@ -59,7 +58,7 @@ def _value(check: rod.RodCheck, name: str) -> float | None:
 
 
 def _margin(check: rod.RodCheck, field: str, name: str, required: float) -> float:
-    """ln of how many times better than required; not a number where the strip buckles and nothing is known."""
+    """Logarithm of the ratio to the requirement; NaN if the strip buckles."""
     if check.stresses is None and name != "stability_safety":
         return math.nan
     reached = _value(check, name)
@@ -70,7 +69,7 @@ def _margin(check: rod.RodCheck, field: str, name: str, required: float) -> floa
 
 
 def feasible_region(run: dict[str, Any], say: Say = str) -> str:
-    """SVG of the region in which every requirement holds, with the line on which each ends, and the answer."""
+    """SVG of the feasible region, each requirement's limit, and the design."""
     spec, dimensions = run["spec"], run["result"]["dimensions"]
     asked = {field: spec["requirements"].get(field) for field, *_ in _LIMITS}
     asked["min_fatigue_safety"] = asked["min_fatigue_safety"] or 1.0
@@ -85,7 +84,7 @@ def feasible_region(run: dict[str, Any], say: Say = str) -> str:
     lengths = _axis(spec["bounds"]["l_mm"], dimensions["l_mm"])
     lengths = lengths[lengths <= spec["mechanism"]["rod_length_mm"]]
     low, high = spec["bounds"]["h_mm"]
-    # Bent along the line of equal stability, along which a region often ends in a narrow corner.
+    # The grid follows the line of equal stability, along which the region often ends in a narrow corner.
     levels = _axis([low, high], dimensions["h_mm"])
     thicknesses = np.clip(
         np.outer(levels, (lengths / dimensions["l_mm"]) ** _BENT), min(low, levels[0]), max(high, levels[-1])

@@ -1,4 +1,4 @@
-"""Pictures of a linkage's cycle: u31 with the blow marked, torque and pin force, and the Pareto front."""
+"""Plots of a linkage's cycle: u31, torque and pin force, and the Pareto front."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from solvers.linkage.mechanism.kinematics import FourBar, of_lengths
 
 _CYCLE = Linear(0.0, 360.0)
 _CUT = 4.0
-"""Near a crank's wall u31 has no bound; it is shown up to so many times its value at the blow."""
+"""u31 is unbounded near a dead point; it is clipped at this multiple of its value at the blow."""
 
 
 def bar_of(result: dict[str, Any]) -> FourBar:
-    """The mechanism of a run's result, as sharp as a picture needs it."""
+    """The mechanism of a run's result, to plotting precision."""
     ratios = result["ratios"]
     return of_lengths(KINDS[result["type"]], ratios["lambda0"], ratios["lambda2"], ratios["lambda3"])
 
@@ -28,7 +28,7 @@ def has_transfer(run: dict[str, Any]) -> bool:
 
 
 def transfer_picture(run: dict[str, Any], say: Say = str) -> str:
-    """SVG of u31 = dphi3/dphi over the crank angle; at the blow it jumps back from its end to its start."""
+    """SVG of u31 = dphi3/dphi over the crank angle; at the blow it jumps from its end to its start value."""
     result = run["result"]
     phi = [sample["phi_deg"] for sample in result["transfer"]]
     u = [sample["u31"] for sample in result["transfer"]]
@@ -83,7 +83,7 @@ _COLORS = {"largest_coupler": BLUE, "largest_rocker": GREEN, "largest_base": RED
 
 
 def front_picture(run: dict[str, Any], say: Say = str) -> str:
-    """SVG of the front: the objective against the other quantity, every point in the colour of its type."""
+    """SVG of the Pareto front, each point in the colour of its type."""
     found = run["result"]["front"]
     across = [point["against"] for point in found["points"]]
     up = [point["objective"] for point in found["points"]]

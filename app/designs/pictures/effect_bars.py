@@ -1,4 +1,4 @@
-"""The picture of a run's effects: how much each may matter, what decided, and, where it was measured, what it did."""
+"""Chart of a run's effects: a-priori bound, decision, and measured change."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import Any
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Categories, Chart, Say, decades_around
 
 _LEAST, _GREATEST = 1e-9, 1e1
-"""Bounds are drawn within this range; a bar that reaches the right edge stands for more, or for no bound at all."""
+"""Range of the axis; a bar that reaches the right edge is larger or unbounded."""
 _ROOM = 165
 
 
 def effect_bars(run: dict[str, Any], say: Say = str) -> str:
-    """SVG with one bar per effect, as long as its a-priori bound: blue where it ran, grey where it was left out.
+    """SVG with a bar per effect, as long as its a-priori bound: blue if it was computed, grey if not.
 
-    In a study the measured change is a dot on the bar, with the time that the effect took beside it.
+    In an accuracy study, a dot shows the measured change and a label the time.
     """
     effects = run["effects"]
     bounds = [_drawn(effect["influence"]) for effect in effects]

@@ -1,4 +1,4 @@
-"""The picture of an accuracy study: error against time, both logarithmic."""
+"""Work-precision diagram of an accuracy study: error against time, both logarithmic."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from typing import Any
 
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Say, Scale, decades_around
 
-LEAST_ERROR = 1e-17
-"""Where an error of zero is drawn: below the rounding of any result."""
+MIN_ERROR = 1e-17
+"""Position of a zero error, below the rounding error of any result."""
 
 _NAME_WIDE, _NAME_HIGH = 0.35, 0.05
-"""How much of the chart a name takes."""
+"""Size of a label relative to the chart."""
 
 
 def work_precision(run: dict[str, Any], say: Say = str) -> str:
-    """SVG of the levels from loose to tight: the one that will do in green, the closest proof with its gap, and a hole
-    where a level failed. An error that is lost in what the reference may be off is drawn at that, marked ≤."""
+    """SVG of the levels from loose to tight: the recommended one green, the tightest proof with its gap, failed levels
+    as gaps in the line. An error below the reference's uncertainty is drawn at that, marked ≤."""
     result = run["result"]
     levels = sorted(result["levels"], key=lambda level: -level["accuracy"])
     there = [level for level in levels if level["error"] is not None]
@@ -45,7 +45,7 @@ def work_precision(run: dict[str, Any], say: Say = str) -> str:
 
 
 def _groups(levels: list[dict[str, Any]], across: Scale, down: Scale) -> list[list[dict[str, Any]]]:
-    """Levels whose names would lie over one another, the slowest of each group last."""
+    """Groups of levels whose labels would overlap, the slowest of each last."""
     groups: list[list[dict[str, Any]]] = []
     for level in sorted(levels, key=_time):
         for group in groups:
@@ -60,7 +60,7 @@ def _groups(levels: list[dict[str, Any]], across: Scale, down: Scale) -> list[li
 
 
 def _name(levels: list[dict[str, Any]], proven: float | None, say: Say) -> str:
-    """The accuracies of a group, and what its proof comes to."""
+    """Label of a group: its accuracies and tightest proof."""
     asked = [level["accuracy"] for level in levels]
     name = f"{max(asked):.0e}" if len(asked) == 1 else f"{max(asked):.0e} … {min(asked):.0e}"
     if all(level["at_most"] for level in levels):
@@ -74,4 +74,4 @@ def _time(level: dict[str, Any]) -> float:
 
 
 def _error(level: dict[str, Any]) -> float:
-    return max(level["error"], LEAST_ERROR)
+    return max(level["error"], MIN_ERROR)

@@ -1,4 +1,4 @@
-"""Pictures of a pin: the bore to scale, its internal forces, its stress, and its profiles over the load."""
+"""Plots of a pin: bore to scale, internal forces, stress, and profiles over the load."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def _columns(run: dict[str, Any], *names: str) -> list[list[float]]:
 
 
 def bore_picture(run: dict[str, Any], say: Say = str) -> str:
-    """SVG of the part cut along its axis, between bosses and small end, to scale."""
+    """SVG of the part's axial section to scale, between bosses and small end."""
     return drawing_alone(worded(in_machine(run), say))
 
 
 def forces_picture(run: dict[str, Any], say: Say = str) -> str:
-    """SVG of bending moment and shear force along the pin, one above the other, each in its unit."""
+    """SVG of bending moment and shear force along the pin, stacked, each in its unit."""
     x, moment, shear = _columns(run, "x_mm", "moment_nmm", "shear_n")
     along = Linear(0.0, x[-1])
     tables = (
@@ -53,14 +53,14 @@ def has_ring(run: dict[str, Any]) -> bool:
 
 
 def ring_picture(run: dict[str, Any], say: Say = str) -> str:
-    """SVG of the section in the middle of the pin, round and as the load presses it, many times exaggerated, with the
-    hoop stresses of its four places."""
+    """SVG of the pin's middle cross-section, round and ovalized (greatly exaggerated), with the hoop stresses at four
+    points."""
     result = run["result"]
     stresses = result["ring_stresses_mpa"]
     outer, bore = result["outer_mid_mm"], result["bore_mid_mm"]
     wide, high, middle = _WIDTH, 380.0, (0.5 * _WIDTH, 190.0)
     scale = 120.0 / (0.5 * outer)
-    squeeze = 12.0 / scale  # The exaggerated change of the radius, the same for every pin.
+    squeeze = 12.0 / scale  # exaggerated change of radius, the same for every pin
     out = [opening(say("Hoop stress of the ring in the middle of the pin"), wide, high)]
     turn = [2.0 * math.pi * n / 120 for n in range(120)]
 
@@ -105,7 +105,7 @@ def ring_picture(run: dict[str, Any], say: Say = str) -> str:
 
 
 def stress_picture(run: dict[str, Any], say: Say = str) -> str:
-    """SVG of the equivalent stress along the pin, and the allowable."""
+    """SVG of equivalent and allowable stress along the pin."""
     rows = [row for row in run["result"]["profile"] if row["equivalent_stress_mpa"] is not None]
     x, stress = [row["x_mm"] for row in rows], [row["equivalent_stress_mpa"] for row in rows]
     allowable = material_of(run["spec"]).allowable_stress / MEGA
@@ -123,7 +123,7 @@ def stress_picture(run: dict[str, Any], say: Say = str) -> str:
 
 
 def load_family(run: dict[str, Any], say: Say = str) -> str:
-    """SVG of free profiles over the load (the paper's figure 5), and of this pin: diameter over half the length."""
+    """SVG of free profiles over the load (figure 5 of the paper) and of this pin: diameter over half the length."""
     spec = {name: value for name, value in run["spec"].items() if name in DesignRequest.model_fields}
     if run["spec"]["variable"] == "bore":
         spec["bore_mm"] = None

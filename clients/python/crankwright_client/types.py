@@ -8,7 +8,7 @@ from typing_extensions import NotRequired, TypedDict
 
 
 class AccuracyResult(TypedDict):
-    """What was asked for, the estimate of what was reached, and the settings that did it."""
+    """Requested and estimated accuracy, and the numerical settings used."""
 
     requested: float
     """requested relative accuracy"""
@@ -28,7 +28,7 @@ class Active(TypedDict):
 
 
 class AlternativeResult(TypedDict):
-    """The best linkage of a type, or why the type has none."""
+    """The best linkage of a type, or why there is none."""
 
     type: str
     """which of the change-point linkages, or a URI of the kind of problem"""
@@ -117,7 +117,7 @@ class BatchPage(TypedDict):
 
 
 class BoreForm(TypedDict):
-    """The shapes that the bore may have."""
+    """The allowed shapes of the bore."""
 
     kind: NotRequired[Literal["free", "drillable", "constant", "stepped", "double_cone", "cone_cylinder"]]
     """discriminator of the form, or the kind of design"""
@@ -131,7 +131,7 @@ class CatalogueMaterial(TypedDict):
 
 
 class CertificateResult(TypedDict):
-    """How a design is known to be the best there is: what is proven, of what, by which argument, and what is not."""
+    """Proof of a design's optimality: what is proven, over which set, by which argument, and what is not covered."""
 
     method: str
     """by which argument"""
@@ -154,7 +154,7 @@ class CertificateResult(TypedDict):
 
 
 class ClosureResult(TypedDict):
-    """How well the lengths close; the surplus is 0 for a change-point mechanism."""
+    """Closure of the lengths; the surplus is 0 for a change-point mechanism."""
 
     surplus_mm: float
     """surplus, in mm"""
@@ -291,7 +291,7 @@ class CrankDynamicsMechanism(TypedDict):
 
 
 class CrankDynamicsStudyRequest(TypedDict):
-    """The case, what is wanted of a solution, and how long the levels may be timed."""
+    """The case, the goal, and the time for measuring."""
 
     time_budget_s: NotRequired[float | None]
     """what one solution may take; null: the spec's accuracy decides what is recommended"""
@@ -350,7 +350,7 @@ class CrankMassesAnalysisRun(TypedDict):
 
 
 class CriterionResult(TypedDict):
-    """One figure and what is required of it."""
+    """A criterion: value and requirement."""
 
     name: str
     """of the request's field where asked is true, else of the result"""
@@ -394,7 +394,7 @@ class CustomMaterial(TypedDict):
 
 
 class CyclePoints(TypedDict):
-    """The pressures as used: what a rod design takes when it names this run as its load."""
+    """The pressures used, for rod designs that reference this run as their load."""
 
     strokes: int
     """strokes of a cycle"""
@@ -429,7 +429,7 @@ class Dimensions(TypedDict):
 
 
 class Drive(TypedDict):
-    """A motor with a linear torque-speed line, and the inertia it turns; calls up the effect impact_dynamics."""
+    """A motor with a linear torque-speed curve, and the inertia it drives; activates the effect impact_dynamics."""
 
     stall_torque_nm: NotRequired[float | None]
     """torque of the motor, at the crank, standing"""
@@ -465,7 +465,7 @@ class DynamicsRequest(TypedDict):
 
 
 class DynamicsResult(TypedDict):
-    """Forces over the cycle; torque and power at the top are those of one cylinder, irregularity that of the shaft."""
+    """Forces over the cycle; top-level torque and power are of one cylinder, the irregularity is the shaft's."""
 
     reciprocating_mass_kg: float
     """reciprocating mass, in kg"""
@@ -534,7 +534,7 @@ class DynamicsResult(TypedDict):
 
 
 class EffectChoice(TypedDict):
-    """Effects that the user settles; all others follow their bounds."""
+    """Effects forced on or off; all others follow their bounds."""
 
     include: NotRequired[list[str]]
     """names of effects that must run"""
@@ -543,7 +543,7 @@ class EffectChoice(TypedDict):
 
 
 class EffectCostResult(TypedDict):
-    """What one effect changes and costs here; null where there is no answer without it, or the time was over."""
+    """Influence and cost of an effect; null if there is no answer without it or the time ran out."""
 
     name: str
     """its name"""
@@ -573,7 +573,7 @@ class EffectInfo(TypedDict):
 
 
 class EffectResult(TypedDict):
-    """One line of the effects manifest."""
+    """An entry of the effects manifest."""
 
     name: str
     """name of the effect"""
@@ -603,7 +603,7 @@ class Engine(TypedDict):
 
 
 class EngineResult(TypedDict):
-    """All cylinders together."""
+    """Results of the whole engine."""
 
     mean_torque_nm: float
     """mean torque, in N·m"""
@@ -677,7 +677,7 @@ class ExportInfo(TypedDict):
 
 
 class FieldInfo(TypedDict):
-    """One value of a request. Limits are null where there are none."""
+    """A field of a request. Limits are null if there are none."""
 
     path: str
     """dotted names; [] for the items of a list"""
@@ -773,7 +773,7 @@ class FlexibleRodAccuracyRun(TypedDict):
 
 
 class FlexibleRodCheckRequest(TypedDict):
-    """A strip of given dimensions in its machine."""
+    """A check: given dimensions in a machine."""
 
     name: NotRequired[str]
     """a name for people; it changes no result"""
@@ -845,7 +845,7 @@ class FlexibleRodCheckRun(TypedDict):
 
 
 class FlexibleRodDesignRequest(TypedDict):
-    """The best strip for a machine: requirements, bounds, and what is wanted."""
+    """A design: requirements, bounds and objective."""
 
     time_budget_s: NotRequired[float | None]
     """wall-clock time that this design may take, at most the service's own limit; null: that limit. A kind that
@@ -882,7 +882,7 @@ class FlexibleRodDesignRequest(TypedDict):
 
 
 class FlexibleRodDesignResult(TypedDict):
-    """The strip found, the constraints that shape it, and how it is known to be the best."""
+    """The optimal strip, its active constraints, and the certificate."""
 
     dimensions: Dimensions
     """width, thickness and free length of the strip"""
@@ -993,7 +993,7 @@ class FlexibleRodMechanism(TypedDict):
 
 
 class FlexibleRodStudyRequest(TypedDict):
-    """The case, what is wanted of a solution, and how long the levels may be timed."""
+    """The case, the goal, and the time for measuring."""
 
     time_budget_s: NotRequired[float | None]
     """what one solution may take; null: the spec's accuracy decides what is recommended"""
@@ -1007,7 +1007,7 @@ Format = Literal["ndjson", "csv", "parquet"]
 
 
 class FrontPointResult(TypedDict):
-    """A linkage of the front: none is better in both quantities, up to the gap."""
+    """A linkage on the front: no other is better in both quantities, up to the gap."""
 
     objective: float
     """what a design makes least or greatest, or its value at this point"""
@@ -1032,7 +1032,7 @@ class FrontPointResult(TypedDict):
 
 
 class FrontRequest(TypedDict):
-    """A Pareto front: the best objective for limits on another quantity, from its least value up."""
+    """A Pareto front: the optimal objective for limits on another quantity, from its minimum up."""
 
     against: NotRequired[Literal["none", "longest_link", "enclosing_radius", "pin_force"]]
     """the other quantity"""
@@ -1041,7 +1041,7 @@ class FrontRequest(TypedDict):
 
 
 class FrontResult(TypedDict):
-    """What the objective costs in another quantity, by rising values of that quantity."""
+    """Trade-off of the objective against another quantity, in increasing order of that quantity."""
 
     objective: str
     """what a design makes least or greatest, or its value at this point"""
@@ -1114,8 +1114,8 @@ class ImpactLinkageAccuracyRun(TypedDict):
 
 
 class ImpactLinkageCheckRequest(TypedDict):
-    """A linkage given by its type and free ratio, then with R_k = R, or by its four lengths. Results that a
-    frequency, a speed or an energy would be needed for are null without them."""
+    """A check of a linkage given by type and free ratio, then with R_k = R, or by its four lengths. Results that
+    require a missing frequency, speed or energy are null."""
 
     name: NotRequired[str]
     """a name for people; it changes no result"""
@@ -1199,7 +1199,7 @@ class ImpactLinkageCheckRun(TypedDict):
 
 
 class ImpactLinkageDesignRequest(TypedDict):
-    """The best linkage over the allowed types."""
+    """A design: the best linkage over the allowed types."""
 
     time_budget_s: NotRequired[float | None]
     """wall-clock time that this design may take, at most the service's own limit; null: that limit. A kind that
@@ -1240,7 +1240,7 @@ class ImpactLinkageDesignRequest(TypedDict):
 
 
 class ImpactLinkageDesignResult(TypedDict):
-    """The linkage found, the limits that shape it, the best of every allowed type, and how it is known to be best."""
+    """The optimal linkage, its active limits, the best of every allowed type, and the certificate."""
 
     type: str
     """which of the change-point linkages, or a URI of the kind of problem"""
@@ -1374,7 +1374,7 @@ class ImpactLinkageDesignRun(TypedDict):
 
 
 class ImpactLinkageStudyRequest(TypedDict):
-    """The case, what is wanted of a solution, and how long the levels may be timed."""
+    """The case, the goal, and the time for measuring."""
 
     time_budget_s: NotRequired[float | None]
     """what one solution may take; null: the spec's accuracy decides what is recommended"""
@@ -1386,7 +1386,7 @@ class ImpactLinkageStudyRequest(TypedDict):
 
 
 class IndicatorLoad(TypedDict):
-    """An indicator diagram of a two-stroke cycle on the piston's own bore, unrolled by the machine's motion."""
+    """An indicator diagram of a two-stroke cycle for the piston's own bore, unrolled with the machine's kinematics."""
 
     kind: Literal["indicator"]
     """discriminator of the form, or the kind of design"""
@@ -1412,7 +1412,7 @@ class IndicatorPressure(TypedDict):
 
 
 class Infeasible(TypedDict):
-    """Why there is no design."""
+    """Diagnosis of an infeasible design."""
 
     diagnosis: list[ShortfallResult]
     """which requirements cannot be met, how far the best is from them, and what would help"""
@@ -1423,7 +1423,7 @@ class Infeasible(TypedDict):
 
 
 class InfeasibleResult(TypedDict):
-    """Why no pin of this outer diameter will do, and what would."""
+    """Why no pin of this outer diameter is feasible, and what would be."""
 
     diagnosis: list[ShortfallResult]
     """which requirements cannot be met, how far the best is from them, and what would help"""
@@ -1505,7 +1505,7 @@ class Lengths(TypedDict):
 
 
 class LevelResult(TypedDict):
-    """One rung of the ladder."""
+    """A level of the study."""
 
     accuracy: float
     """requested, estimated, and whether it was met; null if nothing was solved"""
@@ -1539,7 +1539,7 @@ class LinkLengths(TypedDict):
 
 
 class LinkageLimits(TypedDict):
-    """What the mechanism must keep; null: no such limit."""
+    """Limits of the mechanism; null: none."""
 
     min_link_mm: NotRequired[float | None]
     """least length of any link"""
@@ -1560,7 +1560,7 @@ class LinkageLimits(TypedDict):
 
 
 class LinkageResult(TypedDict):
-    """What a linkage does; null where a result does not exist (it cannot strike, an effect or an input is missing)."""
+    """Results of a linkage; null if a result does not exist (no blow, effect not computed, missing input)."""
 
     type: str
     """which of the change-point linkages, or a URI of the kind of problem"""
@@ -1676,7 +1676,7 @@ MassesRequest = Union["PendulumRequest", "WeighingRequest", "EstimateRequest"]
 
 
 class MassesResult(TypedDict):
-    """What was found, null where the method cannot tell; ``_u`` are standard uncertainties, null where unknown."""
+    """Results, null if the method does not provide them; ``_u``: standard uncertainties, null if unknown."""
 
     rod_cg_from_pin_mm: float | None
     """rod cg from pin, in mm"""
@@ -1828,7 +1828,7 @@ class PendulumUncertainty(TypedDict):
 
 
 class Piece(TypedDict):
-    """A diameter along a part of the pin: the cubic polynomial with these values and slopes at its ends."""
+    """A diameter over an interval: the cubic polynomial with these end values and slopes."""
 
     x_from_mm: float
     """x from, in mm"""
@@ -1845,7 +1845,7 @@ class Piece(TypedDict):
 
 
 class PinCertificate(TypedDict):
-    """How a pin is known to be the lightest of its form."""
+    """Certificate of a pin's optimality within its form."""
 
     method: str
     """by which argument"""
@@ -1870,7 +1870,7 @@ class PinCertificate(TypedDict):
 
 
 class PinLimits(TypedDict):
-    """What the pin must keep besides strength; null: no such limit."""
+    """Constraints in addition to strength; null: none."""
 
     min_wall_mm: NotRequired[float | None]
     """least wall thickness"""
@@ -1948,7 +1948,8 @@ class PinProfileAccuracyRun(TypedDict):
 
 
 class PinProfileCheckRequest(TypedDict):
-    """A pin with a given bore, or a bushing with a given outside: one all along, or points joined by straight lines."""
+    """A check: a pin with a given bore, or a bushing with a given outer diameter; constant, or points joined by
+    straight lines."""
 
     name: NotRequired[str]
     """a name for people; it changes no result"""
@@ -2027,7 +2028,7 @@ class PinProfileCheckRun(TypedDict):
 
 
 class PinProfileDesignRequest(TypedDict):
-    """The lightest pin or bushing of a form."""
+    """A design: the lightest pin or bushing of a form."""
 
     time_budget_s: NotRequired[float | None]
     """wall-clock time that this design may take, at most the service's own limit; null: that limit. A kind that
@@ -2060,7 +2061,7 @@ class PinProfileDesignRequest(TypedDict):
 
 
 class PinProfileDesignResult(TypedDict):
-    """The pin found, what other forms weigh beside it, and how it is known to be the lightest."""
+    """The optimal pin, the masses of other forms, and the certificate."""
 
     mass_g: float
     """mass, in g"""
@@ -2170,7 +2171,7 @@ class PinProfileDesignRun(TypedDict):
 
 
 class PinProfileStudyRequest(TypedDict):
-    """The case, what is wanted of a solution, and how long the levels may be timed."""
+    """The case, the goal, and the time for measuring."""
 
     time_budget_s: NotRequired[float | None]
     """what one solution may take; null: the spec's accuracy decides what is recommended"""
@@ -2182,7 +2183,7 @@ class PinProfileStudyRequest(TypedDict):
 
 
 class PinResult(TypedDict):
-    """What a pin does under its load; null where a result does not exist (an effect that did not run, no wall)."""
+    """Results of a pin; null if a result does not exist (effect not computed, no wall)."""
 
     mass_g: float
     """mass, in g"""
@@ -2235,7 +2236,7 @@ class PinResult(TypedDict):
 
 
 class PinSteel(TypedDict):
-    """A steel of the catalogue, and what its designer allows it if that is other than the catalogue's."""
+    """A steel of the catalogue, with an optional allowable stress that overrides the catalogue's."""
 
     name: Literal["pin-steel-17Cr3", "pin-steel-16MnCr5", "pin-steel-31CrMoV9"]
     """a name of the catalogue"""
@@ -2259,7 +2260,7 @@ class Piston(TypedDict):
 
 
 class Point(TypedDict):
-    """A place, and what is sought there: a pin's bore or a bushing's outer diameter."""
+    """A position and the diameter there: a pin's bore or a bushing's outer diameter."""
 
     x_mm: float
     """x, in mm"""
@@ -2314,7 +2315,7 @@ class RatioGiven(TypedDict):
 
 
 class Ratios(TypedDict):
-    """Links over crank."""
+    """Link lengths relative to the crank."""
 
     lambda0: float
     """base over crank"""
@@ -2325,7 +2326,7 @@ class Ratios(TypedDict):
 
 
 class RepairDone(TypedDict):
-    """What was done to a user's points, and where the fault was first seen."""
+    """A repair of the user's points, and where the first fault was."""
 
     pointer: str
     """JSON pointer of the field (RFC 6901)"""
@@ -2334,7 +2335,7 @@ class RepairDone(TypedDict):
 
 
 class Requirements(TypedDict):
-    """Least safeties and greatest loads of the piston's guide."""
+    """Minimum safeties and maximum loads on the piston's guide."""
 
     min_fatigue_safety: NotRequired[float]
     """against fatigue"""
@@ -2349,7 +2350,7 @@ class Requirements(TypedDict):
 
 
 class RestitutionRange(TypedDict):
-    """Where the restitution is not known better: the mechanism is made for the middle."""
+    """A range of restitution coefficients; the mechanism is designed for the middle."""
 
     low: float
     """least value of the range"""
@@ -2358,7 +2359,7 @@ class RestitutionRange(TypedDict):
 
 
 class RingStressesResult(TypedDict):
-    """Hoop stresses in the middle of the pin: at the side and under the load, outside and inside."""
+    """Hoop stresses in the middle of the pin: at the side and under the load, at the outer and inner fibre."""
 
     outer_side: float
     """at the outer fibre, in the mean plane"""
@@ -2380,7 +2381,7 @@ class RodBounds(TypedDict):
 
 
 class RodResult(TypedDict):
-    """What a strip does in its machine; null where a result does not exist (no load, no effect, no stability)."""
+    """Results of a strip; null if a result does not exist (no load, effect not computed, unstable)."""
 
     dimensions: Dimensions
     """width, thickness and free length of the strip"""
@@ -2476,7 +2477,7 @@ class Run(TypedDict):
 
 
 class RunForce(TypedDict):
-    """The force at a worst instant of a stored crank-dynamics run; the service fills in what it takes from there."""
+    """The force at a worst instant of a stored crank-dynamics run; filled in by the service."""
 
     kind: Literal["run"]
     """discriminator of the form, or the kind of design"""
@@ -2520,8 +2521,8 @@ class RunLine(TypedDict):
 
 
 class RunLoad(TypedDict):
-    """A stored crank-dynamics run: its pressures (two strokes), or the one of a worst instant at all angles. The
-    service fills in what it takes from the run."""
+    """A stored crank-dynamics run: its pressures (two strokes), or the pressure of a worst instant at all angles.
+    The service fills in the data."""
 
     kind: Literal["run"]
     """discriminator of the form, or the kind of design"""
@@ -2588,7 +2589,7 @@ class SchmidtLoad(TypedDict):
 
 
 class Section(TypedDict):
-    """The pin at one place."""
+    """A cross-section of the pin."""
 
     x_mm: float
     """x, in mm"""
@@ -2605,7 +2606,8 @@ class Section(TypedDict):
 
 
 class Series(TypedDict):
-    """One column per quantity; compression of the rod is positive, the radial force points to the shaft."""
+    """Results over the angle, one list per quantity. Rod compression is positive; the radial force points to the
+    shaft."""
 
     angle_deg: list[float]
     """angle, in °"""
@@ -2636,7 +2638,7 @@ class Series(TypedDict):
 
 
 class ShortfallResult(TypedDict):
-    """A requirement that cannot be met."""
+    """An unattainable requirement."""
 
     requirement: str
     """name of the field or limit"""
@@ -2658,7 +2660,7 @@ class Solver(TypedDict):
 
 
 class Steps(TypedDict):
-    """Steps to whose multiples width and free length are rounded; null: not rounded."""
+    """Increments to which width and free length are rounded; null: not rounded."""
 
     b: NotRequired[float | None]
     """width of the strip"""
@@ -2676,7 +2678,7 @@ class Stroke(TypedDict):
 
 
 class StudyResult(TypedDict):
-    """Error against time, from loose to tight; and the effects, each turned about in turn."""
+    """Error against time, from loose to tight, and the influence of each effect."""
 
     levels: list[LevelResult]
     """settings from loose to tight, with their errors and times"""
@@ -2717,7 +2719,7 @@ class Sweep(TypedDict):
 
 
 class SweptBox(TypedDict):
-    """The least box around all that links and joints sweep; ``angle_deg`` from the base line to its width."""
+    """The smallest box around the swept area of links and joints; ``angle_deg`` from the base line to its width."""
 
     width: float
     """one side of the box"""
@@ -2776,7 +2778,7 @@ Vary = TypedDict(
 
 
 class VerdictResult(TypedDict):
-    """Whether the part holds: true only if every criterion does."""
+    """The verdict: the part holds only if every criterion does."""
 
     holds: bool
     """whether the part holds: true only if every criterion does"""
@@ -2843,7 +2845,7 @@ class WeighingUncertainty(TypedDict):
 
 
 class WindowResult(TypedDict):
-    """What a missed closure does about the blow."""
+    """Effect of a closure error on the blow."""
 
     angle_deg: float
     """half width of the crank angles concerned"""
@@ -2854,7 +2856,7 @@ class WindowResult(TypedDict):
 
 
 class WorstInstant(TypedDict):
-    """The instant at which one force is greatest."""
+    """The instant of a force's maximum."""
 
     name: str
     """its name"""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +58,7 @@ class Stepped:
             evidence["deflection_as_constrained_um"] = 1e6 * program.limit * float(bent.sum())
         places = found.places * 0.5 * length
         return Found(
-            at_stations(program, places, walls.levels), float(walls.volume), float(min(found.bound, walls.volume)),
+            at_stations(program, places, walls.levels), float(walls.volume), partial(float, found.bound),
             found.method, evidence,
             corners=corners_of(places, program.sought.sizes(program.sought.wall_of(walls.levels)), length),
         )  # fmt: skip

@@ -109,7 +109,7 @@ class Teller:
             if now < self._due.get(warmth.kind, 0.0) and not last:
                 return
             self._due[warmth.kind] = now + _BETWEEN_LINES_S
-        typer.echo(in_words(warmth))
+        typer.echo(f"{warmth.kind:16} {in_words(warmth)}")
 
 
 def _demonstrate(base: str) -> None:

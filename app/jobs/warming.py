@@ -308,7 +308,7 @@ class _Compiler:
 
 
 def in_words(warmth: Warmth) -> str:
-    """How far a kind's kernels are, as a line."""
+    """How far a kind's kernels are."""
     told = {
         "unknown": "checking which kernels are there",
         "waiting": f"{warmth.of} kernels to compile, in about {warmth.remaining_s:.0f} s",
@@ -316,4 +316,4 @@ def in_words(warmth: Warmth) -> str:
         "warm": "ready",
         "failed": "its kernels could not be compiled beforehand; each is compiled when it is asked for",
     }
-    return f"{warmth.kind:16} {told[warmth.state]}"
+    return told[warmth.state]

@@ -109,7 +109,7 @@ class WarmupPrinter:
             if now < self._due.get(status.kind, 0.0) and not last:
                 return
             self._due[status.kind] = now + _PRINT_INTERVAL_S
-        typer.echo(format_status(status))
+        typer.echo(f"{status.kind:16} {format_status(status)}")
 
 
 def _demonstrate(base: str) -> None:

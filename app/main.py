@@ -67,6 +67,7 @@ def _pool(settings: Settings, template: Template | None, told: Told) -> ProcessP
     """Workers for people, and behind them workers for batches, on this machine or on a cluster."""
     behind = PoolSettings(
         workers=settings.workers,
+        memory_bytes=settings.solve_memory_bytes,
         told=told,
         background_workers=0 if settings.cluster else settings.batch_workers,
         background_entry=chunk.answer,
@@ -76,7 +77,12 @@ def _pool(settings: Settings, template: Template | None, told: Told) -> ProcessP
         return ProcessPool(behind, template)
     from app.jobs.cluster import ClusterPool
 
-    there = PoolSettings(workers=0, background_workers=settings.batch_workers, background_entry=chunk.answer)
+    there = PoolSettings(
+        workers=0,
+        memory_bytes=settings.solve_memory_bytes,
+        background_workers=settings.batch_workers,
+        background_entry=chunk.answer,
+    )
     return ClusterPool(behind, settings.cluster, there, template)
 
 
@@ -141,7 +147,7 @@ def create_app(settings: Settings | None = None, template: Template | None = Non
     )
     app.state.settings = settings
     app.state.keys = ring = KeyRing(lambda: app.state.service.store)
-    app.state.sessions = sessions = Sessions()
+    app.state.sessions = sessions = Sessions(3600.0 * settings.session_hours)
 
     async def in_force() -> bool:
         return not settings.open and (not settings.is_local or await ring.any())

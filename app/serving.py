@@ -1,7 +1,7 @@
 """The service in this process: from its command to its end.
 
 Pages are served at once; kernels are compiled meanwhile. SIGTERM or Ctrl-C end it at once when it is idle, else after a
-drain of `DRAIN_S` at most, in which accepted requests are answered and stored; a second one ends it there and then.
+drain of `CRANKWRIGHT_DRAIN_S` at most, in which accepted requests are answered and stored; a second ends it at once.
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.store.upkeep import Probe
 
-DRAIN_S = 10
 _BETWEEN_LINES_S = 3.0
 _BETWEEN_LOOKS_S = 0.25
 
@@ -49,7 +48,7 @@ def run(host: str, port: int, database_url: str, template: Template, demo: bool 
         )
     )
     config = uvicorn.Config(
-        application, host=host, port=port, log_config=None, timeout_graceful_shutdown=DRAIN_S, lifespan="on",
+        application, host=host, port=port, log_config=None, timeout_graceful_shutdown=settings.drain_s, lifespan="on",
         http=connections.protocol(), ws="none", server_header=False,
         proxy_headers=bool(settings.trusted_proxies), forwarded_allow_ips=settings.trusted_proxies or None,
     )  # fmt: skip
@@ -89,7 +88,7 @@ class _Server(uvicorn.Server):
         if not service.stopping.is_set():
             service.stopping.set()
             # What waits for a solve until then is told so, rather than cut off.
-            last = threading.Timer(DRAIN_S - 1, service.executor.close)
+            last = threading.Timer(self._application.state.settings.drain_s - 1, service.executor.close)
             last.daemon = True
             last.start()
         super().handle_exit(sig, frame)

@@ -29,6 +29,9 @@ class Settings(BaseSettings):
     solve_budget_s: float = Field(
         default=10.0, ge=0.01, le=GREATEST_TIME_S, description="wall-clock time one solve may take"
     )
+    solve_memory_bytes: int = Field(
+        default=2 << 30, ge=16 << 20, le=1 << 42, description="memory that one solve may take"
+    )
     log_format: LogFormat = Field(default=LogFormat.CONSOLE, description="console for people, json for a collector")
     log_level: LogLevel = Field(default=LogLevel.WARNING, description="the least severe records that are written")
     form_patience_s: float = Field(
@@ -58,8 +61,9 @@ class Settings(BaseSettings):
         default=20_000, ge=100, description="names of fields that one body may have, all its objects together"
     )
     body_idle_s: float = Field(default=10.0, ge=0.1, le=600, description="a body may pause so long")
+    body_grace_s: float = Field(default=20.0, ge=0.1, le=3600, description="so long a body may come at any rate")
     body_least_bytes_per_s: float = Field(
-        default=1000.0, ge=0, le=1e9, description="the least mean rate of a body that takes longer than 20 s"
+        default=1000.0, ge=0, le=1e9, description="the least mean rate of a body after that"
     )
     max_head_bytes: int = Field(default=32_768, ge=1_024, le=1_000_000, description="the longest head of a request")
     max_headers: int = Field(default=100, ge=10, le=10_000, description="the most headers of a request")
@@ -91,6 +95,8 @@ class Settings(BaseSettings):
     idempotency_days: int = Field(
         default=30, ge=0, le=36_500, description="so many days an idempotency key is good; 0: for ever"
     )
+    session_hours: float = Field(default=12.0, ge=0.01, le=8760, description="how long a login lasts")
+    drain_s: int = Field(default=10, ge=2, le=3600, description="how long the service finishes its work when it stops")
     allowed_hosts: str = Field(
         default="", description="names the service answers under, with commas between; localhost and addresses always"
     )

@@ -13,17 +13,17 @@ from http.cookies import CookieError, SimpleCookie
 from app.access.keys import digest_of
 
 COOKIE = "crankwright_session"
-LIFE_S = 12 * 3600
 _MOST = 10_000
 
 
 @dataclass(frozen=True)
 class Session:
-    """``key_digest`` finds the key again with each request; ``csrf`` must come back with each form."""
+    """``key_digest`` finds the key again with each request; ``csrf`` must come back with each form; it lasts until
+    ``ends`` on the monotonic clock."""
 
     key_digest: str
+    ends: float
     csrf: str = field(default_factory=lambda: secrets.token_urlsafe(32))
-    ends: float = field(default_factory=lambda: time.monotonic() + LIFE_S)
 
     def is_own(self, token: str | None) -> bool:
         """Whether a form's token is this session's."""
@@ -35,15 +35,16 @@ session: ContextVar[Session | None] = ContextVar("session", default=None)
 
 
 class Sessions:
-    """Sessions by the digest of their cookie; the oldest goes when there are too many."""
+    """Sessions by the digest of their cookie, each ``life_s`` long; the oldest goes when there are too many."""
 
-    def __init__(self) -> None:
+    def __init__(self, life_s: float) -> None:
+        self.life_s = life_s
         self._open: OrderedDict[str, Session] = OrderedDict()
 
     def begin(self, key_digest: str) -> tuple[str, Session]:
         """A new session, and the cookie's value."""
         token = secrets.token_urlsafe(32)
-        begun = self._open[digest_of(token)] = Session(key_digest)
+        begun = self._open[digest_of(token)] = Session(key_digest, time.monotonic() + self.life_s)
         if len(self._open) > _MOST:
             self._open.popitem(last=False)
         return token, begun

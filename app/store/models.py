@@ -52,10 +52,9 @@ class UtcDateTime(TypeDecorator[datetime]):
         return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)
 
 
-def _index_where_given(column: str) -> Index:
-    given = text(f"{column} IS NOT NULL")
+def _index_where_given(given: str, *columns: str) -> Index:
     # Migrations make the indexes. postgresql_where would import that dialect wherever runs are kept.
-    return Index(None, column, "id", sqlite_where=given)
+    return Index(None, *columns, sqlite_where=text(f"{given} IS NOT NULL"))
 
 
 metadata = MetaData(naming_convention=NAMING)
@@ -93,11 +92,11 @@ runs = Table(
     Index(None, "mode", "id"),
     Index(None, "status", "id"),
     # Runs without a name, a batch or a verdict stay out of these.
-    _index_where_given("name"),
-    _index_where_given("batch_id"),
-    _index_where_given("holds"),
-    _index_where_given("figure"),
-    _index_where_given("owner"),
+    _index_where_given("name", "name", "id"),
+    _index_where_given("batch_id", "batch_id", "id"),
+    _index_where_given("holds", "holds", "id"),
+    _index_where_given("figure", "figure", "id"),
+    _index_where_given("owner", "owner", "id"),
     Index(None, "created_at"),
     Index(None, "spec_hash"),
 )
@@ -217,7 +216,8 @@ batch_chunks = Table(
     Index(None, "batch", "state", "first"),
 )
 
-# What came out: one row per ended item, its parts compressed together with the batch's dictionary.
+# What came out: one row per ended item, its parts compressed together with the batch's dictionary. ``asked`` is a part
+# of the hash of what was asked, kept only where equal items are looked for; whoever finds one compares the specs.
 batch_items = Table(
     "batch_items",
     metadata,
@@ -229,7 +229,9 @@ batch_items = Table(
     Column("figure", Float),
     Column("content", LargeBinary, nullable=False),
     Column("digest", LargeBinary, nullable=False),
+    Column("asked", BigInteger),
     Index(None, "batch", "status", "index"),
+    _index_where_given("asked", "batch", "asked"),
     sqlite_with_rowid=False,
 )
 

@@ -21,7 +21,7 @@ from pydantic_core import to_json
 
 from app.batches.task import Needs, Solved, Task
 from app.designs.kind import REFUSED, Answer, Detail, Job, Mode
-from app.designs.many import accepted, answers_of
+from app.designs.many import answers_of, validated
 from app.designs.problems import INVALID, problem_details
 from app.designs.progress import Report
 from app.designs.references import UnfitRun, references, replaced
@@ -126,7 +126,7 @@ class _Chunk:
             return row.line, _Refused(_refusal(f"the row {unreadable}", wrong), None)
         except RecursionError:
             return row.line, _Refused(_refusal("the row is nested too deeply", []), None)
-        request, refused = accepted(self.job, body)
+        request, refused = validated(self.job, body)
         if request is None:
             assert refused is not None
             return row.line, _Refused(refused, _sendable(body))

@@ -16,9 +16,9 @@ from typing import Any
 from app import runs
 from app.batches.chunk import failed_item, parts_of
 from app.batches.task import Needs, Task
-from app.designs.accuracy import GREATEST_BUDGET_S
+from app.designs.accuracy import MAX_BUDGET_S
 from app.designs.kind import Detail, Mode
-from app.designs.many import shortened
+from app.designs.many import without_tables
 from app.designs.problems import OUT_OF_TIME
 from app.designs.registry import KINDS, example_of, job_of
 from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, JobError, MemoryExceeded, WorkerCrashed
@@ -110,7 +110,7 @@ class BatchEngine:
                 found = await self._executor.run(kind, mode, payload, self._solve_budget_s)
             except JobError:
                 return b""
-            kept = shortened(job_of(wing, Mode(mode)), found, Detail(detail))
+            kept = without_tables(job_of(wing, Mode(mode)), found, Detail(detail))
             spec = job_of(wing, Mode(mode)).request.model_validate(example).model_dump_json().encode()
             text = encoded(spec, parts_of(kind, Mode(mode), kept))
             self._dictionaries[key] = text[:_LONGEST_DICTIONARY]
@@ -217,7 +217,7 @@ class BatchEngine:
         )
         kill_s = self._solve_budget_s + 10 * self._guess(batch) * chunk.count
         if batch.mode == Mode.ACCURACY:
-            kill_s += GREATEST_BUDGET_S * chunk.count
+            kill_s += MAX_BUDGET_S * chunk.count
         while True:
             found = await self._executor.run_in_background(batch.kind, batch.mode, pickle.dumps(task), kill_s)
             if not isinstance(found, Needs):

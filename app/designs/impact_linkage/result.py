@@ -1,4 +1,4 @@
-"""What a check of a linkage answers, in millimetres, degrees and newtons."""
+"""Results of linkage checks, in millimetres, degrees and newtons."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Lengths(Strict):
 
 
 class Ratios(Strict):
-    """Links over crank."""
+    """Link lengths relative to the crank."""
 
     lambda0: float
     lambda2: float
@@ -34,7 +34,7 @@ class Ratios(Strict):
 
 
 class SweptBox(Strict):
-    """The least box around all that links and joints sweep; ``angle_deg`` from the base line to its width."""
+    """The smallest box around the swept area of links and joints; ``angle_deg`` from the base line to its width."""
 
     width: float
     height: float
@@ -47,7 +47,7 @@ class Sample(Strict):
 
 
 class ClosureResult(Strict):
-    """How well the lengths close; the surplus is 0 for a change-point mechanism."""
+    """Closure of the lengths; the surplus is 0 for a change-point mechanism."""
 
     surplus_mm: float
     relative: float = Field(description="surplus over the longest link")
@@ -55,7 +55,7 @@ class ClosureResult(Strict):
 
 
 class WindowResult(Strict):
-    """What a missed closure does about the blow."""
+    """Effect of a closure error on the blow."""
 
     angle_deg: float = Field(description="half width of the crank angles concerned")
     blocked: bool = Field(description="true: the crank cannot enter; false: the rocker turns back early")
@@ -63,7 +63,7 @@ class WindowResult(Strict):
 
 
 class LinkageResult(Strict):
-    """What a linkage does; null where a result does not exist (it cannot strike, an effect or an input is missing)."""
+    """Results of a linkage; null if a result does not exist (no blow, effect not computed, missing input)."""
 
     type: str
     lengths_mm: Lengths | None
@@ -135,7 +135,7 @@ def _strike(strike: Strike | None) -> dict[str, Any]:
 
 
 def transfer_json(strike: Strike | None) -> list[dict[str, float]]:
-    """The transfer over the cycle; nothing where there is no blow."""
+    """u31 over the cycle; empty if there is no blow."""
     if strike is None:
         return []
     shown = np.degrees(strike.angles).tolist()
@@ -145,7 +145,7 @@ def transfer_json(strike: Strike | None) -> list[dict[str, float]]:
 def result_of(
     check: linkage.LinkageCheck, scene: linkage.Scene, request: LinkageRequest, sized: bool = True
 ) -> dict[str, Any]:
-    """A check in the names and units of the contract; what the request leaves open is null."""
+    """A check as JSON; results that the request leaves undetermined are null."""
     mechanism, strike, running = check.mechanism, check.strike, check.running
     peaks = (strike and request.impact_energy_j is not None and strike.peaks) or None
     seeks = getattr(request, "objective", None)

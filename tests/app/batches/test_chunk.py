@@ -13,7 +13,7 @@ import pytest
 from app.batches import chunk as chunks
 from app.batches.task import Needs, Solved, Task
 from app.designs.many import answers_of
-from app.designs.progress import to_nobody
+from app.designs.progress import ignore_progress
 from app.designs.registry import KINDS
 from app.store.batch_inputs import Row, Source, packed_rows
 from app.store.batch_items import unpacked
@@ -27,7 +27,7 @@ def task(bodies: Sequence[dict[str, Any]]) -> Task:
 
 
 def solved(asked: Task) -> Solved | Needs:
-    return chunks.answer(SLUG, MODE, pickle.dumps(asked), to_nobody)
+    return chunks.answer(SLUG, MODE, pickle.dumps(asked), ignore_progress)
 
 
 @pytest.fixture

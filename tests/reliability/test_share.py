@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import random
+import shutil
 import signal
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,6 +19,7 @@ from app.designs.registry import KINDS
 from app.store.verify import verify
 from tests.app.running import Running, wait_until
 from tests.reliability.attacks import attack, told
+from tests.reliability.disk import cut_and_changed, in_a_faulty_process
 from tests.reliability.fuzz import PARSERS, spoil
 from tests.reliability.kills import one_round
 
@@ -88,3 +91,20 @@ def test_no_bytes_break_a_parser(parser):
     understood = spoil(parser, number)
     print(f"{parser}: {number} spoiled examples, {understood} requests understood")
     assert understood > 0
+
+
+@pytest.mark.timeout(36_000 if CAMPAIGN else 180)
+def test_a_journal_that_is_cut_or_changed_gives_a_whole_prefix(tmp_path: Path):
+    places = 900 if CAMPAIGN else 25
+    tried = cut_and_changed(places, tmp_path)
+    print(dict(tried))
+    assert tried.total() == places and len(tried) == 3
+
+
+@pytest.mark.skipif(sys.platform != "linux" or shutil.which("cc") is None, reason="fails calls of Linux's C library")
+@pytest.mark.timeout(36_000 if CAMPAIGN else 180)
+def test_a_commit_whose_disk_fails_is_whole_or_not_at_all(tmp_path: Path):
+    """Each input and output of three commits and of the store's end, once in turn; in the suite each seventh."""
+    tried = in_a_faulty_process(1 if CAMPAIGN else 7)
+    print(dict(tried))
+    assert tried["pwrite"] > 5 and tried["fsync"] > 0

@@ -302,7 +302,10 @@ class ProcessPool:
                 begun = time.monotonic()
                 if self._template.generation:
                     logger.error("template_ended")
-                self._template.start()
+                try:
+                    self._template.start()
+                except OSError as error:  # no descriptor to spare, no process, no memory: once more in a second
+                    logger.error("template_not_started", reason=str(error))
             try:
                 for lane in self._lanes:
                     for _ in range(lane.count_lost()):

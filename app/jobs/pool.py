@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 from app.designs.progress import Report, to_nobody
-from app.jobs.errors import BudgetExceeded, ExecutorClosed, MemoryExceeded, SolveFailed, WorkerCrashed
+from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.jobs.template import START_TIMEOUT_S, Child, Template
 from app.jobs.worker import Reply, WorkerSettings, serve
 from app.logging import get_logger
@@ -15,6 +15,7 @@ from app.logging import get_logger
 logger = get_logger(__name__)
 
 LOAD_TIMEOUT_S = 120.0
+_STARVED_RETRY_S = 5.0
 """How long a worker may load, or where it must, compile what a call needs, before the call's own time counts."""
 
 
@@ -142,7 +143,10 @@ class Place:
         self.kill()
 
     def _start(self) -> None:
-        child = self._template.fork(serve, self._settings)
+        try:
+            child = self._template.fork(serve, self._settings)
+        except OSError as error:  # no descriptor to spare, no process, no memory
+            raise Busy(f"no worker can be started: {error.strerror}", _STARVED_RETRY_S) from error
         with self._guard:
             self._child, self._ready = child, False
         if self._closed:

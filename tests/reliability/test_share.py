@@ -19,9 +19,11 @@ from app.designs.registry import KINDS
 from app.store.verify import verify
 from tests.app.running import Running, wait_until
 from tests.reliability.attacks import attack, told
+from tests.reliability.descriptors import exhaust
 from tests.reliability.disk import cut_and_changed, in_a_faulty_process
 from tests.reliability.fuzz import PARSERS, spoil
 from tests.reliability.kills import one_round
+from tests.reliability.worst import AT_ONCE, measure
 
 CAMPAIGN = bool(os.environ.get("CRANKWRIGHT_CAMPAIGN"))
 RAW, KILLS = 200, (60 if CAMPAIGN else 1)
@@ -73,6 +75,23 @@ def test_what_was_acknowledged_survives_kills(tmp_path: Path):
     report = verify(f"sqlite:///{tmp_path}/runs.sqlite3")
     assert report.sound and report.runs == report.idempotency_keys and report.runs >= len(acknowledged) > 0
     print(f"{KILLS} kills, {len(acknowledged)} acknowledged runs, none lost")
+
+
+@pytest.mark.timeout(36_000 if CAMPAIGN else 180)
+def test_without_descriptors_it_answers_or_refuses_and_comes_back(tmp_path: Path):
+    told = exhaust(tmp_path, 50 if CAMPAIGN else 2)
+    print(dict(told))
+    assert told["on a connection that is open: 201"] > 0
+
+
+@pytest.mark.timeout(600)
+def test_the_dearest_requests_at_once_leave_the_service_alive(tmp_path: Path):
+    """``python -m tests.reliability.worst 60`` measures; here nothing but that looks come through the flood."""
+    shorter = {} if CAMPAIGN else {"solve_budget_s": 1, "queue_patience_s": 2}
+    idle, busy, told = measure(60.0 if CAMPAIGN else 1.0, tmp_path, **shorter)
+    print(f"idle: {idle}\nbusy: {busy}\n{dict(told)}")
+    assert told.total() >= AT_ONCE and {each[:3] for each in told} <= {"201", "503"}
+    assert busy.at(0.5) < 0.5
 
 
 @pytest.mark.timeout(600)

@@ -96,13 +96,15 @@ def unlike(body: dict[str, Any], number: int) -> bytes:
 
 async def flood(address: str, seconds: float) -> Counter[str]:
     """64 clients, each with one request after the other; what they were answered."""
-    end, numbers, told = time.monotonic() + seconds, count(1), Counter[str]()
-    requests = list(dearest().values())
+    requests, numbers, told = list(dearest().values()), count(1), Counter[str]()
+    end = time.monotonic() + seconds
     limits = httpx.Limits(max_connections=None)
     async with httpx.AsyncClient(base_url=address, timeout=120, limits=limits) as client:
 
         async def one(at: int) -> None:
-            while time.monotonic() < end:
+            for turn in count():
+                if turn and time.monotonic() > end:
+                    return
                 path, body = requests[at % len(requests)]
                 headers = {"Content-Type": "application/json"}
                 answer = await client.post(path, content=unlike(body, next(numbers)), headers=headers)
@@ -141,9 +143,9 @@ def look(port: int, going_on: Iterator[Any]) -> Waits:
     return Waits(sorted(waits))
 
 
-def measure(seconds: float, folder: Path) -> tuple[Waits, Waits, Counter[str]]:
+def measure(seconds: float, folder: Path, **settings: object) -> tuple[Waits, Waits, Counter[str]]:
     """``/healthz`` on an idle service, and under the flood; and what the flood was answered."""
-    with Running(folder) as running, running.client() as client:
+    with Running(folder, **settings) as running, running.client() as client:
         wait_until(lambda: running.ready(client), 170.0)
         address, port = str(client.base_url), client.base_url.port
         idle = look(port, iter(range(100)))
@@ -167,9 +169,8 @@ def each_alone() -> None:
                 sent = unlike(body, number)
                 answer = client.post(path, content=sent, headers={"Content-Type": "application/json"})
                 took = time.monotonic() - began
-            print(
-                f"{name}: {answer.status_code} {answer.json()['status']}, {took:.2f} s, {len(sent)} bytes", flush=True
-            )
+            told = f"{answer.status_code} {answer.json()['status']}"
+            print(f"{name}: {told}, {took:.2f} s, {len(sent)} bytes", flush=True)
 
 
 if __name__ == "__main__":

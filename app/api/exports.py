@@ -1,4 +1,4 @@
-"""GET /api/v1/runs/{id}/exports/{name}: what a CAD tool or a person takes away from a run."""
+"""GET /api/v1/runs/{id}/exports/{name}: files made from a run."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import HTMLResponse
 
-from app.downloads import Downloads
-from app.exports.export import Tool, Wishes
+from app.exports.export import ExportOptions, Tool
 from app.exports.registry import EXPORTS
+from app.run_exports import RunExports
 from app.submission import Service
 from app.words.languages import Language
 
@@ -34,8 +34,8 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
     },
     404: {"description": "there is no such run, or no such export"},
     409: {"description": "the run has no result, or nothing for this format"},
-    501: {"description": "this installation lacks what the format needs; the problem names it"},
-    504: {"description": "the file took longer to make than the service allows a solve"},
+    501: {"description": "the format needs an extra that is not installed; the problem names it"},
+    504: {"description": "the file took longer to generate than the solve time limit of the service"},
 }
 
 
@@ -57,9 +57,9 @@ async def run_export(
 ) -> Response:
     """One of the run's exports, as its `links.exports` lists them."""
     service: Service = request.app.state.service
-    downloads: Downloads = request.app.state.downloads
-    run = json.loads(await service.shown(run_id, whole=True))
-    made = await downloads.file(run, export, Wishes(tool, angle_deg, language))
+    exports: RunExports = request.app.state.exports
+    run = json.loads(await service.as_json(run_id, complete=True))
+    made = await exports.file(run, export, ExportOptions(tool, angle_deg, language))
     if made is None:
         return _later(request)
     name = f"{run['kind']}-{run['id']}.{made.extension}"
@@ -72,10 +72,10 @@ async def run_export(
 
 
 def _later(request: Request) -> Response:
-    """Come again; a browser does so by itself."""
+    """Respond 202: retry later. A browser refreshes by itself."""
     headers = {"Retry-After": str(_RETRY_S), "Cache-Control": "no-store"}
     if "text/html" in request.headers.get("accept", ""):
-        words = "<!doctype html><title>One moment</title><p>The file is being made; it comes by itself."
-        return HTMLResponse(words, 202, headers | {"Refresh": str(_RETRY_S)})
-    told = {"status": "being made", "retry_after_s": _RETRY_S}
-    return Response(json.dumps(told), 202, headers, "application/json")
+        page = "<!doctype html><title>One moment</title><p>The file is being made; the download starts by itself."
+        return HTMLResponse(page, 202, headers | {"Refresh": str(_RETRY_S)})
+    body = {"status": "being made", "retry_after_s": _RETRY_S}
+    return Response(json.dumps(body), 202, headers, "application/json")

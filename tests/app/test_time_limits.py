@@ -14,8 +14,6 @@ from typing import Any
 
 import pytest
 import uvicorn
-from app.jobs.fair_queue import FairQueue, JobLength, QueueLimits
-from app.store.run_leases import TakeOverExpired
 from typer.testing import CliRunner
 from uvicorn.server import ServerState
 
@@ -29,12 +27,14 @@ from app.edge.connections import ConnectionLimits, Connections
 from app.edge.stack import edge
 from app.jobs.errors import BudgetExceeded, Busy, MemoryExceeded
 from app.jobs.executor import PoolSettings, ProcessPool
+from app.jobs.fair_queue import FairQueue, JobLength, QueueLimits
 from app.settings import Settings
 from app.store import leases, repository
 from app.store.batch_operations import Claim
 from app.store.migrate import upgrade
 from app.store.record import RunStatus, utc_now
 from app.store.repository import RunStore
+from app.store.run_leases import TakeOverExpired
 from app.submission import Service
 from tests.app.jobs import fake_entry
 from tests.app.running import Running, wait_until

@@ -67,6 +67,7 @@ def _pool(settings: Settings, fork_server: ForkServer | None, on_status: StatusL
     """Workers for interactive requests, and low-priority ones for batches on this machine or on a cluster."""
     local = PoolSettings(
         workers=settings.workers,
+        memory_bytes=settings.solve_memory_bytes,
         on_status=on_status,
         background_workers=0 if settings.cluster else settings.batch_workers,
         background_entry=chunk.answer,
@@ -76,7 +77,12 @@ def _pool(settings: Settings, fork_server: ForkServer | None, on_status: StatusL
         return ProcessPool(local, fork_server)
     from app.jobs.cluster import ClusterPool
 
-    cluster_settings = PoolSettings(workers=0, background_workers=settings.batch_workers, background_entry=chunk.answer)
+    cluster_settings = PoolSettings(
+        workers=0,
+        memory_bytes=settings.solve_memory_bytes,
+        background_workers=settings.batch_workers,
+        background_entry=chunk.answer,
+    )
     return ClusterPool(local, settings.cluster, cluster_settings, fork_server)
 
 
@@ -144,7 +150,7 @@ def create_app(
     )
     app.state.settings = settings
     app.state.keys = keys = KeyCache(lambda: app.state.service.store)
-    app.state.sessions = sessions = Sessions()
+    app.state.sessions = sessions = Sessions(3600.0 * settings.session_hours)
 
     async def keys_required() -> bool:
         return not settings.open and (not settings.is_local or await keys.any())

@@ -45,7 +45,7 @@ def _diagnosis(value: list[dict[str, Any]]) -> Iterator[Row]:
 
 def _certificate(value: dict[str, Any] | None) -> Iterator[Row]:
     if value is not None and "method" in value:
-        bound = "none exists" if value["bound"] is None else f"none is better than {value['bound']:.6g}"
+        bound = "none exists" if value["bound"] is None else f"bound {value['bound']:.6g}"
         text = "no bound is known" if value["gap"] is None else f"{bound}, gap {value['gap']:.1e}"
         yield "certificate", f"{text}, by {value['method']}"
 

@@ -1,7 +1,8 @@
 """The serve command: the service's process from start to shutdown.
 
 Pages are served at once while kernels are compiled. SIGTERM or Ctrl-C stop an idle service at once, otherwise after a
-drain of at most `DRAIN_S` in which accepted requests are answered and stored; a second signal stops it immediately.
+drain of at most `CRANKWRIGHT_DRAIN_S` in which accepted requests are answered and stored; a second signal stops it
+immediately.
 """
 
 from __future__ import annotations
@@ -27,7 +28,6 @@ from app.store.maintenance import Probe
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
 
-DRAIN_S = 10
 _PRINT_INTERVAL_S = 3.0
 _POLL_INTERVAL_S = 0.25
 
@@ -49,7 +49,7 @@ def run(host: str, port: int, database_url: str, fork_server: ForkServer, demo: 
         )
     )
     config = uvicorn.Config(
-        application, host=host, port=port, log_config=None, timeout_graceful_shutdown=DRAIN_S, lifespan="on",
+        application, host=host, port=port, log_config=None, timeout_graceful_shutdown=settings.drain_s, lifespan="on",
         http=connections.protocol(), ws="none", server_header=False,
         proxy_headers=bool(settings.trusted_proxies), forwarded_allow_ips=settings.trusted_proxies or None,
     )  # fmt: skip
@@ -89,7 +89,7 @@ class _Server(uvicorn.Server):
         if not service.stopping.is_set():
             service.stopping.set()
             # Requests still waiting for a solve get a response instead of a closed connection.
-            last = threading.Timer(DRAIN_S - 1, service.executor.close)
+            last = threading.Timer(self._application.state.settings.drain_s - 1, service.executor.close)
             last.daemon = True
             last.start()
         super().handle_exit(sig, frame)
@@ -109,7 +109,7 @@ class WarmupPrinter:
             if now < self._due.get(status.kind, 0.0) and not last:
                 return
             self._due[status.kind] = now + _PRINT_INTERVAL_S
-        typer.echo(format_status(status))
+        typer.echo(f"{status.kind:16} {format_status(status)}")
 
 
 def _demonstrate(base: str) -> None:

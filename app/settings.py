@@ -29,6 +29,9 @@ class Settings(BaseSettings):
     solve_budget_s: float = Field(
         default=10.0, ge=0.01, le=MAX_TIME_S, description="wall-clock limit of a solve, in seconds"
     )
+    solve_memory_bytes: int = Field(
+        default=2 << 30, ge=16 << 20, le=1 << 42, description="memory limit of a solve, in bytes"
+    )
     log_format: LogFormat = Field(
         default=LogFormat.CONSOLE, description="console for terminals, json for log collectors"
     )
@@ -62,8 +65,11 @@ class Settings(BaseSettings):
         default=20_000, ge=100, description="maximum number of field names in a body, over all its objects"
     )
     body_idle_s: float = Field(default=10.0, ge=0.1, le=600, description="maximum pause within a body, in seconds")
+    body_grace_s: float = Field(
+        default=20.0, ge=0.1, le=3600, description="seconds for which a body may arrive at any rate"
+    )
     body_least_bytes_per_s: float = Field(
-        default=1000.0, ge=0, le=1e9, description="minimum mean rate of a body that takes longer than 20 s"
+        default=1000.0, ge=0, le=1e9, description="minimum mean rate of a body after that"
     )
     max_head_bytes: int = Field(default=32_768, ge=1_024, le=1_000_000, description="maximum size of a request's head")
     max_headers: int = Field(default=100, ge=10, le=10_000, description="maximum number of request headers")
@@ -104,6 +110,10 @@ class Settings(BaseSettings):
     )
     idempotency_days: int = Field(
         default=30, ge=0, le=36_500, description="lifetime of idempotency keys in days; 0: unlimited"
+    )
+    session_hours: float = Field(default=12.0, ge=0.01, le=8760, description="lifetime of a login, in hours")
+    drain_s: int = Field(
+        default=10, ge=2, le=3600, description="time limit for finishing accepted work on shutdown, in seconds"
     )
     allowed_hosts: str = Field(
         default="", description="allowed host names, comma-separated; localhost and IP addresses always are"

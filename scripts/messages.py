@@ -74,6 +74,12 @@ _ELSEWHERE = (
     claims.NOT_IN_THE_GAP,
     "one unknown",
     "thin ring with load factor",
+    "the solid section",
+    "any",
+    "a lower",
+    "a greater",
+    "pin",
+    "bushing",
 )
 """What frameworks and other parts of the service say on pages."""
 _EVIDENCE = (

@@ -13,17 +13,17 @@ from http.cookies import CookieError, SimpleCookie
 from app.access.keys import digest_of
 
 COOKIE = "crankwright_session"
-LIFETIME_S = 12 * 3600
 _MAX_SESSIONS = 10_000
 
 
 @dataclass(frozen=True)
 class Session:
-    """``key_digest`` identifies the key, which is looked up on every request; ``csrf`` must be sent with every form."""
+    """``key_digest`` identifies the key, which is looked up on every request; ``csrf`` must be sent with every form;
+    ``ends`` is when the session expires, on the monotonic clock."""
 
     key_digest: str
+    ends: float
     csrf: str = field(default_factory=lambda: secrets.token_urlsafe(32))
-    ends: float = field(default_factory=lambda: time.monotonic() + LIFETIME_S)
 
     def is_own(self, token: str | None) -> bool:
         """Whether a form's token is this session's, in constant time."""
@@ -35,15 +35,16 @@ session: ContextVar[Session | None] = ContextVar("session", default=None)
 
 
 class Sessions:
-    """Sessions by the digest of their cookie; the oldest is dropped at the limit."""
+    """Sessions by the digest of their cookie, each valid for ``life_s``; the oldest is dropped at the limit."""
 
-    def __init__(self) -> None:
+    def __init__(self, life_s: float) -> None:
+        self.life_s = life_s
         self._open: OrderedDict[str, Session] = OrderedDict()
 
     def begin(self, key_digest: str) -> tuple[str, Session]:
         """Create a session; returns the cookie's value, too."""
         token = secrets.token_urlsafe(32)
-        begun = self._open[digest_of(token)] = Session(key_digest)
+        begun = self._open[digest_of(token)] = Session(key_digest, time.monotonic() + self.life_s)
         if len(self._open) > _MAX_SESSIONS:
             self._open.popitem(last=False)
         return token, begun

@@ -27,6 +27,13 @@ from solvers.effect_costs import Chosen, EffectCost, effect_costs
 from solvers.outcome import Accuracy
 
 MAX_BUDGET_S = 60.0
+STEPS = REFERENCE, LADDER, TIGHTEST, EFFECTS = (
+    "an independent reference",
+    "solving at different accuracies",
+    "the tightest solution",
+    "each effect turned on or off",
+)
+"""Names of a study's steps, as reported by its progress."""
 _OF_REFERENCE, _OF_LEVELS, _OF_EFFECTS = 0.4, 0.4, 0.2
 """Shares of the study's time budget."""
 
@@ -183,27 +190,27 @@ def _run(kind: Kind, mode: Mode, asked: Any, report: Report) -> Answer:
         return solved
 
     def reference() -> Reference | None:
-        count.begin("an independent reference")
+        count.begin(REFERENCE)
         found = job.reference(asked.spec, last["answer"])
         if found is None:
-            count.begin("the ladder of accuracies")
+            count.begin(LADDER)
             return None
 
         def results(watch: Any) -> Any:
             try:
                 return found.results(watch)
             finally:
-                count.begin("the ladder of accuracies")
+                count.begin(LADDER)
 
         return Reference(found.made, results)
 
-    count.begin("the tightest solution")
+    count.begin(TIGHTEST)
     try:
         found = study(solve, asked.goal(), plan, reference)
     except _NoAnswer as nothing:
         return _without_study(nothing.answer)
     effects = last["answer"].effects
-    count.begin("the effects, each turned about")
+    count.begin(EFFECTS)
     costs = _effect_costs(kind, job, asked, effects, count)
     reached = found.recommended
     return Answer(

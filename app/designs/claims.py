@@ -156,4 +156,7 @@ def _of_full(certificate: Certificate) -> str:
     local = "the answer is a local optimum, which local searches did not beat"
     if math.isinf(certificate.gap):
         return f"{local}; no bound is known"
-    return f"{local}; the bound is the basic model's, relaxed by what these effects change where their influence was evaluated"
+    return (
+        f"{local}; the bound is the basic model's, relaxed by what these effects change where their influence was "
+        "evaluated"
+    )

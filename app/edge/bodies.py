@@ -94,14 +94,15 @@ class _Body:
         """The next message; None if the body is refused."""
         self._pending = asyncio.ensure_future(self._receive())
         waited = time.monotonic()
-        while not (await asyncio.wait({self._pending}, timeout=min(_POLL_INTERVAL_S, self._limits.idle_s)))[0]:
+        ends = waited + self._limits.idle_s
+        while not (await asyncio.wait({self._pending}, timeout=min(_POLL_INTERVAL_S, ends - time.monotonic())))[0]:
             now = time.monotonic()
             if self._stopping():
                 self.problem = Problem(
                     503, "The service stops", "the request did not arrive in time",
                     headers=CLOSE | {"Retry-After": "5"},
                 )  # fmt: skip
-            elif now - waited >= self._limits.idle_s or self._trickles(now):
+            elif now >= ends or self._trickles(now):
                 self.problem = Problem(408, "The request came too slowly", "its body did not arrive in time",
                                        headers=CLOSE)  # fmt: skip
             if self.problem is not None:

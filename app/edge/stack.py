@@ -32,7 +32,8 @@ def edge(
         settings.max_body_bytes,
         {BATCHES: settings.max_batch_bytes, UPLOADS: settings.max_upload_bytes},
         settings.body_idle_s,
-        min_bytes_per_s=settings.body_least_bytes_per_s,
+        settings.body_grace_s,
+        settings.body_least_bytes_per_s,
     )
     guarded: Application = authenticate(BodyLimiter(inner, limits, stopping))
     guarded = ConcurrencyLimiter(guarded, settings.max_requests)

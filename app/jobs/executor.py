@@ -25,7 +25,6 @@ from app.logging import get_logger
 logger = get_logger(__name__)
 
 DEFAULT_BUDGET_S = 10.0
-DEFAULT_MEMORY_BYTES = 2 << 30
 DEFAULT_QUEUE_LIMIT = 64
 
 _POLL_INTERVAL_S = 0.2
@@ -81,7 +80,7 @@ class PoolSettings:
 
     workers: int = os.cpu_count() or 1
     queue_limit: int = DEFAULT_QUEUE_LIMIT
-    memory_bytes: int = DEFAULT_MEMORY_BYTES
+    memory_bytes: int = 2 << 30
     niceness: int = 10
     entry: Entry = calls.answer
     load: Load = calls.load

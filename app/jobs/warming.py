@@ -316,12 +316,12 @@ class _Compiler:
 
 
 def format_status(status: WarmupStatus) -> str:
-    """Format a kind's status as one line of text."""
+    """Format the progress of a kind's kernels as one line of text."""
     texts = {
-        "unknown": "looking what is there",
-        "waiting": f"{status.of} kernels to compile, in about {status.remaining_s:.0f} s",
+        "unknown": "checking for compiled kernels",
+        "waiting": f"{status.of} kernels to compile, about {status.remaining_s:.0f} s",
         "compiling": f"{status.compiled} of {status.of} kernels compiled, about {status.remaining_s:.0f} s left",
         "warm": "ready",
-        "failed": "its kernels could not be compiled beforehand; each is compiled when it is asked for",
+        "failed": "its kernels could not be compiled ahead; each is compiled on first use",
     }
-    return f"{status.kind:16} {texts[status.state]}"
+    return texts[status.state]

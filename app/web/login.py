@@ -9,7 +9,7 @@ from fastapi.responses import RedirectResponse
 
 from app.access.caller import caller
 from app.access.keys import KeyCache, digest_of
-from app.access.sessions import COOKIE, LIFETIME_S, Sessions, token_of
+from app.access.sessions import COOKIE, Sessions, token_of
 from app.store.keys import WriteAudit
 from app.web.rendering import page
 
@@ -45,7 +45,8 @@ async def log_in(
     token, _ = sessions.begin(found.digest)
     response = RedirectResponse(_local(next), status_code=303)
     secure = request.url.scheme == "https"
-    response.set_cookie(COOKIE, token, max_age=LIFETIME_S, httponly=True, samesite="strict", secure=secure, path="/")
+    life_s = int(sessions.life_s)
+    response.set_cookie(COOKIE, token, max_age=life_s, httponly=True, samesite="strict", secure=secure, path="/")
     return response
 
 

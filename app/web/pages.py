@@ -27,7 +27,11 @@ async def start(request: Request) -> HTMLResponse:
     """What there is to design, and what was designed last."""
     service: Service = request.app.state.service
     latest = await service.store.list_runs(RunFilter(), None, 20)
-    warming = [format_status(status) for status in service.executor.warmup_status if status.state != "warm"]
+    warming = [
+        (KINDS[status.kind], format_status(status))
+        for status in service.executor.warmup_status
+        if status.state != "warm"
+    ]
     drawings = {slug: drawn(kind, kind.example(list(kind.jobs)[-1]))[0] for slug, kind in KINDS.items()}
     return page(request, "start.html", runs=latest.items, warming=warming, drawings=drawings)
 

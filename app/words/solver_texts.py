@@ -31,6 +31,8 @@ def is_foreign(text: str) -> bool:
 @lru_cache(4096)
 def _spoken(text: str, code: str) -> str:
     """As the catalogue has it, else by a pattern; else, where it is a list, item by item."""
+    if _NAME.fullmatch(text):
+        return gettext(text.rpartition(".")[2].replace("_", " "))
     said = gettext(text)
     if said != text:
         return said
@@ -43,10 +45,9 @@ def _spoken(text: str, code: str) -> str:
 
 
 def _part(text: str, code: str) -> str:
-    """What stands in a sentence: a figure, another sentence, or the name of a field."""
+    """What stands in a sentence: a figure, the name of a field, another sentence."""
     plain = text.strip()
-    said = gettext(plain.rpartition(".")[2].replace("_", " ")) if _NAME.fullmatch(plain) else _spoken(plain, code)
-    return text.replace(plain, said) if plain else text
+    return text.replace(plain, _spoken(plain, code)) if plain else text
 
 
 @cache

@@ -4,7 +4,7 @@
 
 A round makes cases of every operation: what the schema allows and what it does not, or near the examples and with names
 of runs, batches and plots that exist. A line of ``parts.jsonl`` tells how an operation of a round went;
-started again, it goes on behind the last line.
+started again, it goes on behind the last line, and tries again what failed.
 """
 
 from __future__ import annotations
@@ -146,9 +146,10 @@ def campaign(wanted: int, folder: Path) -> list[dict[str, Any]]:
     """Rounds until that many cases were sent, those of before too."""
     folder.mkdir(parents=True, exist_ok=True)
     told = folder / "parts.jsonl"
-    done = [json.loads(line) for line in told.read_text().splitlines()] if told.exists() else []
+    lines = [json.loads(line) for line in told.read_text().splitlines()] if told.exists() else []
+    done = [line for line in lines if not line["failure"]]
     over = {(line["turn"], line["operation"]) for line in done}
-    limits = {"max_accepted": 100_000, "max_accepted_of_one": 100_000, "solve_budget_s": 10.0}
+    limits = {"max_accepted": 100_000, "max_accepted_of_one": 100_000, "solve_budget_s": 60.0}
     (folder / "runs.sqlite3").unlink(missing_ok=True)
     with serving(folder, workers=2, **limits) as client:
         known = known_values(client)

@@ -12,6 +12,7 @@ from __future__ import annotations
 import heapq
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,7 +140,7 @@ class Cone:
         solidity, cone = bored(folded(program)), c * 0.5 * g.length
         corners = [(0.0, end), (cone, middle)] + ([(g.length - cone, middle)] if c < 1.0 else []) + [(g.length, end)]
         return Found(
-            unfolded(program, solidity), float(1.0 - gain), float(min(1.0 - most, 1.0 - gain)),
+            unfolded(program, solidity), float(1.0 - gain), partial(float, 1.0 - most),
             "branch and bound over the cone's shape, narrowing and widening", evidence, corners=tuple(corners),
         )  # fmt: skip
 

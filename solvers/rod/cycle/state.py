@@ -128,9 +128,7 @@ def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None
             force = closed
         states[ANGLE, i] = angle[i]
         if strip.couples != 0.0:
-            shape = constants(
-                strip.couples / strip.stiffness * force, strip.length, strip.rod_length, strip.compliance
-            )
+            shape = constants(strip.couples / strip.stiffness * force, strip.length, strip.rod_length, strip.compliance)
         _fill_state(strip, force, stroke, shape, states, i)
 
 

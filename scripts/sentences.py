@@ -27,6 +27,7 @@ SOURCES = (
     *(_APP / "designs" / f"{name}.py" for name in ("accuracy", "claims", "independent", "schema")),
     _APP / "designs" / "crank_masses" / "kind.py",
     *(_APP / name for name in ("referring.py", "solve_ends.py")),
+    *(_APP / "batches" / f"{name}.py" for name in ("chunk", "intake", "service", "sweep")),
     _APP / "jobs" / "warming.py",
 )
 CALCULATIONS = tuple(sorted(_APP.glob("designs/*/chain.py")))

@@ -102,9 +102,9 @@ class ConstantLoad(_Load):
 
 
 class RunLoad(RunReference, _Load):
-    """A stored crank-dynamics run: its pressures (two strokes), or the one of a worst instant at all angles.
+    """A stored crank-dynamics run: its pressures (two strokes), or the pressure of a worst instant at all angles.
 
-    The service fills in what it takes from the run.
+    The service fills in the data.
     """
 
     instant: Instant | None = Field(default=None, description="null: all pressures; or the pressure of that instant")
@@ -144,7 +144,7 @@ class RunLoad(RunReference, _Load):
 
 
 class IndicatorLoad(Diagram, _Load):
-    """An indicator diagram of a two-stroke cycle on the piston's own bore, unrolled by the machine's motion."""
+    """An indicator diagram of a two-stroke cycle for the piston's own bore, unrolled with the machine's kinematics."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -302,7 +302,7 @@ class CheckRequest(RodRequest):
 
 
 class Requirements(Strict):
-    """Least safeties and greatest loads of the piston's guide."""
+    """Minimum safeties and maximum loads on the piston's guide."""
 
     min_fatigue_safety: Positive = Field(default=1.0, description="against fatigue")
     min_stability_safety: float = Field(default=1.0, ge=1, le=1e6, description="against buckling")
@@ -321,7 +321,7 @@ class RodBounds(Strict):
 
 
 class Steps(Strict):
-    """Steps to whose multiples width and free length are rounded; null: not rounded."""
+    """Increments to which width and free length are rounded; null: not rounded."""
 
     b: Positive | None = None
     l: Positive | None = None

@@ -87,7 +87,7 @@ class PinMaterial(Strict):
 
 
 class PinSteel(Strict):
-    """A steel of the catalogue, and what its designer allows it if that is other than the catalogue's."""
+    """A steel of the catalogue, with an optional allowable stress that overrides the catalogue's."""
 
     name: Literal[tuple(pin.CATALOGUE)] = Field(description="a name of the catalogue")  # type: ignore[valid-type]
     allowable_stress_mpa: Positive | None = Field(default=None, description="null: the catalogue's")
@@ -122,7 +122,7 @@ def material_of(spec: Mapping[str, Any]) -> pin.PinMaterial:
 
 
 class PinLimits(Strict):
-    """What the pin must keep besides strength; null: no such limit."""
+    """Constraints in addition to strength; null: none."""
 
     min_wall_mm: NotNegative | None = Field(default=0.0, description="least wall thickness")
     max_deflection_um: Positive | None = Field(default=None, description="of the middle against the bosses' edges")

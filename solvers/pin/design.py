@@ -197,7 +197,7 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
         program = assemble(scene, problem.limits, problem.criterion, physics, stations)
         if np.isnan(program.lower).any():
             return None
-        doubt = program.stations.doubt(program.lower)
+        doubt, rough_in = program.stations.doubt(program.lower), program.lower
         volume = program.volume(program.lower)
         rough = doubt.sum() > wanted * volume
         if not rough:
@@ -206,7 +206,7 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
                 best = problem.form.find(program, gap)
                 if best is None:
                     return None
-                volume = best.volume
+                volume, rough_in = best.volume, best.solidity
                 if best.doubt is not None:
                     doubt = np.maximum(doubt, best.doubt)
                 told = float(doubt.sum()) / volume if volume > 0 else 0.0
@@ -221,7 +221,8 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
                 doubt = volume * figures
         if stations.x.size > most:
             break
-        stations = refined(program, doubt * (stations.left.size / (0.5 * wanted * max(volume, 1e-300))))
+        excess = doubt * (stations.left.size / (0.5 * wanted * max(volume, 1e-300)))
+        stations = refined(program, excess, rough_in)
     if result is None:
         best = problem.form.find(program, accuracy)
         result = None if best is None else (program, best, float(doubt.sum()) / max(volume, 1e-300))

@@ -181,10 +181,12 @@ class Program:
         return self.sought.uses(self.constraints, walls)
 
 
-def refined(program: Program, excess: Array) -> Stations:
-    """The program's stations with the panels cut whose doubt exceeds what is allowed, (n/NODES,) times, in both halves
-    alike (see ``Stations.refined``)."""
-    return program.stations.refined(excess if program.scene.symmetric else np.maximum(excess, excess[::-1]))
+def refined(program: Program, excess: Array, values: Array) -> Stations:
+    """The program's stations with the panels cut whose doubt of ``values`` exceeds what is allowed, (n/NODES,) times
+    (see ``Stations.refined``); two halves alike."""
+    if program.scene.symmetric:
+        return program.stations.refined(excess, values)
+    return program.stations.halved(np.maximum(excess, excess[::-1]) > 1.0)
 
 
 def folded(program: Program) -> Program:

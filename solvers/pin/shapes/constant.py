@@ -63,6 +63,6 @@ def lightest_constant(program: Program, accuracy: float) -> tuple[float, float] 
         doubt = risen(program.stations, program.lower[None]) if found.multiplier == 0.0 else np.zeros(1)
         if not (doubt > 0.1 * accuracy).any():
             break
-        stations = refined(program, doubt / (0.1 * accuracy))
+        stations = refined(program, doubt / (0.1 * accuracy), program.lower)
         program = assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law)
     return float(found.solidity[0]), float(doubt.sum())

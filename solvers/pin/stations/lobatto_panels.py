@@ -22,8 +22,9 @@ NODES = 9
 _DROPPED = ((1, 6), (2, 7), (2, 6))
 """What is left out of the nodes by the rules that judge. A symmetric rule alone is blind to kinks at some places; with
 these three, twice the greatest difference covers the error of a kink anywhere in a panel."""
-_AGAIN = (1.0, 16.0, 256.0)
-"""Halving makes the doubt of a kink four times smaller, or more, that of a smooth curve some hundred times."""
+_KINKED = 16.0
+"""Doubts that are this many times too great come from a kink or a jump: halving makes that of a smooth curve a hundred
+times smaller."""
 LEAST_PANEL = 1e-13
 """Panels shorter than this share of the length are not halved any more."""
 
@@ -113,12 +114,19 @@ class Stations:
     def share(self) -> Array:
         return (0.5 * self.width[:, None] * _W).ravel() / self.span
 
-    def cut(self, places: tuple[float, ...]) -> Stations:
+    def cut(self, places: Array | tuple[float, ...]) -> Stations:
         """The panels of contiguous stations, with ends at these places as well."""
-        rests = (np.broadcast_to(r, self.left.shape) for r in (self.left_rest, self.right_rest))
-        ends = np.concatenate([self.left, self.right, [p for p in places if self.left[0] < p < self.right[-1]]])
-        edges, first = np.unique(ends, return_index=True)
-        rest = np.concatenate([*rests, np.zeros(len(ends) - 2 * self.left.size)])[first]
+        none = np.zeros_like(self.left)
+        edges, rest = (
+            np.append(self.left, self.right[-1]),
+            np.append(self.left_rest + none, (self.right_rest + none)[-1]),
+        )
+        new = np.unique(places)
+        new = new[(new > edges[0]) & (new < edges[-1])]
+        new = new[edges[np.searchsorted(edges, new)] != new]
+        edges, rest = np.concatenate([edges, new]), np.concatenate([rest, np.zeros_like(new)])
+        order = np.argsort(edges, kind="stable")
+        edges, rest = edges[order], rest[order]
         return Stations(edges[:-1], edges[1:], left_rest=rest[:-1], right_rest=rest[1:])
 
     def doubt(self, values: Array) -> Array:
@@ -140,25 +148,19 @@ class Stations:
 
     def halved(self, which: NDArray[np.bool_]) -> Stations:
         """The same with some panels cut in two."""
-        left_rest, right_rest = (np.broadcast_to(r, self.left.shape) for r in (self.left_rest, self.right_rest))
-        middle, rest = _sum(self.left[which], 0.5 * self.width[which] + left_rest[which])
-        left, right = np.concatenate([self.left, middle]), np.concatenate([self.right, middle])
-        first, last = np.argsort(left, kind="stable"), np.argsort(right, kind="stable")
-        return Stations(
-            left[first], right[last], left_rest=np.concatenate([left_rest, rest])[first],
-            right_rest=np.concatenate([right_rest, rest])[last],
-        )  # fmt: skip
+        return self.cut((self.left + 0.5 * self.width)[which])
 
-    def refined(self, excess: Array) -> Stations:
-        """The same with every panel halved whose doubt is this many times too great, if that is more than 1; where it
-        is far too great, the halves again: one pass costs more than a few stations."""
-        stations = self
-        for much in _AGAIN:
-            which = excess > much
-            if not which.any():
-                break
-            stations, excess = stations.halved(which), np.repeat(excess, 1 + which)
-        return stations
+    def refined(self, excess: Array, values: Array) -> Stations:
+        """The same with every panel halved whose doubt of the values at its nodes is more than once too great; where it
+        is far too great, cut at the two nodes beside which their slope changes most as well: there is a kink or a jump,
+        of which no curve through the nodes knows, and its panel becomes some eight times shorter."""
+        kinked = excess > _KINKED
+        x, f = (v.reshape(-1, NODES)[kinked] for v in (self.x, values))
+        slope = np.diff(f, axis=1) / np.diff(x, axis=1)
+        bend = np.abs(np.diff(slope, axis=1, prepend=slope[:, :1], append=slope[:, -1:]))
+        row, at = np.arange(len(x)), np.argmax(bend[:, :-1] + bend[:, 1:], axis=1)
+        middles = (self.left + 0.5 * self.width)[excess > 1.0]
+        return self.cut(np.concatenate([x[row, at], x[row, at + 1], middles]))
 
     def first(self, panels: int) -> Stations:
         """The first so many panels."""

@@ -274,11 +274,22 @@ def _some(program: Program, short: Array, enough: Array) -> Array:
 
 def _between(program: Program, short: Array, enough: Array) -> Array:
     """The lightest mix of an answer that is too soft and one that is stiff enough."""
+    u, law = np.empty_like(enough), program.law
+    _mix(program.share, program.bending, program.shear, law.a, law.b, program.limit, short, enough, u)
+    return u
+
+
+@kernel
+def _mix(
+    share: Array, bend: Array, shear: Array, a: float, b: float, limit: float, short: Array, enough: Array, u: Array
+) -> None:  # fmt: skip
+    """short + part (enough - short) with the least part that keeps the limit, by bisection, into u."""
     least, most = 0.0, 1.0
-    for _ in range(60):
-        part = 0.5 * (least + most)
-        if program.deflection(short + part * (enough - short)) <= program.limit:
+    for step in range(61):
+        part = 0.5 * (least + most) if step < 60 else most
+        for i in range(u.size):
+            u[i] = short[i] + part * (enough[i] - short[i])
+        if _deflection(share, bend, shear, a, b, u) <= limit:
             most = part
         else:
             least = part
-    return short + most * (enough - short)

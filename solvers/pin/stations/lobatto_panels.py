@@ -88,13 +88,17 @@ class Stations:
         return (self.right - self.left) + (self.right_rest - self.left_rest)
 
     @cached_property
+    def _rests(self) -> tuple[Array, Array]:
+        """``left_rest`` and ``right_rest`` as arrays."""
+        none = np.zeros_like(self.left)
+        return self.left_rest + none, self.right_rest + none
+
+    @cached_property
     def _places(self) -> tuple[Array, Array]:
         """The nodes, and what rounding left out of them."""
-        along = 0.5 * self.width[:, None] * (1.0 + NODE_PLACES)
-        x, rest = _sum(self.left[:, None], along + np.reshape(self.left_rest, (-1, 1)))
-        x[:, 0], x[:, -1] = self.left, self.right
-        rest[:, 0], rest[:, -1] = self.left_rest, self.right_rest
-        return x.ravel(), rest.ravel()
+        x, rest = np.empty((2, NODES * self.left.size))
+        _place(self.left, self.right, *self._rests, x, rest)
+        return x, rest
 
     @property
     def x(self) -> Array:
@@ -116,17 +120,9 @@ class Stations:
 
     def cut(self, places: Array | tuple[float, ...]) -> Stations:
         """The panels of contiguous stations, with ends at these places as well."""
-        none = np.zeros_like(self.left)
-        edges, rest = (
-            np.append(self.left, self.right[-1]),
-            np.append(self.left_rest + none, (self.right_rest + none)[-1]),
-        )
-        new = np.unique(places)
-        new = new[(new > edges[0]) & (new < edges[-1])]
-        new = new[edges[np.searchsorted(edges, new)] != new]
-        edges, rest = np.concatenate([edges, new]), np.concatenate([rest, np.zeros_like(new)])
-        order = np.argsort(edges, kind="stable")
-        edges, rest = edges[order], rest[order]
+        edges, rest = np.empty((2, self.left.size + 1 + len(places)))
+        count = _cut(self.left, self.right, *self._rests, np.sort(places), edges, rest)
+        edges, rest = edges[:count], rest[:count]
         return Stations(edges[:-1], edges[1:], left_rest=rest[:-1], right_rest=rest[1:])
 
     def doubt(self, values: Array) -> Array:
@@ -164,17 +160,43 @@ class Stations:
 
     def first(self, panels: int) -> Stations:
         """The first so many panels."""
-        left_rest, right_rest = (np.broadcast_to(r, self.left.shape) for r in (self.left_rest, self.right_rest))
+        left_rest, right_rest = self._rests
         return Stations(
             self.left[:panels], self.right[:panels], left_rest=left_rest[:panels], right_rest=right_rest[:panels]
         )
 
 
-def _sum(a: Array, b: Array) -> tuple[Array, Array]:
-    """a + b, and what rounding leaves out of it, exactly (D. E. Knuth's sum)."""
-    total = a + b
-    seen = total - a
-    return total, (a - (total - seen)) + (b - seen)
+@kernel
+def _place(left: Array, right: Array, left_rest: Array, right_rest: Array, x: Array, rest: Array) -> None:
+    """The nodes of panels into x, and what rounding leaves out of them (D. E. Knuth's sum) into ``rest``."""
+    for panel in range(left.size):
+        begin, own = left[panel], left_rest[panel]
+        width = (right[panel] - begin) + (right_rest[panel] - own)
+        for j in range(NODES):
+            along, i = 0.5 * width * (1.0 + NODE_PLACES[j]) + own, panel * NODES + j
+            total = begin + along
+            seen = total - begin
+            x[i], rest[i] = total, (begin - (total - seen)) + (along - seen)
+        first, last = panel * NODES, panel * NODES + NODES - 1
+        x[first], rest[first], x[last], rest[last] = begin, own, right[panel], right_rest[panel]
+
+
+@kernel
+def _cut(
+    left: Array, right: Array, left_rest: Array, right_rest: Array, places: Array, edges: Array, rest: Array
+) -> int:  # fmt: skip
+    """The ends of contiguous panels and rising places between them into ``edges``, each once; how many there are."""
+    count, k, n = 0, 0, left.size
+    for panel in range(n + 1):
+        end = left[panel] if panel < n else right[n - 1]
+        while k < places.size and places[k] <= end:
+            if panel > 0 and places[k] < end and places[k] > edges[count - 1]:
+                edges[count], rest[count] = places[k], 0.0
+                count += 1
+            k += 1
+        edges[count], rest[count] = end, left_rest[panel] if panel < n else right_rest[n - 1]
+        count += 1
+    return count
 
 
 @kernel

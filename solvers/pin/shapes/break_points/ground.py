@@ -9,10 +9,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.pin.optimum.one_station import flexibilities, place, slopes
 from solvers.pin.shapes.break_points.bar import Bar, Sums, Walls
 from solvers.pin.shapes.break_points.cells import Cells, points
 from solvers.pin.shapes.break_points.chain import Chain, chained
-from solvers.pin.shapes.break_points.paths import flexibilities, lightest, slopes
 
 Array = NDArray[np.float64]
 
@@ -98,8 +98,8 @@ class Ground:
         sums = np.maximum(np.diff(self.sums.upto(np.concatenate([[0.0], path])), axis=1), 0.0)
         for width, floor, (bend, shear) in zip(np.diff(path, prepend=0.0), self.bar.least(path), sums.T, strict=True):
             if bend > 0.0 or shear > 0.0:
-                u = lightest(multiplier, width, bend, shear, floor, 0.5, law.kappa, law.a, law.b)
-                beta, phi, _, _ = flexibilities(max(u, 1e-300), law.kappa, law.a, law.b)
+                u = place(multiplier, width, bend, shear, floor, 0.5, law.kappa, law.a, law.b)
+                beta, phi = flexibilities(max(u, 1e-300), law.kappa, law.a, law.b)
                 total += bend * beta + shear * phi
         return total
 

@@ -32,6 +32,7 @@ class Material:
     density: float
     poisson: float = 0.3
     ultimate_strength: float | None = None
+    loss_factor: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("elastic_modulus", "fatigue_limit", "yield_strength", "density"):

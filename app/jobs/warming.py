@@ -278,18 +278,14 @@ class KernelWarming:
 
 
 class _Compiler:
-    """A process that compiles one bundle after the other, of one kind: it knows the inner kernels that they share."""
+    """A process that compiles one bundle after the other: it knows the inner kernels that they share."""
 
     def __init__(self, template: Template, hear: Callable[[Part, list[str]], None]) -> None:
         self._template, self._hear = template, hear
         self._child: Child | None = None
-        self._kind = ""
 
     def compile(self, step: _Step) -> None:
         """Compile a bundle; whatever cannot be compiled here is left to the rehearsals."""
-        if step.part[0] != self._kind:
-            self.close()
-            self._kind = step.part[0]
         try:
             if self._child is None:
                 self._child = self._template.fork(compile_units)

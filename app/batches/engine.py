@@ -16,15 +16,16 @@ from typing import Any
 from app import runs
 from app.batches.chunk import failed_item, parts_of
 from app.batches.task import Needs, Task
-from app.designs.accuracy import GREATEST_BUDGET_S
+from app.designs.accuracy import MAX_BUDGET_S
 from app.designs.kind import Detail, Mode
-from app.designs.many import shortened
+from app.designs.many import without_tables
 from app.designs.problems import OUT_OF_TIME
 from app.designs.registry import KINDS, example_of, job_of
 from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, JobError, MemoryExceeded, WorkerCrashed
 from app.jobs.executor import Executor
 from app.logging import get_logger
 from app.store.batch_inputs import Source, unpacked_rows
+from app.store.batch_items import encoded
 from app.store.batch_operations import Claim, DropAbandoned, Finish, Release, Renew, Return, Split
 from app.store.batch_reads import active_batches, block_of
 from app.store.batch_records import BatchRecord, Chunk, Item
@@ -36,7 +37,7 @@ from app.store.viewer import seeing_as
 
 logger = get_logger(__name__)
 
-_CHUNK_S = 0.4
+_CHUNK_S = 0.5
 """What a chunk is to take: long against storing it, short against a person's patience."""
 _FIRST_GUESS_S = {Mode.CHECK: 2e-3, Mode.ANALYSIS: 2e-2, Mode.DESIGN: 0.2, Mode.ACCURACY: 5.0}
 _LOOK_S = 0.5
@@ -45,7 +46,7 @@ _MOST_CRASHES = 3
 _MOST_CRASHES_ALONE = 6
 """So often one item; the death of a service that had leased it counts too."""
 _MOST_ATTEMPTS = 10
-_BLOCKS_KEPT = 16
+_BLOCKS_KEPT = 8
 _LONGEST_DICTIONARY = 32_000
 """More a deflated text cannot look back."""
 
@@ -105,9 +106,10 @@ class BatchEngine:
                 found = await self._executor.run(kind, mode, payload, self._solve_budget_s)
             except JobError:
                 return b""
-            kept = shortened(job_of(wing, Mode(mode)), found, Detail(detail))
-            parts = parts_of(kind, Mode(mode), example, kept)
-            self._dictionaries[key] = canonical_json(parts)[:_LONGEST_DICTIONARY]
+            kept = without_tables(job_of(wing, Mode(mode)), found, Detail(detail))
+            spec = job_of(wing, Mode(mode)).request.model_validate(example).model_dump_json().encode()
+            text = encoded(spec, parts_of(kind, Mode(mode), kept))
+            self._dictionaries[key] = text[:_LONGEST_DICTIONARY]
         return self._dictionaries[key]
 
     async def _run(self) -> None:
@@ -209,7 +211,7 @@ class BatchEngine:
         )
         kill_s = self._solve_budget_s + 10 * self._guess(batch) * chunk.count
         if batch.mode == Mode.ACCURACY:
-            kill_s += GREATEST_BUDGET_S * chunk.count
+            kill_s += MAX_BUDGET_S * chunk.count
         while True:
             found = await self._executor.run_in_background(batch.kind, batch.mode, pickle.dumps(task), kill_s)
             if not isinstance(found, Needs):
@@ -219,7 +221,7 @@ class BatchEngine:
 
     def _learn(self, batch: BatchRecord, seconds: float) -> None:
         key = (batch.kind, batch.mode, batch.detail)
-        self._item_s[key] = 0.5 * self._guess(batch) + 0.5 * max(seconds, 1e-6)
+        self._item_s[key] = 0.5 * self._item_s.get(key, seconds) + 0.5 * max(seconds, 1e-6)
 
     async def _runs(self, needs: Needs, owner: str | None) -> dict[str, bytes | None]:
         found: dict[str, bytes | None] = {}

@@ -15,8 +15,8 @@ from solvers.outcome import Certificate, EffectState, Outcome
 Claim = dict[str, str | list[str]]
 
 NOT_IN_THE_GAP = (
-    "the error of the figures told, quadrature and what lies between stations included: accuracy.estimated, which is "
-    "about this very design as the gap is about all others, and no part of it"
+    "the numerical error of the results of this design, quadrature and the places between stations included: "
+    "accuracy.estimated, which is no part of the gap"
 )
 
 
@@ -60,14 +60,14 @@ FIXED = (_PIN_FORMS, _BUSHING_FORMS, _PIN_RANGES)
 def of_pin(outcome: Outcome[Any], form: str, outside: bool, limited: Sequence[str]) -> Claim:
     """Of the lightest pin or bushing of a form; ``limited`` are the names of the limits asked for."""
     part, ran = ("bushing" if outside else "pin"), _ran(outcome)
-    physics = ["strength of the beam's sections by the criterion asked for"]
+    physics = ["strength of the beam's sections by the chosen criterion"]
     if "max_deflection_um" in limited:
         physics.append("deflection by bending" + (" and shear" if "shear_deflection" in ran else ""))
     ring = {"max_ovalization_um": "ovalization", "max_ring_stress_mpa": "hoop stress"}
     physics += [f"{told} of the ring where the wall is thinnest" for name, told in ring.items() if name in limited]
     if outcome.value is None:
         return {
-            "proven": f"no {part} keeps strength and limits: the solid one, the strongest and stiffest, does not",
+            "proven": f"no {part} meets strength and limits: even the solid one, the strongest and stiffest, does not",
             "physics": "the check's own: " + "; ".join(physics),
             "form": "any",
             "range": "every wall up to the solid section",
@@ -101,7 +101,7 @@ def of_linkage(outcome: Outcome[Any], objective: str, sign: int, types: Sequence
         "physics": "the check's own: rigid links without play, loads of the rocker's inertia at constant crank speed",
         "form": f"change-point linkages ({allowed}) that have the restitution asked for, its middle if it is a range",
         "range": searched,
-        "estimated": [f"nothing of the bound; it does not ask about {', '.join(beside).replace('_', ' ')}"]
+        "estimated": [f"nothing of the bound; it does not include {', '.join(beside).replace('_', ' ')}"]
         if beside
         else [],
     }
@@ -156,4 +156,7 @@ def _of_full(certificate: Certificate) -> str:
     local = "the answer is a local optimum, which local searches did not beat"
     if math.isinf(certificate.gap):
         return f"{local}; no bound is known"
-    return f"{local}; bound is the core's, let out by what these effects change where their influence was read"
+    return (
+        f"{local}; the bound is the basic model's, relaxed by what these effects change where their influence was "
+        "evaluated"
+    )

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from app.designs.form import COMMON, FormWords, looked_up
+from app.designs.form import COMMON, FormWords, look_up
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, job_of
 from app.designs.units import split_unit
@@ -115,11 +115,11 @@ def _input(kind: Kind, path: _Path, value: Any, own: str) -> Input:
         place = ".".join(plain[:-1])
     unit = split_unit(plain[-1])[1] or split_unit(plain[0])[1]
     numbered = [part for part in path[1:] if part.isdigit()]
-    help = looked_up(words.helps, COMMON.helps, place)
+    help = look_up(words.helps, COMMON.helps, place)
     return Input(
         ".".join(path),
         " ".join([_(words.label(place)), *numbered]),
-        f"{_shown(value, looked_up(words.options, COMMON.options, place) or {}, unit)} {unit_shown(unit)}".rstrip(),
+        f"{_shown(value, look_up(words.options, COMMON.options, place) or {}, unit)} {unit_shown(unit)}".rstrip(),
         _(own.replace("null:", "empty:") if help is None else help),
     )
 

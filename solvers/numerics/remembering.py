@@ -1,7 +1,7 @@
 """What type an operator has for numbers and arrays is found out once in a process, not at each of its uses.
 
-numba tries some fifty rules for each ``+`` that it meets, one after the other, when it finds the types and again when it
-makes code of it: a tenth of the time that a kernel takes to compile.
+numba tries some fifty rules for each ``+`` that it meets, one after the other, when it finds the types and again when
+it makes code of it: a tenth of the time that a kernel takes to compile.
 
 This reaches into numba's types of functions; where these look otherwise than expected, numba goes its own way.
 """

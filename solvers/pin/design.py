@@ -221,7 +221,7 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
                 doubt = volume * figures
         if stations.x.size > most:
             break
-        stations = refined(program, doubt > 0.5 * wanted * volume / stations.left.size)
+        stations = refined(program, doubt * (stations.left.size / (0.5 * wanted * max(volume, 1e-300))))
     if result is None:
         best = problem.form.find(program, accuracy)
         result = None if best is None else (program, best, float(doubt.sum()) / max(volume, 1e-300))

@@ -14,7 +14,7 @@ from typing import Any
 
 import httpx
 
-from tests.lifeline import mortal
+from tests.child_processes import die_with_test_runner
 
 ROOT = Path(__file__).parents[2]
 
@@ -66,7 +66,7 @@ class Running:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", "app.cli", "serve", "--port", "0", "--database-url", database],
                 env=environment, cwd=ROOT, stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
-                preexec_fn=mortal(),
+                preexec_fn=die_with_test_runner(),
             )  # fmt: skip
 
     def __enter__(self) -> Running:

@@ -181,9 +181,10 @@ class Program:
         return self.sought.uses(self.constraints, walls)
 
 
-def refined(program: Program, which: NDArray[np.bool_]) -> Stations:
-    """The program's stations with some panels halved, in both halves alike."""
-    return program.stations.halved(which if program.scene.symmetric else which | which[::-1])
+def refined(program: Program, excess: Array) -> Stations:
+    """The program's stations with the panels cut whose doubt exceeds what is allowed, (n/NODES,) times, in both halves
+    alike (see ``Stations.refined``)."""
+    return program.stations.refined(excess if program.scene.symmetric else np.maximum(excess, excess[::-1]))
 
 
 def folded(program: Program) -> Program:

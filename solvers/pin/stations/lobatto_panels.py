@@ -14,12 +14,16 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.jit import kernel
+
 Array = NDArray[np.float64]
 
 NODES = 9
 _DROPPED = ((1, 6), (2, 7), (2, 6))
 """What is left out of the nodes by the rules that judge. A symmetric rule alone is blind to kinks at some places; with
 these three, twice the greatest difference covers the error of a kink anywhere in a panel."""
+_AGAIN = (1.0, 16.0, 256.0)
+"""Halving makes the doubt of a kink four times smaller, or more, that of a smooth curve some hundred times."""
 LEAST_PANEL = 1e-13
 """Panels shorter than this share of the length are not halved any more."""
 
@@ -45,15 +49,8 @@ def _interpolatory(nodes: Array) -> Array:
 
 NODE_PLACES, _W = _lobatto(NODES)
 """Where the nodes lie on [-1, 1]."""
-
-
-def interpolation(places: Array) -> Array:
-    """The matrix, (n, NODES), that takes values at the nodes to those of their polynomial at places on [-1, 1].
-
-    By Legendre polynomials, whose values at Lobatto's nodes make a well-conditioned system.
-    """
-    at_nodes = np.polynomial.legendre.legvander(NODE_PLACES, NODES - 1)
-    return np.linalg.solve(at_nodes.T, np.polynomial.legendre.legvander(places, NODES - 1).T).T
+NODE_WEIGHTS = 1.0 / (NODE_PLACES[:, None] - NODE_PLACES + np.eye(NODES)).prod(axis=1)
+"""The barycentric weights of the polynomial through values at the nodes."""
 
 
 def _without(dropped: tuple[int, ...]) -> Array:
@@ -137,18 +134,9 @@ class Stations:
         dip before the next station, which counts up to there: twice, as both are estimates. Without ``forward`` the
         maximum runs from the right to the left.
         """
-        order = slice(None) if forward else slice(None, None, -1)
-        ahead, share = values[order], self.share[order]
-        running = np.maximum.accumulate(ahead)
-        source = np.maximum.accumulate(np.where(ahead == running, np.arange(ahead.size), 0))
-        held = np.bincount(source, share, ahead.size)[order].reshape(-1, NODES)
-        # Where panels meet, two stations share a place, and the summit may lie on either side.
-        held[:-1, -1] = held[1:, 0] = held[:-1, -1] + held[1:, 0]
-        x, f = self.x.reshape(-1, NODES), values.reshape(-1, NODES)
-        least = (ahead == running)[order].reshape(-1, NODES)
-        reach = np.gradient(x, axis=1) / self.span
-        missed = _above(x, f) * held + np.where(least, _above(x, -f) * reach, 0.0)
-        return 2.0 * missed.sum(axis=1)
+        missed = np.zeros(self.left.size)
+        _overlook(self.x, self.share, values, self.span, forward, missed)
+        return missed
 
     def halved(self, which: NDArray[np.bool_]) -> Stations:
         """The same with some panels cut in two."""
@@ -160,6 +148,17 @@ class Stations:
             left[first], right[last], left_rest=np.concatenate([left_rest, rest])[first],
             right_rest=np.concatenate([right_rest, rest])[last],
         )  # fmt: skip
+
+    def refined(self, excess: Array) -> Stations:
+        """The same with every panel halved whose doubt is this many times too great, if that is more than 1; where it
+        is far too great, the halves again: one pass costs more than a few stations."""
+        stations = self
+        for much in _AGAIN:
+            which = excess > much
+            if not which.any():
+                break
+            stations, excess = stations.halved(which), np.repeat(excess, 1 + which)
+        return stations
 
     def first(self, panels: int) -> Stations:
         """The first so many panels."""
@@ -176,25 +175,46 @@ def _sum(a: Array, b: Array) -> tuple[Array, Array]:
     return total, (a - (total - seen)) + (b - seen)
 
 
-def _above(x: Array, f: Array) -> Array:
-    """How far beside each node of a panel, up to the next ones, parabolas through three nodes rise above its value.
+@kernel
+def _above(x: Array, f: Array, sign: float, first: int, j: int) -> float:
+    """How far beside a panel's j-th node, up to the next ones, parabolas through three nodes rise above its value.
 
-    Three parabolas each, so that one of them does not look across a kink.
+    Three parabolas, so that one of them does not look across a kink.
     """
-    own, most = np.arange(NODES), np.zeros_like(f)
-    low, high = x[:, np.maximum(own - 1, 0)], x[:, np.minimum(own + 1, NODES - 1)]
-    for shift in (-1, 0, 1):
-        centre = np.clip(own + shift, 1, NODES - 2)
-        x0, x1, x2 = x[:, centre - 1], x[:, centre], x[:, centre + 1]
-        f0, f1, f2 = f[:, centre - 1], f[:, centre], f[:, centre + 1]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            rise, fall = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
-            bend = (fall - rise) / (x2 - x0)
-            top = 0.5 * (x0 + x1 - rise / bend)
-            value = f0 + (top - x0) * (rise + bend * (top - x1))
-            inside = (bend < 0.0) & (top > low) & (top < high)
-            most = np.maximum(most, np.where(inside, value - f, 0.0))
+    low, high, own, most = x[first + max(j - 1, 0)], x[first + min(j + 1, NODES - 1)], sign * f[first + j], 0.0
+    for shift in range(-1, 2):
+        i = first + min(max(j + shift, 1), NODES - 2)
+        rise, fall = sign * (f[i] - f[i - 1]) / (x[i] - x[i - 1]), sign * (f[i + 1] - f[i]) / (x[i + 1] - x[i])
+        bend = (fall - rise) / (x[i + 1] - x[i - 1])
+        top = 0.5 * (x[i - 1] + x[i] - rise / bend)
+        if bend < 0.0 and low < top < high:
+            most = max(most, sign * f[i - 1] + (top - x[i - 1]) * (rise + bend * (top - x[i])) - own)
     return most
+
+
+@kernel
+def _overlook(x: Array, share: Array, values: Array, span: float, forward: bool, missed: Array) -> None:
+    """Into ``missed`` what ``Stations.overlooked`` tells."""
+    n = x.size
+    held, least = np.zeros(n), np.zeros(n)
+    running, source = -np.inf, 0
+    for k in range(n):
+        i = k if forward else n - 1 - k
+        if values[i] >= running:
+            running, source, least[i] = values[i], i, 1.0
+        held[source] += share[i]
+    for first in range(NODES, n, NODES):
+        # Where panels meet, two stations share a place, and the summit may lie on either side.
+        held[first] = held[first - 1] = held[first] + held[first - 1]
+    for panel in range(missed.size):
+        first = panel * NODES
+        for j in range(NODES):
+            i, before, behind = first + j, first + max(j - 1, 0), first + min(j + 1, NODES - 1)
+            if held[i] > 0.0:
+                missed[panel] += 2.0 * held[i] * _above(x, values, 1.0, first, j)
+            if least[i] > 0.0:
+                reach = (x[behind] - x[before]) / (behind - before) / span
+                missed[panel] += 2.0 * reach * _above(x, values, -1.0, first, j)
 
 
 def panel_edges(places: Iterable[float], length: float, symmetric: bool) -> list[float]:

@@ -6,6 +6,7 @@ the row names is not there.
 
 from __future__ import annotations
 
+import json
 import os
 import pickle
 import time
@@ -14,7 +15,7 @@ from pathlib import Path
 
 from app.batches.task import Solved, Task
 from app.store.batch_inputs import Source, unpacked_rows
-from app.store.batch_items import packed
+from app.store.batch_items import encoded, packed
 from app.store.batch_records import Item
 
 ITEM_S = 6e-4
@@ -44,7 +45,7 @@ def answer(_kind: str, _mode: str, payload: bytes, _report: object) -> Solved:
             os._exit(3)
         if body.get("do") == "hang":
             time.sleep(1000)
-        parts = {"spec": body, "result": {"x": index}}
-        items.append(Item(index, row.line, "succeeded", None, None, packed(parts, task.dictionary)))
+        content = encoded(json.dumps(body).encode(), {"result": {"x": index}})
+        items.append(Item(index, row.line, "succeeded", None, None, packed(content, task.dictionary)))
     time.sleep(ITEM_S * len(items))
     return Solved(items, ITEM_S * len(items))

@@ -27,7 +27,7 @@ from app.store.repository import RunStore
 from app.store.verify import verify
 from tests.app.batches import fake
 from tests.app.running import descendants, parents, wait_until
-from tests.lifeline import mortal
+from tests.child_processes import die_with_test_runner
 
 KILLS, ITEMS = 3, 10_000
 """With workers that pretend; ``tests.reliability.kills`` has many more, with real ones."""
@@ -102,7 +102,7 @@ def test_kills_at_any_moment_lose_and_double_nothing(database_url: str) -> None:
     batch_id, chance, left = asyncio.run(submit()), random.Random(5), set()
     # Not as a module that is run: workers know what they run by the name of its module.
     command = [sys.executable, "-c", "from tests.app.batches.fake import main; main()", database_url, "0.5"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, preexec_fn=mortal())
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, preexec_fn=die_with_test_runner())
     for _ in range(KILLS):
         assert process.stdout is not None
         process.stdout.readline()
@@ -115,7 +115,7 @@ def test_kills_at_any_moment_lose_and_double_nothing(database_url: str) -> None:
         process.kill()
         process.wait()
         process.stdout.close()
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, preexec_fn=mortal())
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, preexec_fn=die_with_test_runner())
 
     async def end() -> tuple[BatchRecord, list[Item]]:
         with RunStore(database_url) as store:

@@ -131,8 +131,8 @@ def test_progress_is_told_from_the_first_solution_to_the_last():
     assert said == [
         "the tightest solution",
         "an independent reference",
-        "the ladder of accuracies",
-        "the effects, each turned about",
+        "solving at different accuracies",
+        "each effect turned on or off",
     ]
 
 

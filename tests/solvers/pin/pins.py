@@ -52,7 +52,7 @@ def program(scene=VAZ, criterion=PAPER, tolerance=1e-9, uniform=0, **limits):
         doubt = stations.doubt(found.lower)
         if doubt.sum() < tolerance:
             return found
-        stations = refined(found, doubt > 0.1 * tolerance / stations.left.size)
+        stations = refined(found, doubt * stations.left.size / (0.1 * tolerance))
     return found
 
 

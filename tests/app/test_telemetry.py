@@ -9,7 +9,7 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 
-import opentelemetry.exporter.otlp.proto.http  # noqa: F401 (what the service sends by; without it nothing below holds)
+import opentelemetry.exporter.otlp.proto.http
 import opentelemetry.sdk  # noqa: F401
 import pytest
 

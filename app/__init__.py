@@ -1,7 +1,7 @@
-"""The service over ``solvers``."""
+"""The HTTP service and command line over ``solvers``."""
 
 import os
 
-# The solvers' matrices are small: a second thread in each product gains nothing, and when every core solves already
-# it makes a check ten times slower. numpy reads this once, when it is first imported.
+# The solvers' matrices are small: more BLAS threads gain nothing, and slow a check tenfold when all cores are busy.
+# numpy reads this once, on its first import.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -38,7 +38,7 @@ def imported(code: str) -> set[str]:
         ("import solvers", COMPILER | NUMERICS | STORE | OTHERS | WEB),
         ("from solvers import rod, pin, linkage, crank", COMPILER | NUMERICS | STORE | OTHERS | WEB - {"numpy"}),
         ("import app.cli", COMPILER | NUMERICS | STORE | OTHERS | WEB),
-        ("import app.jobs.template", COMPILER | NUMERICS | STORE | OTHERS | WEB),
+        ("import app.jobs.fork_server", COMPILER | NUMERICS | STORE | OTHERS | WEB),
         ("import app.main", COMPILER | NUMERICS | STORE | OTHERS),
     ],
     ids=["solvers", "wings", "cli", "template", "main"],

@@ -33,7 +33,7 @@ every combination of effects. A scene that takes too long is counted and named.
 Designs have seeds of their own: random forms, objectives and limits. Every answer is checked anew, designed once more a
 thousand times tighter, and meets rivals that want to win: local searches on the check, its neighbours at limits a
 little looser and tighter, and the answers of problems that allow more. What a certificate may say is told in
-[decision 12](decisions/0012-what-a-certificate-may-say.md).
+[decision 12](decisions/0012-certificates.md).
 
 A campaign that is interrupted goes on where it stopped, as long as the sources that its verdicts depend on stay the
 same.

@@ -14,7 +14,7 @@ from typing import Any
 
 import httpx
 
-from tests.lifeline import mortal
+from tests.child_processes import die_with_test_runner
 
 ROOT = Path(__file__).parents[2]
 
@@ -57,6 +57,7 @@ class Running:
     def __init__(self, folder: Path, cold: bool = False, url: str = "", **settings: object) -> None:
         path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
         environment = {**os.environ, "PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"}
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)  # every start would compile what it imports
         environment |= {f"CRANKWRIGHT_{name.upper()}": str(value) for name, value in settings.items()}
         if cold:
             environment["NUMBA_CACHE_DIR"] = str(folder / "kernels")
@@ -66,7 +67,7 @@ class Running:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", "app.cli", "serve", "--port", "0", "--database-url", database],
                 env=environment, cwd=ROOT, stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
-                preexec_fn=mortal(),
+                preexec_fn=die_with_test_runner(),
             )  # fmt: skip
 
     def __enter__(self) -> Running:

@@ -46,8 +46,8 @@ def test_progress_shows_on_a_terminal_and_nowhere_else():
     for terminal in (True, False):
         written = io.StringIO()
         with shown_progress(Console(file=written, force_terminal=terminal)) as report:
-            report(Progress(3, 40, "the ladder of accuracies"))
-        assert ("the ladder of accuracies" in written.getvalue() and "3/40" in written.getvalue()) == terminal
+            report(Progress(3, 40, "solving at different accuracies"))
+        assert ("solving at different accuracies" in written.getvalue() and "3/40" in written.getvalue()) == terminal
         assert terminal or not written.getvalue()
 
 

@@ -119,7 +119,7 @@ def test_so_many_requests_at_once():
 class Endless:
     """An executor whose solves take as long as they may."""
 
-    ready, warmths, background_workers = True, (), 0
+    ready, warmup_status, background_workers = True, (), 0
 
     def __init__(self) -> None:
         self.given: list[float] = []
@@ -148,7 +148,7 @@ async def promise(service: Service, who: str) -> None:
 
 def test_so_many_promised_runs_in_all_and_of_one(store):
     async def story() -> None:
-        service = Service(store, Endless(), 10.0, ServiceLimits(accepted=3, accepted_of_one=2))
+        service = Service(store, Endless(), 10.0, ServiceLimits(accepted=3, accepted_per_caller=2))
         await promise(service, "a")
         await promise(service, "a")
         with pytest.raises(ShareUsed):

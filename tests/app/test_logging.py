@@ -67,7 +67,7 @@ def test_an_exception_is_written_with_its_traceback(log, form):
 class Failing:
     """An executor whose solves all end in the same way."""
 
-    warmths = ()
+    warmup_status = ()
 
     def __init__(self, error: Exception) -> None:
         self._error = error
@@ -112,7 +112,7 @@ def test_what_nobody_foresaw_in_the_background_is_logged(store, log, check_reque
 
     async def later():
         response = await service.submit_later(ROD, Mode.CHECK, request_of(check_request), None, "")
-        await asyncio.gather(*service.promises.solves.values())
+        await asyncio.gather(*service.accepted_runs.solves.values())
         return await store.get(response.run_id)
 
     run = asyncio.run(later())

@@ -1,4 +1,4 @@
-"""Names of formulas as symbols: Greek letters by their names, what stands below after the underscore."""
+"""Symbols of names: Greek letters, and subscripts after the underscore."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _BELOW = {"lim": "−1", "plus": "+", "minus": "−"}
 
 
 def symbol(name: str) -> tuple[str, str]:
-    """A name as its letter and what stands below it."""
+    """Split a name into its letter and subscript."""
     letter, _, below = name.partition("_")
     parts = [_BELOW.get(part, _GREEK.get(part, part)) for part in below.split("_") if part]
     return _GREEK.get(letter, letter), ",".join(parts)

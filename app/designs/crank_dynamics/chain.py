@@ -1,4 +1,5 @@
-"""The crank mechanism by hand: reduced masses, motion and forces at the instants that load its parts. N, mm, MPa."""
+"""Hand calculation of the crank mechanism: reduced masses, motion, and forces at the instants of maximum load. N, mm,
+MPa."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ _SHOWN = "rod_compression_max"
 
 
 def calculation(run: Mapping[str, Any], chain: Chain) -> None:
-    """Fill the chain of an analysis. Raises NotANumber."""
+    """Add the calculation of an analysis. Raises NotANumber."""
     _Crank(run, chain)
 
 
@@ -91,7 +92,7 @@ class _Crank:
 
     @property
     def _formulas(self) -> list[tuple[str, str, str, str]]:
-        """Symbol, formula, words and unit of what follows from angle and pressure."""
+        """Symbol, formula, label and unit of everything that follows from angle and pressure."""
         found = [
             (
                 "beta",
@@ -132,7 +133,7 @@ class _Crank:
         c.title("The same at every instant that loads a part")
         rows = ", ".join(f"{k} {_INSTANTS[w['name']]}" for k, w in enumerate(worst))
         c.remark(rows)
-        # Symbols with the row's number below; the formulas are those above.
+        # symbols with the row number as subscript; the formulas are those above
         columns = [Column("phi", "angle", DEGREE), Column("p", "pressure", "MPa")]
         columns += [Column(symbol, words, unit, formula) for symbol, formula, words, unit in self._formulas]
         c.table(columns, [(math.radians(w["angle_deg"]), w["pressure_mpa"]) for w in worst])

@@ -1,4 +1,4 @@
-"""A rod's masses by hand: from its periods, from what scales read, or by estimate."""
+"""Hand calculation of a rod's masses: from periods, scale readings, or by estimate."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ TWO_MASSES = "C. F. Taylor: The Internal-Combustion Engine in Theory and Practic
 
 
 def calculation(run: Mapping[str, Any], chain: Chain) -> None:
-    """Fill the chain of an analysis. Raises NotANumber."""
+    """Add the calculation of an analysis. Raises NotANumber."""
     spec, result = run["spec"], run["result"]
     {"pendulum": _pendulum, "weighing": _weighing, "estimate": _estimate}[spec["method"]](chain, spec, result)
 
 
 def _swing(c: Chain, spec: Mapping[str, Any], ends: tuple[tuple[str, str, str], ...]) -> None:
-    """The lengths of the simple pendulums; ``ends``: name below, words, field of the period."""
+    """Equivalent simple-pendulum lengths; ``ends``: subscript, label, field of the period."""
     import math
 
     c.given("g", "gravity", spec["gravity_m_s2"], "m/s²")
@@ -37,7 +37,7 @@ def _swing(c: Chain, spec: Mapping[str, Any], ends: tuple[tuple[str, str, str], 
 
 
 def _shared(c: Chain, result: Mapping[str, Any], arm: str) -> None:
-    """Shares and inertia; ``arm`` is the distance of the centre of mass from the edge."""
+    """Mass shares and inertia; ``arm``: distance of the centre of mass from the knife edge."""
     told = result["rod_mass_at_pin_kg"]
     c.step("m_A", "m_r * (L - l_A) / L", "share at the wrist pin", "kg", TWO_MASSES, told)
     c.step("m_B", "m_r * l_A / L", "share at the crank pin", "kg", TWO_MASSES, result["rod_mass_at_crank_kg"])

@@ -1,4 +1,4 @@
-"""The rod as it is measured: hung on a knife edge, or lying on two supports."""
+"""Drawing of the rod's measurement: on a knife edge, or on two supports."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from app.designs.drawing import Circle, Dimension, Drawing, Layer, Line, Note, l
 
 
 def drawing(request: dict[str, Any]) -> Drawing | None:
-    """The set-up to scale between the two ends; the rod's breadth is only for the eye."""
+    """The set-up, to scale between the ends; the rod's width is only illustrative."""
     if request.get("method") == "estimate":
         bore = length(request, "bore_mm")
         if not bore:

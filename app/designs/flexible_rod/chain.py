@@ -1,4 +1,4 @@
-"""The strip by hand: gas force, bending as a beam-column, stress, fatigue, stability, contact. N, mm, MPa."""
+"""Hand calculation of the strip: gas force, beam-column bending, stress, fatigue, stability, contact. N, mm, MPa."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ FATIGUE = {
     "fkm": "FKM guideline: Analytical Strength Assessment, mean stress factor",
 }
 FOLLOWED = ("reciprocating_inertia", "beam_column", "friction")
-"""The effects that the calculation has in it."""
+"""Effects covered by the calculation."""
 _TURN = 2.0 * math.pi
 _STRAIGHT = 1e-3
-"""Below this K l the axial force bends nothing that six digits could show."""
+"""Below this K l, bending by the axial force is beyond six digits."""
 
 
 def calculation(run: Mapping[str, Any], chain: Chain) -> None:
-    """Fill the chain of a run with a result. Raises NotANumber."""
+    """Add the calculation of a run with a result. Raises NotANumber."""
     _Rod(run, chain)
 
 
 @dataclass(frozen=True)
 class _Instant:
-    """An angle at which something is greatest; the name stands below every symbol."""
+    """An instant of an extreme value; its name is the subscript of all symbols."""
 
     below: str
     angle: float
@@ -71,7 +71,7 @@ class _Rod:
         self._guide()
 
     def _cycle(self) -> Cycle:
-        """The turn with no more physics than the calculation has: it tells where to look, not what is found there."""
+        """The cycle with only the calculation's physics; it determines instants, not results."""
         kept = frozenset(name for name in FOLLOWED if name in self.active)
         rest = frozenset(e.name for e in EFFECTS) - kept
         scene, strip = self.request.scene(), self.request.strip()
@@ -160,7 +160,7 @@ class _Rod:
     # Bending at an instant --------------------------------------------------------------------------------------------
 
     def _bending(self, at: _Instant) -> str:
-        """The strip's bending at an instant: the name that stands below its symbols."""
+        """Bending at an instant; the name is the subscript."""
         c = self.chain
         for name, angle in self.bent.items():
             if abs(angle - at.angle) < 2e-3:
@@ -197,7 +197,7 @@ class _Rod:
         c.step(f"D_{n}", f"-s_{n} / d_{n} * ({turn})", "its change along the strip", "1/mm²", BEAM)
 
     def _moment(self, symbol: str, n: str, z: str) -> None:
-        """The bending moment at a section, from what is known of the clamp and, in tension, of the head."""
+        """Bending moment at a section, from the clamp's and, in tension, the head's."""
         c, words = self.chain, "bending moment there"
         if c[z] == 0.0:
             c.step(symbol, f"B * C_{n}", words, "N·mm", BEAM)
@@ -283,7 +283,7 @@ class _Rod:
         c.step("n_sigma", "1 / max(v_0, min(v_1, min(v_2, v_3)))", words, source=source, told=told)
 
     def _yield(self, cycle: Cycle) -> None:
-        """The greatest stress of the whole strip, wherever it is."""
+        """Maximum stress over the strip."""
         c, length = self.chain, cycle.dimensions.l
         angles = np.linspace(0.0, _TURN, 361)
         turn, stations = cycle.at(angles), np.linspace(0.0, length, 61)

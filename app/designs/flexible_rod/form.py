@@ -1,4 +1,4 @@
-"""The rod's forms: the order of thought and a designer's words."""
+"""Wording and layout of the rod's forms."""
 
 from app.designs.form import FormWords
 from solvers import rod
@@ -41,6 +41,7 @@ FORM = FormWords(
         "material.fatigue_reduction": "Fatigue reduction K",
         "material.mean_stress_sensitivity": "Sensitivity to mean stress ψ",
         "material.ultimate_strength_mpa": "Ultimate strength",
+        "material.loss_factor": "Loss factor η",
         "dimensions.b_mm": "Width b",
         "dimensions.h_mm": "Thickness h",
         "dimensions.l_mm": "Free length l",

@@ -1,4 +1,4 @@
-"""The linkage by hand: ratios, closure, restitution, speed of the blow, box, torque and pin force. N, mm."""
+"""Hand calculation of a linkage: ratios, closure, restitution, impact speed, box, torque and pin force. N, mm."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _CLOSURES = {
     "largest_rocker": ("lam_0 + lam_2 - 1 - lam_3", "lam_0 - 1", "lam_2 - 1", -1.0),
     "largest_base": ("lam_2 + lam_3 - 1 - lam_0", "lam_0 + 1", "1 - lam_2", -1.0),
 }
-"""Surplus of the closure, rocker pivot to crank pin at the blow, N, and σ of the transfer function."""
+"""Closure surplus, distance rocker pivot - crank pin at the blow, N, and σ of the transfer function."""
 
 
 def calculation(run: Mapping[str, Any], chain: Chain) -> None:
-    """Fill the chain of a run with a result. Raises NotANumber."""
+    """Add the calculation of a run with a result. Raises NotANumber."""
     _Linkage(run, chain)
 
 
@@ -111,7 +111,8 @@ class _Linkage:
         c.step("l_max", "max(l_0, l_1, l_2, l_3)", "longest link", "mm", told=r["longest_link_mm"])
 
     def _box(self) -> None:
-        """The extent of the sweep in two directions: the crank's circle, the rocker's pivot, the arc of its end."""
+        """Extent of the swept area in two directions, from the crank's circle, the rocker's pivot and the arc of its
+        end."""
         c, r = self.chain, self.result
         box, bar = r["box_mm"], bar_of(dict(r))
         c.title("The box around all that it sweeps")
@@ -142,7 +143,7 @@ class _Linkage:
     # The transfer function and the loads ------------------------------------------------------------------------------
 
     def _point(self, n: str, angle: float, slope: bool) -> None:
-        """u31 at a crank angle, and X of its slope; no difference of near numbers past mid-cycle."""
+        """u31 at a crank angle, and X of its slope; free of cancellation past mid-cycle."""
         c = self.chain
         c.given(f"phi_{n}", "crank angle from the blow", angle, DEGREE)
         c.step(f"c_{n}", f"cos(phi_{n} / 2)", "half angle", digits=9)

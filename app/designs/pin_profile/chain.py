@@ -1,4 +1,4 @@
-"""The pin or the bushing by hand: moment, shear, stresses where they govern, mass, deflection, ring. N, mm, MPa."""
+"""Hand calculation of a pin or bushing: moment, shear, governing stresses, mass, deflection, ring. N, mm, MPa."""
 
 from __future__ import annotations
 
@@ -20,18 +20,19 @@ SIMPSON = "Simpson's rule"
 RING = "A. Kolchin, V. Demidov: Design of Automotive Engines, piston pin"
 FOLLOWED = ("shear_deflection", "ovalization", "contact_pressure")
 _FORMULA_HOLDS = 0.65
-"""d/D up to which the textbook's ring gives every figure; beyond, an elastic ring that nobody sums by hand joins in."""
-_MOST_PARTS = 8
+"""d/D up to which the textbook's ring formulas apply; beyond, an elastic ring correction is needed that is not done by
+hand."""
+_MAX_INTERVALS = 8
 _RINGS = ("thin ring with load factor",)
 
 
 def calculation(run: Mapping[str, Any], chain: Chain) -> None:
-    """Fill the chain of a run with a result. Raises NotANumber."""
+    """Add the calculation of a run with a result. Raises NotANumber."""
     _Pin(run, chain)
 
 
 class _Shape:
-    """Diameters along the part, one-sided where they jump."""
+    """Diameters along the part, with one-sided values at steps."""
 
     def __init__(self, profile: list[Mapping[str, float]], length: float) -> None:
         self.x = np.array([p["x_mm"] for p in profile])
@@ -41,7 +42,7 @@ class _Shape:
 
     @property
     def whole(self) -> bool:
-        """Whether its halves differ: then it is added up from end to end."""
+        """Whether the halves differ, so that integration covers the whole part."""
         there = np.linspace(0.0, 0.5 * self.length, 37)[1:-1]
         apart = [np.abs(np.interp(there, self.x, d) - np.interp(self.length - there, self.x, d)) for d in self._both]
         return bool(max(float(a.max()) for a in apart) > 1e-6 * self.outer.max())
@@ -51,12 +52,12 @@ class _Shape:
         return self.bore, self.outer
 
     def at(self, x: float, side: int = 0) -> tuple[float, float]:
-        """Bore and outer diameter; ``side`` −1 just before, +1 just after a step."""
+        """Bore and outer diameter; ``side`` -1 and +1: just before and after a step."""
         near = x + side * 1e-7 * self.length
         return tuple(float(np.interp(near, self.x, d)) for d in self._both)
 
     def steps(self, end: float) -> list[float]:
-        """Where it jumps, before the end."""
+        """Positions of the steps before the end."""
         jumps = (np.diff(self.x) <= 1e-9 * self.length) & (
             np.abs(np.diff(self.bore)) + np.abs(np.diff(self.outer)) > 1e-9
         )
@@ -113,7 +114,7 @@ class _Pin:
         c.step("Q_max", "P / 2", "shear force in the gap, its greatest", "N", PAPER, self.result["max_shear_n"])
 
     def _internal(self, n: str, x: float) -> None:
-        """Moment and shear force at a place of the nearer half."""
+        """Moment and shear force at a section, from the nearer end."""
         c, (_, boss, end) = self.chain, self.ends
         if x <= boss:
             c.step(f"M_{n}", f"P * x_{n}**3 / (6 * a**2)", "moment, in the boss", "N·mm", PAPER)
@@ -177,7 +178,7 @@ class _Pin:
         c.step(f"sigma_eq_{n}", formula, words, "MPa", PAPER, told)
 
     def _diameters(self, n: str, x: float, from_end: float) -> tuple[float, float]:
-        """Give the place and the diameter that varies; where it jumps, the one with less wall."""
+        """Add the position and the varying diameter; at a step, the one with the thinner wall."""
         c = self.chain
         if n != "m":
             c.given(f"x_{n}", "its distance from the nearer end", x, "mm")
@@ -189,14 +190,14 @@ class _Pin:
     # Mass and deflection ----------------------------------------------------------------------------------------------
 
     def _parts(self, begin: float, end: float) -> list[tuple[float, float]]:
-        """Parts between which diameters and loads have no corner, as far as they are known."""
+        """Intervals in which diameters and loads are smooth."""
         at = {begin, end, *(x for x in (*self.ends, *self.corners, *self.shape.steps(end)) if begin < x < end)}
         places = sorted(at)
         merged = [places[0]] + [b for a, b in pairwise(places) if b - a > 1e-9 * self.length]
         return list(pairwise(merged))
 
     def _rows(self, parts: list[tuple[float, float]], count: int) -> list[tuple[float, float]]:
-        """Place and varying diameter at so many points of each part."""
+        """Position and varying diameter at ``count`` points of each interval."""
         rows = []
         for begin, end in parts:
             for k, x in enumerate(np.linspace(begin, end, count)):
@@ -217,7 +218,7 @@ class _Pin:
             return
         whole = self.shape.whole
         parts = self._parts(0.0, self.length if whole else 0.5 * self.length)
-        if len(parts) > _MOST_PARTS:
+        if len(parts) > _MAX_INTERVALS:
             c.remark("The shape has more parts than a person would add up by hand; its mass is left to the run.")
             return
         count = 3 if straight else 5
@@ -236,7 +237,7 @@ class _Pin:
             self.chain.given(symbol, f"{words} all along", outer if self.outside else bore, "mm")
 
     def _simpson(self, symbol: str, of: str, parts: int, count: int, words: str, unit: str) -> str:
-        """A step by Simpson's rule for each part of a table; the sum of their symbols."""
+        """Add a Simpson step per interval of a table; returns the sum of their symbols."""
         names = []
         for part in range(parts):
             k = part * count
@@ -255,7 +256,7 @@ class _Pin:
         if told is None or self.shape.whole:
             return
         parts = self._parts(self.ends[1], 0.5 * self.length)
-        if len(parts) > _MOST_PARTS:
+        if len(parts) > _MAX_INTERVALS:
             return
         c.title("Deflection of the middle against the bosses' inner edges (unit load)")
         c.given("E", "elastic modulus", self.material.elastic_modulus / MEGA, "MPa")

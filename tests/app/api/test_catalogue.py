@@ -10,7 +10,7 @@ import pytest
 from app.api.contract import PATHS
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, modes_of, plots_of
-from app.exports.export import Wishes
+from app.exports.export import ExportOptions
 from app.exports.registry import EXPORTS
 from solvers import pin
 from solvers.materials import CATALOGUE
@@ -166,7 +166,7 @@ def test_a_pin_of_a_named_steel_is_drawn_and_reported(client):
     run = client.post("/api/v1/designs/pin-profile", json=request).json()
     assert run["spec"]["material"]["name"] == "pin-steel-31CrMoV9"
     for name in ("dxf", "html", "parameters"):
-        assert EXPORTS[name].file(KINDS["pin-profile"], run, Wishes()).content
+        assert EXPORTS[name].file(KINDS["pin-profile"], run, ExportOptions()).content
     for plot in run["links"]["plots"].values():
         assert client.get(plot).status_code == 200
 

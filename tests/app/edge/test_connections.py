@@ -14,7 +14,7 @@ import uvicorn
 
 from app.edge.connections import ConnectionLimits, Connections
 
-LIMITS = ConnectionLimits(most=8, most_of_one=6, head_s=0.5, head_bytes=4000, unread_s=0.5)
+LIMITS = ConnectionLimits(limit=8, max_per_address=6, head_s=0.5, head_bytes=4000, unread_s=0.5)
 ASKED = b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
 
 
@@ -41,7 +41,7 @@ def port() -> Iterator[int]:
     yield server.servers[0].sockets[0].getsockname()[1]
     server.should_exit = True
     thread.join()
-    assert not connections.by_address
+    assert not connections.count_by_address
 
 
 def connected(port: int, source: str = "127.0.0.1") -> socket.socket:
@@ -66,9 +66,9 @@ def test_a_head_must_arrive_in_time(port, sent):
     with connected(port) as connection:
         began = time.monotonic()
         connection.sendall(sent)
-        told = rest_of(connection)
+        detail = rest_of(connection)
         assert time.monotonic() - began < 5.0
-        assert (b"HTTP/1.1 408" in told) == (sent.endswith(b"loc"))
+        assert (b"HTTP/1.1 408" in detail) == (sent.endswith(b"loc"))
 
 
 def test_a_head_that_drips_is_not_waited_for(port):
@@ -126,7 +126,7 @@ def test_an_answer_that_nobody_reads_is_given_up(port):
 
 
 def test_one_address_holds_so_many_connections(port):
-    held = [connected(port) for _ in range(LIMITS.most_of_one)]
+    held = [connected(port) for _ in range(LIMITS.max_per_address)]
     with connected(port) as one_more:
         assert b"503" in rest_of(one_more)
     for connection in held:
@@ -141,7 +141,7 @@ def test_one_address_holds_so_many_connections(port):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere 127.0.0.2 is nobody")
 def test_all_addresses_together_hold_so_many_connections(port):
-    sources = ["127.0.0.1"] * 6 + ["127.0.0.2"] * (LIMITS.most - 6)
+    sources = ["127.0.0.1"] * 6 + ["127.0.0.2"] * (LIMITS.limit - 6)
     held = [connected(port, source) for source in sources]
     for connection in held:
         connection.sendall(ASKED)

@@ -12,8 +12,8 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 from starlette.testclient import TestClient
 
-from app.edge.bodies import BodyLimits, BoundedBodies
-from app.edge.crowds import BoundedCrowds
+from app.edge.bodies import BodyLimiter, BodyLimits
+from app.edge.concurrency import ConcurrencyLimiter
 from app.edge.hosts import host_name
 from app.edge.stack import edge
 from app.settings import Settings
@@ -59,10 +59,10 @@ def in_chunks(size: int) -> Iterator[bytes]:
     yield b"x" * (size % 100)
 
 
-@pytest.mark.parametrize(("path", "most"), [("/any", 1000), ("/api/v1/batches", 2000)])
+@pytest.mark.parametrize(("path", "limit"), [("/any", 1000), ("/api/v1/batches", 2000)])
 @pytest.mark.parametrize("chunked", [False, True])
-def test_a_body_may_have_so_many_bytes_however_it_is_sent(edged, path, most, chunked):
-    for size, status in ((most, 200), (most + 1, 413)):
+def test_a_body_may_have_so_many_bytes_however_it_is_sent(edged, path, limit, chunked):
+    for size, status in ((limit, 200), (limit + 1, 413)):
         answer = edged.post(path, content=in_chunks(size) if chunked else b"x" * size)
         assert answer.status_code == status
     assert answer.headers["content-type"] == "application/problem+json"
@@ -186,8 +186,8 @@ def slow(pause: float, size: int, parts: int):
     ],
 )
 def test_a_body_must_come_in_time(pause, size, parts, stopping, status):
-    limits = BodyLimits(10_000, idle_s=9.0 if stopping else 0.2, grace_s=0.1, least_bytes_per_s=1000.0)
-    sent = asked(BoundedBodies(reader, limits, lambda: stopping), receive=slow(pause, size, parts))
+    limits = BodyLimits(10_000, idle_s=9.0 if stopping else 0.2, grace_s=0.1, min_bytes_per_s=1000.0)
+    sent = asked(BodyLimiter(reader, limits, lambda: stopping), receive=slow(pause, size, parts))
     assert [message["status"] for message in sent if message["type"] == "http.response.start"] == [status]
 
 
@@ -196,7 +196,7 @@ def test_so_many_requests_are_under_way_at_once():
         await asyncio.sleep(0.05)
         await send({"type": "http.response.start", "status": 200, "headers": []})
 
-    crowd, statuses = BoundedCrowds(waiting, 3), []
+    crowd, statuses = ConcurrencyLimiter(waiting, 3), []
 
     async def send(message: dict) -> None:
         if message["type"] == "http.response.start":

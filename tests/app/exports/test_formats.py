@@ -19,7 +19,7 @@ from app.designs.drawing import Arc, Bezier, Outline
 from app.designs.kind import Mode
 from app.designs.part import Extrusion, Revolution
 from app.designs.registry import KINDS
-from app.exports.export import Refusal, Tool, Where, Wishes
+from app.exports.export import ExportOptions, ExportProcess, Refusal, Tool
 from app.exports.registry import EXPORTS, exports_for
 from tests.app.exports.cases import HOSTILE, parts, scaled, solved
 
@@ -36,7 +36,7 @@ def sized(run, length):
 
 
 def file(run, name, tool=Tool.FREECAD, angle=None):
-    return EXPORTS[name].file(KINDS[run["kind"]], run, Wishes(tool, angle))
+    return EXPORTS[name].file(KINDS[run["kind"]], run, ExportOptions(tool, angle))
 
 
 def drawn(run):
@@ -302,7 +302,7 @@ def test_an_angle_out_of_reach_is_refused():
 def test_each_takes_less_than_a_second():
     """Ten times as much as it needs, for machines under load."""
     for name, export in EXPORTS.items():
-        if export.where is Where.SOLIDS:
+        if export.where is ExportProcess.SOLIDS:
             continue
         for run in PARTS.values():
             times = []

@@ -64,7 +64,7 @@ def test_a_report_has_its_parts_in_order_on_two_to_six_pages(slug, mode, title):
     document = pdf_of(run)
     text = text_of(document)
     assert 2 <= len(document.pages) <= 6
-    parts = ["What was asked", "The calculation, step by step", "Results", "Accuracy", "Sources", "To repeat this"]
+    parts = ["Inputs", "The calculation, step by step", "Results", "Accuracy", "Sources", "To repeat this"]
     place = 0
     for part in parts:
         place = text.index(part, place)

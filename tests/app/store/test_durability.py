@@ -11,7 +11,7 @@ from app.store.record import RunFilter
 from app.store.repository import RunStore
 from app.store.verify import verify
 from tests.app.store.records import make_record
-from tests.lifeline import mortal
+from tests.child_processes import die_with_test_runner
 
 SERVICE = """
 import asyncio, sys
@@ -42,7 +42,7 @@ def test_no_acknowledged_run_is_lost_when_the_service_is_killed(database_url: st
             stdout=subprocess.PIPE,
             cwd=Path.cwd(),
             bufsize=0,
-            preexec_fn=mortal(),
+            preexec_fn=die_with_test_runner(),
         )
         assert service.stdout is not None
         output = b""

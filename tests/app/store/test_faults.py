@@ -15,7 +15,7 @@ from sqlalchemy import text
 
 from app.store.engine import make_engine
 from app.store.errors import DamagedRecord, UnknownRun
-from app.store.faults import StoreFault, Trouble
+from app.store.faults import FaultKind, StoreFault
 from app.store.migrate import NewerDatabase, upgrade
 from app.store.record import RunFilter
 from app.store.repository import RunStore
@@ -44,24 +44,24 @@ def edit(file: Path, statement: str, *values: object) -> None:
     connection.close()
 
 
-async def trouble_of(work: Coroutine[Any, Any, Any]) -> Trouble | None:
+async def trouble_of(work: Coroutine[Any, Any, Any]) -> FaultKind | None:
     began = time.monotonic()
     try:
         await work
     except StoreFault as fault:
         assert time.monotonic() - began < WITHIN_S
-        return fault.trouble
+        return fault.kind
     return None
 
 
-def told(store: RunStore, trouble: Trouble | None) -> None:
+def told(store: RunStore, kind: FaultKind | None) -> None:
     """Whether a write and readiness meet that trouble."""
 
-    async def both() -> list[Trouble | None]:
+    async def both() -> list[FaultKind | None]:
         store._probed = -100.0
         return [await trouble_of(store.put(make_record())), await trouble_of(store.ping())]
 
-    assert asyncio.run(both()) == [trouble, trouble]
+    assert asyncio.run(both()) == [kind, kind]
 
 
 # -- damage -----------------------------------------------------------------------------------------------------
@@ -131,7 +131,7 @@ def test_a_destroyed_page_is_told_and_stays_told(store: RunStore, file: Path) ->
             await again.ping()
 
         asyncio.run(look())
-    assert met.value.trouble is Trouble.DAMAGED
+    assert met.value.kind is FaultKind.DAMAGED
 
 
 # -- faults -----------------------------------------------------------------------------------------------------
@@ -151,11 +151,11 @@ def test_a_full_database(store: RunStore) -> None:
         break
     large = make_record(result=b'"' + b"x" * 1_000_000 + b'"')
 
-    async def write() -> Trouble | None:
+    async def write() -> FaultKind | None:
         return await trouble_of(store.put(large))
 
-    assert asyncio.run(write()) is Trouble.FULL
-    assert store._fault is not None and store._fault.trouble is Trouble.FULL
+    assert asyncio.run(write()) is FaultKind.FULL
+    assert store._fault is not None and store._fault.kind is FaultKind.FULL
     # What still fits shows that it is over.
     told(store, None)
     with pytest.raises(UnknownRun):
@@ -166,13 +166,13 @@ def test_a_locked_database_answers_all_who_wait_in_time_and_recovers(store: RunS
     other = sqlite3.connect(file, isolation_level=None)
     other.execute("BEGIN IMMEDIATE")
 
-    async def crowd() -> list[Trouble | None]:
+    async def crowd() -> list[FaultKind | None]:
         first = [asyncio.create_task(trouble_of(store.put(make_record(k)))) for k in range(3)]
         await asyncio.sleep(0.5)
         late = [asyncio.create_task(trouble_of(work)) for work in (store.put(make_record()), store.ping())]
         return list(await asyncio.gather(*first, *late))
 
-    assert asyncio.run(crowd()) == [Trouble.BUSY] * 5
+    assert asyncio.run(crowd()) == [FaultKind.BUSY] * 5
     other.execute("ROLLBACK")
     other.close()
     told(store, None)
@@ -182,9 +182,9 @@ def test_a_locked_database_answers_all_who_wait_in_time_and_recovers(store: RunS
 def test_a_file_that_is_gone_takes_no_more_writes(store: RunStore, file: Path, change: Callable[[Path], Any]) -> None:
     told(store, None)
     change(file)
-    told(store, Trouble.GONE)
+    told(store, FaultKind.GONE)
     upgrade(f"sqlite:///{file}")
-    told(store, Trouble.GONE)
+    told(store, FaultKind.GONE)
 
 
 def test_a_database_that_turns_read_only(store: RunStore, file: Path) -> None:
@@ -192,7 +192,7 @@ def test_a_database_that_turns_read_only(store: RunStore, file: Path) -> None:
     for connection in connections:
         connection.exec_driver_sql("PRAGMA query_only = 1")
         connection.close()
-    told(store, Trouble.READ_ONLY)
+    told(store, FaultKind.READ_ONLY)
 
 
 @pytest.mark.parametrize("empty_database_url", ["postgresql"], indirect=True)
@@ -202,11 +202,11 @@ def test_a_locked_table_of_a_server(database_url: str) -> None:
     with RunStore(database_url) as store, engine.connect() as other:
         other.execute(text("LOCK TABLE runs IN ACCESS EXCLUSIVE MODE"))
 
-        async def all_at_once() -> list[Trouble | None]:
+        async def all_at_once() -> list[FaultKind | None]:
             works = [store.put(make_record()), store.get("x" * 36), store.ping(), store.list_runs(RunFilter())]
             return list(await asyncio.gather(*map(trouble_of, works)))
 
-        assert asyncio.run(all_at_once()) == [Trouble.BUSY] * 4
+        assert asyncio.run(all_at_once()) == [FaultKind.BUSY] * 4
         other.rollback()
         told(store, None)
     engine.dispose()
@@ -228,4 +228,4 @@ def test_a_folder_that_is_none_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("no database, but long enough to be looked at as one" * 100)
     with pytest.raises(StoreFault) as met:
         upgrade(f"sqlite:///{tmp_path}/file")
-    assert met.value.trouble is Trouble.DAMAGED
+    assert met.value.kind is FaultKind.DAMAGED

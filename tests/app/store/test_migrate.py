@@ -11,7 +11,7 @@ from alembic.config import Config
 from sqlalchemy import inspect
 
 from app.store.engine import make_engine
-from app.store.migrate import current_revision, head_revision, newest_step, schema_differences, upgrade
+from app.store.migrate import current_revision, head_revision, latest_revision, schema_differences, upgrade
 from app.store.models import metadata
 from app.store.record import RunFilter
 from app.store.repository import RunStore
@@ -41,7 +41,7 @@ def test_a_difference_would_be_seen(database_url: str) -> None:
 
 
 def test_the_newest_file_is_the_newest_step() -> None:
-    assert newest_step() == head_revision()
+    assert latest_revision() == head_revision()
 
 
 def test_several_may_migrate_at_once(empty_database_url: str) -> None:

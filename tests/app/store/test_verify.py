@@ -97,7 +97,7 @@ BINARY = {"spec", "result", "problem", "effects", "accuracy", "timing", "source_
         ("figure = 2.6", "row hash"),
         ("created_at = '2020-01-01 00:00:00.000000'", "row hash"),
         ("created_at = 'yesterday'", "cannot be read"),
-        ("result = substr(result, 1, 10)", "result is no valid JSON"),
+        ("result = substr(result, 1, 10)", "result is not valid JSON"),
         ("spec = X'7b7d'", "spec hash"),
         ("spec = 'text instead of bytes'", "row hash"),
         ("result = 3.5", "row hash"),
@@ -121,7 +121,7 @@ def test_a_byte_flipped_in_the_file_itself_is_seen(sqlite_file: Path) -> None:
     sqlite_file.write_bytes(content)
     assert sqlite3.connect(sqlite_file).execute("PRAGMA integrity_check").fetchone() == ("ok",)
     assert [damage.what for damage in verify(f"sqlite:///{sqlite_file}").damages] == [
-        "the content does not agree with its row hash"
+        "the content does not match its row hash"
     ]
 
 
@@ -141,7 +141,7 @@ def test_a_run_deleted_under_its_answer_is_reported(sqlite_file: Path) -> None:
     report = verify(f"sqlite:///{sqlite_file}")
     assert [damage.what for damage in report.damages] == [
         "1 runs are missing that were stored",
-        "refers to a row of runs that is not there",
+        "refers to a row of runs that does not exist",
     ]
 
 

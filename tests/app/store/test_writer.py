@@ -15,7 +15,7 @@ from sqlalchemy.exc import OperationalError
 
 from app.store.engine import make_engine
 from app.store.errors import StoreClosed
-from app.store.faults import Trouble
+from app.store.faults import FaultKind
 from app.store.migrate import upgrade
 from app.store.operations import Put
 from app.store.repository import RunStore
@@ -89,23 +89,23 @@ def sqlite_error(code: int) -> sqlite3.OperationalError:
 
 def test_a_database_in_trouble_is_reported_to_all_and_recovers(engine: Engine, url: str) -> None:
     writer = GroupWriter(engine)
-    trouble = [True]
+    kind = [True]
 
     def fail_commit(connection: object) -> None:
-        if trouble[0]:
+        if kind[0]:
             raise OperationalError("COMMIT", {}, sqlite_error(sqlite3.SQLITE_FULL))
 
     event.listen(engine, "commit", fail_commit)
 
     async def crowd():
         failed = await asyncio.gather(*(writer.submit(Put(make_record(k))) for k in range(5)), return_exceptions=True)
-        trouble[0] = False
+        kind[0] = False
         await writer.submit(Put(make_record()))
         return failed
 
     failed = asyncio.run(crowd())
     writer.close()
-    assert [each.trouble for each in failed] == [Trouble.FULL] * 5
+    assert [each.kind for each in failed] == [FaultKind.FULL] * 5
     assert verify(url).runs == 1
 
 

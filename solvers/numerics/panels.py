@@ -222,12 +222,12 @@ def largest(f: Array) -> float:
 
 
 @reducing_kernel
-def extremes(f: Array) -> tuple[float, float]:
-    """The greatest and the least value."""
-    most, least = f[0], f[0]
+def top_of(f: Array) -> float:
+    """The greatest value."""
+    most = f[0]
     for i in range(1, f.size):
-        most, least = max(most, f[i]), min(least, f[i])
-    return most, least
+        most = max(most, f[i])
+    return most
 
 
 @reducing_kernel

@@ -20,7 +20,7 @@ from solvers.crank.motion.slider_crank import acceleration_of, displacement_of, 
 from solvers.crank.problem import LOADS
 from solvers.numerics.brackets import narrow, trial_points
 from solvers.numerics.jit import inlined_kernel, kernel
-from solvers.numerics.panels import extremes, largest
+from solvers.numerics.panels import largest, top_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -178,7 +178,7 @@ def climbed(
     reach, owner = np.empty(count), np.empty(count, np.intp)
     for row in range(rows):
         values = samples[row]
-        best, scale, at = extremes(values)[0], largest(values), 0
+        best, scale, at = top_of(values), largest(values), 0
         while values[at] != best:
             at += 1
         where, piece = places[at], at // each

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
-from solvers.numerics.jit import kernel
-from solvers.numerics.panels import extremes
+from solvers.numerics.jit import kernel, reducing_kernel
 from solvers.rod.cycle.state import (
     CLAMP,
     COUPLING,
@@ -88,6 +87,14 @@ class Judged(NamedTuple):
     stands: float
 
 
+@reducing_kernel
+def _extremes(f: Array) -> tuple[float, float]:
+    high, low = -np.inf, np.inf
+    for i in range(f.size):
+        high, low = max(high, f[i]), min(low, f[i])
+    return high, low
+
+
 @kernel
 def judge(
     j: Judging, strip: Strip, states: Array, side: Array, moment: Array, series: Array, inclined: bool, critical: float
@@ -122,7 +129,7 @@ def judge(
             upper[i] = j.direct * tangent + j.bending * bent[i]
             lower[i] = j.direct * tangent - j.bending * bent[i]
         for fibre in range(2):
-            high, low = extremes(upper if fibre == 0 else lower)
+            high, low = _extremes(upper if fibre == 0 else lower)
             used = utilisation_of(high, low, j.lines, j.parabola)
             sections[0, fibre * STATIONS + m], sections[1, fibre * STATIONS + m] = used, 0.5 * (high - low)
             results[UTILISATION] = max(results[UTILISATION], used)

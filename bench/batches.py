@@ -48,7 +48,7 @@ def bodies(kind: str, mode: str, count: int, without: tuple[str, ...] = ()) -> I
         yield json.dumps(body).encode() + b"\n"
 
 
-def served(folder: Path, workers: int = 2) -> tuple[subprocess.Popen[bytes], httpx.Client]:
+def served(folder: Path, workers: int = 2, **settings: str) -> tuple[subprocess.Popen[bytes], httpx.Client]:
     """A service that has its kernels, with so many workers for batches, and a client of it."""
     output = folder / "output.txt"
     command = [
@@ -62,7 +62,7 @@ def served(folder: Path, workers: int = 2) -> tuple[subprocess.Popen[bytes], htt
         f"sqlite:///{folder}/runs.sqlite3",
     ]
     with output.open("wb") as sink:
-        environment = {**os.environ, "PYTHONUNBUFFERED": "1", "CRANKWRIGHT_BATCH_WORKERS": str(workers)}
+        environment = {**os.environ, "PYTHONUNBUFFERED": "1", "CRANKWRIGHT_BATCH_WORKERS": str(workers), **settings}
         process = subprocess.Popen(command, stdout=sink, stderr=sink, env=environment)
     while not (found := re.search(r"http://127\.0\.0\.1:\d+", output.read_text())):
         time.sleep(0.1)

@@ -38,6 +38,7 @@ from app.designs.many import answers_of
 from app.designs.registry import KINDS
 from app.store.migrate import upgrade
 from bench.batches import bodies, highest_mb, served, share, timed
+from bench.sections import put
 
 PAGE = Path(__file__).parents[1] / "docs" / "reliability.md"
 HEADING = "## Large batches"
@@ -298,13 +299,6 @@ def section(rows: Sequence[Measured]) -> list[str]:
     return [*lines, ""]
 
 
-def write(rows: Sequence[Measured], page: Path = PAGE) -> None:
-    """Put the section into the page, in the place of an earlier one."""
-    before, _, rest = page.read_text("utf-8").partition(HEADING + "\n")
-    _, found, after = rest.partition("\n## ")
-    page.write_text(before.rstrip() + "\n\n" + "\n".join(section(rows)) + (f"\n## {after}" if found else ""), "utf-8")
-
-
 def main() -> None:
     """Measure what is not measured yet, and write the table."""
     parser = argparse.ArgumentParser()
@@ -330,7 +324,7 @@ def main() -> None:
     if asked.dry:
         print("\n".join(section(rows)))
     else:
-        write(rows)
+        put(PAGE, HEADING, section(rows))
 
 
 if __name__ == "__main__":

@@ -103,7 +103,7 @@ def measured(subject: Subject, count: int, say: Callable[[str], None]) -> Measur
     rows = [*bodies(subject.kind, subject.mode, subject.alone, subject.without)]
     bulk, answers = (own_rate(rows, subject, way) for way in ("bulk", "answers"))
     say(f"{subject.name}: bulk {bulk:,.0f}/s, answers {answers:,.0f}/s")
-    few = max(count // 20, 100)
+    few = max(count // 20, subject.alone)
     one, two = (_batch(subject, few, workers, False)["rate"] for workers in (1, 2))
     say(f"{subject.name}: one worker {one:,.0f}/s, two {two:,.0f}/s")
     found = _batch(subject, count, 2, True)

@@ -29,7 +29,7 @@ import httpx
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
-from bench.batches import bodies, served
+from bench.batches import bodies, pieces, served
 from bench.sections import put
 from solvers import pin
 
@@ -67,7 +67,7 @@ def batch_rate(kind: str, count: int, workers: int, **environment: str) -> float
 def _ended(client: httpx.Client, kind: str, count: int) -> None:
     sent = client.post(
         f"/api/v1/batches?kind={kind}&mode=check",
-        content=bodies(kind, Mode.CHECK, count),
+        content=pieces(bodies(kind, Mode.CHECK, count)),
         headers={"Content-Type": "application/x-ndjson"},
     ).raise_for_status()
     batch = sent.json()

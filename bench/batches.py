@@ -17,6 +17,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,12 @@ def bodies(kind: str, mode: str, count: int, without: tuple[str, ...] = ()) -> I
     for _ in range(count):
         here[path[-1]] = most * chance.uniform(least, 1.0)
         yield json.dumps(body).encode() + b"\n"
+
+
+def pieces(rows: Iterator[bytes], count: int = 500) -> Iterator[bytes]:
+    """The same bytes in pieces of so many rows, for sending."""
+    while piece := b"".join(islice(rows, count)):
+        yield piece
 
 
 def served(folder: Path, workers: int = 2, **settings: str) -> tuple[subprocess.Popen[bytes], httpx.Client]:
@@ -90,7 +97,9 @@ def measured(kind: str, mode: str, count: int) -> dict[str, Any]:
             began = time.perf_counter()
             place = f"/api/v1/batches?kind={kind}&mode={mode}"
             form = {"Content-Type": "application/x-ndjson"}
-            batch = client.post(place, content=bodies(kind, mode, count), headers=form).raise_for_status().json()
+            batch = (
+                client.post(place, content=pieces(bodies(kind, mode, count)), headers=form).raise_for_status().json()
+            )
             taken_s = time.perf_counter() - began
             health, single = [], []
             while batch["status"] not in ("ended", "cancelled"):

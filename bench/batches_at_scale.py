@@ -37,7 +37,7 @@ from app.designs.kind import Detail, Mode
 from app.designs.many import answers_of
 from app.designs.registry import KINDS
 from app.store.migrate import upgrade
-from bench.batches import bodies, highest_mb, served, share, timed
+from bench.batches import bodies, highest_mb, pieces, served, share, timed
 from bench.sections import put
 
 PAGE = Path(__file__).parents[1] / "docs" / "reliability.md"
@@ -150,7 +150,7 @@ def _batch(subject: Subject, count: int, workers: int, watched: bool) -> dict[st
 
 def _sent(client: httpx.Client, subject: Subject, count: int) -> dict[str, Any]:
     place = f"/api/v1/batches?kind={subject.kind}&mode={subject.mode}"
-    rows = bodies(subject.kind, subject.mode, count, subject.without)
+    rows = pieces(bodies(subject.kind, subject.mode, count, subject.without))
     form = {"Content-Type": "application/x-ndjson"}
     return client.post(place, content=rows, headers=form).raise_for_status().json()
 

@@ -100,10 +100,11 @@ class Measured:
 
 def measured(subject: Subject, count: int, say: Callable[[str], None]) -> Measured:
     """Run one batch, and what it is compared with."""
-    rows = [*bodies(subject.kind, subject.mode, subject.alone, subject.without)]
+    alone = min(subject.alone, max(20, count // 10))
+    rows = [*bodies(subject.kind, subject.mode, alone, subject.without)]
     bulk, answers = (own_rate(rows, subject, way) for way in ("bulk", "answers"))
     say(f"{subject.name}: bulk {bulk:,.0f}/s, answers {answers:,.0f}/s")
-    few = max(count // 20, subject.alone)
+    few = max(count // 20, alone)
     one, two = (_batch(subject, few, workers, False)["rate"] for workers in (1, 2))
     say(f"{subject.name}: one worker {one:,.0f}/s, two {two:,.0f}/s")
     found = _batch(subject, count, 2, True)

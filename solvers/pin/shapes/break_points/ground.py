@@ -16,6 +16,8 @@ from solvers.pin.shapes.break_points.chain import Chain, chained
 
 Array = NDArray[np.float64]
 
+APART = 1e-12
+"""Places of the bar, 0 to 1, that are nearer to one another are one."""
 _TRIALS = 60
 _CLOSE = 1e-4
 _LOOKS = 8
@@ -128,7 +130,7 @@ def ground(bar: Bar, sums: Sums | None, count: int) -> Ground:
     """Edges at least every ``count``-th of the bar, and where it has kinks."""
     edges = np.union1d(np.linspace(0.0, 1.0, count + 1), bar.edges)
     edges = np.union1d(edges, _ends_of_plateaus(bar, edges))
-    return Ground(bar, sums, edges[np.concatenate([[True], np.diff(edges) > 1e-12])])
+    return Ground(bar, sums, edges[np.concatenate([[True], np.diff(edges) > APART])])
 
 
 def _ends_of_plateaus(bar: Bar, edges: Array) -> list[float]:

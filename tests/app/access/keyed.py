@@ -1,4 +1,4 @@
-"""A service on which keys are in force: the application itself, its workers left alone."""
+"""A service that requires keys, without workers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from app.store.repository import RunStore
 
 @dataclass
 class Keyed:
-    """A client, and what a test does behind the service's back."""
+    """A client, and helpers that bypass the service."""
 
     client: TestClient
 

@@ -1,4 +1,4 @@
-"""Files in the making: waited for, kept, and failures told once to whoever asks again."""
+"""Export files: waiting, caching, and failures reported once to the next request."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""An event loop whose clock stands still while anything is to be done, and then leaps to what is due next.
-
-So a limit of hours is tried in milliseconds, at its very value and beside it. For code without threads and sockets.
-"""
+"""An event loop with virtual time, which advances to the next timer when idle."""
 
 from __future__ import annotations
 

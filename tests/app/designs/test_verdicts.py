@@ -1,4 +1,4 @@
-"""Verdicts in the words and units of the contract; nothing is called good that does not hold."""
+"""Verdicts in the names and units of the API; no failing part passes."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def test_a_buckled_strip():
     assert "buckles" in verdict["cautions"][0]
 
 
-def test_an_accuracy_that_is_missed_is_said_in_the_verdicts_line():
+def test_a_missed_accuracy_is_part_of_the_summary():
     """A strip whose large displacement is not known as exactly as was asked."""
     answer = answered("flexible-rod", Mode.CHECK, {"accuracy": 1e-12, "effects": "all"})
     assert answer.accuracy["met"] is False
@@ -139,7 +139,7 @@ def test_a_linkage_that_misses_its_limits():
     assert verdict["governed_by"] == "width_mm"
 
 
-def test_a_linkage_of_no_size_is_not_judged_by_its_size():
+def test_a_linkage_without_a_size_has_no_size_criteria():
     bare = {"blow_frequency_hz": None, "drive": None, "impact_energy_j": None, "coupler_stiffness_n_m": None}
     verdict = answered("impact-linkage", Mode.CHECK, bare, {"limits": {"width_mm": 400.0}}).verdict
     assert verdict["holds"] is False
@@ -215,7 +215,7 @@ def test_sentences(criteria, sentence):
     assert said(*criteria) == sentence
 
 
-def test_a_missed_accuracy_that_may_turn_the_verdict_is_told_apart():
+def test_a_missed_accuracy_that_may_change_the_verdict_is_distinguished():
     close, ample = (said(at_least("n", 2.0, reached, SLACK), accuracy=MISSED) for reached in (2.001, 4.0))
     assert close.endswith(
         "The accuracy asked for is not met: 1e-06 asked, 3e-02 estimated, more than there is to spare."

@@ -1,9 +1,9 @@
-"""Batches on a running service: items a second, what people wait meanwhile, memory.
+"""Batch throughput of a running service, response times meanwhile, and memory.
 
-    python -m bench.batches pin-profile check 10000
+python -m bench.batches pin-profile check 10000
 
-Starts a service of its own on a fresh SQLite file, sends random variations of the example as NDJSON, and asks for
-/healthz and for single checks while they are solved. Prints one line of figures; run it while nothing else runs.
+Starts a service on a fresh SQLite file, sends random variations of the example as NDJSON, and measures /healthz and
+single checks while they are solved. Prints one line of figures; run it on an idle machine.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ _VARIED = {
     "impact-linkage": (("blow_frequency_hz",), 0.5),
     "crank-dynamics": (("mechanism", "speed_hz"), 0.5),
 }
-"""What is varied of each kind, from which share of the example's value on."""
+"""Varied fields of each kind, with the lower end of the range relative to the example."""
 
 
 def bodies(kind: str, mode: str, count: int) -> Iterator[bytes]:
-    """That many random requests, a line each."""
+    """Random requests, one per line."""
     chance, example = random.Random(1), KINDS[kind].example(Mode(mode))
     path, least = _VARIED[kind]
     for _ in range(count):
@@ -48,7 +48,7 @@ def bodies(kind: str, mode: str, count: int) -> Iterator[bytes]:
 
 
 def served(folder: Path) -> tuple[subprocess.Popen[bytes], httpx.Client]:
-    """A service that has its kernels, and a client of it."""
+    """A warmed-up service and a client."""
     output = folder / "output.txt"
     command = [
         sys.executable,
@@ -71,7 +71,7 @@ def served(folder: Path) -> tuple[subprocess.Popen[bytes], httpx.Client]:
 
 
 def highest_mb(pid: int) -> float:
-    """The most memory that the service's own process ever had [MB]."""
+    """Peak memory of the service process [MB]."""
     status = Path(f"/proc/{pid}/status").read_text()
     return int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1000  # type: ignore[index]
 
@@ -82,7 +82,7 @@ def measured(kind: str, mode: str, count: int) -> dict[str, Any]:
         process, client = served(Path(name))
         try:
             example = KINDS["pin-profile"].example(Mode.CHECK)
-            for _ in range(4):  # both of people's workers have done it before
+            for _ in range(4):  # both interactive workers have it loaded
                 example["load"]["force_n"] *= 1.0 - 1e-6 * random.random()
                 client.post("/api/v1/checks/pin-profile", json=example).raise_for_status()
             began = time.perf_counter()

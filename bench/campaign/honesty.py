@@ -1,10 +1,10 @@
-"""Honest estimates: is the true error of the main results ever above the estimate, and how far below?
+"""Error estimates: is the true error of the main results ever above the estimate, and how far below?
 
 Every scene is solved at one random accuracy and judged by a solution to 1e-12, every fiftieth one by the kind's
-independent reference, as far as there is such a one. Scenes without an answer are counted, not hidden.
+independent reference where available. Scenes without an answer are counted.
 
-A reference says itself what it may be off. A difference from it that is above what was promised, but by no more than
-that, tells nothing about the promise: such a verdict could not be judged, and is counted apart.
+A reference states its own uncertainty. A difference above the estimate by no more than that is inconclusive; such
+verdicts are counted separately.
 """
 
 from __future__ import annotations

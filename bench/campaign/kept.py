@@ -1,9 +1,9 @@
-"""What a campaign has judged so far, so that one that was interrupted goes on where it stopped.
+"""Stored results of a campaign, for resuming it.
 
-Every batch of parts is added to a file of its kind in `.campaign/`, which git ignores. The file's name carries a
-fingerprint of all that the verdicts depend on: the sources of the judges, of the kind and of what kinds share, and the
-time that a part is given. With other sources the file is another, so that a campaign starts anew; a change in one wing
-leaves what was judged of the others. One campaign of a kind at a time.
+Every batch of results is appended to a file per kind in `.campaign/`, which git ignores. The file name contains a
+fingerprint of everything the results depend on: the sources of the campaign, of the kind and of shared modules, and the
+time limit. Changed sources select another file, so the campaign restarts; changes in one package leave the results of
+the others. Only one campaign per kind may run at a time.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ _ROOT = Path(__file__).parents[2]
 FOLDER = _ROOT / ".campaign"
 _SOURCES = ("solvers", "app/designs", "bench/campaign", "oracles")
 _ROOMS_OF_ALL = frozenset({"references", "examples", "dense", "textbook", "rivals"})
-"""Folders in which every kind has files of its own."""
+"""Folders with files for each kind."""
 _NOT_JUDGING = frozenset({"__main__", "designs_page", "kept", "page", "workers"})
-"""Modules of the campaign that no verdict depends on; pictures are others."""
+"""Modules of the campaign that do not affect results; figures are excluded, too."""
 
 OWN: Mapping[str, frozenset[str]] = {
     "flexible-rod": frozenset({"flexible_rod", "rod", "crank"}),

@@ -1,5 +1,5 @@
-"""Random design problems of the impact linkage, and linkages that compete with the answer: every type over its free
-ratio and, where that is free, its size, scanned and searched locally on the check (``oracles.rivals.linkage``)."""
+"""Random design problems of the impact linkage, and competing linkages: every type over its free ratio and, if free,
+its size, scanned and searched locally on the check (``oracles.rivals.linkage``)."""
 
 from __future__ import annotations
 

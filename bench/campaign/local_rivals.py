@@ -1,11 +1,11 @@
-"""Rivals that want to win: neighbours at other limits, and local searches on the check itself.
+"""Competitors: answers of neighbouring problems, and local searches on the check.
 
-The neighbour's trick costs nothing to think of: where a limit is a little looser the answer must not be heavier, and an
-answer at a looser limit that keeps the tighter one competes with the tighter answer. Local searches (SLSQP,
-Nelder-Mead) start from the answer and from others about it and see nothing but the check.
+If a limit is slightly looser, the answer must not be heavier; and an answer at a looser limit that meets the tighter
+one competes with the tighter answer. Local searches (SLSQP, Nelder-Mead) start from the answer and others around it and
+only use the check.
 
-``beaten`` is by what share the best rival that keeps every limit lies beyond the certificate's bound (0: none does),
-``better`` by what share beyond the answer.
+``beaten``: relative distance of the best feasible competitor beyond the certificate's bound (0: none); ``better``:
+beyond the answer.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""Random design problems of the pin and the bushing, and shapes that compete with the answer: all that the form allows,
-searched locally on the check (``oracles.rivals.pin``)."""
+"""Random design problems of pins and bushings, and competing shapes: everything the form allows, searched locally on
+the check (``oracles.rivals.pin``)."""
 
 from __future__ import annotations
 

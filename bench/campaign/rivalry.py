@@ -1,4 +1,4 @@
-"""What a random design problem of a kind tells a campaign, and how its rivals are put to the check."""
+"""Interface of a kind's random design problems, and how competitors are checked."""
 
 from __future__ import annotations
 

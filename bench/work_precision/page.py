@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, decades_around
-from bench.work_precision.curves import LEAST_ERROR, Curve, Point
+from bench.work_precision.curves import MIN_ERROR, Curve, Point
 
 _COLORS = (BLUE, RED, GREEN, "#9a6700", "#7b3fa0", GREY)
 _TARGETS = (1e-3, 1e-6, 1e-9)
@@ -21,14 +21,14 @@ def diagram(title: str, curves: Sequence[Curve]) -> str:
     chart = Chart(
         title,
         decades_around([p.time * 1e3 for p in points]),
-        decades_around([max(p.error, LEAST_ERROR) for p in points]),
+        decades_around([max(p.error, MIN_ERROR) for p in points]),
         "time per case, median, ms",
         "greatest relative error, median",
         legend=list(legend.items()),
     )
     for curve, color, dashes in drawn:
         found = [p for p in curve.points if _answered(p)]
-        xs, ys = [p.time * 1e3 for p in found], [max(p.error, LEAST_ERROR) for p in found]
+        xs, ys = [p.time * 1e3 for p in found], [max(p.error, MIN_ERROR) for p in found]
         chart.line(xs, ys, color, dashes)
         for x, y in zip(xs, ys, strict=True):
             chart.mark(x, y, "", color)

@@ -118,7 +118,7 @@ Instant = Literal[
 
 
 class RunForce(RunReference):
-    """The force at a worst instant of a stored crank-dynamics run; the service fills in what it takes from there."""
+    """The force at a worst instant of a stored crank-dynamics run; filled in by the service."""
 
     instant: Instant = Field(default="wrist_pin_load_max", description="which greatest force is taken")
     force_n: Positive | None = Field(default=None, description="filled in from the run")

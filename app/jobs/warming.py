@@ -286,18 +286,14 @@ class KernelWarming:
 
 
 class _Compiler:
-    """A child process that compiles units of one kind, which share inner kernels."""
+    """A child process that compiles units one after another; inner kernels that they share are typed once."""
 
     def __init__(self, fork_server: ForkServer, on_compiled: Callable[[Part, list[str]], None]) -> None:
         self._fork_server, self._on_compiled = fork_server, on_compiled
         self._child: Child | None = None
-        self._kind = ""
 
     def compile(self, task: _Task) -> None:
         """Compile a unit; what fails is left to the rehearsals."""
-        if task.part[0] != self._kind:
-            self.close()
-            self._kind = task.part[0]
         try:
             if self._child is None:
                 self._child = self._fork_server.fork(compile_units)

@@ -9,12 +9,12 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 
+import opentelemetry.exporter.otlp.proto.http
+import opentelemetry.sdk  # noqa: F401
 import pytest
 
 from tests.app.running import Running, wait_until
 
-pytest.importorskip("opentelemetry.sdk")
-pytest.importorskip("opentelemetry.exporter.otlp.proto.http")
 STOPS_WITHIN_S = 15.0
 
 

@@ -29,6 +29,7 @@ from solvers.crank.gas.data_repair import Repair
 from solvers.crank.gas.indicator_diagram import IndicatorPressure
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
+from solvers.materials import LOSS_FACTOR
 from solvers.rod.load.indicator import fields_of_load
 
 MAX_POINTS = 10_000
@@ -102,9 +103,9 @@ class ConstantLoad(_Load):
 
 
 class RunLoad(RunReference, _Load):
-    """A stored crank-dynamics run: its pressures (two strokes), or the one of a worst instant at all angles.
+    """A stored crank-dynamics run: its pressures (two strokes), or the pressure of a worst instant at all angles.
 
-    The service fills in what it takes from the run.
+    The service fills in the data.
     """
 
     instant: Instant | None = Field(default=None, description="null: all pressures; or the pressure of that instant")
@@ -144,7 +145,7 @@ class RunLoad(RunReference, _Load):
 
 
 class IndicatorLoad(Diagram, _Load):
-    """An indicator diagram of a two-stroke cycle on the piston's own bore, unrolled by the machine's motion."""
+    """An indicator diagram of a two-stroke cycle for the piston's own bore, unrolled with the machine's kinematics."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -191,6 +192,9 @@ class CustomMaterial(Strict):
     density_kg_m3: Positive
     poisson: float = Field(default=0.3, gt=-1, lt=0.5)
     ultimate_strength_mpa: Positive | None = Field(default=None, description="for Goodman and Gerber")
+    loss_factor: float = Field(
+        default=LOSS_FACTOR, ge=0, le=0.5, description="η of the strip in its clamps, twice the damping ratio; 0: undamped"
+    )
 
     def to_solver(self) -> rod.Material:
         return rod.Material(
@@ -202,6 +206,7 @@ class CustomMaterial(Strict):
             self.density_kg_m3,
             self.poisson,
             _pascal(self.ultimate_strength_mpa),
+            self.loss_factor,
         )
 
 
@@ -302,7 +307,7 @@ class CheckRequest(RodRequest):
 
 
 class Requirements(Strict):
-    """Least safeties and greatest loads of the piston's guide."""
+    """Minimum safeties and maximum loads on the piston's guide."""
 
     min_fatigue_safety: Positive = Field(default=1.0, description="against fatigue")
     min_stability_safety: float = Field(default=1.0, ge=1, le=1e6, description="against buckling")
@@ -321,7 +326,7 @@ class RodBounds(Strict):
 
 
 class Steps(Strict):
-    """Steps to whose multiples width and free length are rounded; null: not rounded."""
+    """Increments to which width and free length are rounded; null: not rounded."""
 
     b: Positive | None = None
     l: Positive | None = None

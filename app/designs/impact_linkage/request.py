@@ -23,7 +23,7 @@ Range = Annotated[list[Angle], Field(min_length=2, max_length=2, description="le
 
 
 class RestitutionRange(Strict):
-    """Where the restitution is not known better: the mechanism is made for the middle."""
+    """A range of restitution coefficients; the mechanism is designed for the middle."""
 
     low: Coefficient
     high: Coefficient
@@ -43,7 +43,7 @@ _Restitution = one_of(
 
 
 class LinkageLimits(Strict):
-    """What the mechanism must keep; null: no such limit."""
+    """Limits of the mechanism; null: none."""
 
     min_link_mm: NotNegative | None = Field(default=0.0, description="least length of any link")
     joint_radius_mm: NotNegative | None = Field(default=0.0, description="room around every joint, added on all sides")

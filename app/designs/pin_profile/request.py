@@ -87,7 +87,7 @@ class PinMaterial(Strict):
 
 
 class PinSteel(Strict):
-    """A steel of the catalogue, and what its designer allows it if that is other than the catalogue's."""
+    """A steel of the catalogue, with an optional allowable stress that overrides the catalogue's."""
 
     name: Literal[tuple(pin.CATALOGUE)] = Field(description="a name of the catalogue")  # type: ignore[valid-type]
     allowable_stress_mpa: Positive | None = Field(default=None, description="null: the catalogue's")
@@ -122,7 +122,7 @@ def material_of(spec: Mapping[str, Any]) -> pin.PinMaterial:
 
 
 class PinLimits(Strict):
-    """What the pin must keep besides strength; null: no such limit."""
+    """Constraints in addition to strength; null: none."""
 
     min_wall_mm: NotNegative | None = Field(default=0.0, description="least wall thickness")
     max_deflection_um: Positive | None = Field(default=None, description="of the middle against the bosses' edges")
@@ -237,11 +237,11 @@ class CheckRequest(PinRequest):
 
     @classmethod
     def meant_by(cls, value: dict[str, Any]) -> bool:
-        """Whether a raw object is a check rather than a design."""
+        """Whether a raw object, or one that was stored with every field, is a check rather than a design."""
         if value.get("variable") == "outer":
             given = value.get("geometry")
             outside = isinstance(given, dict) and given.get("outer_diameter_mm") is not None
-            return value.get("profile") is not None or (outside and "form" not in value)
+            return "profile" in value or (outside and "form" not in value)
         return value.get("profile") is not None or value.get("bore_mm") is not None
 
     def contradictions(self) -> list[Entry]:

@@ -391,6 +391,8 @@ class CustomMaterial(TypedDict):
     """Poisson's ratio"""
     ultimate_strength_mpa: NotRequired[float | None]
     """for Goodman and Gerber"""
+    loss_factor: NotRequired[float]
+    """η of the strip in its clamps, twice the damping ratio; 0: undamped"""
 
 
 class CyclePoints(TypedDict):
@@ -1386,7 +1388,7 @@ class ImpactLinkageStudyRequest(TypedDict):
 
 
 class IndicatorLoad(TypedDict):
-    """An indicator diagram of a two-stroke cycle on the piston's own bore, unrolled by the machine's motion."""
+    """An indicator diagram of a two-stroke cycle for the piston's own bore, unrolled with the machine's kinematics."""
 
     kind: Literal["indicator"]
     """discriminator of the form, or the kind of design"""
@@ -1539,7 +1541,7 @@ class LinkLengths(TypedDict):
 
 
 class LinkageLimits(TypedDict):
-    """What the mechanism must keep; null: no such limit."""
+    """Limits of the mechanism; null: none."""
 
     min_link_mm: NotRequired[float | None]
     """least length of any link"""
@@ -1741,6 +1743,8 @@ class MaterialInfo(TypedDict):
     """yield strength, in MPa"""
     ultimate_strength_mpa: float | None
     """ultimate strength, in MPa"""
+    loss_factor: float | None
+    """η of a strip in its clamps, twice the damping ratio"""
     sources: dict[str, str]
     """of every value, by its name"""
     kinds: list[str]
@@ -1870,7 +1874,7 @@ class PinCertificate(TypedDict):
 
 
 class PinLimits(TypedDict):
-    """What the pin must keep besides strength; null: no such limit."""
+    """Constraints in addition to strength; null: none."""
 
     min_wall_mm: NotRequired[float | None]
     """least wall thickness"""
@@ -2236,7 +2240,7 @@ class PinResult(TypedDict):
 
 
 class PinSteel(TypedDict):
-    """A steel of the catalogue, and what its designer allows it if that is other than the catalogue's."""
+    """A steel of the catalogue, with an optional allowable stress that overrides the catalogue's."""
 
     name: Literal["pin-steel-17Cr3", "pin-steel-16MnCr5", "pin-steel-31CrMoV9"]
     """a name of the catalogue"""
@@ -2335,7 +2339,7 @@ class RepairDone(TypedDict):
 
 
 class Requirements(TypedDict):
-    """Least safeties and greatest loads of the piston's guide."""
+    """Minimum safeties and maximum loads on the piston's guide."""
 
     min_fatigue_safety: NotRequired[float]
     """against fatigue"""
@@ -2350,7 +2354,7 @@ class Requirements(TypedDict):
 
 
 class RestitutionRange(TypedDict):
-    """Where the restitution is not known better: the mechanism is made for the middle."""
+    """A range of restitution coefficients; the mechanism is designed for the middle."""
 
     low: float
     """least value of the range"""
@@ -2477,7 +2481,7 @@ class Run(TypedDict):
 
 
 class RunForce(TypedDict):
-    """The force at a worst instant of a stored crank-dynamics run; the service fills in what it takes from there."""
+    """The force at a worst instant of a stored crank-dynamics run; filled in by the service."""
 
     kind: Literal["run"]
     """discriminator of the form, or the kind of design"""
@@ -2521,8 +2525,8 @@ class RunLine(TypedDict):
 
 
 class RunLoad(TypedDict):
-    """A stored crank-dynamics run: its pressures (two strokes), or the one of a worst instant at all angles. The
-    service fills in what it takes from the run."""
+    """A stored crank-dynamics run: its pressures (two strokes), or the pressure of a worst instant at all angles.
+    The service fills in the data."""
 
     kind: Literal["run"]
     """discriminator of the form, or the kind of design"""
@@ -2660,7 +2664,7 @@ class Solver(TypedDict):
 
 
 class Steps(TypedDict):
-    """Steps to whose multiples width and free length are rounded; null: not rounded."""
+    """Increments to which width and free length are rounded; null: not rounded."""
 
     b: NotRequired[float | None]
     """width of the strip"""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -33,3 +36,36 @@ def test_a_kernel_knows_its_files() -> None:
     first_root(0.4)
     assert {file.suffix for file in first_root.files} == {".nbi", ".nbc"}
     assert all(file.name.startswith("buckling.first_root-") for file in first_root.files)
+
+
+ON_ANOTHER_PROCESSOR = """
+import sys
+from llvmlite import binding
+if sys.argv[1:]:
+    binding.get_host_cpu_name = lambda: sys.argv[1]
+    binding.get_host_cpu_features = binding.FeatureMap
+from app.jobs import warm_markers
+from solvers.rod.piston.skirt import contact_load
+contact_load(1.0, 1.0)
+print(warm_markers._digest(), sum(contact_load.compiled.stats.cache_misses.values()))
+"""
+
+
+def test_what_was_compiled_for_any_processor_is_taken_on_another(tmp_path: Path) -> None:
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_CPU_NAME": "generic"}
+    told = [
+        subprocess.run(
+            [sys.executable, "-c", ON_ANOTHER_PROCESSOR, *processor],
+            env=environment, check=True, capture_output=True, text=True,
+        ).stdout.split()
+        for processor in ([], ["x86-64"])
+    ]  # fmt: skip
+    (here, compiled), (elsewhere, compiled_again) = told
+    assert here == elsewhere
+    assert (compiled, compiled_again) == ("1", "0")
+
+
+def test_what_was_compiled_for_this_processor_is_not_taken_on_another(monkeypatch: pytest.MonkeyPatch) -> None:
+    here = warm_markers._digest()
+    monkeypatch.setattr("llvmlite.binding.get_host_cpu_name", lambda: "another")
+    assert warm_markers._digest.__wrapped__() != here

@@ -186,7 +186,7 @@ def test_idempotency_keys_are_separate_per_owner(service):
 
 
 def test_a_revoked_key_is_refused_within_seconds(service, monkeypatch):
-    monkeypatch.setattr(keys_module, "_FRESH_S", 0.1)
+    monkeypatch.setattr(keys_module, "_CACHE_S", 0.1)
     key, key_id = service.key(Scope.READ)
     assert service.client.get("/api/v1/runs", headers=bearer(key)).status_code == 200
     service.store.write_and_wait(RevokeKey(key_id, "a test"))

@@ -44,8 +44,8 @@ class Given:
 class Step:
     """A formula.
 
-    ``told`` is the run's value of the quantity in the step's unit; ``again`` marks a formula shown before with other
-    subscripts.
+    ``reported`` is the run's value of the quantity in the step's unit; ``again`` marks a formula shown before with
+    other subscripts.
     """
 
     symbol: str
@@ -55,13 +55,13 @@ class Step:
     result: Printed
     unit: str
     source: str
-    told: float | None = None
+    reported: float | None = None
     again: bool = False
 
     @property
     def ratio(self) -> float | None:
         """Ratio of the run's value to the hand calculation."""
-        return None if self.told is None or self.result.shown == 0.0 else self.told / self.result.shown
+        return None if self.reported is None or self.result.shown == 0.0 else self.reported / self.result.shown
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ class Chain:
         words: str,
         unit: str = "",
         source: str = "",
-        told: float | None = None,
+        reported: float | None = None,
         digits: int = FOUND,
     ) -> float:
         """Add a formula of known symbols; returns the printed value. Raises NotANumber."""
@@ -156,7 +156,7 @@ class Chain:
         value = calculated(formula, _Values(numbers))
         number = printed(value, digits, unit == DEGREE)
         shape = _shape(symbol, formula)
-        self.items.append(Step(symbol, formula, words, numbers, number, unit, source, told, shape in self._shown))
+        self.items.append(Step(symbol, formula, words, numbers, number, unit, source, reported, shape in self._shown))
         self._shown.add(shape)
         self._know(symbol, number)
         return number.value

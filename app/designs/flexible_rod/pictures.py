@@ -31,7 +31,7 @@ def stability_map(run: dict[str, Any], say: Say = str) -> str:
     chart.words(0.62, 11.0, say("buckles"), RED)
     safety = result["stability_safety"]
     if safety is not None and ratio >= LEAST_RATIO:
-        # P goes with the square of u, so the strip stands at u_cr/sqrt(n).
+        # P is proportional to u^2, so the strip is at u_cr/sqrt(n).
         critical = float(critical_parameter(min(ratio, 1.0)))
         parameter = critical / math.sqrt(safety)
         chart.line([ratio, ratio], [parameter, critical], BLUE, dashes="4 3")

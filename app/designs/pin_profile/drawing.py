@@ -50,7 +50,7 @@ class _Seats:
 
     def dimensions(self, reach: float) -> list[Dimension]:
         L, c = self.length, self.boss + self.gap
-        told = [
+        dimensions = [
             Dimension((L - self.boss, -reach), (L, -reach), words_of("boss", self.boss), "x", -reach, -1,
                       "geometry.boss_length_mm"),
             Dimension((c, -reach), (c + self.small_end, -reach), words_of("small end", self.small_end), "x", -reach,
@@ -59,8 +59,8 @@ class _Seats:
         ]  # fmt: skip
         if self.gap:
             edges = (self.boss, -reach), (c, -reach)
-            told.append(Dimension(*edges, words_of("gap", self.gap), "x", -reach, -2, "geometry.gap_mm"))
-        return told
+            dimensions.append(Dimension(*edges, words_of("gap", self.gap), "x", -reach, -2, "geometry.gap_mm"))
+        return dimensions
 
 
 def in_machine(run: Mapping[str, Any]) -> Drawing:

@@ -63,7 +63,7 @@ class Answer:
     verdict: dict[str, Any] | None = None
 
 
-def _nothing(_request: Any) -> float:
+def _no_extra_time(_request: Any) -> float:
     return 0.0
 
 
@@ -107,7 +107,7 @@ class Job:
     result: type[BaseModel]
     run: Callable[[Any], Answer]
     inline: bool = False
-    extra_s: Callable[[Any], float] = _nothing
+    extra_s: Callable[[Any], float] = _no_extra_time
     repeatable: bool = True
     reference: Callable[[Any, Answer], Reference | None] = _no_reference
     infeasible: type[BaseModel] | None = None

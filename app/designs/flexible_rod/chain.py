@@ -34,7 +34,7 @@ FATIGUE = {
 FOLLOWED = ("reciprocating_inertia", "beam_column", "friction")
 """Effects covered by the calculation."""
 _TURN = 2.0 * math.pi
-_STRAIGHT = 1e-3
+_NEGLIGIBLE_ARGUMENT = 1e-3
 """Below this K l, bending by the axial force is beyond six digits."""
 
 
@@ -169,7 +169,7 @@ class _Rod:
         self.bent[n] = at.angle
         self._force(at)
         c.step(f"s_{n}", f"r * sin(phi_{n})", "lateral stroke of the pin", "mm", PAPER)
-        if self.coupled and math.sqrt(abs(c[f"P_{n}"]) / (c["E"] * c["I"])) * c["l"] > _STRAIGHT:
+        if self.coupled and math.sqrt(abs(c[f"P_{n}"]) / (c["E"] * c["I"])) * c["l"] > _NEGLIGIBLE_ARGUMENT:
             self._coupled(n)
             return n
         c.step(f"d_{n}", "l**3 / 3 + L * (L - l) * l", "determinant, plain bending", "mm³", BEAM)

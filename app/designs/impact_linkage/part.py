@@ -28,10 +28,10 @@ from app.designs.impact_linkage.swept import outline, segments_of
 from app.designs.part import Extrusion, Parameter, Part, UnfitAngle
 
 LINKS = ("base", "crank", "coupler", "rocker")
-_AROUND = 720
+_POSITIONS = 720
 _EYE = 0.25
 """Eye radius relative to the shortest link, if the request does not specify the joints."""
-_HOLE, _THICKNESS, _BESIDE = 0.5, 1.0, 0.4
+_HOLE, _THICKNESS, _MAX_HOLE = 0.5, 1.0, 0.4
 """Hole radius and link thickness relative to the eye radius; maximum hole radius relative to the shortest link."""
 _AT_THE_BLOW = 1e-9
 
@@ -81,7 +81,7 @@ def _sizes(spec: Mapping[str, Any], lengths: Mapping[str, float]) -> tuple[float
     least = min(lengths.values())
     given = spec["limits"]["joint_radius_mm"] or 0.0
     eye = given or _EYE * least
-    return eye, min(_HOLE * eye, _BESIDE * least), not given
+    return eye, min(_HOLE * eye, _MAX_HOLE * least), not given
 
 
 def _standing(
@@ -102,7 +102,7 @@ def _standing(
     phi = math.radians(turned) or _AT_THE_BLOW
     pin, joint = (crank * points[:, 0] for points in bar.joints(phi))
     reach = math.pi if confined is None else math.radians(confined)
-    pins, ends = (crank * points.T for points in bar.joints(np.linspace(-reach, reach, _AROUND)))
+    pins, ends = (crank * points.T for points in bar.joints(np.linspace(-reach, reach, _POSITIONS)))
     position = "at the blow" if angle_deg is None else f"{angle:g}° behind the blow"
     return (
         [(0.0, 0.0), _place(pin), _place(joint), (base, 0.0)],

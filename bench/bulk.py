@@ -1,9 +1,9 @@
-"""Many checks at once: microseconds of processor time for each, beside a loop over single checks and joblib.
+"""Bulk evaluation: processor time per check [us], compared with single checks and joblib.
 
-Tables are arrays in, arrays out, by one compiled loop on one core, at an accuracy of 1e-6. The loop over single checks
-is what a user would write; joblib spreads that loop over two processes, timed by the clock. Lists are what batches use:
-one case with its own scene and settings for each item, answered by objects; answers are the service's JSON without
-tables. Least of three runs. Scenes: the worked examples with dimensions drawn about theirs.
+Tables take and return arrays, in one compiled loop on one core, at an accuracy of 1e-6. The loop over single checks is
+what a user would write; joblib distributes it over two processes, measured by wall-clock time. Lists are what batches
+use: one case with its own scene and settings per item, returning objects; answers are the service's JSON without
+tables. Minimum of three runs. Scenes: the examples with random dimensions around theirs.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from solvers.effects import AUTO, EffectSelection
 
 COUNT, FEW = 2000, 100
 _RUNS, _TIMES = 3, 10
-"""Of every measurement, the least counts; how often joblib is given the list, so that its start does not count."""
+"""Minimum of so many runs; repetitions of the list for joblib, so that its start-up does not count."""
 _BEAM = ("beam_column", "reciprocating_inertia")
 
 
 @dataclass(frozen=True)
 class Row:
-    """One subject: microseconds for each item, by table, by single checks, by joblib's two processes."""
+    """One subject: microseconds per item by table, by single checks, and by joblib with two processes."""
 
     name: str
     table_us: float | None
@@ -39,7 +39,7 @@ class Row:
 
 
 def _per_item(run: Callable[[], object], count: int, clock: Callable[[], float] = time.process_time) -> float:
-    """Least time for each item [us]."""
+    """Minimum time per item [us]."""
     run()
     best = np.inf
     for _ in range(_RUNS):

@@ -89,7 +89,7 @@ def revoke(key_id: str, database_url: DatabaseUrl = DATABASE) -> None:
         except UnknownKey as error:
             typer.echo(str(error), err=True)
             raise typer.Exit(2) from None
-    typer.echo(f"{key_id} is revoked" if done else f"{key_id} was revoked before")
+    typer.echo(f"{key_id} is revoked" if done else f"{key_id} was already revoked")
 
 
 def audit(

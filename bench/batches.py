@@ -34,21 +34,22 @@ _VARIED = {
 """What is varied of each kind, from which share of the example's value on."""
 
 
-def bodies(kind: str, mode: str, count: int) -> Iterator[bytes]:
-    """That many random requests, a line each."""
-    chance, example = random.Random(1), KINDS[kind].example(Mode(mode))
+def bodies(kind: str, mode: str, count: int, without: tuple[str, ...] = ()) -> Iterator[bytes]:
+    """That many random requests, a line each, ``without`` some fields of the example."""
+    chance = random.Random(1)
+    body = {name: value for name, value in KINDS[kind].example(Mode(mode)).items() if name not in without}
     path, least = _VARIED[kind]
+    here = body
+    for step in path[:-1]:
+        here = here[step]
+    most = here[path[-1]]
     for _ in range(count):
-        body = json.loads(json.dumps(example))
-        here = body
-        for step in path[:-1]:
-            here = here[step]
-        here[path[-1]] *= chance.uniform(least, 1.0)
+        here[path[-1]] = most * chance.uniform(least, 1.0)
         yield json.dumps(body).encode() + b"\n"
 
 
-def served(folder: Path) -> tuple[subprocess.Popen[bytes], httpx.Client]:
-    """A service that has its kernels, and a client of it."""
+def served(folder: Path, workers: int = 2) -> tuple[subprocess.Popen[bytes], httpx.Client]:
+    """A service that has its kernels, with so many workers for batches, and a client of it."""
     output = folder / "output.txt"
     command = [
         sys.executable,
@@ -61,7 +62,8 @@ def served(folder: Path) -> tuple[subprocess.Popen[bytes], httpx.Client]:
         f"sqlite:///{folder}/runs.sqlite3",
     ]
     with output.open("wb") as sink:
-        process = subprocess.Popen(command, stdout=sink, stderr=sink, env={**os.environ, "PYTHONUNBUFFERED": "1"})
+        environment = {**os.environ, "PYTHONUNBUFFERED": "1", "CRANKWRIGHT_BATCH_WORKERS": str(workers)}
+        process = subprocess.Popen(command, stdout=sink, stderr=sink, env=environment)
     while not (found := re.search(r"http://127\.0\.0\.1:\d+", output.read_text())):
         time.sleep(0.1)
     client = httpx.Client(base_url=found[0], timeout=600)

@@ -38,7 +38,7 @@ from app.web import listing
 from app.web.forms.faults import SAYS
 from app.web.forms.tree import build
 from app.web.rendering import templates
-from app.words import captions, shaping
+from app.words import captions, inputs, shaping
 from app.words.drawings import in_words
 from app.words.fields import split_unit
 from app.words.languages import DOMAIN, LANGUAGES, LOCALE, speaking
@@ -75,9 +75,9 @@ _ELSEWHERE = (
     "one unknown",
     "thin ring with load factor",
     "the solid section",
+    "linear",
+    "Monte Carlo",
     "any",
-    "a lower",
-    "a greater",
     "pin",
     "bushing",
 )
@@ -137,6 +137,7 @@ def registered() -> set[str]:
             for mode in kind.jobs:
                 build(kind, mode)
                 for request in _requests(kind, mode):
+                    inputs.groups({"kind": kind.slug, "mode": mode, "spec": _filled(kind, mode, request)})
                     drawing = kind.drawing(request)
                     for units in System if drawing is not None else ():
                         with measuring(units):
@@ -145,7 +146,7 @@ def registered() -> set[str]:
     found |= {word.label for words in (ROD, PIN, LINKAGE) for word in words.values()}
     found |= {denial for kind in KINDS.values() for denial in kind.denials.values()}
     found |= {*captions.CAPTIONS.values(), *captions.OF_A_KIND.values(), *shaping.SIZES.values()}
-    found |= sentences() | set(_EVIDENCE)
+    found |= {*sentences(), *_EVIDENCE, inputs.MORE}
     found |= {text for texts in claims.FIXED for text in texts.values()}
     found |= {part for export in EXPORTS.values() for part in export.title.split(": ", 1)} | set(captions.PART_TITLES)
     found |= {sentence for caption in captions.PARTS.values() for sentence in sentences_of(caption)}
@@ -163,6 +164,11 @@ def _requests(kind: Kind, mode: Mode) -> Iterator[dict[str, Any]]:
             yield {**request, "types": [one]}
 
 
+def _filled(kind: Kind, mode: Mode, request: dict[str, Any]) -> dict[str, Any]:
+    """The request as a run keeps it."""
+    return kind.jobs[mode].request.model_validate(request).model_dump(mode="json")
+
+
 def _of_kinds() -> Iterator[str]:
     for kind in KINDS.values():
         yield kind.title
@@ -173,7 +179,7 @@ def _of_kinds() -> Iterator[str]:
 
 
 def _names() -> Iterator[str]:
-    """The names of all fields in words, of limits without their end too, and of the values that a field can have."""
+    """The names of all fields in words, limits without their end too, and of the values that a field can have."""
     for kind in KINDS.values():
         for job in kind.jobs.values():
             for root in filter(None, (job.request, job.result, job.infeasible)):

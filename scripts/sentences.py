@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterable, Iterator
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
@@ -23,9 +24,10 @@ SOURCES = (
     ),
     *sorted(_APP.glob("designs/*/request.py")),
     *sorted(_APP.glob("designs/*/reference.py")),
-    *(_APP / "designs" / f"{name}.py" for name in ("accuracy", "claims", "schema")),
+    *(_APP / "designs" / f"{name}.py" for name in ("accuracy", "claims", "independent", "schema")),
     _APP / "designs" / "crank_masses" / "kind.py",
     *(_APP / name for name in ("run_references.py", "solve_failures.py")),
+    *(_APP / "batches" / f"{name}.py" for name in ("chunk", "intake", "service", "sweep")),
     _APP / "jobs" / "warming.py",
 )
 CALCULATIONS = tuple(sorted(_APP.glob("designs/*/chain.py")))
@@ -43,14 +45,15 @@ _NAME = re.compile(r"[a-z]+(?:[._][\w{}]+)+|[\[(].*[\])]|[\d\W]*")
 """Dotted or underscored names of fields, and intervals."""
 
 
-def sentences() -> set[str]:
+@cache
+def sentences() -> frozenset[str]:
     """The texts of all sources."""
     found = {text for path in SOURCES for text in _said(_tree(path))}
     for path in CALCULATIONS:
         tree = _tree(path)
         tree.body = [node for node in tree.body if not isinstance(node, (ast.Assign, ast.AnnAssign))]
         found |= {text for text in _said(tree) if not _FORMULA.search(text)}
-    return found
+    return frozenset(found)
 
 
 def patterns(texts: Iterable[str]) -> list[str]:

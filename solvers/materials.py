@@ -10,6 +10,12 @@ from types import MappingProxyType
 from solvers.errors import InvalidInput
 
 
+LOSS_FACTOR = 0.01
+"""eta of a steel strip held by friction in its clamps, damping ratio 0.5 %: hardened steel itself has 1e-4 to 2e-3, a
+part clamped or bolted at its ends some 1e-3 to some 1e-2 (L. Cremer, M. Heckl, B. A. T. Petersson, Structure-Borne
+Sound (2005); VDI 3830). Where resonances decide it is worth a measurement."""
+
+
 @dataclass(frozen=True)
 class Material:
     """Elastic and fatigue properties of one material, SI units.
@@ -22,6 +28,8 @@ class Material:
     density                  [kg/m^3]
     poisson                  in (-1, 0.5)
     ultimate_strength        [Pa], needed by Goodman and Gerber only
+    loss_factor              eta = 2 zeta in [0, 0.5], of a part in its clamps: the share of a vibration's energy lost
+                             in a radian; 0 is undamped. Only the strip's inertia asks for it
     """
 
     elastic_modulus: float
@@ -32,6 +40,7 @@ class Material:
     density: float
     poisson: float = 0.3
     ultimate_strength: float | None = None
+    loss_factor: float = LOSS_FACTOR
 
     def __post_init__(self) -> None:
         for name in ("elastic_modulus", "fatigue_limit", "yield_strength", "density"):
@@ -43,6 +52,8 @@ class Material:
             raise InvalidInput("material.mean_stress_sensitivity", "must lie below 1", "[0, 1)")
         if not -1 < self.poisson < 0.5:
             raise InvalidInput("material.poisson", "must lie between -1 and 0.5", "(-1, 0.5)")
+        if not 0 <= self.loss_factor <= 0.5:
+            raise InvalidInput("material.loss_factor", "must lie between 0 and 0.5", "[0, 0.5]")
         ultimate = self.ultimate_strength
         if ultimate is not None and not (math.isfinite(ultimate) and ultimate >= self.yield_strength):
             raise InvalidInput(
@@ -74,6 +85,7 @@ def sources_of(**told: str) -> Mapping[str, str]:
 
 
 _SHEETS = "rounded from suppliers' data sheets; 15 % of scatter between heats and finishes is common"
+_CLAMPED = "assumed: of steel parts held by friction in clamps, which lose more than the material"
 _ASSUMED = "assumed: the paper prints no material data"
 
 CATALOGUE: dict[str, Listed] = {
@@ -83,6 +95,7 @@ CATALOGUE: dict[str, Listed] = {
         sources=sources_of(
             elastic_modulus=_ASSUMED, fatigue_limit=_ASSUMED, fatigue_reduction=_ASSUMED,
             mean_stress_sensitivity=_ASSUMED, yield_strength=_ASSUMED, density=_ASSUMED, poisson=_ASSUMED,
+            loss_factor=_CLAMPED,
         ),
     ),
     "spring-steel-1.1274": Listed(
@@ -97,6 +110,7 @@ CATALOGUE: dict[str, Listed] = {
             density="typical of carbon steel",
             poisson="typical of steel",
             ultimate_strength=_SHEETS,
+            loss_factor=_CLAMPED,
         ),
     ),
     "stainless-1.4310": Listed(
@@ -111,6 +125,7 @@ CATALOGUE: dict[str, Listed] = {
             density="typical of austenitic steel",
             poisson="typical of steel",
             ultimate_strength="EN 10151 +C1500: 1500 to 1700 MPa",
+            loss_factor=_CLAMPED,
         ),
     ),
 }  # fmt: skip

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+
 import pytest
 
+from scripts import audit, sbom
 from scripts.audit import told
 from scripts.sbom import components, locked
 
@@ -27,3 +31,32 @@ def test_everything_locked_has_hashes_and_is_listed_with_its_licence():
 def test_an_audit_says_what_it_saw(dependencies, code, says):
     lines, found = told(dependencies)
     assert found == code and says in "\n".join(lines)
+
+
+def test_an_audit_whose_database_cannot_be_reached_says_so(monkeypatch, capsys):
+    def unreachable(words, **_options):
+        assert "pip_audit" in words and "--require-hashes" in words
+        return subprocess.CompletedProcess(words, 1, "", "Traceback …\nConnectionError: no route to host\n")
+
+    monkeypatch.setattr(subprocess, "run", unreachable)
+    assert audit.main() == 2
+    assert "were not looked up: ConnectionError: no route to host" in capsys.readouterr().out
+
+
+def test_the_bill_of_materials_is_what_its_format_asks_for(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["sbom"])
+    sbom.main()
+    told = json.loads(capsys.readouterr().out)
+    assert (told["bomFormat"], told["specVersion"]) == ("CycloneDX", "1.6")
+    assert told["metadata"]["component"]["name"] == "crankwright"
+    for each in told["components"]:
+        assert (
+            each["type"] == "library"
+            and each["bom-ref"] == each["purl"] == f"pkg:pypi/{each['name']}@{each['version']}"
+        )
+        assert all(len(found["value"]) == 64 for found in each["properties"])
+    monkeypatch.setattr("sys.argv", ["sbom", "--licences"])
+    sbom.main()
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == len(told["components"])
+    assert any(line.startswith("numpy ") and "BSD" in line for line in lines)

@@ -95,6 +95,7 @@ class MaterialInfo(_Shown):
     mean_stress_sensitivity: float | None = Field(description="ψ of Serensen")
     yield_strength_mpa: float | None
     ultimate_strength_mpa: float | None
+    loss_factor: float | None = Field(description="η of a strip in its clamps, twice the damping ratio")
     sources: dict[str, str] = Field(description="of every value, by its name")
     kinds: list[str] = Field(description="kinds whose requests accept the name")
 
@@ -209,5 +210,6 @@ _UNITS = {
     "mean_stress_sensitivity": ("", 1.0),
     "yield_strength": ("_mpa", 1e6),
     "ultimate_strength": ("_mpa", 1e6),
+    "loss_factor": ("", 1.0),
 }
 """Unit suffixes of a material's quantities in the API, and their sizes in SI."""

@@ -30,7 +30,7 @@ from app.designs.registry import KINDS, job_of
 from app.designs.schema import DesignSettings, Entry, entry, finite
 from app.jobs.budget import budget
 from app.store.batch_inputs import Row, Source, UnreadableRow, unpacked_rows
-from app.store.batch_items import encoded, packed
+from app.store.batch_items import encoded, packed, unpacked
 from app.store.batch_records import Item
 from app.store.hashing import canonical_json
 
@@ -55,11 +55,17 @@ def answer(slug: str, mode: str, payload: bytes, _report: Report) -> Solved | Ne
 
 @dataclass(frozen=True, slots=True)
 class _Asked:
-    """A request, its spec as JSON, and a hash of what it asks, which its name is no part of."""
+    """A request, its spec as JSON, what it asks, which is that without the name, and the hash of this."""
 
     request: BaseModel
     spec: bytes
+    plain: bytes
     key: bytes
+
+    @property
+    def number(self) -> int:
+        """A part of the hash as databases keep numbers."""
+        return int.from_bytes(self.key[:8], "big", signed=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +93,7 @@ class _Chunk:
         self.detail = Detail(task.detail)
         self.subject = f"{slug} {mode} {self.detail} ".encode()
         self.needed: set[str] = set()
+        self.looks_up = task.looks_up and self.job.repeatable
         self.told: set[bytes] = set()
         """The keys that some item has been answered for."""
 
@@ -95,15 +102,19 @@ class _Chunk:
         read = [self._read(source, row) for row in unpacked_rows(task.block, task.start, task.end)]
         if self.needed:
             return Needs(frozenset(self.needed))
-        answers = self._answers([asked for _, asked in read if isinstance(asked, _Asked)])
+        requests = [asked for _, asked in read if isinstance(asked, _Asked)]
+        if self.looks_up and task.known is None and requests:
+            return Needs(frozenset(), frozenset(each.number for each in requests))
+        answers = self._answers(requests)
         items = []
         for index, (line, asked) in enumerate(read, task.first):
-            if isinstance(asked, _Asked):
-                found, repeated = answers[asked.key], asked.key in self.told
-                self.told.add(asked.key)
-            else:
-                found, repeated = asked.answer, False
-            items.append(self._item(index, line, asked.spec, found, repeated))
+            if isinstance(asked, _Refused):
+                items.append(self._item(index, line, asked.spec, asked.answer))
+                continue
+            found, repeated = answers[asked.key], asked.key in self.told
+            self.told.add(asked.key)
+            found_by = asked.number if self.looks_up and not repeated and _will_do_again(found) else None
+            items.append(self._item(index, line, asked.spec, found, repeated, found_by))
         return items
 
     def _read(self, source: Source, row: Row) -> tuple[int | None, _Asked | _Refused]:
@@ -128,7 +139,8 @@ class _Chunk:
         plain = request.model_dump_json(exclude={"name"}).encode()
         key = hashlib.sha256(self.subject + plain).digest()
         name = getattr(request, "name", None)
-        return _Asked(request, plain if name is None else b'{"name":' + to_json(name) + b"," + plain[1:], key)
+        spec = plain if name is None else b'{"name":' + to_json(name) + b"," + plain[1:]
+        return _Asked(request, spec, plain, key)
 
     def _filled(self, request: BaseModel) -> BaseModel | Answer:
         """The request with the runs that it names filled in and with a time budget that the service can give."""
@@ -153,6 +165,10 @@ class _Chunk:
     def _answers(self, asked: Sequence[_Asked]) -> dict[bytes, Answer]:
         """The answers by key; each of equal requests is solved once."""
         known = {each.key: _remembered[each.key] for each in asked if each.key in _remembered}
+        for each in asked:
+            stored = (self.task.known or {}).get(each.number)
+            if stored is not None and (found := self._stored(each, stored)) is not None:
+                known[each.key] = found
         self.told |= known.keys()
         new = {each.key: each.request for each in asked if each.key not in known}
         timed = [self._timed(request) for request in new.values()]
@@ -161,10 +177,17 @@ class _Chunk:
             self._remember(found)
         return known | found
 
+    def _stored(self, asked: _Asked, item: Item) -> Answer | None:
+        """The answer that a stored item got, if that asks the same."""
+        parts = unpacked(item.content, self.task.dictionary)
+        same = json.loads(asked.plain)
+        if {name: value for name, value in parts["spec"].items() if name != "name"} != same:
+            return None
+        told = [parts.get(name, empty) for name, empty in (("result", None), ("effects", []), ("accuracy", None))]
+        return Answer(item.status, *told, parts.get("timing", {}), None, parts.get("verdict"))
+
     def _remember(self, found: Mapping[bytes, Answer]) -> None:
-        for key, solved in found.items():
-            if solved.status in ("succeeded", "infeasible") and (solved.accuracy or {}).get("met", True):
-                _remembered[key] = solved
+        _remembered.update((key, answer) for key, answer in found.items() if _will_do_again(answer))
         while len(_remembered) > _REMEMBERED:
             _remembered.popitem(last=False)
 
@@ -175,7 +198,10 @@ class _Chunk:
         times = budget(service_s, request.time_budget_s, self.job.best_in_time)
         return request if times.solver_s is None else request.model_copy(update={"time_budget_s": times.solver_s})
 
-    def _item(self, index: int, line: int | None, spec: bytes | None, found: Answer, repeated: bool) -> Item:
+    def _item(
+        self, index: int, line: int | None, spec: bytes | None, found: Answer, repeated: bool = False,
+        found_by: int | None = None,
+    ) -> Item:  # fmt: skip
         parts = parts_of(self.slug, self.mode, found)
         content = encoded(spec, parts, repeated)
         # Numbers that are not finite have these names in the text, which other text may have as well.
@@ -184,7 +210,13 @@ class _Chunk:
             parts = parts_of(self.slug, self.mode, found)
             content = encoded(spec, parts, repeated)
         holds = None if found.verdict is None else bool(found.verdict["holds"])
-        return Item(index, line, found.status, holds, parts.get("figure"), packed(content, self.task.dictionary))
+        text = packed(content, self.task.dictionary)
+        return Item(index, line, found.status, holds, parts.get("figure"), text, found_by)
+
+
+def _will_do_again(answer: Answer) -> bool:
+    """Whether an equal request need not be solved."""
+    return answer.status in ("succeeded", "infeasible") and (answer.accuracy or {}).get("met", True)
 
 
 def parts_of(slug: str, mode: Mode, found: Answer) -> dict[str, Any]:

@@ -27,7 +27,7 @@ from app.logging import get_logger
 from app.store.batch_inputs import Source, unpacked_rows
 from app.store.batch_items import encoded
 from app.store.batch_operations import Claim, DropAbandoned, Finish, Release, Renew, Return, Split
-from app.store.batch_reads import active_batches, block_of
+from app.store.batch_reads import active_batches, block_of, items_asking
 from app.store.batch_records import BatchRecord, Chunk, Item
 from app.store.errors import StoreError, UnknownRun
 from app.store.hashing import canonical_json
@@ -47,6 +47,8 @@ _MOST_CRASHES_ALONE = 6
 """So often one item; the death of a service that had leased it counts too."""
 _MOST_ATTEMPTS = 10
 _BLOCKS_KEPT = 8
+_WORTH_A_LOOK_S = 5e-3
+"""Items that take longer than this are looked for among those of other chunks before they are solved."""
 _LONGEST_DICTIONARY = 32_000
 """More a deflated text cannot look back."""
 
@@ -60,6 +62,8 @@ class BatchEngine:
         self.owner = new_owner()
         self._wake = asyncio.Event()
         self._tasks: dict[asyncio.Task[None], int] = {}
+        self._solving: dict[tuple[int, int], asyncio.Task[None]] = {}
+        """Which task solves what is asked, of batches whose items are worth a look for equal ones."""
         self._item_s: dict[tuple[str, str, str], float] = {}
         self._blocks: OrderedDict[tuple[int, int], bytes] = OrderedDict()
         self._dictionaries: dict[tuple[str, str, str], bytes] = {}
@@ -172,6 +176,7 @@ class BatchEngine:
 
     def _ended(self, task: asyncio.Task[None]) -> None:
         self._tasks.pop(task, None)
+        self._solving = {asked: other for asked, other in self._solving.items() if other is not task}
         self._wake.set()
         if not task.cancelled() and task.exception() is not None:
             # The lease runs out, and the chunk is taken again.
@@ -208,6 +213,7 @@ class BatchEngine:
             batch.detail,
             batch.dictionary,
             self._solve_budget_s,
+            self._guess(batch) > _WORTH_A_LOOK_S,
         )
         kill_s = self._solve_budget_s + 10 * self._guess(batch) * chunk.count
         if batch.mode == Mode.ACCURACY:
@@ -217,7 +223,22 @@ class BatchEngine:
             if not isinstance(found, Needs):
                 self._learn(batch, found.seconds / chunk.count)
                 return found.items
-            task = replace(task, runs={**task.runs, **await self._runs(found, batch.owner)})
+            if found.run_ids:
+                task = replace(task, runs={**task.runs, **await self._runs(found, batch.owner)})
+            else:
+                task = replace(task, known=await self._equal(batch, found.asked))
+
+    async def _equal(self, batch: BatchRecord, asked: frozenset[int]) -> dict[int, Item]:
+        """Stored items of a batch that ask one of these, after those that are being solved here have ended.
+
+        Whoever waits has not yet said what it solves itself, so no two wait for each other.
+        """
+        while others := {self._solving[batch.number, each] for each in asked if (batch.number, each) in self._solving}:
+            await asyncio.wait(others)
+        own = asyncio.current_task()
+        assert own is not None
+        self._solving.update(((batch.number, each), own) for each in asked)
+        return await self._store.query(lambda connection: items_asking(connection, batch.number, asked))
 
     def _learn(self, batch: BatchRecord, seconds: float) -> None:
         key = (batch.kind, batch.mode, batch.detail)

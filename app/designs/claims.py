@@ -15,8 +15,8 @@ from solvers.outcome import Certificate, EffectState, Outcome
 Claim = dict[str, str | list[str]]
 
 NOT_IN_THE_GAP = (
-    "the numerical error of the results of this design, quadrature and the places between stations included: "
-    "accuracy.estimated, which is no part of the gap"
+    "the numerical error of this design's results, quadrature and the places between stations included: it is the "
+    "estimated accuracy, and no part of the gap"
 )
 
 
@@ -76,7 +76,7 @@ def of_pin(outcome: Outcome[Any], form: str, outside: bool, limited: Sequence[st
     stations = outcome.accuracy.settings.get("stations")
     at = f"every wall from the least that holds to the solid section, at each of the answer's {stations} stations"
     return {
-        "proven": f"no {part} of this form that keeps strength and limits is lighter than lower_bound_g",
+        "proven": f"no {part} of this form that keeps strength and limits is lighter than the bound",
         "physics": "the check's own: " + "; ".join(physics),
         "form": (_BUSHING_FORMS if outside else _PIN_FORMS)[form],
         "range": _PIN_RANGES.get(form, at),
@@ -91,8 +91,10 @@ def of_linkage(outcome: Outcome[Any], objective: str, sign: int, types: Sequence
     """Of the best linkage; ``sign`` is +1 where the objective is made small."""
     searched = str(outcome.certificate.evidence["searched"])
     allowed = ", ".join(name.replace("_", " ") for name in types)
-    less = "a lower" if sign > 0 else "a greater"
-    proven = f"no such linkage that keeps the limits has {less} {objective.replace('_', ' ')} than bound"
+    named = objective.replace("_", " ")
+    proven = f"no such linkage that keeps the limits has a lower {named} than the bound"
+    if sign < 0:
+        proven = f"no such linkage that keeps the limits has a greater {named} than the bound"
     if outcome.value is None:
         proven = "no such linkage keeps the limits"
     beside = [name for name in _ran(outcome) if name != "envelope"]
@@ -140,13 +142,13 @@ def of_rod(outcome: Outcome[Any], objective: str) -> Claim:
 def _of_core(outcome: Outcome[Any], objective: str) -> str:
     if outcome.value is None:
         return "no strip meets the requirements"
-    return f"no strip that meets the requirements has a better {objective.replace('_', ' ')} than bound"
+    return f"no strip that meets the requirements has a better {objective.replace('_', ' ')} than the bound"
 
 
 def _of_part(certificate: Certificate) -> str:
     evidence = certificate.evidence
     if "core_bound" in evidence:
-        return "no strip that meets the requirements by this physics is better than evidence.core_bound"
+        return "no strip that meets the requirements by this physics is better than the core's bound"
     return str(evidence.get("core", "nothing")).removeprefix("proven: ")
 
 

@@ -9,7 +9,7 @@ TUPLES: dict[str, str] = {
     "solvers.crank.gas.unrolled_pressure.Unrolled": "f1 f1 f2 i1 b solvers.crank.motion.slider_crank.Frame f f",
     "solvers.crank.motion.slider_crank.Frame": "f f f f f f",
     "solvers.numerics.panels.Rule": "f1 f1 f2 f2",
-    "solvers.numerics.radau.Radau": "f1 f1 f2 f2 f2 f2 f1 f2",
+    "solvers.numerics.radau.Radau": "f1 f1 f2 f2 f2 f2 f2 f1 f2",
     "solvers.numerics.ripple.Ripple": "f1 c2 c3 c3 f2 f5 f5 f1 f1 f2",
     "solvers.pin.closed_form.kernel.Pins": "f2 f2 f3 f2",
     "solvers.pin.closed_form.kernel.Results": "f1 f1 f1 f1 f1 f1 f1 f1 f1 f1",
@@ -26,7 +26,7 @@ TUPLES: dict[str, str] = {
     "solvers.rod.optimum.proof.box_bounds.Work": "solvers.rod.optimum.proof.box_bounds.Ranges solvers.rod.optimum.proof.box_bounds.Ranges f2",
     "solvers.rod.strip.elastica_kernels.Collocation": "f1 f2 f2 f1 f1 f1 f1 f1",
     "solvers.rod.vibration.natural_frequencies.Energies": "f2 f2 f1 f1",
-    "solvers.rod.vibration.slow_modes.Parts": "f1 f2 f2 f1 f2 f2",
+    "solvers.rod.vibration.slow_modes.Parts": "f1 f1 f2 f2 f1 f2 f2 f2",
 }
 
 ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
@@ -64,7 +64,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.cycle.state.friction_corners", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1"),
         ("solvers.rod.piston.skirt.contact_load", "f f"),
         ("solvers.rod.vibration.equation._static_shape", "f f f f1"),
-        ("solvers.rod.vibration.free_modes.free_mode", "i f1 f2 f1 f2 solvers.numerics.radau.Radau f i"),
+        ("solvers.rod.vibration.free_modes.free_mode", "i f1 f2 f1 f1 f2 solvers.numerics.radau.Radau f i"),
         ("solvers.rod.vibration.motion.amplitudes", "f1 f3 solvers.numerics.radau.Radau f1"),
         ("solvers.rod.vibration.slow_modes.carried", "f3 b1"),
         ("solvers.rod.vibration.slow_modes.slow_motion", "f1 f2 f3 solvers.rod.vibration.slow_modes.Parts solvers.numerics.radau.Radau f i"),

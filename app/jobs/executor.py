@@ -306,7 +306,10 @@ class ProcessPool:
                 last_start = time.monotonic()
                 if self._fork_server.generation:
                     logger.error("fork_server_exited")
-                self._fork_server.start()
+                try:
+                    self._fork_server.start()
+                except OSError as error:  # out of file descriptors, processes or memory: retried in a second
+                    logger.error("fork_server_start_failed", reason=str(error))
             try:
                 for lane in self._lanes:
                     for _ in range(lane.claim_missing()):

@@ -108,10 +108,15 @@ class ForkServer:
         ours, theirs = socket.socketpair()
         ours.settimeout(START_TIMEOUT_S)
         code = _BOOTSTRAP.format(path=sys.path, descriptor=theirs.fileno(), parent=os.getpid(), preload=self._preload)
-        process = subprocess.Popen(
-            [sys.executable, "-c", code], pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, process_group=0
-        )
-        theirs.close()
+        try:
+            process = subprocess.Popen(
+                [sys.executable, "-c", code], pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, process_group=0
+            )
+        except OSError:
+            ours.close()
+            raise
+        finally:
+            theirs.close()
         self._process, self._control = process, ours
         self.generation += 1
 

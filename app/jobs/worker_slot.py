@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 from app.designs.progress import Report, ignore_progress
-from app.jobs.errors import BudgetExceeded, ExecutorClosed, MemoryExceeded, SolveFailed, WorkerCrashed
+from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.jobs.fork_server import START_TIMEOUT_S, Child, ForkServer
 from app.jobs.worker import Reply, WorkerSettings, serve
 from app.logging import get_logger
@@ -16,6 +16,7 @@ logger = get_logger(__name__)
 
 LOAD_TIMEOUT_S = 120.0
 """Time limit for loading or compiling what a call needs; not counted in the call's own budget."""
+_RESOURCES_RETRY_S = 5.0
 
 
 class Call:
@@ -147,7 +148,10 @@ class WorkerSlot:
         self.kill()
 
     def _start(self) -> None:
-        child = self._fork_server.fork(serve, self._settings)
+        try:
+            child = self._fork_server.fork(serve, self._settings)
+        except OSError as error:  # out of file descriptors, processes or memory
+            raise Busy(f"no worker process can be started: {error.strerror}", _RESOURCES_RETRY_S) from error
         with self._lock:
             self._child, self._ready = child, False
         if self._closed:

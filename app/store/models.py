@@ -52,10 +52,10 @@ class UtcDateTime(TypeDecorator[datetime]):
         return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)
 
 
-def _partial_index(column: str) -> Index:
+def _partial_index(column: str, *columns: str) -> Index:
     not_null = text(f"{column} IS NOT NULL")
     # Migrations create the indexes. postgresql_where would import that dialect even for SQLite.
-    return Index(None, column, "id", sqlite_where=not_null)
+    return Index(None, *(columns or (column, "id")), sqlite_where=not_null)
 
 
 metadata = MetaData(naming_convention=NAMING)
@@ -217,7 +217,8 @@ batch_chunks = Table(
     Index(None, "batch", "state", "first"),
 )
 
-# Output: one row per ended item, compressed with the batch's dictionary.
+# Output: one row per ended item, compressed with the batch's dictionary. ``asked`` is part of the hash of the request,
+# kept only where equal items are looked up; a match is confirmed by comparing the specs.
 batch_items = Table(
     "batch_items",
     metadata,
@@ -229,7 +230,9 @@ batch_items = Table(
     Column("figure", Float),
     Column("content", LargeBinary, nullable=False),
     Column("digest", LargeBinary, nullable=False),
+    Column("asked", BigInteger),
     Index(None, "batch", "status", "index"),
+    _partial_index("asked", "batch", "asked"),
     sqlite_with_rowid=False,
 )
 

@@ -29,7 +29,7 @@ from app.words.solver_texts import spoken
 
 router = APIRouter(include_in_schema=False)
 _ON_A_PAGE = 50
-_SAID_ELSEWHERE = ("value", "value_unit")
+_SAID_ELSEWHERE = ("value", "value_unit", "reference", "reference_accuracy")
 """Results that stand on the page under a better name."""
 
 

@@ -42,7 +42,7 @@ def groups(run: Mapping[str, Any]) -> list[Group]:
     kind = KINDS[run["kind"]]
     spec = run["spec"].get("spec", run["spec"]) if run["mode"] == Mode.ACCURACY else run["spec"]
     model = _model(run, spec)
-    titles = [*dict.fromkeys([*kind.form.sections, _MORE, *COMMON.sections])]
+    titles = [*dict.fromkeys([*kind.form.sections, MORE, *COMMON.sections])]
     found: dict[str, list[Input]] = {title: [] for title in titles}
     for path, value, own in _leaves(_ordered(spec, model), model):
         if value is not None and value != [] and path != ("name",):
@@ -50,12 +50,13 @@ def groups(run: Mapping[str, Any]) -> list[Group]:
     return [Group(_(title.removeprefix("+")), tuple(items)) for title, items in found.items() if items]
 
 
-_MORE = "More"
+MORE = "More"
+"""The section of what no section has."""
 
 
 def _section(words: FormWords, name: str) -> str:
     sections = {**words.sections, **COMMON.sections}
-    return next((title for title, names in sections.items() if name in names), _MORE)
+    return next((title for title, names in sections.items() if name in names), MORE)
 
 
 def differing(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[tuple[Input, str, str]]:

@@ -9,12 +9,12 @@ from __future__ import annotations
 import re
 from functools import cache, lru_cache
 
+from app.words.fields import named
 from app.words.languages import LOCALE, gettext, language
 
 PATTERNS_FILE = LOCALE / "patterns.txt"
 """A pattern a line, the most definite first; ``{}`` holds the place of what is put in. `make messages` writes it."""
 _NAME = re.compile(r"[a-z]\w*(?:[._]\w+)+")
-_SEPARATOR = re.compile(r"([;:,] )")
 _ENGLISH = re.compile(r"[A-Za-z]{2}")
 
 
@@ -32,16 +32,20 @@ def is_foreign(text: str) -> bool:
 def _spoken(text: str, code: str) -> str:
     """As the catalogue has it, else by a pattern; else, where it is a list, item by item."""
     if _NAME.fullmatch(text):
-        return gettext(text.rpartition(".")[2].replace("_", " "))
+        return named(text.rpartition(".")[2])[0]
     said = gettext(text)
     if said != text:
         return said
-    for pattern, compiled in _patterns():
-        found = compiled.fullmatch(text)
-        if found is not None and (said := gettext(pattern)) != pattern:
-            return said.format(*(_part(part, code) for part in found.groups()))
-    items = _SEPARATOR.split(text)
-    return text if len(items) == 1 else "".join(_part(item, code) for item in items)
+    # Semicolons part what else a vague pattern would take for one.
+    for separator in (";", ""):
+        for pattern, compiled in _patterns(separator):
+            found = compiled.fullmatch(text)
+            if found is not None and (said := gettext(pattern)) != pattern:
+                return said.format(*(_part(part, code) for part in found.groups()))
+        items = re.split(rf"([{separator or ':,'}] )", text)
+        if len(items) > 1:
+            return "".join(_part(item, code) for item in items)
+    return text
 
 
 def _part(text: str, code: str) -> str:
@@ -51,6 +55,7 @@ def _part(text: str, code: str) -> str:
 
 
 @cache
-def _patterns() -> list[tuple[str, re.Pattern[str]]]:
-    patterns = PATTERNS_FILE.read_text("utf-8").splitlines()
+def _patterns(separator: str) -> list[tuple[str, re.Pattern[str]]]:
+    """Those with the separator in them."""
+    patterns = [each for each in PATTERNS_FILE.read_text("utf-8").splitlines() if separator in each]
     return [(pattern, re.compile("(.*?)".join(map(re.escape, pattern.split("{}"))))) for pattern in patterns]

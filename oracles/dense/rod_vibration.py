@@ -5,7 +5,9 @@
 V = s g(z) + sum y_k psi_k(z), with second derivatives of g and psi_k that are Legendre's polynomials, orthogonal to one
 another, so that s_phiphi = -s is all that drives it: the quasi-static shape is not split off. Where shear adds its own
 deflection delta to the quasi-static shape, -rho A omega^2 delta_phiphi drives the strip as well, by the derivative of
-its polynomial through the points of an element. The periodic start follows from the elements' transfer matrices.
+its polynomial through the points of an element. A loss factor eta damps what the strip does beside the quasi-static
+motion y_s, K y_s = -s P int g' psi' dz, by C (y - y_s)' with C = eta M Phi Omega Phi^T M, Phi the modes under the mean
+force with Phi^T M Phi = 1 and Omega their frequencies. The periodic start follows from the elements' transfer matrices.
 """
 
 from __future__ import annotations
@@ -146,10 +148,12 @@ def periodic_motion(
     n, own = functions, slice(0, functions)
 
     corners = model.corners(model.still) if "friction_feedback" in model.effects else np.empty(0)
+    mean = _mean_force(model, corners)
+    squares, modes = eigh(model.stiffness * np.eye(n) + mean * geometric[own, own], inertia[own, own])
+    borne = inertia[own, own] @ modes
+    damping = scene.material.loss_factor * (borne * np.sqrt(squares)) @ borne.T
     if elements is None:
-        mean = model.axial_force(np.arange(64) * TURN / 64).mean()
-        system = model.stiffness * np.eye(n) + mean * geometric[own, own]
-        pace = eigh(system, inertia[own, own], eigvals_only=True)[(_RINGING if corners.size else _FOLLOWED) - 1]
+        pace = squares[(_RINGING if corners.size else _FOLLOWED) - 1]
         elements = int(np.clip(TURN * math.sqrt(pace) / _RADIANS, LEAST_ELEMENTS, MOST_ELEMENTS))
     ends = np.unique(np.concatenate([[0.0], corners, [TURN]]))
     edges = np.unique(np.concatenate([
@@ -165,12 +169,15 @@ def periodic_motion(
     right = stroke[:, 1:, None] * (inertia[own, n] - force[:, 1:, None] * geometric[own, n])
     if model.compliance:
         right -= _shear_forcing(model, angle, width, points, z, mass * shapes[:, own] * weights[:, None])
+    stiff = model.stiffness * np.eye(n) + force[..., None, None] * geometric[own, own]
+    if scene.material.loss_factor:
+        pulled = -(stroke * force)[..., None] * geometric[own, n]
+        right += _slope(np.linalg.solve(stiff, pulled[..., None])[..., 0], points, width)[:, 1:] @ damping
     size, some = edges.size - 1, range(0, edges.size - 1, _AT_ONCE)
     parts = [
         _transfers(
             c, once, width[i : i + _AT_ONCE], inertia[own, own],
-            model.stiffness * np.eye(n) + force[i : i + _AT_ONCE, 1:, None, None] * geometric[own, own],
-            right[i : i + _AT_ONCE],
+            damping, stiff[i : i + _AT_ONCE, 1:], right[i : i + _AT_ONCE],
         )
         for i in some
     ]  # fmt: skip
@@ -191,15 +198,35 @@ def periodic_motion(
     return PeriodicMotion(basis, edges, points, amplitudes)
 
 
-def _transfers(c: Array, once: Array, width: Array, mass: Array, stiff: Array, right: Array) -> tuple[Array, Array]:
-    """M y'' + K(phi) y = right on elements: y at the points and y' at the end by the start's y and y' and a column for
+def _mean_force(model: Driven, corners: Array) -> float:
+    """The mean axial force [N], by Gauss's rule between its corners."""
+    ends = np.unique(np.concatenate([np.linspace(0.0, TURN, 33), corners]))
+    nodes, weights = legendre.leggauss(8)
+    angle = ends[:-1, None] + 0.5 * np.diff(ends)[:, None] * (nodes + 1.0)
+    force = model.axial_force(angle.ravel()).reshape(angle.shape)
+    return float(np.diff(ends) @ (force @ weights)) / (2.0 * TURN)
+
+
+def _slope(values: Array, points: Array, width: Array) -> Array:
+    """Derivatives of (elements, points, …) by the polynomial through an element's points."""
+    x = 2.0 * points - 1.0
+    vander = legendre.legvander(x, x.size - 1)
+    first = np.stack([legendre.legval(x, legendre.legder(c)) for c in np.eye(x.size)], axis=1)
+    return np.einsum("ij,ej...->ei...", 2.0 * first @ np.linalg.inv(vander), values) / width[:, None, None]
+
+
+def _transfers(
+    c: Array, once: Array, width: Array, mass: Array, damping: Array, stiff: Array, right: Array
+) -> tuple[Array, Array]:
+    """M y'' + C y' + K(phi) y = right on elements: y at the points and y' at the end by the start's y and y' and a column for
     what drives it, (elements, points, functions, 2 functions + 1) and (elements, functions, 2 functions + 1)."""
     (size, stages, n), twice = right.shape, once @ once
     system = np.einsum("ij,eiab->eiajb", twice, stiff) * (width**2)[:, None, None, None, None]
+    system += np.einsum("ij,ab->iajb", once, damping) * width[:, None, None, None, None]
     system = system.reshape(size, stages * n, stages * n) + np.kron(np.eye(stages), mass)
     columns = np.zeros((size, stages, n, 2 * n + 1))
     columns[..., :n] = -stiff
-    columns[..., n : 2 * n] = -stiff * (width[:, None] * c)[..., None, None]
+    columns[..., n : 2 * n] = -stiff * (width[:, None] * c)[..., None, None] - damping
     columns[..., -1] = right
     acceleration = np.linalg.solve(system, columns.reshape(size, stages * n, -1)).reshape(columns.shape)
     moved = np.einsum("ij,ejab->eiab", twice, acceleration) * (width**2)[:, None, None, None]

@@ -27,8 +27,8 @@ from solvers.outcome import Outcome
 Array = NDArray[np.float64]
 
 _NEAR = 1e-3
-"""So far from the least free ratio, relative to it, its distance keeps twelve digits; nearer it is taken exactly, number
-by number."""
+"""So far from the least free ratio, relative to it, its distance keeps twelve digits; nearer it is taken exactly,
+number by number."""
 _ORIENTATION = 1e-13
 
 

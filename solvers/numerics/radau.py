@@ -25,8 +25,8 @@ _TAIL = 4
 
 class Radau(NamedTuple):
     """``points`` (s + 1,) and ``weights`` of barycentric interpolation there; ``first``, ``second`` derivatives at the
-    points and ``integral`` up to them, of a polynomial given by its values, (s + 1, s + 1); ``twice`` (s, s): double
-    integrals up to Radau's points of one given at these alone; ``slope`` (s,): from what has grown since the first end
+    points and ``integral`` up to them, of a polynomial given by its values, (s + 1, s + 1); ``once`` and
+    ``twice`` (s, s): single and double integrals up to Radau's points of one given at these alone; ``slope`` (s,): from what has grown since the first end
     to the slope at the last; ``tail`` (4, s + 1) gives the last Legendre coefficients."""
 
     points: Array
@@ -34,6 +34,7 @@ class Radau(NamedTuple):
     first: Array
     second: Array
     integral: Array
+    once: Array
     twice: Array
     slope: Array
     tail: Array
@@ -61,6 +62,7 @@ def radau(stages: int) -> Radau:
         first=acting(lambda c: legendre.legder(c, scl=2.0), places, whole),
         second=acting(lambda c: legendre.legder(c, 2, scl=2.0), places, whole),
         integral=acting(lambda c: legendre.legint(c, lbnd=-1.0, scl=0.5), places, whole),
+        once=once,
         twice=once @ once,
         slope=np.ascontiguousarray(np.linalg.inv(once)[-1]),
         tail=np.ascontiguousarray(whole[-_TAIL:]),

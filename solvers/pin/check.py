@@ -151,7 +151,7 @@ def on_profile(
         if not (rough or rise.max() > 0.1 * accuracy) or stations.x.size > _MOST_STATIONS:
             break
         excess = doubt * (stations.left.size / (0.05 * accuracy)) if rough else np.zeros_like(doubt)
-        stations = refined(program, np.maximum(excess, rise / (0.1 * accuracy)))
+        stations = refined(program, np.maximum(excess, rise / (0.1 * accuracy)), walls)
     return program, walls, max(float(doubt.sum()), float(rise.max()))
 
 

@@ -57,6 +57,7 @@ class Running:
     def __init__(self, folder: Path, cold: bool = False, url: str = "", **settings: object) -> None:
         path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
         environment = {**os.environ, "PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"}
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)  # every start would compile what it imports
         environment |= {f"CRANKWRIGHT_{name.upper()}": str(value) for name, value in settings.items()}
         if cold:
             environment["NUMBA_CACHE_DIR"] = str(folder / "kernels")

@@ -14,8 +14,6 @@ from typing import Any
 
 import pytest
 import uvicorn
-from app.jobs.turns import Length, TurnLimits, Turns
-from app.store.promises import TakeOver
 from typer.testing import CliRunner
 from uvicorn.server import ServerState
 
@@ -29,12 +27,14 @@ from app.edge.connections import ConnectionLimits, Connections
 from app.edge.stack import edge
 from app.jobs.errors import BudgetExceeded, Busy, MemoryExceeded
 from app.jobs.executor import PoolSettings, ProcessPool
+from app.jobs.fair_queue import FairQueue, JobLength, QueueLimits
 from app.settings import Settings
 from app.store import leases, repository
 from app.store.batch_operations import Claim
 from app.store.migrate import upgrade
 from app.store.record import RunStatus, utc_now
 from app.store.repository import RunStore
+from app.store.run_leases import TakeOverExpired
 from app.submission import Service
 from tests.app.jobs import fake_entry
 from tests.app.running import Running, wait_until
@@ -59,22 +59,22 @@ def url(tmp_path: Path) -> str:
 
 
 @pytest.mark.parametrize(("beside", "holds"), BESIDE)
-@pytest.mark.parametrize("patience_s", [0.1, 30.0, 3600.0])
-def test_a_request_waits_so_long_for_a_worker(patience_s, beside, holds):
+@pytest.mark.parametrize("max_wait_s", [0.1, 30.0, 3600.0])
+def test_a_request_waits_so_long_for_a_worker(max_wait_s, beside, holds):
     async def story() -> bool:
-        turns = Turns(TurnLimits(workers=1))
+        queue = FairQueue(QueueLimits(workers=1))
 
         async def first() -> None:
-            async with turns.turn(Length.SHORT, "a"):
-                await asyncio.sleep(patience_s + beside)
+            async with queue.slot(JobLength.SHORT, "a"):
+                await asyncio.sleep(max_wait_s + beside)
 
         other = asyncio.create_task(first())
         await asyncio.sleep(0)
         try:
-            async with turns.turn(Length.SHORT, "b", patience_s):
+            async with queue.slot(JobLength.SHORT, "b", max_wait_s):
                 return True
         except Busy as busy:
-            assert f"within {patience_s:g} s" in str(busy)
+            assert f"within {max_wait_s:g} s" in str(busy)
             return False
         finally:
             await other
@@ -275,8 +275,8 @@ def test_a_login_lasts_so_long(monkeypatch, beside, holds):
 
 @pytest.mark.parametrize(("beside", "holds"), BESIDE)
 def test_an_idempotency_key_is_good_so_long(url, monkeypatch, beside, holds):
-    run, kept = make_record(), Settings().keys_kept
-    with RunStore(url, keys_kept=kept) as store:
+    run, kept = make_record(), Settings().key_lifetime
+    with RunStore(url, key_lifetime=kept) as store:
         store.put_and_wait(run, make_response(run, "key"))
         moment = run.created_at + kept + timedelta(seconds=beside)
         monkeypatch.setattr(repository, "utc_now", lambda: moment)
@@ -305,9 +305,9 @@ def test_a_silent_process_keeps_its_runs_so_long(url, monkeypatch, beside, holds
 
     async def story() -> list[Any]:
         with RunStore(url) as store:
-            await store.promise(run, None, "silent", lease_s)
+            await store.put_leased(run, None, "silent", lease_s)
             now[0] += lease_s + beside
-            return await store.write(TakeOver("other", lease_s, 9))
+            return await store.write(TakeOverExpired("other", lease_s, 9))
 
     assert [taken.run.id for taken in asyncio.run(story())] == ([] if holds else [run.id])
 

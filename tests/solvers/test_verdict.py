@@ -7,7 +7,7 @@ import math
 import pytest
 
 from solvers.outcome import Accuracy
-from solvers.verdict import MOST_SLACK, Sense, Verdict, at_least, at_most, equal, slack_of, unknown, yes
+from solvers.verdict import MAX_SLACK, Sense, Verdict, at_least, at_most, equal, slack_of, unknown, yes
 
 SLACK = 1e-6
 
@@ -45,7 +45,7 @@ def test_a_figure_on_its_limit_holds_within_the_slack_and_has_nothing_to_spare(j
 
 def test_the_slack_is_the_accuracy_asked_for_unless_that_is_loose():
     assert slack_of(Accuracy(1e-9, 0.3)) == 1e-9
-    assert slack_of(Accuracy(0.1, 1e-12)) == MOST_SLACK
+    assert slack_of(Accuracy(0.1, 1e-12)) == MAX_SLACK
 
 
 def test_what_fails_most_governs_then_what_is_not_known_then_what_has_least_to_spare():

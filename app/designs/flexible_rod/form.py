@@ -41,6 +41,7 @@ FORM = FormWords(
         "material.fatigue_reduction": "Fatigue reduction K",
         "material.mean_stress_sensitivity": "Sensitivity to mean stress ψ",
         "material.ultimate_strength_mpa": "Ultimate strength",
+        "material.loss_factor": "Loss factor η",
         "dimensions.b_mm": "Width b",
         "dimensions.h_mm": "Thickness h",
         "dimensions.l_mm": "Free length l",

@@ -29,6 +29,7 @@ from solvers.crank.gas.data_repair import Repair
 from solvers.crank.gas.indicator_diagram import IndicatorPressure
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
+from solvers.materials import LOSS_FACTOR
 from solvers.rod.load.indicator import fields_of_load
 
 MAX_POINTS = 10_000
@@ -191,6 +192,9 @@ class CustomMaterial(Strict):
     density_kg_m3: Positive
     poisson: float = Field(default=0.3, gt=-1, lt=0.5)
     ultimate_strength_mpa: Positive | None = Field(default=None, description="for Goodman and Gerber")
+    loss_factor: float = Field(
+        default=LOSS_FACTOR, ge=0, le=0.5, description="η of the strip in its clamps, twice the damping ratio; 0: undamped"
+    )
 
     def to_solver(self) -> rod.Material:
         return rod.Material(
@@ -202,6 +206,7 @@ class CustomMaterial(Strict):
             self.density_kg_m3,
             self.poisson,
             _pascal(self.ultimate_strength_mpa),
+            self.loss_factor,
         )
 
 

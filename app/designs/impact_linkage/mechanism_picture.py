@@ -18,6 +18,8 @@ from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Say, opening
 Array = NDArray[np.float64]
 _WIDE, _HIGH, _MARGIN, _TEXT = 560.0, 420.0, 18.0, 26.0
 _FRAMES, _STILL, _SECONDS = 90, 14, 4
+_LETTER = 0.56
+"""Of the size of a line: how wide a letter is at most, on average."""
 
 
 def has_size(run: dict[str, Any]) -> bool:
@@ -165,4 +167,8 @@ def _words(height: float, result: dict[str, Any], box: dict[str, float] | None, 
     if box:
         told = say("{} in {} × {} mm").format(told, f"{box['width']:.4g}", f"{box['height']:.4g}")
     x, y = 0.5 * _WIDE, height - 9.0
-    return f'<text x="{x:.0f}" y="{y:.0f}" text-anchor="middle" fill="currentColor">{told}</text>'
+    # As large as fits, for some languages need more letters.
+    size = min(13.0, (_WIDE - _MARGIN) / (_LETTER * len(told)))
+    return (
+        f'<text x="{x:.0f}" y="{y:.0f}" text-anchor="middle" font-size="{size:.1f}" fill="currentColor">{told}</text>'
+    )

@@ -154,9 +154,10 @@ def _drawing(
     if way:
         shapes.append(Line(tuple(joint for _, joint in way), Layer.CENTER))
         pins, ends = np.array(way).transpose(1, 2, 0)
-        around = outline(segments_of(pins, ends, base), eye).tolist()
-        pieces = tuple(Straight((x, y)) for x, y in (*around[1:], around[0]))
-        shapes.append(Outline(tuple(around[0]), pieces, Layer.HIDDEN))
+        around = outline(segments_of(pins, ends, base), eye)
+        if around is not None:
+            swept = [(float(x), float(y)) for x, y in around]
+            shapes.append(Outline(swept[0], tuple(map(Straight, (*swept[1:], swept[0]))), Layer.HIDDEN))
     below = min(y for shape in shapes for _, y in extent(shape))
     dimensions = []
     for number, name in enumerate(LINKS):
@@ -166,7 +167,8 @@ def _drawing(
         shapes.append(Line(((-1.3 * eye, y), (lengths[name] + 1.3 * eye, y)), Layer.CENTER))
         words = words_of(name, lengths[name])
         dimensions.append(Dimension((0.0, y), (lengths[name], y), words, "x", y + 1.4 * eye, 0, f"{name}_mm"))
+    outlined = "; dashed, the outline of what they sweep" if any(s.layer is Layer.HIDDEN for s in shapes) else ""
     return Drawing(
         "The four links, to scale", tuple(shapes), tuple(dimensions), (),
-        f"The four links {told}; dashed, the outline of what they sweep. Below, each by itself. mm, to scale.",
+        f"The four links {told}{outlined}. Below, each by itself. mm, to scale.",
     )  # fmt: skip

@@ -96,10 +96,11 @@ def ring_picture(run: dict[str, Any], say: Say = str) -> str:
         for row, line in enumerate(lines):
             out.append(f'<text x="{right:.0f}" y="{top + 18 * row:.0f}" fill="currentColor">{line}</text>')
     if result["ovalization_um"] is not None:
+        exaggerated = say("drawn exaggerated")
         oval = say("ovalized by {} µm").format(f"{result['ovalization_um']:.4g}")
         out.append(
             f'<text x="16" y="40" fill="currentColor">{oval}</text>'
-            f'<text x="16" y="58" fill="{GREY}">{say("drawn exaggerated")}</text>'
+            f'<text x="16" y="58" fill="{GREY}">{exaggerated}</text>'
         )
     return "".join(out) + "</svg>"
 

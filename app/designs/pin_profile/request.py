@@ -237,11 +237,11 @@ class CheckRequest(PinRequest):
 
     @classmethod
     def meant_by(cls, value: dict[str, Any]) -> bool:
-        """Whether a raw object is a check rather than a design."""
+        """Whether a raw object, or one that was stored with every field, is a check rather than a design."""
         if value.get("variable") == "outer":
             given = value.get("geometry")
             outside = isinstance(given, dict) and given.get("outer_diameter_mm") is not None
-            return value.get("profile") is not None or (outside and "form" not in value)
+            return "profile" in value or (outside and "form" not in value)
         return value.get("profile") is not None or value.get("bore_mm") is not None
 
     def contradictions(self) -> list[Entry]:

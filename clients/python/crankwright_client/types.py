@@ -391,6 +391,8 @@ class CustomMaterial(TypedDict):
     """Poisson's ratio"""
     ultimate_strength_mpa: NotRequired[float | None]
     """for Goodman and Gerber"""
+    loss_factor: NotRequired[float]
+    """η of the strip in its clamps, twice the damping ratio; 0: undamped"""
 
 
 class CyclePoints(TypedDict):
@@ -1741,6 +1743,8 @@ class MaterialInfo(TypedDict):
     """yield strength, in MPa"""
     ultimate_strength_mpa: float | None
     """ultimate strength, in MPa"""
+    loss_factor: float | None
+    """η of a strip in its clamps, twice the damping ratio"""
     sources: dict[str, str]
     """of every value, by its name"""
     kinds: list[str]

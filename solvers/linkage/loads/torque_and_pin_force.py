@@ -92,8 +92,9 @@ def unit_loads(coefficients: Array, end: float, phi: Array) -> Array:
 
 @kernel
 def _cotangents(coefficients: Array) -> Array:
-    """cot(phi/2) over the cycle, falling, its two ends included: evenly in phi, evenly in the angle that opens the second change point near
-    pi, and crowded toward the blow, where a rocker that comes fast turns within e or sqrt(lambda3 kappa/M)."""
+    """cot(phi/2) over the cycle, falling, its two ends included: evenly in phi, evenly in the angle that opens the
+    second change point near pi, and crowded toward the blow, where a rocker that comes fast turns within e or
+    sqrt(lambda3 kappa/M)."""
     base, coupler, rocker, numerator, margin, kappa, _ = coefficients
     stretch = math.sqrt(max(margin, 1e-30) / (base * coupler * rocker))
     least = 0.03 * min(math.sqrt(rocker * kappa / max(margin, 1e-30)), 0.5 * kappa / abs(numerator), 1.0)

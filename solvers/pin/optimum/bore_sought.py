@@ -20,8 +20,7 @@ from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.optimum.conic import sloped
 from solvers.pin.optimum.dual_bound import least_walls_bound, monotone_bound_around, pointwise_bound
 from solvers.pin.optimum.found import Found
-from solvers.pin.optimum.lagrangian import weigh
-from solvers.pin.optimum.program import Program, Weighed
+from solvers.pin.optimum.program import Program
 from solvers.pin.optimum.slope_limit import bore_of, gentle
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import Scene
@@ -152,9 +151,6 @@ class BoreSought:
 
     def relative(self, points: Array) -> Array:
         return points / self.diameter
-
-    def weigh(self, program: Program, low: Array, monotone: bool) -> Weighed | None:
-        return weigh(program, low, monotone)
 
     def dual_bound(self, program: Program, low: Array, multiplier: float, u: Array, monotone: bool) -> float:
         return (monotone_bound_around if monotone else pointwise_bound)(program, low, multiplier, u)

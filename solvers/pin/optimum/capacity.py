@@ -43,10 +43,10 @@ def greatest_utilisation(scene: Scene, criterion: Criterion) -> tuple[float, flo
     stations = opening_stations(scene)
     for _ in range(_PASSES):
         values = solid_utilisation(scene, criterion, stations.x, stations.side)
-        doubt = risen(stations, values[None])
-        if not (doubt > ROUNDING).any():
+        between = risen(stations, values[None]) > ROUNDING
+        if not between.any():
             break
-        stations = stations.refined(doubt / ROUNDING)
+        stations = stations.halved(between)
     best = int(np.argmax(values))
     return float(values[best]), float(stations.x[best])
 

@@ -133,18 +133,27 @@ def monotone_bound(program: Program, low: Array, multiplier: float, u: Array) ->
     value, slope = lagrangian(program, multiplier, capped, enveloped=False)
     slope = np.where(low >= knee, 0.0, slope)
     total = float(np.sum(value)) - multiplier
-    halves = (slice(0, program.anchor), slice(program.anchor, u.size))
-    for half, step in zip(halves, (1, -1), strict=True):
-        un, sn, ln = capped[half][::step], slope[half][::step], held[half][::step]
-        if not un.size:
-            continue
-        starts = np.flatnonzero(np.concatenate([[True], un[1:] != un[:-1]]))
-        for begin, end in zip(starts, np.append(starts[1:], un.size), strict=True):
-            # u = top from some station of the block on, bottom before it: the extreme points of rising sequences.
-            bottom, top = ln[begin] - un[begin], knee - un[begin]
-            suffix = np.concatenate([np.cumsum(sn[begin:end][::-1])[::-1], [0.0]])
-            total += float(np.min(bottom * (suffix[0] - suffix) + top * suffix))
-        total += _above(program, multiplier, low[half][::step], np.arange(u.size)[half][::step], knee)
+    for half in halves(program):
+        total += least_rising(capped[half], slope[half], held[half], knee)
+        total += _above(program, multiplier, low[half], half, knee)
+    return total
+
+
+def halves(program: Program) -> list[Indices]:
+    """The stations from one end to the middle, and from the other end back to it, where they are looked at."""
+    stations = np.arange(program.lower.size)
+    return [half for half in (stations[: program.anchor], stations[program.anchor :][::-1]) if half.size]
+
+
+def least_rising(u: Array, slope: Array, low: Array, top: float) -> float:
+    """The least of sum slope (v - u) over v in [low, ``top``] that do not fall along the stations, from below: u does
+    not fall either, and on each of its blocks of equal u a v is looked for by itself."""
+    total = 0.0
+    starts = np.flatnonzero(np.concatenate([[True], u[1:] != u[:-1]]))
+    for begin, end in zip(starts, np.append(starts[1:], u.size), strict=True):
+        # v = top from some station of the block on, its low before it: the extreme points of rising sequences.
+        suffix = np.concatenate([np.cumsum(slope[begin:end][::-1])[::-1], [0.0]])
+        total += float(np.min((low[begin] - u[begin]) * (suffix[0] - suffix) + (top - u[begin]) * suffix))
     return total
 
 

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from solvers.errors import InvalidInput
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import InternalForces
-from solvers.pin.optimum import outside_lagrangian
+from solvers.pin.optimum import outside_bound
 from solvers.pin.optimum.found import Found
-from solvers.pin.optimum.program import Program, Weighed
+from solvers.pin.optimum.program import Program
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import ALLOWABLE_SHEAR, Criterion
@@ -151,14 +151,11 @@ class OutsideSought:
     def relative(self, points: Array) -> Array:
         return points
 
-    def weigh(self, program: Program, low: Array, monotone: bool) -> Weighed:
-        return outside_lagrangian.weigh(program, low, monotone)
-
     def dual_bound(self, program: Program, low: Array, multiplier: float, u: Array, monotone: bool) -> float:
-        return outside_lagrangian.bound(program, low, multiplier, u, monotone)
+        return outside_bound.bound(program, low, multiplier, u, monotone)
 
     def least_walls_bound(self, program: Program, low: Array) -> float:
-        return outside_lagrangian.strength_bound(program, low)
+        return outside_bound.strength_bound(program, low)
 
     def gentle(self, program: Program, low: Array) -> Array:
         """Two sweeps, exact: t(x) = max over x' of t_min(x') - s |x - x'|."""

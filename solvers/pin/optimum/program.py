@@ -108,12 +108,9 @@ class Sought(Protocol):
     def relative(self, points: Array) -> Array:
         """Walls of D - d [m]."""
 
-    def weigh(self, program: Program, low: Array, monotone: bool) -> Weighed | None:
-        """The least volume above ``low`` that keeps the deflection limit; None where even the solid section misses it.
-        With ``monotone`` u does not fall toward the middle."""
-
     def dual_bound(self, program: Program, low: Array, multiplier: float, u: Array, monotone: bool) -> float:
-        """A lower bound of that volume, proven at any multiplier."""
+        """A lower bound, proven at any multiplier, of the volume above ``low`` that keeps the deflection limit; with
+        ``monotone`` u does not fall toward the middle."""
 
     def least_walls_bound(self, program: Program, low: Array) -> float:
         """Volume of walls a little thinner than ``low``, each shown not to hold."""
@@ -181,10 +178,12 @@ class Program:
         return self.sought.uses(self.constraints, walls)
 
 
-def refined(program: Program, excess: Array) -> Stations:
-    """The program's stations with the panels cut whose doubt exceeds what is allowed, (n/NODES,) times, in both halves
-    alike (see ``Stations.refined``)."""
-    return program.stations.refined(excess if program.scene.symmetric else np.maximum(excess, excess[::-1]))
+def refined(program: Program, excess: Array, values: Array) -> Stations:
+    """The program's stations with the panels cut whose doubt of ``values`` exceeds what is allowed, (n/NODES,) times
+    (see ``Stations.refined``); two halves alike."""
+    if program.scene.symmetric:
+        return program.stations.refined(excess, values)
+    return program.stations.halved(np.maximum(excess, excess[::-1]) > 1.0)
 
 
 def folded(program: Program) -> Program:

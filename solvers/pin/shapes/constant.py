@@ -9,6 +9,7 @@ import numpy as np
 
 from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.optimum.lumped import segments
 from solvers.pin.optimum.program import Program, Weighed, refined
 from solvers.pin.stations.between_nodes import risen
@@ -22,7 +23,7 @@ def _one_wall(program: Program) -> Weighed | None:
     if program.limit is None:
         return Weighed(least, 0.0, 0)
     lumped = segments(program, least, [slice(None)])
-    return program.sought.weigh(lumped, least, False)
+    return weigh(lumped, least, False)
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,6 @@ def lightest_constant(program: Program, accuracy: float) -> tuple[float, float] 
         doubt = risen(program.stations, program.lower[None]) if found.multiplier == 0.0 else np.zeros(1)
         if not (doubt > 0.1 * accuracy).any():
             break
-        stations = refined(program, doubt / (0.1 * accuracy))
+        stations = refined(program, doubt / (0.1 * accuracy), program.lower)
         program = assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law)
     return float(found.solidity[0]), float(doubt.sum())

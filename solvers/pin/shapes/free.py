@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.optimum.program import Program, Weighed, rising
 from solvers.pin.optimum.slope_limit import missed_by_slope
 from solvers.pin.stations.lobatto_panels import Stations
@@ -69,7 +70,7 @@ class Free:
             and program.deflection(low) > program.limit
         ):
             return sought.coupled(program, low, self.drillable, gap)
-        weighed = sought.weigh(program, low, self.drillable)
+        weighed = weigh(program, low, self.drillable)
         if weighed is None:
             return None
         if weighed.multiplier == 0.0:

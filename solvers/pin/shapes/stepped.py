@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.optimum.program import Program, rising
 from solvers.pin.shapes.break_points.half import Half, at_stations, corners_of
 from solvers.pin.shapes.break_points.search import GAP, Steps, lightest_steps
@@ -66,7 +67,7 @@ class Stepped:
     def _search(self, program: Program, known: float, gap: float) -> Steps | None:
         weighed = None
         if program.limit is not None:
-            weighed = program.sought.weigh(program, rising(program.lower, program.anchor), True)
+            weighed = weigh(program, rising(program.lower, program.anchor), True)
         if weighed is None or not math.isinf(weighed.multiplier):
             return lightest_steps(Half(program), self.steps, known, gap)
         # Only a solid span keeps the limit: what is left to choose lies before it, and strength alone asks for walls.

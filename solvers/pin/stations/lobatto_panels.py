@@ -22,8 +22,9 @@ NODES = 9
 _DROPPED = ((1, 6), (2, 7), (2, 6))
 """What is left out of the nodes by the rules that judge. A symmetric rule alone is blind to kinks at some places; with
 these three, twice the greatest difference covers the error of a kink anywhere in a panel."""
-_AGAIN = (1.0, 16.0, 256.0)
-"""Halving makes the doubt of a kink four times smaller, or more, that of a smooth curve some hundred times."""
+_KINKED = 16.0
+"""Doubts that are this many times too great come from a kink or a jump: halving makes that of a smooth curve a hundred
+times smaller."""
 LEAST_PANEL = 1e-13
 """Panels shorter than this share of the length are not halved any more."""
 
@@ -87,13 +88,17 @@ class Stations:
         return (self.right - self.left) + (self.right_rest - self.left_rest)
 
     @cached_property
+    def _rests(self) -> tuple[Array, Array]:
+        """``left_rest`` and ``right_rest`` as arrays."""
+        none = np.zeros_like(self.left)
+        return self.left_rest + none, self.right_rest + none
+
+    @cached_property
     def _places(self) -> tuple[Array, Array]:
         """The nodes, and what rounding left out of them."""
-        along = 0.5 * self.width[:, None] * (1.0 + NODE_PLACES)
-        x, rest = _sum(self.left[:, None], along + np.reshape(self.left_rest, (-1, 1)))
-        x[:, 0], x[:, -1] = self.left, self.right
-        rest[:, 0], rest[:, -1] = self.left_rest, self.right_rest
-        return x.ravel(), rest.ravel()
+        x, rest = np.empty((2, NODES * self.left.size))
+        _place(self.left, self.right, *self._rests, x, rest)
+        return x, rest
 
     @property
     def x(self) -> Array:
@@ -113,12 +118,11 @@ class Stations:
     def share(self) -> Array:
         return (0.5 * self.width[:, None] * _W).ravel() / self.span
 
-    def cut(self, places: tuple[float, ...]) -> Stations:
+    def cut(self, places: Array | tuple[float, ...]) -> Stations:
         """The panels of contiguous stations, with ends at these places as well."""
-        rests = (np.broadcast_to(r, self.left.shape) for r in (self.left_rest, self.right_rest))
-        ends = np.concatenate([self.left, self.right, [p for p in places if self.left[0] < p < self.right[-1]]])
-        edges, first = np.unique(ends, return_index=True)
-        rest = np.concatenate([*rests, np.zeros(len(ends) - 2 * self.left.size)])[first]
+        edges, rest = np.empty((2, self.left.size + 1 + len(places)))
+        count = _cut(self.left, self.right, *self._rests, np.sort(places), edges, rest)
+        edges, rest = edges[:count], rest[:count]
         return Stations(edges[:-1], edges[1:], left_rest=rest[:-1], right_rest=rest[1:])
 
     def doubt(self, values: Array) -> Array:
@@ -140,39 +144,59 @@ class Stations:
 
     def halved(self, which: NDArray[np.bool_]) -> Stations:
         """The same with some panels cut in two."""
-        left_rest, right_rest = (np.broadcast_to(r, self.left.shape) for r in (self.left_rest, self.right_rest))
-        middle, rest = _sum(self.left[which], 0.5 * self.width[which] + left_rest[which])
-        left, right = np.concatenate([self.left, middle]), np.concatenate([self.right, middle])
-        first, last = np.argsort(left, kind="stable"), np.argsort(right, kind="stable")
-        return Stations(
-            left[first], right[last], left_rest=np.concatenate([left_rest, rest])[first],
-            right_rest=np.concatenate([right_rest, rest])[last],
-        )  # fmt: skip
+        return self.cut((self.left + 0.5 * self.width)[which])
 
-    def refined(self, excess: Array) -> Stations:
-        """The same with every panel halved whose doubt is this many times too great, if that is more than 1; where it
-        is far too great, the halves again: one pass costs more than a few stations."""
-        stations = self
-        for much in _AGAIN:
-            which = excess > much
-            if not which.any():
-                break
-            stations, excess = stations.halved(which), np.repeat(excess, 1 + which)
-        return stations
+    def refined(self, excess: Array, values: Array) -> Stations:
+        """The same with every panel halved whose doubt of the values at its nodes is more than once too great; where it
+        is far too great, cut at the two nodes beside which their slope changes most as well: there is a kink or a jump,
+        of which no curve through the nodes knows, and its panel becomes some eight times shorter."""
+        kinked = excess > _KINKED
+        x, f = (v.reshape(-1, NODES)[kinked] for v in (self.x, values))
+        slope = np.diff(f, axis=1) / np.diff(x, axis=1)
+        bend = np.abs(np.diff(slope, axis=1, prepend=slope[:, :1], append=slope[:, -1:]))
+        row, at = np.arange(len(x)), np.argmax(bend[:, :-1] + bend[:, 1:], axis=1)
+        middles = (self.left + 0.5 * self.width)[excess > 1.0]
+        return self.cut(np.concatenate([x[row, at], x[row, at + 1], middles]))
 
     def first(self, panels: int) -> Stations:
         """The first so many panels."""
-        left_rest, right_rest = (np.broadcast_to(r, self.left.shape) for r in (self.left_rest, self.right_rest))
+        left_rest, right_rest = self._rests
         return Stations(
             self.left[:panels], self.right[:panels], left_rest=left_rest[:panels], right_rest=right_rest[:panels]
         )
 
 
-def _sum(a: Array, b: Array) -> tuple[Array, Array]:
-    """a + b, and what rounding leaves out of it, exactly (D. E. Knuth's sum)."""
-    total = a + b
-    seen = total - a
-    return total, (a - (total - seen)) + (b - seen)
+@kernel
+def _place(left: Array, right: Array, left_rest: Array, right_rest: Array, x: Array, rest: Array) -> None:
+    """The nodes of panels into x, and what rounding leaves out of them (D. E. Knuth's sum) into ``rest``."""
+    for panel in range(left.size):
+        begin, own = left[panel], left_rest[panel]
+        width = (right[panel] - begin) + (right_rest[panel] - own)
+        for j in range(NODES):
+            along, i = 0.5 * width * (1.0 + NODE_PLACES[j]) + own, panel * NODES + j
+            total = begin + along
+            seen = total - begin
+            x[i], rest[i] = total, (begin - (total - seen)) + (along - seen)
+        first, last = panel * NODES, panel * NODES + NODES - 1
+        x[first], rest[first], x[last], rest[last] = begin, own, right[panel], right_rest[panel]
+
+
+@kernel
+def _cut(
+    left: Array, right: Array, left_rest: Array, right_rest: Array, places: Array, edges: Array, rest: Array
+) -> int:  # fmt: skip
+    """The ends of contiguous panels and rising places between them into ``edges``, each once; how many there are."""
+    count, k, n = 0, 0, left.size
+    for panel in range(n + 1):
+        end = left[panel] if panel < n else right[n - 1]
+        while k < places.size and places[k] <= end:
+            if panel > 0 and places[k] < end and places[k] > edges[count - 1]:
+                edges[count], rest[count] = places[k], 0.0
+                count += 1
+            k += 1
+        edges[count], rest[count] = end, left_rest[panel] if panel < n else right_rest[n - 1]
+        count += 1
+    return count
 
 
 @kernel

@@ -39,6 +39,10 @@ _LOOSER = 5.0
 """Times the accuracy of checks: the rows of a strip, which its check corrects."""
 _FINE_LOOSER, _FINE_STEP, _CLOSEST = 0.5, 2e-4, 1e-5
 """The same for a closer look at ripples, and the radius that no trust is left in then."""
+_CURVED_STEP = 1e-3
+"""Of differences to both sides, where what corrections add is taken as quadratic."""
+_DAMPED = 0.003
+"""Loss factor from which on results are smooth between strips that a search can tell apart."""
 _RIPPLE, _SMOOTH = 2e-3, 1e-7
 """Radii that no trust is left in where results ripple, and where they do not."""
 _KEPT = 6
@@ -74,19 +78,25 @@ class FullModel:
     _checks: dict[Dimensions, Outcome[RodCheck]] = field(default_factory=dict)
 
     @property
-    def ripples(self) -> bool:
-        """Whether results ripple from strip to strip: the strip's inertia rings undamped."""
+    def rings(self) -> bool:
+        """Whether the strip's inertia rings, so that there are optima close to each other."""
         return any(isinstance(part, RodInertia) for part in self.composition.corrections)
+
+    @property
+    def ripples(self) -> bool:
+        """Whether results ripple from strip to strip more closely than a search can follow: what rings is not damped,
+        or hardly."""
+        return self.rings and self.scene.material.loss_factor < _DAMPED
 
     @property
     def closest(self) -> float:
         """A trust region smaller than that, in ln b, ln h, ln l, is not worth a step."""
-        return _SMOOTH if not self.ripples else _CLOSEST if self.fine else _RIPPLE
+        return _SMOOTH if not self.rings else _CLOSEST if self.fine else _RIPPLE
 
     @property
     def correction_step(self) -> float:
         """Of differences of corrections, in ln b, ln h, ln l."""
-        return _FINE_STEP if self.fine else _CORRECTION_STEP
+        return _CORRECTION_STEP if not self.fine else _FINE_STEP if self.ripples else _CURVED_STEP
 
     def rougher(self, accuracy: float) -> FullModel:
         """The same, less accurate; its checks are its own."""
@@ -95,6 +105,11 @@ class FullModel:
     def finer(self) -> FullModel:
         """The same with rows as good as checks, for steps among ripples; its checks are the same."""
         return replace(self, fine=True, strips=0, checks=0, _strips={})
+
+    @property
+    def curved(self) -> bool:
+        """Whether corrections are taken as quadratic instead of linear: where damped resonances are followed closely."""
+        return self.fine and self.rings and not self.ripples
 
     @property
     def corrected(self) -> bool:
@@ -196,6 +211,13 @@ class FullRows:
     parts: Parts
     home: Dimensions
     _known_slopes: dict[int, Array] = field(default_factory=dict, compare=False)
+    _known_bends: dict[tuple[int, int], Array] = field(default_factory=dict, compare=False)
+    _known_beside: dict[tuple[float, ...], Array] = field(default_factory=dict, compare=False)
+
+    @property
+    def home_cycle(self) -> Cycle:
+        """The turn of the strip at home, without corrections."""
+        return self.model.strip(self.home, corrected=False).cycle
 
     @property
     def layout(self) -> Layout:
@@ -210,7 +232,10 @@ class FullRows:
         out = self._rows(self.model.strip(d, corrected=False))
         if out[rows.STABILITY] < 0.0 and d is not self.home:
             away = x - logarithms(self.home)
-            out += self._added + sum(away[v] * self._added_slope(v) for v in np.flatnonzero(away))
+            moved = np.flatnonzero(away)
+            out += self._added + sum(away[v] * self._added_slope(v) for v in moved)
+            if self.model.curved:
+                out += 0.5 * sum(away[v] * away[w] * self._added_bend(v, w) for v in moved for w in moved)
         elif d is self.home:
             out += self._added
         return out
@@ -233,11 +258,34 @@ class FullRows:
         """Its derivative by x[v], shape (rows,), by a difference to one side; zero where there is no strip there."""
         if v not in self._known_slopes:
             x, step = logarithms(self.home), self.model.correction_step * np.eye(3)[v]
+            if self.model.curved and not (v == 2 and self._ends(x + step)):
+                self._known_slopes[v] = (self._beside(step) - self._beside(-step)) / (2.0 * step[v])
+                return self._known_slopes[v]
             if v == 2 and self._ends(x + step):
                 step = -step
-            beside = self._correction(dimensions_of(x + step, self.model.scene))
-            self._known_slopes[v] = (beside - self._added) / step[v]
+            self._known_slopes[v] = (self._beside(step) - self._added) / step[v]
         return self._known_slopes[v]
+
+    def _added_bend(self, v: int, w: int) -> Array:
+        """The second derivative by x[v] and x[w]; zero at the rod's end."""
+        key = (min(v, w), max(v, w))
+        if key not in self._known_bends:
+            step = self.model.correction_step * np.eye(3)
+            if self._ends(logarithms(self.home) + step[v] + step[w]):
+                bend = np.zeros_like(self._added)
+            elif v == w:
+                bend = self._beside(step[v]) + self._beside(-step[v]) - 2.0 * self._added
+            else:
+                bend = self._beside(step[v] + step[w]) + self._added - self._beside(step[v]) - self._beside(step[w])
+            self._known_bends[key] = bend / self.model.correction_step**2
+        return self._known_bends[key]
+
+    def _beside(self, step: Array) -> Array:
+        """What the corrections add to the rows of a strip a step away."""
+        key = tuple(step)
+        if key not in self._known_beside:
+            self._known_beside[key] = self._correction(dimensions_of(logarithms(self.home) + step, self.model.scene))
+        return self._known_beside[key]
 
     def _correction(self, d: Dimensions) -> Array:
         plain = self._rows(self.model.strip(d, corrected=False))

@@ -20,6 +20,7 @@ from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
 from solvers.rod.optimum.core_cycle import CoreCycle
+from solvers.rod.optimum.gaps import other_gaps
 from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of, logarithms, no_watch
 from solvers.rod.optimum.local_search import ROUNDS, Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
@@ -44,6 +45,8 @@ _FARTHEST = 0.1
 """A step along the limits, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
 _SHIFTS = 3
+_GAP_ROUNDS = 2
+"""How often gaps around a new best strip are looked at."""
 _LAST_ROUNDS = 2
 """At full accuracy, of a strip that limits do not hold among ripples: what ripples leave unknown is far more."""
 _ROUGH, _CLOSER = 1e-4, 1e-5
@@ -111,7 +114,7 @@ class Context:
 
     def explored(self) -> Context:
         """Where searches are made: among ripples roughly, as nothing finer is worth its time before the last steps."""
-        if not self.model.ripples:
+        if not self.model.rings:
             return self
         self.rough = self.rougher(_ROUGH)
         return self.rough
@@ -186,6 +189,8 @@ def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
     local = explored.best()
     if local is None or local.found is None:
         return None if local is None else Optimum(local, starts=context.starts, ends=1)
+    if explored is not context and not context.model.ripples:
+        return _among_gaps(context, explored)
     if explored is not context:
         ripple = look_around(
             explored.task,
@@ -215,7 +220,7 @@ def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
 
 def _search_everywhere(context: Context, start: Dimensions) -> None:
     """From the core's optimum, and from where the core has it with its limits shifted."""
-    rounds = RIPPLE_ROUNDS if context.model.ripples else ROUNDS
+    rounds = RIPPLE_ROUNDS if context.model.rings else ROUNDS
     context.search_from(start, context.bounds, rounds=rounds)
     for _ in range(_SHIFTS):
         other, known = _other_start(context), len(context.ends)
@@ -224,6 +229,24 @@ def _search_everywhere(context: Context, start: Dimensions) -> None:
         end = context.search_from(other, context.bounds, rounds=rounds)
         if end is None or near(end.best.x, context.ends[:known], _SAME):
             break
+
+
+def _among_gaps(context: Context, explored: Context) -> Optimum | None:
+    """The best of the optima between damped resonances."""
+    best = explored.best()
+    for _ in range(_GAP_ROUNDS):
+        conditions = conditions_at(explored, best.best, context.bounds, context.bounds)
+        for strip in other_gaps(explored.model, explored.task, context.bounds, best.best, conditions):
+            explored.search_from(strip, context.bounds, RIPPLE_RADIUS, RIPPLE_ROUNDS)
+        if explored.best() is best:
+            break
+        best = explored.best()
+    ends, last = _different(explored.ends), context.finer()
+    best = last.search_from(best.best.outcome.value.dimensions, context.bounds, FINE_RADIUS)
+    if best is None or best.found is None:
+        return None if best is None else Optimum(best, starts=context.starts, ends=ends)
+    conditions = conditions_at(context, best.best, context.bounds, context.bounds)
+    return Optimum(best, conditions, None, context.starts, ends)
 
 
 def _rippled(context: Context, explored: Context, ripple: Ripple) -> Optimum | None:
@@ -266,7 +289,7 @@ def _other_start(context: Context) -> Dimensions | None:
     if best is None:
         return None
     x, known = logarithms(best.dimensions), [end.best.x for end in context.ends] + context.started[1:]
-    apart = _CLOSE_BY if context.model.ripples else _ELSEWHERE
+    apart = _CLOSE_BY if context.model.rings else _ELSEWHERE
     return None if any(np.max(np.abs(x - other)) < apart for other in known) else best.dimensions
 
 

@@ -56,10 +56,10 @@ class Ripple(NamedTuple):
 
 def look_around(task: Task, bounds: Bounds, best: Iterate, conditions: Stationarity) -> Ripple:
     """The ripple around an admissible iterate, in the sizes that no bound holds; of height 0 where there is none."""
-    free = _free(bounds, conditions)
+    free = free_sizes(bounds, conditions)
     if not free.size:
         return Ripple(0.0, [])
-    weights = _of_whole_rows(conditions.weights, best.memory.active.layout, task.objective)
+    weights = of_whole_rows(conditions.weights, best.memory.active.layout, task.objective)
     own = float(weights @ best.memory.active.corrected_values(best.x))
     seen, reach = _Seen(bounds, best, weights, free, _SCANNED), _SCANNED
     height = seen.height()
@@ -117,10 +117,10 @@ def rises_all_around(task: Task, bounds: Bounds, best: Iterate, conditions: Stat
     distance there; at no distance up to ``_SCANNED`` may they rise by less than ``_SHARE`` of the least closer by. So
     a ripple would have to be deeper than what the way to it costs.
     """
-    free, model_rows = _free(bounds, conditions, _HELD), best.memory.active
+    free, model_rows = free_sizes(bounds, conditions, _HELD), best.memory.active
     if len(conditions.tangent) or not free.size:
         return not len(conditions.tangent)
-    weights = _of_whole_rows(conditions.weights, model_rows.layout, task.objective)
+    weights = of_whole_rows(conditions.weights, model_rows.layout, task.objective)
     weighed = [row for row, _ in task.objective.weights]
     worth = weights.copy()
     worth[weighed] = 0.0
@@ -151,7 +151,7 @@ def rises_all_around(task: Task, bounds: Bounds, best: Iterate, conditions: Stat
     return True
 
 
-def _of_whole_rows(weights: Array, layout: Layout, objective: Objective) -> Array:
+def of_whole_rows(weights: Array, layout: Layout, objective: Objective) -> Array:
     """The Lagrangian's weights with those of parts given to the greatest of them: far from home, others govern."""
     out = weights.copy()
     for row in (rows.UTILISATION, rows.STRESS, rows.SIDE, rows.PRESSURE):
@@ -164,7 +164,7 @@ def _of_whole_rows(weights: Array, layout: Layout, objective: Objective) -> Arra
     return out
 
 
-def _free(bounds: Bounds, conditions: Stationarity, least: float = 0.0) -> Array:
+def free_sizes(bounds: Bounds, conditions: Stationarity, least: float = 0.0) -> Array:
     """The indices of the sizes that are free within their bounds, or held there by less than ``least``."""
     ends = ("_lower", "_upper")
     held = {

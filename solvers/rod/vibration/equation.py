@@ -37,6 +37,7 @@ class StripEquation:
     clamp, (2, modes); ``tip`` EI psi_n'(l) and ``leaning`` int rho A omega^2 psi_n z dz, of which shear makes use."""
 
     strip: Strip
+    loss: float
     basis: StripBasis
     mean: float
     slowness: Array
@@ -49,7 +50,7 @@ class StripEquation:
     leaning: Array
 
     @staticmethod
-    def of(strip: Strip, inertia: float, mean: float, polynomials: int) -> StripEquation:
+    def of(strip: Strip, inertia: float, mean: float, polynomials: int, loss: float) -> StripEquation:
         """For rho A omega^2 = ``inertia`` [N/m^2] and the mean force [N]. Raises InvalidInput where that buckles it."""
         l, e = strip.length, strip.rod_length - strip.length
         basis, mean = strip_basis(l, strip.rod_length, polynomials), mean * strip.couples
@@ -70,6 +71,7 @@ class StripEquation:
         borne = inertia * weights[:, None] * (basis.values(stations, 0) @ modes)
         return StripEquation(
             strip=strip,
+            loss=loss,
             basis=basis,
             mean=mean,
             slowness=np.ascontiguousarray(slowness[::-1]),
@@ -86,6 +88,11 @@ class StripEquation:
     def pace(self) -> Array:
         """The modes' natural frequencies under the mean force [1/rad], the slowest first."""
         return 1.0 / np.sqrt(self.slowness)
+
+    @property
+    def damping(self) -> Array:
+        """C of every mode [rad]."""
+        return self.loss * np.sqrt(self.slowness)
 
     def fastest(self, modes: int, swing: Array) -> Array:
         """Natural frequency [1/rad] of the last of so many modes by itself, under forces beside the mean."""

@@ -31,7 +31,8 @@ Complex = NDArray[np.complex128]
 
 @fusing_kernel
 def free_mode(
-    n: int, widths: Array, swing: Array, slowness: Array, coupling: Array, rule: Radau, wanted: float, most: int
+    n: int, widths: Array, swing: Array, slowness: Array, damping: Array, coupling: Array, rule: Radau, wanted: float,
+    most: int,
 ) -> tuple[Complex, Complex, Complex, Array]:
     """y (elements, points, modes) and y' + x y, int x dphi from each element's first end (elements, points), and the
     greatest error of the latter on each, from ``swing`` (elements, points) and the masses and G of the modes."""
@@ -44,10 +45,11 @@ def free_mode(
     y = np.zeros((count, p, modes), np.complex128)
     new, rate = np.empty(modes, np.complex128), np.empty((count, p, modes), np.complex128)
     phase, error = np.zeros((count, p), np.complex128), np.zeros(count)
+    decay = 0.5 * damping[n] / slowness[n]
     for e in range(count):
         h = widths[e]
         for i in range(p):
-            x[i] = 1j * math.sqrt((1.0 + swing[e, i] * coupling[n, n]) / slowness[n])
+            x[i] = 1j * math.sqrt((1.0 + swing[e, i] * coupling[n, n]) / slowness[n]) - decay
             z[i] = 0.0
             z[i, n] = 1.0
         once[:], twice[:], last = 0.0, 0.0, np.inf
@@ -61,14 +63,15 @@ def free_mode(
                         for j in range(modes):
                             total += coupling[k, j] * z[i, j]
                         total = swing[e, i] * total + slowness[k] * (ddy[i, k] + 2.0 * x[i] * dy[i, k])
-                        held = 1.0 + swing[e, i] * coupling[k, k] + slowness[k] * bent
+                        total += damping[k] * dy[i, k]
+                        held = 1.0 + swing[e, i] * coupling[k, k] + slowness[k] * bent + damping[k] * x[i]
                         new[k] = -total * held.conjugate() / (held.real * held.real + held.imag * held.imag)
                 new[n] = 1.0
                 total = 0.0j
                 for k in range(modes):
                     z[i, k] = new[k]
                     total += coupling[n, k] * new[k]
-                found = 1j * np.sqrt((1.0 + swing[e, i] * total) / slowness[n] + dx[i])
+                found = 1j * np.sqrt((1.0 + swing[e, i] * total) / slowness[n] + dx[i] - decay * decay) - decay
                 change = max(change, abs(found - x[i]) * h)
                 x[i] = found
             error[e] = change * min(change / last, 1.0) if time > 1 else change

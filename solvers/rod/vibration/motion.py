@@ -107,7 +107,12 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     states = states_at(excitation.drive, excitation.strip, points(edges))
     swing, still = equation.swing(states).reshape(-1, p), equation.still(states)
     parts, turned = _parts(equation, m)
-    right = (equation.right(states, still) @ turned).reshape(-1, p, modes)
+    right = equation.right(states, still).reshape(-1, p, modes)
+    if equation.loss:
+        # What follows the force is not damped.
+        moved = np.einsum("ij,ejn->ein", RULE.first, still.reshape(-1, p, modes)) / widths[:, None, None]
+        right += equation.damping * moved
+    right = right @ turned
     columns, last, speeds, change, fell = slow_motion(
         widths, swing, right, parts, RULE, 0.1 * min(wanted, _LOOSEST), _TERMS
     )
@@ -195,10 +200,12 @@ def _parts(equation: StripEquation, m: int) -> tuple[Parts, Array]:
     turned[m:, m:] = rest
     parts = Parts(
         np.ascontiguousarray(equation.slowness[:m]),
+        np.ascontiguousarray(equation.damping[:m]),
         np.ascontiguousarray(equation.coupling[:m, :m]),
         np.ascontiguousarray(equation.coupling[:m, m:] @ rest),
         rates,
         (rest.T * equation.slowness[m:]) @ rest,
+        (rest.T * equation.damping[m:]) @ rest,
         np.ascontiguousarray(equation.clamp @ turned),
     )
     return parts, turned

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.ripple import Ripple, ripple_of
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import RULE, Excitation
+from solvers.rod.vibration.excitation import RULE, TURN, Excitation
 from solvers.rod.vibration.free_modes import free_mode
 
 Array = NDArray[np.float64]
@@ -59,7 +59,9 @@ def closing(equation: StripEquation, excitation: Excitation, slow: int) -> Array
     weights = np.outer(np.diff(excitation.edges), RULE.integral[-1]).ravel()
     phase = weights @ np.sqrt(np.maximum(stiffness, 0.01) / equation.slowness[n])
     out = np.full(count, _CLOSING)
-    out[: n.size] = np.maximum(0.5 / np.maximum(np.abs(np.sin(0.5 * phase)), 1e-300), 1.0)
+    kept = np.exp(-0.5 * TURN * equation.damping[n] / equation.slowness[n])
+    left = np.hypot(1.0 - kept, 2.0 * np.sqrt(kept) * np.sin(0.5 * phase))
+    out[: n.size] = 1.0 / np.clip(left, 1e-300, 1.0)
     return out
 
 
@@ -97,7 +99,7 @@ class FreeModes:
         widths, panels = np.diff(excitation.edges), excitation.panels(excitation.edges)
         swing = equation.swing(excitation.states).reshape(widths.size, -1)
         found = [
-            free_mode(first + k, widths, swing, equation.slowness, equation.coupling, RULE, phase, _MOST_TIMES)
+            free_mode(first + k, widths, swing, equation.slowness, equation.damping, equation.coupling, RULE, phase, _MOST_TIMES)
             for k, phase in enumerate(enough)
         ]
         shape, rate, phase, missed = (np.stack(part) for part in zip(*found, strict=True))

@@ -30,15 +30,17 @@ Array = NDArray[np.float64]
 
 
 class Parts(NamedTuple):
-    """Matrices in the coordinates of above: ``slowness`` (m,) masses of the slow modes, ``own`` (m, m), ``across``
-    (m, rest) and ``rates`` (rest,) of G, ``inert`` (rest, rest) masses of the rest, ``read`` (2, m + rest) what is
-    looked at."""
+    """Matrices in the coordinates of above: ``slowness`` (m,) masses of the slow modes and ``damping`` (m,) of C,
+    ``own`` (m, m), ``across`` (m, rest) and ``rates`` (rest,) of G, ``inert`` and ``damped`` (rest, rest) masses and C
+    of the rest, ``read`` (2, m + rest) what is looked at."""
 
     slowness: Array
+    damping: Array
     own: Array
     across: Array
     rates: Array
     inert: Array
+    damped: Array
     read: Array
 
 
@@ -103,6 +105,7 @@ def slow_motion(
     soft, held = np.empty((p, rest)), np.empty((p, m, m))
     # What the rest does, its inertia beside it, and a place for what leads from one to the other.
     r, inertia, turned = np.zeros((p, columns, rest)), np.zeros((p, columns, rest)), np.zeros((p, columns, rest))
+    drag, lossy = np.zeros((p, columns, rest)), bool(np.any(parts.damped != 0.0))
     slow, force = np.zeros((p, columns, m)), np.empty((p, columns, m))
     seen, read = np.zeros((p, columns, 2)), np.empty((p, columns, 2))
     moved, most_seen = np.empty((columns, 2)), np.empty((columns, 2))
@@ -120,15 +123,16 @@ def slow_motion(
                     held[i, a, b] = swing[e, i] * (parts.own[a, b] - swing[e, i] * total)
                 held[i, a, a] += 1.0
         for a in range(m):
-            mu = parts.slowness[a]
+            mu, lost = parts.slowness[a], parts.damping[a]
             scale = 1.0 / (mu + square)
             for i in range(s):
                 row = i * m + a
                 for j in range(s):
                     for b in range(m):
                         matrix[row, j * m + b] = square * scale * rule.twice[i, j] * held[j + 1, a, b]
+                    matrix[row, j * m + a] += lost * h * scale * rule.once[i, j]
                 matrix[row, row] += mu * scale
-                base[row, a] = mu * scale
+                base[row, a] = (mu + lost * h * rule.points[i + 1]) * scale
                 base[row, m + a] = math.sqrt(mu) * scale * h * rule.points[i + 1]
         _factor(matrix, order)
         inertia[:], seen[:], last, fell = 0.0, 0.0, np.inf, 0.0
@@ -204,6 +208,13 @@ def slow_motion(
             np.dot(rule.second, r.reshape(p, columns * rest), turned.reshape(p, columns * rest))
             np.dot(turned.reshape(p * columns, rest), parts.inert, inertia.reshape(p * columns, rest))
             inertia /= square
+            if lossy:
+                np.dot(rule.first, r.reshape(p, columns * rest), turned.reshape(p, columns * rest))
+                np.dot(turned.reshape(p * columns, rest), parts.damped, drag.reshape(p * columns, rest))
+                for i in range(p):
+                    for c in range(columns):
+                        for k in range(rest):
+                            inertia[i, c, k] += drag[i, c, k] / h
         slowest, x = max(slowest, fell), out[e]
         for c in range(columns):
             for a in range(m):

@@ -146,13 +146,14 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
 def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
     """Resolutions are added to where most is left unknown, until that is little enough or does not help."""
     excitation = Excitation.of(cycle, 0.1 * wanted)
+    loss = cycle.scene.material.loss_factor
     rung = sum(wanted < bound for bound in (_RUNGS_BEHIND_CORNERS if excitation.corners.size else _RUNGS))
-    equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
+    equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung], loss)
     slow, step = _slow(equation, excitation, wanted), _step(excitation, wanted)
     while rung > 0 and _affordable(equation, excitation, slow, step) < slow:
         # Better fewer polynomials than fewer modes followed.
         rung -= 1
-        equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
+        equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung], loss)
     best, vain, before, spent = None, 0, np.inf, 0.0
     for _ in range(_MOST_TRIES):
         slow = _affordable(equation, excitation, slow, step)
@@ -169,7 +170,7 @@ def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
             if full or rung == len(LADDER) - 1:
                 break
             rung = min(rung + (2 if errors.omitted > _FAR * wanted else 1), len(LADDER) - 1)
-            equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung])
+            equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung], loss)
             continue
         worst = _worst_elements(equation, excitation, slow, found)
         # Halving elements did help the time before, if there was one.

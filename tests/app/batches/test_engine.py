@@ -166,6 +166,33 @@ def test_two_processes_share_a_batch(database_url: str) -> None:
     assert verify(database_url).sound
 
 
+def test_equal_items_of_a_batch_are_solved_once(
+    database_url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Wherever they are in it, and although several chunks are solved at the same time."""
+    monkeypatch.setattr(engines, "_FIRST_GUESS_S", dict.fromkeys(engines._FIRST_GUESS_S, 1e-2))
+    monkeypatch.setattr(engines, "_WORTH_A_LOOK_S", 0.0)
+    count = tmp_path / "count"
+
+    async def story() -> BatchRecord:
+        executor = fake.pool()
+        executor.start()
+        try:
+            with RunStore(database_url) as store:
+                service = BatchService(store, executor, 2.0)
+                service.start()
+                bodies = [{"x": k % 7, "do": "count", "file": str(count)} for k in range(300)]
+                batch = await asyncio.wait_for(over(service, await submitted(service, bodies)), 100)
+                await service.close()
+                return batch
+        finally:
+            executor.close()
+
+    assert asyncio.run(story()).succeeded == 300
+    assert len(count.read_text()) == 7
+    assert verify(database_url).sound
+
+
 def test_a_batch_is_never_in_memory_whole(tmp_path: Path) -> None:
     """40 MB of rows go in and come out through a few."""
     rows, url = 100_000, f"sqlite:///{tmp_path}/runs.sqlite3"

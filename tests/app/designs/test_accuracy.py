@@ -171,3 +171,23 @@ def test_a_design_is_not_judged_by_what_its_objective_is_flat_in():
 
 def test_a_closed_form_has_nothing_to_study():
     assert modes_of(KINDS["crank-masses"]) == (Mode.ANALYSIS,)
+
+
+def _asked():
+    for kind in KINDS.values():
+        for mode in modes_of(kind):
+            if mode is not Mode.ACCURACY:
+                yield pytest.param(kind, mode, {}, id=f"{kind.slug} {mode}")
+    bushing = {"variable": "outer", "limits": {}}
+    yield pytest.param(KINDS["pin-profile"], Mode.CHECK, bushing, id="a bushing's check")
+
+
+@pytest.mark.parametrize(("kind", "mode", "changes"), list(_asked()))
+def test_what_is_studied_stays_what_it_is_when_every_field_is_written_down(kind, mode, changes):
+    """As it goes to a worker and into the store."""
+    if Mode.ACCURACY not in modes_of(kind):
+        return
+    request = job_of(kind, Mode.ACCURACY).request
+    asked = request.model_validate({"spec": kind.example(mode) | changes})
+    assert isinstance(asked.spec, job_of(kind, mode).request)
+    assert request.model_validate_json(asked.model_dump_json()) == asked

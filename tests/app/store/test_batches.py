@@ -10,7 +10,7 @@ import pytest
 from sqlalchemy import delete, update
 
 from app.store.batch_inputs import Row, Source, packed_rows
-from app.store.batch_items import packed
+from app.store.batch_items import encoded, packed
 from app.store.batch_operations import (
     Acknowledge,
     Cancel,
@@ -28,6 +28,7 @@ from app.store.batch_reads import get_batch, items_after
 from app.store.batch_records import BatchRecord, Block, Chunk, Item, item_id, new_batch_id, split_item_id
 from app.store.engine import WRITE
 from app.store.errors import IdempotencyConflict, UnknownBatch, UnknownRun
+from app.store.hashing import canonical_json
 from app.store.models import batch_items, batches
 from app.store.record import RunFilter, RunOrder, utc_now
 from app.store.repository import RunStore
@@ -60,7 +61,8 @@ async def received(store: RunStore, count: int = 10, key: str | None = None, blo
 
 def items(batch: BatchRecord, chunk: Chunk, status: str = "succeeded") -> tuple[Item, ...]:
     def content(index: int) -> bytes:
-        return packed({"spec": SPEC, "result": {"x": index}, "figure_name": "x"}, batch.dictionary)
+        parts = {"result": {"x": index}, "figure_name": "x"}
+        return packed(encoded(canonical_json(SPEC), parts), batch.dictionary)
 
     return tuple(Item(k, k + 1, status, k % 2 == 0, float(k), content(k)) for k in range(chunk.first, chunk.end))
 

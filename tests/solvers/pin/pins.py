@@ -10,7 +10,6 @@ import numpy as np
 from solvers import pin
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.discretised import assemble
-from solvers.pin.optimum.program import refined
 from solvers.pin.shapes.free import Free
 from solvers.pin.stations.opening import opening_stations
 
@@ -52,7 +51,7 @@ def program(scene=VAZ, criterion=PAPER, tolerance=1e-9, uniform=0, **limits):
         doubt = stations.doubt(found.lower)
         if doubt.sum() < tolerance:
             return found
-        stations = refined(found, doubt * stations.left.size / (0.1 * tolerance))
+        stations = stations.halved(doubt > 0.1 * tolerance / stations.left.size)
     return found
 
 

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from solvers.pin.shapes.break_points.bar import Bar, Sums, Walls
 from solvers.pin.shapes.break_points.cells import CUT, Cells, cells, finer, points
-from solvers.pin.shapes.break_points.ground import Around, Ground, ground
+from solvers.pin.shapes.break_points.ground import APART, Around, Ground, ground
 from solvers.pin.shapes.break_points.paths import AT
 
 Array = NDArray[np.float64]
@@ -263,4 +263,4 @@ class _Search:
 def _worth(layer: Cells) -> Cells:
     """Without the cells in which a break is no better than at the next place where f rises again or the deflection
     begins, or at 1: the step before it is the thinner one, and reaches that far with the same wall."""
-    return layer.taken(~layer.level | (layer.table[AT + 1] >= 1.0))
+    return layer.taken(~layer.level | (layer.table[AT + 1] >= 1.0 - APART))

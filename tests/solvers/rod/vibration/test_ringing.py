@@ -35,19 +35,21 @@ def reactions(excitation):
     return np.abs(excitation.states[[MOMENT, SIDE]]).max(axis=1) / excitation.strip.stiffness
 
 
-def test_a_free_mode_is_a_motion():
+@pytest.mark.parametrize("loss", [0.0, 0.01])
+def test_a_free_mode_is_a_motion(loss):
     """Three coupled modes whose stiffness swings; the middle one rings through half a turn."""
     slowness, coupling = np.array([3e-3, 1e-4, 2e-5]), np.array([[0.5, 0.1, 0.05], [0.1, 0.3, 0.1], [0.05, 0.1, 0.2]])
-    edges = np.linspace(0.0, np.pi, 9)
+    edges, damping = np.linspace(0.0, np.pi, 9), loss * np.sqrt(slowness)
     swing = np.cos(edges[:-1, None] + np.diff(edges)[:, None] * RULE.points)
-    shape, rate, phase, missed = free_mode(1, np.diff(edges), swing, slowness, coupling, RULE, 1e-12, 10)
+    shape, rate, phase, missed = free_mode(1, np.diff(edges), swing, slowness, damping, coupling, RULE, 1e-12, 10)
     # The real part of the motion with a complex amplitude of 1 at first.
     grown = np.exp(phase[:, -1].sum())
     start = np.concatenate([shape[0, 0].real, rate[0, 0].real])
     end = np.concatenate([(shape[-1, -1] * grown).real, (rate[-1, -1] * grown).real])
 
     def free(x, state):
-        return np.concatenate([state[3:], -(np.eye(3) + np.cos(x) * coupling) @ state[:3] / slowness])
+        held = (np.eye(3) + np.cos(x) * coupling) @ state[:3] + damping * state[3:]
+        return np.concatenate([state[3:], -held / slowness])
 
     found = solve_ivp(free, (0.0, np.pi), start, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
     size = np.append(np.ones(3), np.full(3, 100.0))
@@ -66,7 +68,10 @@ def integrated(equation, excitation, angles):
         a = state.reshape(2 * count, -1)
         load = np.zeros_like(a[:count])
         load[:, -1] = right
-        held = a[:count] + swing * (equation.coupling @ a[:count])
+        if equation.loss:
+            beside = equation.still(states_at(excitation.drive, excitation.strip, x + 1e-5 * np.array([-1.0, 1.0])))
+            load[:, -1] += equation.damping * (beside[1] - beside[0]) / 2e-5
+        held = a[:count] + swing * (equation.coupling @ a[:count]) + equation.damping[:, None] * a[count:]
         return np.concatenate([a[count:], (load - held) / equation.slowness[:, None]]).ravel()
 
     def run(start, left, right):
@@ -88,15 +93,16 @@ def integrated(equation, excitation, angles):
 
 
 @pytest.mark.parametrize(
-    ("load", "feedback", "shears", "slow"), [(PAPER.load, True, True, 2), (TABLE, False, False, 2)]
+    ("load", "feedback", "shears", "slow", "loss"),
+    [(PAPER.load, True, True, 2, 0.0), (TABLE, False, False, 2, 0.0), (PAPER.load, True, False, 2, 0.02)],
 )
-def test_motions_are_those_of_an_integration_in_time(monkeypatch, load, feedback, shears, slow):
+def test_motions_are_those_of_an_integration_in_time(monkeypatch, load, feedback, shears, slow, loss):
     """Of so few modes that all can ring."""
     monkeypatch.setattr(motions, "chosen", lambda shares, *_: (shares.size, 0.0))
     beam = BEAM_COLUMN.with_shear() if shears else BEAM_COLUMN
     cycle = Cycle(replace(QUICK, load=load), STRIP, Composition(beam=beam, feedback=feedback))
     excitation = Excitation.of(cycle, 1e-9)
-    equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 5)
+    equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 5, loss)
     found = motion(equation, excitation, slow, 5.0, 1e-8)
     angles = excitation.edges[0] + np.array([0.3, 2.0, 3.7, 5.5])
     exact = equation.clamp @ integrated(equation, excitation, angles)
@@ -112,7 +118,7 @@ def test_what_is_left_out_of_the_ringing_is_known(monkeypatch):
     """The paper's machine with the corners of its friction force, with fewer and fewer modes that ring."""
     cycle = Cycle(PAPER, STRIP, Composition(beam=BEAM_COLUMN, feedback=True))
     excitation = Excitation.of(cycle, 1e-10)
-    equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 16)
+    equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 16, 0.0)
     angles = np.linspace(0.0, TURN, 2001)
     read = np.concatenate([equation.basis.values(np.zeros(1), order) for order in (2, 3)])
     whole = motion(equation, excitation, 1, 3.0, 1e-9)

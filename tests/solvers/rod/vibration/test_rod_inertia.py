@@ -134,3 +134,20 @@ def test_beyond_buckling_nothing_vibrates(monkeypatch):
     monkeypatch.setattr(RodInertia, "prepare", refuse)
     value = rod.check(PAPER, rod.Dimensions(9e-3, 0.3e-3, 23e-3), rod.ALL).value
     assert value.stability_safety < 1 and value.stresses is None
+
+
+@pytest.mark.parametrize(("speed", "loss"), [(50.0, 0.01), (400.0, 0.05), ("resonance", 0.01)])
+def test_damped_motions_are_those_of_the_dense_model(speed, loss):
+    """Galerkin's method on the whole motion, at a resonance of the first mode too, where it is not finite undamped."""
+    if speed == "resonance":
+        mean = float(Cycle(PAPER, STRIP, STILL).axial_force(2 * np.pi * np.arange(256) / 256).mean())
+        speed = natural_frequency(PAPER, STRIP, mean) / 5
+    scene = at_speed(speed)
+    scene = replace(scene, material=replace(scene.material, loss_factor=loss))
+    moving = Cycle(scene, STRIP, MOVING, 1e-8)
+    shape, error = moving.at(ANGLES).shape, moving.refinement_error
+    assert error <= 1e-8
+    curvature, shear = RodModel(scene, STRIP, frozenset({"rod_inertia"})).motion.at_clamp(ANGLES)
+    stiffness = bending_stiffness(scene, STRIP)
+    assert shape.clamp_moment() / stiffness == pytest.approx(curvature, abs=(error + 1e-9) * np.abs(curvature).max())
+    assert -shape.side_force() / stiffness == pytest.approx(shear, abs=(error + 1e-9) * np.abs(shear).max())

@@ -18,15 +18,17 @@ def points(edges):
     return edges[:-1, None] + np.diff(edges)[:, None] * RULE.points
 
 
-def parts(slowness, coupling, slow):
+def parts(slowness, coupling, slow, loss=0.0):
     """For a coupling of which the part of the modes that follow is diagonal already."""
-    fast = np.arange(slow, slowness.size)
+    fast, damping = np.arange(slow, slowness.size), loss * np.sqrt(slowness)
     return Parts(
         np.ascontiguousarray(slowness[:slow]),
+        np.ascontiguousarray(damping[:slow]),
         np.ascontiguousarray(coupling[:slow, :slow]),
         np.ascontiguousarray(coupling[:slow, slow:]),
         coupling[fast, fast],
         np.diag(slowness[fast]),
+        np.diag(damping[fast]),
         np.ones((2, slowness.size)),
     )
 
@@ -55,8 +57,39 @@ def test_a_load_that_jumps_makes_a_mode_ring(frequency):
     assert found[..., 0] == pytest.approx(exact, abs=1e-8 * np.abs(exact).max())
 
 
+@pytest.mark.parametrize("loss", [1e-3, 0.01, 0.3])
+def test_a_load_that_jumps_makes_a_damped_mode_ring(loss):
+    """a'' + loss w a' + w^2 a = w^2 sign at an odd harmonic's resonance: a = 1 - Re(A e^(s x)) with a'(0) = -a'(pi)."""
+    from mpmath import mp
+
+    w, edges = 3.0, np.linspace(0.0, TURN, 2 * 24 + 1)
+    at = points(edges)
+    side = np.where(edges[:-1] < 3.1, 1.0, -1.0)[:, None, None] * np.ones((1, RULE.points.size, 1))
+    of = parts(np.array([w**-2]), np.zeros((1, 1)), 1, loss)
+    found, amplification, *_ = periodic(edges, np.zeros_like(at), side, of)
+    with mp.workdps(40):
+        s = mp.mpf(w) * mp.mpc(-mp.mpf(loss) / 2, mp.sqrt(1 - mp.mpf(loss) ** 2 / 4))
+        # 1 - A - B turns into -1 after half a turn, and so does the slope: A (1 + e^(s pi)) and its conjugate.
+        a = mp.conj(s) / (mp.conj(s) - s) * 2 / (1 + mp.exp(s * mp.pi))
+        exact = [1 - 2 * mp.re(a * mp.exp(s * mp.mpf(float(x)))) for x in at[:24].ravel()]
+    exact = np.array([float(x) for x in exact]).reshape(24, -1)
+    assert found[:24, :, 0] == pytest.approx(exact, abs=1e-8 * np.abs(exact).max())
+    assert amplification == pytest.approx(1.0 / (1.0 - np.exp(-np.pi * w * loss)), rel=0.5 * loss + 1e-6)
+
+
+@pytest.mark.parametrize("loss", [1e-3, 0.02])
+def test_at_resonance_the_amplitude_is_the_inverse_of_the_loss_factor(loss):
+    edges = np.linspace(0.0, TURN, 49)
+    load = np.cos(5.0 * points(edges))
+    found, *_ = periodic(
+        edges, np.zeros_like(load), load[..., None], parts(np.array([5.0**-2]), np.zeros((1, 1)), 1, loss)
+    )
+    assert found[..., 0] == pytest.approx(np.sin(5.0 * points(edges)) / loss, abs=1e-7 / loss)
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.05])
 @pytest.mark.parametrize("slow", [2, 1])
-def test_coupled_modes_against_an_initial_value_problem(slow):
+def test_coupled_modes_against_an_initial_value_problem(slow, loss):
     """Both followed by collocation, or the fast one by the series, whose ringing nothing excites."""
     slowness, coupling = np.array([0.05, 0.0004]), np.array([[0.3, 0.1], [0.1, 0.2]])
 
@@ -65,11 +98,12 @@ def test_coupled_modes_against_an_initial_value_problem(slow):
 
     edges = np.linspace(0.0, TURN, 49)
     at = points(edges)
-    found, amplification, change, fell = periodic(edges, np.cos(at), right(at), parts(slowness, coupling, slow))
+    found, amplification, change, fell = periodic(edges, np.cos(at), right(at), parts(slowness, coupling, slow, loss))
 
     def motion(x, state):
         stiffness = np.eye(2) + np.cos(x) * coupling
-        return np.concatenate([state[2:], (right(x) - stiffness @ state[:2]) / slowness])
+        resisted = loss * np.sqrt(slowness) * state[2:]
+        return np.concatenate([state[2:], (right(x) - stiffness @ state[:2] - resisted) / slowness])
 
     def run(start, **options):
         return solve_ivp(motion, (0, TURN), start, method="DOP853", rtol=1e-11, atol=1e-13, **options).y

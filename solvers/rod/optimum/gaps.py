@@ -1,0 +1,82 @@
+"""Where damped resonances part strips from others that may be better: the gaps between them on both sides.
+
+The strip's first mode is at a resonance wherever a harmonic of the speed meets it, at whole Omega = omega_1/omega. A
+strip on the way from one gap to the next is dearer by what rings, and damping rounds what is between: a share of about
+the loss factor of Omega. So optima close to a strip lie in other gaps. The Lagrangian is looked at along the way on
+which Omega changes with least cost, in steps that resolve the gaps, and its valleys beyond the resonances are starts.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from solvers.rod import rows
+from solvers.rod.optimum.answer.sensitivities import Stationarity
+from solvers.rod.optimum.core_optimum import within
+from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of
+from solvers.rod.optimum.local_search import Iterate, Task
+from solvers.rod.optimum.ripples import free_sizes, of_whole_rows
+from solvers.rod.problem import Bounds
+from solvers.rod.scene import Dimensions
+from solvers.rod.vibration.natural_frequencies import natural_frequency
+
+_GAPS, _STEPS = 2, 6
+"""So many gaps are looked at to each side, in so many steps each."""
+_FARTHEST = 0.12
+"""In ln b, ln h, ln l."""
+_STARTS, _DEARER = 2, 0.01
+"""So many valleys are starts, if they are dearer than the strip by no more than that, in ln objective."""
+_STEEP, _STEP = 0.05, 1e-4
+"""Change of ln Omega per unit of the way, under which there are no gaps on it; step of its differences."""
+
+
+def other_gaps(model: FullModel, task: Task, bounds: Bounds, best: Iterate, conditions: Stationarity) -> list[Dimensions]:
+    """Strips in other gaps from where a search may find a better one, the most promising first."""
+    way, pace = _way(model, bounds, best, conditions)
+    if way is None:
+        return []
+    weights = of_whole_rows(conditions.weights, best.memory.active.layout, task.objective)
+    own = float(weights @ best.memory.active.corrected_values(best.x))
+    step = 1.0 / (_STEPS * pace)
+    places = step * np.arange(-_GAPS * _STEPS, _GAPS * _STEPS + 1)
+    strips = [within(bounds, best.x + place * way) for place in places if np.max(np.abs(place * way)) < _FARTHEST]
+    merits = np.array([_merit(best, weights, strip) - own for strip in strips])
+    valleys = [n for n in range(1, merits.size - 1) if merits[n] <= min(merits[n - 1], merits[n + 1])]
+    home = len(strips) // 2
+    apart = [n for n in valleys if n != home and _barrier(merits, n, home) > 0.0 and merits[n] < _DEARER]
+    return [strips[n] for n in sorted(apart, key=lambda n: merits[n])[:_STARTS]]
+
+
+def _barrier(merits: Array, n: int, home: int) -> float:
+    """By how much the greatest on the way lies above both ends."""
+    low, high = sorted((n, home))
+    return float(np.max(merits[low : high + 1]) - max(merits[n], merits[home]))
+
+
+def _merit(best: Iterate, weights: Array, strip: Dimensions) -> float:
+    values = best.memory.active.corrected_values(np.log([strip.b, strip.h, strip.l]))
+    return math.inf if values[rows.UTILISATION] == rows.BUCKLED else float(weights @ values)
+
+
+def _way(model: FullModel, bounds: Bounds, best: Iterate, conditions: Stationarity) -> tuple[Array | None, float]:
+    """The step in ln(b, h, l) per ln Omega, along what limits leave free or, where they hold a strip in every
+    direction, in the sizes that bounds do not hold; None where Omega does not change. And Omega."""
+    scene = model.scene
+    mean = float(np.mean(best.memory.active.home_cycle.axial_force(2.0 * math.pi * np.arange(128) / 128)))
+
+    def log_pace(x: Array) -> float:
+        return math.log(natural_frequency(scene, dimensions_of(x, scene), mean) / scene.mechanism.speed)
+
+    here = log_pace(best.x)
+    slope = np.array([(here - log_pace(best.x - _STEP * unit)) / _STEP for unit in np.eye(3)])
+    tangent = conditions.tangent
+    if len(tangent):
+        way = tangent.T @ (tangent @ slope)
+    else:
+        way = np.zeros(3)
+        free = free_sizes(bounds, conditions)
+        way[free] = slope[free]
+    steep = float(way @ slope)
+    return (None, math.exp(here)) if steep < _STEEP**2 else (way / steep, math.exp(here))

@@ -1,9 +1,9 @@
-"""Batches on a running service: items a second, what people wait meanwhile, memory.
+"""Batch throughput of a running service, response times meanwhile, and memory.
 
-    python -m bench.batches pin-profile check 10000
+python -m bench.batches pin-profile check 10000
 
-Starts a service of its own on a fresh SQLite file, sends random variations of the example as NDJSON, and asks for
-/healthz and for single checks while they are solved. Prints one line of figures; run it while nothing else runs.
+Starts a service on a fresh SQLite file, sends random variations of the example as NDJSON, and measures /healthz and
+single checks while they are solved. Prints one line of figures; run it on an idle machine.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -31,11 +32,11 @@ _VARIED = {
     "impact-linkage": (("blow_frequency_hz",), 0.5),
     "crank-dynamics": (("mechanism", "speed_hz"), 0.5),
 }
-"""What is varied of each kind, from which share of the example's value on."""
+"""Varied fields of each kind, with the lower end of the range relative to the example."""
 
 
 def bodies(kind: str, mode: str, count: int, without: tuple[str, ...] = ()) -> Iterator[bytes]:
-    """That many random requests, a line each, ``without`` some fields of the example."""
+    """Random requests, one per line, ``without`` some fields of the example."""
     chance = random.Random(1)
     body = {name: value for name, value in KINDS[kind].example(Mode(mode)).items() if name not in without}
     path, least = _VARIED[kind]
@@ -48,8 +49,14 @@ def bodies(kind: str, mode: str, count: int, without: tuple[str, ...] = ()) -> I
         yield json.dumps(body).encode() + b"\n"
 
 
-def served(folder: Path, workers: int = 2) -> tuple[subprocess.Popen[bytes], httpx.Client]:
-    """A service that has its kernels, with so many workers for batches, and a client of it."""
+def pieces(rows: Iterator[bytes], count: int = 500) -> Iterator[bytes]:
+    """The same bytes in pieces of ``count`` rows, for sending."""
+    while piece := b"".join(islice(rows, count)):
+        yield piece
+
+
+def served(folder: Path, workers: int = 2, **settings: str) -> tuple[subprocess.Popen[bytes], httpx.Client]:
+    """A warmed-up service with ``workers`` batch workers, and a client."""
     output = folder / "output.txt"
     command = [
         sys.executable,
@@ -62,7 +69,7 @@ def served(folder: Path, workers: int = 2) -> tuple[subprocess.Popen[bytes], htt
         f"sqlite:///{folder}/runs.sqlite3",
     ]
     with output.open("wb") as sink:
-        environment = {**os.environ, "PYTHONUNBUFFERED": "1", "CRANKWRIGHT_BATCH_WORKERS": str(workers)}
+        environment = {**os.environ, "PYTHONUNBUFFERED": "1", "CRANKWRIGHT_BATCH_WORKERS": str(workers), **settings}
         process = subprocess.Popen(command, stdout=sink, stderr=sink, env=environment)
     while not (found := re.search(r"http://127\.0\.0\.1:\d+", output.read_text())):
         time.sleep(0.1)
@@ -73,7 +80,7 @@ def served(folder: Path, workers: int = 2) -> tuple[subprocess.Popen[bytes], htt
 
 
 def highest_mb(pid: int) -> float:
-    """The most memory that the service's own process ever had [MB]."""
+    """Peak memory of the service process [MB]."""
     status = Path(f"/proc/{pid}/status").read_text()
     return int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1000  # type: ignore[index]
 
@@ -84,13 +91,15 @@ def measured(kind: str, mode: str, count: int) -> dict[str, Any]:
         process, client = served(Path(name))
         try:
             example = KINDS["pin-profile"].example(Mode.CHECK)
-            for _ in range(4):  # both of people's workers have done it before
+            for _ in range(4):  # both interactive workers have it loaded
                 example["load"]["force_n"] *= 1.0 - 1e-6 * random.random()
                 client.post("/api/v1/checks/pin-profile", json=example).raise_for_status()
             began = time.perf_counter()
             place = f"/api/v1/batches?kind={kind}&mode={mode}"
             form = {"Content-Type": "application/x-ndjson"}
-            batch = client.post(place, content=bodies(kind, mode, count), headers=form).raise_for_status().json()
+            batch = (
+                client.post(place, content=pieces(bodies(kind, mode, count)), headers=form).raise_for_status().json()
+            )
             taken_s = time.perf_counter() - began
             health, single = [], []
             while batch["status"] not in ("ended", "cancelled"):

@@ -1,7 +1,4 @@
-"""An event loop whose clock stands still while anything is to be done, and then leaps to what is due next.
-
-So a limit of hours is tried in milliseconds, at its very value and beside it. For code without threads and sockets.
-"""
+"""An event loop with virtual time, which advances to the next timer when idle."""
 
 from __future__ import annotations
 
@@ -12,7 +9,7 @@ from typing import Any
 
 
 class _Leaping(selectors.DefaultSelector):
-    """Waits for nothing; what it would have waited is added to the clock."""
+    """Never blocks; the waiting time is added to the clock."""
 
     leapt = 0.0
 
@@ -33,6 +30,6 @@ class Clockwork(asyncio.SelectorEventLoop):
 
 
 def by_clockwork(story: Coroutine[Any, Any, Any]) -> Any:
-    """What the story gives, told in no time."""
+    """Run a coroutine in virtual time and return its result."""
     with asyncio.Runner(loop_factory=Clockwork) as runner:
         return runner.run(story)

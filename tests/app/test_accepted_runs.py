@@ -1,4 +1,4 @@
-"""Runs that were promised by a 202, with several service processes on one database."""
+"""Runs accepted with 202, with several service processes on one database."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from app.submission import Service, ServiceLimits
 
 PIN = KINDS["pin-profile"]
 LEASE_S = 2.0
-"""Many times what a loaded machine is late with a sign of life."""
+"""A multiple of the delays on a loaded machine."""
 
 
 class Solving:
-    """An executor that takes its time, and counts what it is asked and what of it was ended before the answer."""
+    """A slow executor that counts its calls and cancellations."""
 
     ready, warmup_status, background_workers = True, (), 0
 
@@ -47,7 +47,7 @@ def service(store: RunStore, solving: Any) -> Service:
     return Service(store, solving, 10.0, ServiceLimits(lease_s=LEASE_S))
 
 
-def told(url: str, story: Callable[[RunStore, RunStore], Awaitable[Any]]) -> Any:
+def with_two_stores(url: str, story: Callable[[RunStore, RunStore], Awaitable[Any]]) -> Any:
     async def two() -> Any:
         with RunStore(url) as one, RunStore(url) as other:
             return await asyncio.wait_for(story(one, other), 60)
@@ -61,7 +61,7 @@ async def ended(store: RunStore, run_id: str) -> RunRecord:
     return run
 
 
-def test_a_dead_process_is_followed_by_one_other(database_url: str) -> None:
+def test_a_dead_processs_run_is_taken_over_by_one_process(database_url: str) -> None:
     async def story(one: RunStore, other: RunStore) -> None:
         dying = service(one, Solving(1e3))  # never started, so it gives no sign of life
         run_id = (await dying.submit_later(PIN, Mode.DESIGN, request(), None, "")).run_id
@@ -73,10 +73,10 @@ def test_a_dead_process_is_followed_by_one_other(database_url: str) -> None:
         for each in (dying, *living):
             await each.close()
 
-    told(database_url, story)
+    with_two_stores(database_url, story)
 
 
-def test_a_living_process_keeps_what_takes_longer_than_a_lease(database_url: str) -> None:
+def test_a_live_process_keeps_runs_longer_than_a_lease(database_url: str) -> None:
     async def story(one: RunStore, other: RunStore) -> None:
         busy, idle = service(one, Solving(2 * LEASE_S)), service(other, Solving(0.0))
         busy.start(), idle.start()
@@ -85,10 +85,10 @@ def test_a_living_process_keeps_what_takes_longer_than_a_lease(database_url: str
         assert (busy.executor.asked, idle.executor.asked) == (1, 0)
         await busy.close(), await idle.close()
 
-    told(database_url, story)
+    with_two_stores(database_url, story)
 
 
-def test_what_another_process_cancels_is_solved_no_longer(database_url: str) -> None:
+def test_a_run_cancelled_by_another_process_is_no_longer_solved(database_url: str) -> None:
     async def story(one: RunStore, other: RunStore) -> None:
         busy, idle = service(one, Solving(1e3)), service(other, Solving(0.0))
         busy.start()
@@ -101,10 +101,10 @@ def test_what_another_process_cancels_is_solved_no_longer(database_url: str) -> 
         assert (await one.get(run_id)).status == "cancelled"
         await busy.close()
 
-    told(database_url, story)
+    with_two_stores(database_url, story)
 
 
-def test_a_run_that_ends_its_process_every_time_fails(database_url: str) -> None:
+def test_a_run_fails_after_too_many_process_deaths(database_url: str) -> None:
     run = runs.queued(PIN.slug, Mode.DESIGN, request())
 
     async def story(one: RunStore, _other: RunStore) -> None:
@@ -119,10 +119,10 @@ def test_a_run_that_ends_its_process_every_time_fails(database_url: str) -> None
         assert living.executor.asked == 0
         await living.close()
 
-    told(database_url, story)
+    with_two_stores(database_url, story)
 
 
-def test_a_killed_worker_is_borne_five_times(database_url: str) -> None:
+def test_a_crashed_worker_is_retried_five_times(database_url: str) -> None:
     class Crashing(Solving):
         async def run(self, *_: Any, **__: Any) -> Answer:
             self.asked += 1
@@ -138,4 +138,4 @@ def test_a_killed_worker_is_borne_five_times(database_url: str) -> None:
             assert living.executor.asked == 6
             await living.close()
 
-    told(database_url, story)
+    with_two_stores(database_url, story)

@@ -1,4 +1,4 @@
-"""What is asked for at the same time under one key is done once."""
+"""Deduplication of concurrent requests with the same key."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from app.store.errors import IdempotencyConflict
 
 
 class Solve:
-    """A solve that takes a moment, and knows how often it began and was given up."""
+    """A solve that counts starts and cancellations."""
 
     def __init__(self) -> None:
         self.begun = self.given_up = 0
@@ -26,7 +26,7 @@ class Solve:
         return object()
 
 
-def test_fifty_at_once_share_one_answer():
+def test_fifty_concurrent_callers_share_one_result():
     async def scenario() -> None:
         single_flight, solve = SingleFlight(), Solve()
         answers = await asyncio.gather(*(single_flight.run("key", "body", solve) for _ in range(50)))
@@ -50,7 +50,7 @@ def test_another_body_under_the_same_key_is_a_conflict():
     asyncio.run(scenario())
 
 
-def test_it_goes_on_as_long_as_anybody_waits():
+def test_the_call_continues_while_anyone_waits():
     async def scenario() -> None:
         single_flight, solve = SingleFlight(), Solve()
         tasks = [asyncio.create_task(single_flight.run("key", "body", solve)) for _ in range(3)]
@@ -68,7 +68,7 @@ def test_it_goes_on_as_long_as_anybody_waits():
     asyncio.run(scenario())
 
 
-def test_a_failure_is_everybodys():
+def test_a_failure_reaches_all_callers():
     async def fail() -> None:
         await asyncio.sleep(0.01)
         raise ZeroDivisionError

@@ -1,4 +1,4 @@
-"""The outline of what links sweep, against areas known in closed form and against the links themselves."""
+"""The swept outline against areas in closed form and against the links."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ def turned(angles: np.ndarray, length: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("scale", [1e-2, 1.0, 1e4])
-def test_a_bar_at_rest_leaves_a_slot(scale):
+def test_a_bar_at_rest_has_a_slot_as_outline(scale):
     found = outline(scale * np.array([[[0.0, 0.0], [4.0, 3.0]]]), 0.5 * scale)
     assert area(found) == pytest.approx(scale**2 * (5.0 * 1.0 + math.pi * 0.25), rel=1e-3)
 
 
-def test_a_bar_that_turns_leaves_a_disc_and_one_that_swings_a_sector():
+def test_a_rotating_bar_sweeps_a_disc_and_an_oscillating_one_a_sector():
     full = outline(turned(np.linspace(0.0, 2.0 * math.pi, 721), 3.0), 0.5)
     assert area(full) == pytest.approx(math.pi * 3.5**2, rel=1e-3)
     swung = outline(turned(np.linspace(-0.4, 0.4, 241), 3.0), 0.5)

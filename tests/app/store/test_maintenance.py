@@ -1,4 +1,4 @@
-"""Backups, pruning, keys that expire, answers that take no room."""
+"""Backups, pruning, expiry of idempotency keys, and compact responses."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def ids(url: str) -> set[str]:
         return {item.id for item in asyncio.run(store.list_runs(RunFilter())).items}
 
 
-def test_a_backup_in_use_comes_back_whole(tmp_path: Path) -> None:
+def test_a_backup_of_a_store_in_use_restores_completely(tmp_path: Path) -> None:
     url, copy = f"sqlite:///{tmp_path}/runs.sqlite3", tmp_path / "backup.sqlite3"
     upgrade(url)
     records = fill(url)
@@ -55,7 +55,7 @@ def test_a_backup_in_use_comes_back_whole(tmp_path: Path) -> None:
     assert verify(elsewhere).sound
 
 
-def test_a_damaged_store_is_copied_but_told(tmp_path: Path) -> None:
+def test_a_backup_of_a_damaged_store_is_reported(tmp_path: Path) -> None:
     url = f"sqlite:///{tmp_path}/runs.sqlite3"
     upgrade(url)
     fill(url)
@@ -66,7 +66,7 @@ def test_a_damaged_store_is_copied_but_told(tmp_path: Path) -> None:
     assert told.exit_code == 1 and "DAMAGED" in told.stdout and (tmp_path / "copy").exists()
 
 
-def test_pruning_is_counted_and_noted_and_never_by_itself(database_url: str) -> None:
+def test_pruning_is_explicit_counted_and_audited(database_url: str) -> None:
     old = [make_record(k, created_at=utc_now() - timedelta(days=400)) for k in range(3)]
     still_open = make_record(7, created_at=old[0].created_at, status="queued", result=None)
     with RunStore(database_url) as store:
@@ -83,7 +83,7 @@ def test_pruning_is_counted_and_noted_and_never_by_itself(database_url: str) -> 
     assert "prune" in CliRunner().invoke(app, ["audit", "--database-url", database_url]).stdout
 
 
-def test_runs_deleted_by_anybody_else_are_missed(database_url: str) -> None:
+def test_other_deletions_are_detected(database_url: str) -> None:
     from sqlalchemy import text
 
     from app.store.engine import make_engine
@@ -98,7 +98,7 @@ def test_runs_deleted_by_anybody_else_are_missed(database_url: str) -> None:
     assert [damage.what for damage in verify(database_url).damages] == ["2 runs are missing that were stored"]
 
 
-def test_keys_expire_with_the_age_of_their_run(database_url: str) -> None:
+def test_idempotency_keys_expire(database_url: str) -> None:
     fill(database_url, 2)
     later = make_record(5)
     with RunStore(database_url, key_lifetime=timedelta(days=1)) as store:
@@ -118,12 +118,12 @@ def test_keys_expire_with_the_age_of_their_run(database_url: str) -> None:
     assert verify(database_url).sound
 
 
-def test_ids_begin_with_their_time() -> None:
+def test_ids_sort_by_time() -> None:
     moment = utc_now()
     assert lowest_id_at(moment - timedelta(seconds=1)) < make_record().id < lowest_id_at(moment + timedelta(seconds=10))
 
 
-def test_an_answer_is_kept_without_what_the_run_has(tmp_path: Path) -> None:
+def test_a_stored_response_omits_the_runs_parts(tmp_path: Path) -> None:
     result = b'{"curve":[' + b",".join(b"%d.25" % k for k in range(3000)) + b"]}"
     other = {"kind": "none of today's"}
     statuses = ({"result": result}, {"status": "failed", "result": None}, {"status": "queued"})
@@ -133,7 +133,7 @@ def test_an_answer_is_kept_without_what_the_run_has(tmp_path: Path) -> None:
     run = make_record(result=result, **other)
     assert len(pack(shown.run_json(run), run)) < 1000 < len(result)
     assert unpack(b'{"whole":1}', run) == b'{"whole":1}', "as former versions kept them"
-    # What the end of a run changes is not referred to before.
+    # Parts that change when a run ends are stored in full.
     queued = make_record(status="queued", result=None)
     kept, body = pack(shown.run_json(queued), queued), shown.run_json(queued)
     assert unpack(kept, replace(queued, status="succeeded", result=result, effects=b"[1]")) == body
@@ -141,6 +141,6 @@ def test_an_answer_is_kept_without_what_the_run_has(tmp_path: Path) -> None:
         unpack(kept[:-3], queued)
 
 
-def test_pruning_at_once_is_bounded(database_url: str) -> None:
+def test_pruning_is_limited_per_transaction(database_url: str) -> None:
     with RunStore(database_url) as store:
         assert store.write_and_wait(Prune(utc_now(), "a test")) == 0

@@ -1,4 +1,4 @@
-"""Leases on promised runs: one process at a time has each; when it falls silent another has it, and it ends once."""
+"""Leases on accepted runs: exclusive, taken over after expiry, and ended once."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def queued():
     return make_record(status=RunStatus.QUEUED, result=None)
 
 
-def test_what_falls_silent_is_taken_over_by_one_and_once(database_url: str) -> None:
+def test_an_expired_lease_is_taken_over_exactly_once(database_url: str) -> None:
     first, second, held = queued(), queued(), queued()
 
     async def story(store: RunStore) -> None:
@@ -42,7 +42,7 @@ def test_what_falls_silent_is_taken_over_by_one_and_once(database_url: str) -> N
         assert await store.write(TakeOverExpired("third", 60.0, 9)) == []
         owner = "one" if one[0].run.id == first.id else "other"
         assert await store.write(RenewLeases(owner, 60.0)) == {first.id}
-        # An end takes the promise away; what comes back later changes nothing.
+        # The end of a run deletes its lease; a later end has no effect.
         assert await store.finish(first.id, Finish(RunStatus.CANCELLED))
         assert await store.write(RenewLeases(owner, 60.0)) == set()
         assert not await store.finish(first.id, Finish(RunStatus.FAILED))
@@ -51,7 +51,7 @@ def test_what_falls_silent_is_taken_over_by_one_and_once(database_url: str) -> N
     assert verify(database_url).sound
 
 
-def test_who_ends_in_order_leaves_its_runs_at_once_and_no_attempt_counts(database_url: str) -> None:
+def test_an_orderly_shutdown_releases_leases_without_counting_attempts(database_url: str) -> None:
     run = queued()
 
     async def story(store: RunStore) -> None:
@@ -64,7 +64,7 @@ def test_who_ends_in_order_leaves_its_runs_at_once_and_no_attempt_counts(databas
     with_store(database_url, story)
 
 
-def test_a_key_that_was_used_first_promises_nothing(database_url: str) -> None:
+def test_a_replayed_request_creates_no_lease(database_url: str) -> None:
     first, second = queued(), queued()
 
     async def story(store: RunStore) -> None:
@@ -75,7 +75,7 @@ def test_a_key_that_was_used_first_promises_nothing(database_url: str) -> None:
     with_store(database_url, story)
 
 
-def test_a_damaged_run_is_nobodys(database_url: str) -> None:
+def test_a_damaged_run_loses_its_lease(database_url: str) -> None:
     run = queued()
 
     async def story(store: RunStore) -> None:

@@ -1,4 +1,4 @@
-"""What a service in trouble tells its clients and its operator."""
+"""Faults as seen by clients and operators."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MASSES = "/api/v1/analyses/crank-masses"
 BODY = KINDS["crank-masses"].example(Mode.ANALYSIS)
 
 
-def test_a_damaged_record_is_a_500_that_says_so_and_shows_nothing(tmp_path):
+def test_a_damaged_record_is_a_500_without_content(tmp_path):
     with keyed(tmp_path) as service:
         run = make_record(status="failed", result=None, name="rightly")
         service.put([run])
@@ -42,7 +42,7 @@ def test_a_damaged_record_is_a_500_that_says_so_and_shows_nothing(tmp_path):
         assert "wrongly" not in service.client.get("/runs").text
 
 
-def test_a_deleted_database_is_told_by_every_route_and_by_readiness(tmp_path):
+def test_a_deleted_database_is_reported_by_every_route_and_readiness(tmp_path):
     with keyed(tmp_path) as service:
         service.warm()
         assert service.client.post(MASSES, json=BODY).status_code == 201
@@ -59,17 +59,17 @@ def test_a_deleted_database_is_told_by_every_route_and_by_readiness(tmp_path):
 def test_a_full_database_is_507(tmp_path):
     with keyed(tmp_path) as service:
         service.warm()
-        # Of every connection that is used from now on, whoever opened it.
+        # Applies to all connections used from now on.
         event.listen(
             service.store._engine, "checkout", lambda connection, *_: connection.execute("PRAGMA max_page_count = 1")
         )
         statuses = [service.client.post(MASSES, json={**BODY, "name": "x" * 200}).status_code for _ in range(12)]
         assert statuses[-1] == 507 and set(statuses) <= {201, 507}
-        # What was acknowledged is there.
+        # Acknowledged runs are present.
         assert len(service.client.get("/api/v1/runs").json()["items"]) == statuses.count(201)
 
 
-def test_requests_have_ids_in_answers_and_in_the_log(tmp_path):
+def test_request_ids_appear_in_responses_and_logs(tmp_path):
     stream, root = io.StringIO(), logging.getLogger()
     level, handlers = root.level, list(root.handlers)
     try:
@@ -77,7 +77,7 @@ def test_requests_have_ids_in_answers_and_in_the_log(tmp_path):
             configure(LogFormat.JSON, LogLevel.INFO, stream)
             given = service.client.get("/api/v1/runs", headers={"X-Request-ID": "mine-7"})
             made = service.client.get("/api/v1/runs", headers={"X-Request-ID": "not fit\x7f"})
-            service.client.app.state.service.store.get = None  # what nobody foresaw
+            service.client.app.state.service.store.get = None  # an unexpected error
             failed = service.client.get(f"/api/v1/runs/{'0' * 36}", headers={"X-Request-ID": "broken"})
     finally:
         root.handlers[:] = handlers
@@ -91,7 +91,7 @@ def test_requests_have_ids_in_answers_and_in_the_log(tmp_path):
     assert any("Traceback" in each.get("exception", "") and "TypeError" in each["exception"] for each in told)
 
 
-def test_the_metrics_tell_solves_queues_and_the_store(tmp_path):
+def test_metrics_cover_solves_queues_and_the_store(tmp_path):
     with keyed(tmp_path) as service:
         service.warm()
         before = service.client.get("/metrics").text
@@ -133,7 +133,7 @@ def unprotected(_folder: Path) -> dict[str, str]:
     ("prepare", "told"),
     [(newer, "revision 9999"), (no_database, "the database is damaged"), (unprotected, "keys create")],
 )
-def test_what_an_operator_can_mend_is_told_in_one_line(tmp_path, prepare, told):
+def test_startup_errors_are_one_line(tmp_path, prepare, told):
     environment = {**os.environ, "PYTHONPATH": str(ROOT), **prepare(tmp_path)}
     words = ["-m", "app.cli", "serve", "--port", "0", "--database-url", f"sqlite:///{tmp_path}/runs.sqlite3"]
     done = subprocess.run([sys.executable, *words], env=environment, cwd=ROOT, capture_output=True, timeout=100)

@@ -37,7 +37,8 @@ from app.designs.kind import Detail, Mode
 from app.designs.many import answers_of
 from app.designs.registry import KINDS
 from app.store.migrate import upgrade
-from bench.batches import bodies, highest_mb, served, share, timed
+from bench.batches import bodies, highest_mb, pieces, served, share, timed
+from bench.sections import put
 
 PAGE = Path(__file__).parents[1] / "docs" / "reliability.md"
 HEADING = "## Large batches"
@@ -99,10 +100,11 @@ class Measured:
 
 def measured(subject: Subject, count: int, say: Callable[[str], None]) -> Measured:
     """Run one batch and its comparisons."""
-    rows = [*bodies(subject.kind, subject.mode, subject.alone, subject.without)]
+    alone = min(subject.alone, max(20, count // 10))
+    rows = [*bodies(subject.kind, subject.mode, alone, subject.without)]
     bulk, answers = (own_rate(rows, subject, way) for way in ("bulk", "answers"))
     say(f"{subject.name}: bulk {bulk:,.0f}/s, answers {answers:,.0f}/s")
-    few = max(count // 20, 100)
+    few = max(count // 20, alone)
     one, two = (_batch(subject, few, workers, False)["rate"] for workers in (1, 2))
     say(f"{subject.name}: one worker {one:,.0f}/s, two {two:,.0f}/s")
     found = _batch(subject, count, 2, True)
@@ -149,7 +151,7 @@ def _batch(subject: Subject, count: int, workers: int, watched: bool) -> dict[st
 
 def _sent(client: httpx.Client, subject: Subject, count: int) -> dict[str, Any]:
     place = f"/api/v1/batches?kind={subject.kind}&mode={subject.mode}"
-    rows = bodies(subject.kind, subject.mode, count, subject.without)
+    rows = pieces(bodies(subject.kind, subject.mode, count, subject.without))
     form = {"Content-Type": "application/x-ndjson"}
     return client.post(place, content=rows, headers=form).raise_for_status().json()
 
@@ -298,13 +300,6 @@ def section(rows: Sequence[Measured]) -> list[str]:
     return [*lines, ""]
 
 
-def write(rows: Sequence[Measured], page: Path = PAGE) -> None:
-    """Insert or replace the section in the page."""
-    before, _, rest = page.read_text("utf-8").partition(HEADING + "\n")
-    _, found, after = rest.partition("\n## ")
-    page.write_text(before.rstrip() + "\n\n" + "\n".join(section(rows)) + (f"\n## {after}" if found else ""), "utf-8")
-
-
 def main() -> None:
     """Measure what is missing, and write the table."""
     parser = argparse.ArgumentParser()
@@ -330,7 +325,7 @@ def main() -> None:
     if asked.dry:
         print("\n".join(section(rows)))
     else:
-        write(rows)
+        put(PAGE, HEADING, section(rows))
 
 
 if __name__ == "__main__":

@@ -128,7 +128,7 @@ def test_an_infeasible_design_says_so_first(client, three_steps):
     run = answered(client, PINS, {**three_steps, "load": {"force_n": 20000}})
     assert (run["status"], run["verdict"], run["holds"]) == ("infeasible", None, None)
     page = page_of(client, run)
-    assert page.index("There is no such design") < page.index("infeasible")
+    assert page.index("No design meets all requirements") < page.index("infeasible")
     assert '<th scope="row">force</th>' in page
 
 

@@ -28,7 +28,8 @@ class Material:
     density                  [kg/m^3]
     poisson                  in (-1, 0.5)
     ultimate_strength        [Pa], required by Goodman and Gerber only
-    loss_factor              eta = 2 zeta in [0, 0.5] of a part in its clamps: fraction of the vibration energy dissipated
+    loss_factor              eta = 2 zeta in [0, 0.5] of a part in its clamps: fraction of the vibration energy
+                             dissipated
                              per radian; 0: undamped. Used by the strip's inertia only
     """
 

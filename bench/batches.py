@@ -17,6 +17,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +49,13 @@ def bodies(kind: str, mode: str, count: int, without: tuple[str, ...] = ()) -> I
         yield json.dumps(body).encode() + b"\n"
 
 
-def served(folder: Path, workers: int = 2) -> tuple[subprocess.Popen[bytes], httpx.Client]:
+def pieces(rows: Iterator[bytes], count: int = 500) -> Iterator[bytes]:
+    """The same bytes in pieces of ``count`` rows, for sending."""
+    while piece := b"".join(islice(rows, count)):
+        yield piece
+
+
+def served(folder: Path, workers: int = 2, **settings: str) -> tuple[subprocess.Popen[bytes], httpx.Client]:
     """A warmed-up service with ``workers`` batch workers, and a client."""
     output = folder / "output.txt"
     command = [
@@ -62,7 +69,7 @@ def served(folder: Path, workers: int = 2) -> tuple[subprocess.Popen[bytes], htt
         f"sqlite:///{folder}/runs.sqlite3",
     ]
     with output.open("wb") as sink:
-        environment = {**os.environ, "PYTHONUNBUFFERED": "1", "CRANKWRIGHT_BATCH_WORKERS": str(workers)}
+        environment = {**os.environ, "PYTHONUNBUFFERED": "1", "CRANKWRIGHT_BATCH_WORKERS": str(workers), **settings}
         process = subprocess.Popen(command, stdout=sink, stderr=sink, env=environment)
     while not (found := re.search(r"http://127\.0\.0\.1:\d+", output.read_text())):
         time.sleep(0.1)
@@ -90,7 +97,9 @@ def measured(kind: str, mode: str, count: int) -> dict[str, Any]:
             began = time.perf_counter()
             place = f"/api/v1/batches?kind={kind}&mode={mode}"
             form = {"Content-Type": "application/x-ndjson"}
-            batch = client.post(place, content=bodies(kind, mode, count), headers=form).raise_for_status().json()
+            batch = (
+                client.post(place, content=pieces(bodies(kind, mode, count)), headers=form).raise_for_status().json()
+            )
             taken_s = time.perf_counter() - began
             health, single = [], []
             while batch["status"] not in ("ended", "cancelled"):

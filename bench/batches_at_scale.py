@@ -1,17 +1,17 @@
-"""Large batches while people use the service: throughput against the bulk functions, waiting times, memory.
+"""Large batches during interactive use: throughput relative to bulk evaluation, response times, memory.
 
-    python -m bench.batches_at_scale                       # 10^6 pin, 10^6 linkage, 10^5 rod checks, 10^4 rod designs
-    python -m bench.batches_at_scale --share 0.01          # a hundredth of each
-    python -m bench.batches_at_scale --only "pin checks"   # one of them
+python -m bench.batches_at_scale                       # 10^6 pin, 10^6 linkage, 10^5 rod checks, 10^4 rod designs
+python -m bench.batches_at_scale --share 0.01          # a hundredth of each
+python -m bench.batches_at_scale --only "pin checks"   # one of them
 
-Each batch runs on a fresh service with its own SQLite file, two batch workers and two interactive ones. Meanwhile
-/healthz and a pin check that no earlier answer serves are asked ten times a second. What has been measured is kept in
-``--state`` and not measured again; the table goes into docs/reliability.md. Run it on an otherwise idle machine.
+Each batch runs on a fresh service with its own SQLite file, two batch workers and two interactive ones, while /healthz
+and an uncached pin check are requested ten times a second. Measurements are stored in ``--state`` and not repeated; the
+table goes into docs/reliability.md. Run it on an idle machine.
 
-Bulk rate: two processes that do nothing but call the solvers' ``check_many`` on the same cases at the same time; for
-designs, which have no such function, the design. Answer rate: two processes that turn validated requests into answers
-(``answers_of``). Both are reduced by the time in which SQLite alone stores the same rows in transactions of the same
-size. Two workers against one: a twentieth of the rows, on services with one and two batch workers.
+Bulk rate: two processes that only call the solvers' ``check_many`` on the same cases simultaneously; for designs, which
+have no such function, the design. Answer rate: two processes that turn validated requests into answers
+(``answers_of``). Both are corrected for the time SQLite alone needs to store the same rows in transactions of the same
+size. Two workers compared with one: a twentieth of the rows, on services with one and two batch workers.
 """
 
 from __future__ import annotations
@@ -37,11 +37,12 @@ from app.designs.kind import Detail, Mode
 from app.designs.many import answers_of
 from app.designs.registry import KINDS
 from app.store.migrate import upgrade
-from bench.batches import bodies, highest_mb, served, share, timed
+from bench.batches import bodies, highest_mb, pieces, served, share, timed
+from bench.sections import put
 
 PAGE = Path(__file__).parents[1] / "docs" / "reliability.md"
 HEADING = "## Large batches"
-_BETWEEN_S = 0.1
+_INTERVAL_S = 0.1
 _STORED_ROWS = 100_000
 
 
@@ -93,16 +94,17 @@ class Measured:
     bytes_per_item: float
 
     def reached(self, own: float) -> float:
-        """The rate as a share of ``own`` with storing at SQLite's own rate."""
+        """The rate relative to ``own``, including storage at SQLite's own rate."""
         return self.rate * (1.0 / own + 1.0 / self.store_rate)
 
 
 def measured(subject: Subject, count: int, say: Callable[[str], None]) -> Measured:
-    """Run one batch, and what it is compared with."""
-    rows = [*bodies(subject.kind, subject.mode, subject.alone, subject.without)]
+    """Run one batch and its comparisons."""
+    alone = min(subject.alone, max(20, count // 10))
+    rows = [*bodies(subject.kind, subject.mode, alone, subject.without)]
     bulk, answers = (own_rate(rows, subject, way) for way in ("bulk", "answers"))
     say(f"{subject.name}: bulk {bulk:,.0f}/s, answers {answers:,.0f}/s")
-    few = max(count // 20, 100)
+    few = max(count // 20, alone)
     one, two = (_batch(subject, few, workers, False)["rate"] for workers in (1, 2))
     say(f"{subject.name}: one worker {one:,.0f}/s, two {two:,.0f}/s")
     found = _batch(subject, count, 2, True)
@@ -110,11 +112,11 @@ def measured(subject: Subject, count: int, say: Callable[[str], None]) -> Measur
 
 
 def _batch(subject: Subject, count: int, workers: int, watched: bool) -> dict[str, Any]:
-    """One batch on a service of its own; its rate alone where nobody is to use the service meanwhile."""
+    """One batch on its own service; without interactive use, only its rate is measured."""
     with tempfile.TemporaryDirectory() as name:
         process, client = served(Path(name), workers)
         try:
-            # Workers have what the kind needs in memory, and the engine knows about how long an item takes.
+            # warm workers, and an initial estimate of the time per item
             _ended(client, _sent(client, subject, 200 if subject.mode == "check" else 8))
             people = _People(client)
             if watched:
@@ -149,7 +151,7 @@ def _batch(subject: Subject, count: int, workers: int, watched: bool) -> dict[st
 
 def _sent(client: httpx.Client, subject: Subject, count: int) -> dict[str, Any]:
     place = f"/api/v1/batches?kind={subject.kind}&mode={subject.mode}"
-    rows = bodies(subject.kind, subject.mode, count, subject.without)
+    rows = pieces(bodies(subject.kind, subject.mode, count, subject.without))
     form = {"Content-Type": "application/x-ndjson"}
     return client.post(place, content=rows, headers=form).raise_for_status().json()
 
@@ -162,7 +164,7 @@ def _ended(client: httpx.Client, batch: dict[str, Any]) -> dict[str, Any]:
 
 
 class _People(threading.Thread):
-    """Asks for /healthz and for single checks until stopped; keeps how long each took [s]."""
+    """Requests /healthz and single checks until stopped; records response times [s]."""
 
     def __init__(self, client: httpx.Client) -> None:
         super().__init__(daemon=True)
@@ -173,7 +175,7 @@ class _People(threading.Thread):
 
     def run(self) -> None:
         body, chance = KINDS["pin-profile"].example(Mode.CHECK), random.Random(2)
-        while not self._over.wait(_BETWEEN_S):
+        while not self._over.wait(_INTERVAL_S):
             body["load"]["force_n"] *= 1.0 - 1e-6 * chance.random()
             self.health.append(timed(lambda: self._client.get("/healthz")))
             self.checks.append(timed(lambda: self._client.post("/api/v1/checks/pin-profile", json=body)))
@@ -193,7 +195,7 @@ def _stored(file: Path) -> tuple[int, int, list[bytes]]:
 
 
 def store_rate(contents: Sequence[bytes], together: int, count: int) -> float:
-    """Rows a second that SQLite alone stores in the same table, so many in a transaction, each of them durable."""
+    """Rows per second that SQLite alone stores durably in the same table, with the given rows per transaction."""
     insert = (
         'INSERT INTO batch_items (batch, "index", line, status, holds, figure, content, digest) '
         "VALUES (1, ?, ?, 'succeeded', 1, ?, ?, x'00112233445566778899aabbccddeeff')"
@@ -217,7 +219,7 @@ def store_rate(contents: Sequence[bytes], together: int, count: int) -> float:
 
 
 def own_rate(rows: Sequence[bytes], subject: Subject, way: str) -> float:
-    """Items a second of two processes that solve the rows at the same time, both of them all."""
+    """Items per second of two processes, each solving all rows, simultaneously."""
     command = [sys.executable, "-m", "bench.batches_at_scale", "--alone", way, subject.kind, subject.mode]
     pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     both = [subprocess.Popen(command, **pipes, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"}) for _ in range(2)]
@@ -237,7 +239,7 @@ def own_rate(rows: Sequence[bytes], subject: Subject, way: str) -> float:
 
 
 def _alone(way: str, kind: str, mode: str) -> None:
-    """One of these processes: reads rows, says that it is ready, waits, solves, says how long that took [s]."""
+    """Such a process: reads rows, reports readiness, waits, solves, reports the time [s]."""
     count = int(sys.stdin.buffer.readline())
     job = KINDS[kind].jobs[Mode(mode)]
     requests = [job.request.model_validate_json(sys.stdin.buffer.readline()) for _ in range(count)]
@@ -298,15 +300,8 @@ def section(rows: Sequence[Measured]) -> list[str]:
     return [*lines, ""]
 
 
-def write(rows: Sequence[Measured], page: Path = PAGE) -> None:
-    """Put the section into the page, in the place of an earlier one."""
-    before, _, rest = page.read_text("utf-8").partition(HEADING + "\n")
-    _, found, after = rest.partition("\n## ")
-    page.write_text(before.rstrip() + "\n\n" + "\n".join(section(rows)) + (f"\n## {after}" if found else ""), "utf-8")
-
-
 def main() -> None:
-    """Measure what is not measured yet, and write the table."""
+    """Measure what is missing, and write the table."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--share", type=float, default=1.0, help="of the full number of items")
     parser.add_argument("--only", help="the name of one batch")
@@ -330,7 +325,7 @@ def main() -> None:
     if asked.dry:
         print("\n".join(section(rows)))
     else:
-        write(rows)
+        put(PAGE, HEADING, section(rows))
 
 
 if __name__ == "__main__":

@@ -10,14 +10,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from app.designs.kind import Detail, Mode
 from app.designs.many import answer_many
 from app.designs.registry import KINDS
-from solvers import linkage, pin, rod
+from solvers import crank, linkage, pin, rod
+from solvers.crank.scene import SINGLE
 from solvers.effects import AUTO, EffectSelection
 
 COUNT, FEW = 2000, 100
@@ -61,7 +62,7 @@ def _joblib(check: Callable[[object], object], items: list[object]) -> float:
         return _per_item(lambda: pool(delayed(check)(item) for item in many), len(many), time.perf_counter)
 
 
-def _alone(case: rod.Case | linkage.Case | pin.Case) -> object:
+def _alone(case: rod.Case | linkage.Case | pin.Case | crank.Case) -> object:
     return case.alone().status
 
 
@@ -125,6 +126,25 @@ def _pins(name: str, steps: int) -> Row:
     )
 
 
+def _dynamics(name: str, *names: str) -> Row:
+    request = KINDS["crank-dynamics"].jobs[Mode.ANALYSIS].request.model_validate(
+        KINDS["crank-dynamics"].example(Mode.ANALYSIS)
+    )
+    scene, rng = replace(request.scene()[0], engine=SINGLE), np.random.default_rng(3)
+    machines = [
+        replace(scene.mechanism, rod_length=scene.mechanism.rod_length * f, speed=scene.mechanism.speed * g)
+        for f, g in rng.uniform(0.9, 1.2, (FEW, 2)).tolist()
+    ]
+    cases = [crank.Case(replace(scene, mechanism=m), _only(crank.EFFECTS, *names)) for m in machines]
+    return Row(
+        name,
+        None,
+        _per_item(lambda: crank.analyse_many(cases), FEW),
+        _per_item(lambda: [case.alone() for case in cases], FEW),
+        _joblib(_alone, cases),
+    )
+
+
 def _answers(slug: str, mode: Mode) -> Row:
     job, example = KINDS[slug].jobs[mode], KINDS[slug].example(mode)
     bodies = [{**example, "name": str(k)} for k in range(20)]
@@ -150,6 +170,8 @@ def measure() -> list[Row]:
         _linkages("linkage with box and circle", envelope=True),
         _pins("pin, one bore", 1),
         _pins("pin, three steps", 3),
+        _dynamics("crank dynamics, gas alone"),
+        _dynamics("crank dynamics, with what goes to and fro", "reciprocating_inertia"),
         _answers("flexible-rod", Mode.CHECK),
         _answers("pin-profile", Mode.CHECK),
         _answers("impact-linkage", Mode.CHECK),

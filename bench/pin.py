@@ -81,7 +81,7 @@ def by_brentq(x: np.ndarray) -> np.ndarray:
 
 
 def program_of(stations: int, limit: float, shear: bool) -> Program:
-    """The pin's program on about so many stations."""
+    """The pin's program on about ``count`` stations."""
     panels = opening_stations(SCENE)
     while panels.x.size < stations:
         widest = np.argsort(panels.left - panels.right, kind="stable")[: max(1, (stations - panels.x.size) // NODES)]

@@ -131,7 +131,7 @@ class Solved:
 
 
 def solved(seeds: Iterable[int], rivals: int, strong: int, effects: rod.EffectSelection = rod.AUTO) -> Iterator[Solved]:
-    """Design them, one after the other; the first so many answers meet their rivals."""
+    """Solve the designs one after the other, the first ones with competitors."""
     for warm in range(_WARM, _WARM + 6):
         rod.design(problem(warm), effects)
     for number, seed in enumerate(seeds):
@@ -216,7 +216,7 @@ def table(count: int = COUNT) -> list[str]:
 
 
 def _record(s: Solved) -> dict[str, Any]:
-    """One problem's line in a table for people who look for what is wrong."""
+    """A problem's row of the diagnostic table."""
     o, r = s.outcome, s.rivals
     d = o.value.check.dimensions if o and o.value else None
     return {
@@ -232,7 +232,7 @@ def _record(s: Solved) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Print what was found, and each problem as it comes where that is asked for."""
+    """Print the summary, and each problem as it finishes if requested."""
     asked = argparse.ArgumentParser(prog="python -m bench.rod_problems", description="realistic designs of the rod")
     asked.add_argument("count", nargs="?", type=int, default=COUNT)
     asked.add_argument("--first", type=int, default=0, help="seed of the first problem")

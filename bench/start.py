@@ -26,6 +26,7 @@ from urllib.error import HTTPError, URLError
 from urllib.request import Request, urlopen
 
 from bench import kernel_costs
+from bench.sections import put
 
 
 def free_port() -> int:
@@ -191,10 +192,7 @@ def section() -> list[str]:
 def main() -> None:
     """Measure and replace or append the section."""
     found = section()
-    page = PAGE.read_text("utf-8")
-    before, _, rest = page.partition(TITLE + "\n")
-    _, heading, after = rest.partition("\n## ")
-    PAGE.write_text(before.rstrip("\n") + "\n\n" + "\n".join(found) + (heading + after if heading else ""), "utf-8")
+    put(PAGE, TITLE, found)
     print("\n".join(found))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 
 class _Leaping(selectors.DefaultSelector):
-    """Waits for nothing; what it would have waited is added to the clock."""
+    """Never blocks; the waiting time is added to the clock."""
 
     leapt = 0.0
 
@@ -30,6 +30,6 @@ class Clockwork(asyncio.SelectorEventLoop):
 
 
 def by_clockwork(story: Coroutine[Any, Any, Any]) -> Any:
-    """What the story gives, told in no time."""
+    """Run a coroutine in virtual time and return its result."""
     with asyncio.Runner(loop_factory=Clockwork) as runner:
         return runner.run(story)

@@ -110,7 +110,9 @@ ROOMS = {
         "mechanism", "scene", "loads", "swept_area", "steady_state", "result", "problem", "constraints", "effects",
         "warnings", "check", "bulk", "verdict", "optimum", "design", "pareto_front",
     ),
-    "solvers/crank": ("motion", "masses", "gas", "scene", "problem", "cycle", "engine", "effects", "check", "bulk"),
+    "solvers/crank": (
+        "motion", "masses", "gas", "scene", "problem", "cycle", "engine", "whole_cycle", "effects", "check", "bulk",
+    ),
     "solvers/pin": (
         "load", "scene", "materials", "limits", "uniform", "stations", "section", "ring", "effects", "optimum",
         "shapes", "problem", "ring_results", "result", "warnings", "closed_form", "check", "bulk", "verdict", "design",

@@ -19,7 +19,7 @@ def test_the_compose_file_satisfies_the_schema():
     jsonschema.Draft7Validator(SCHEMA).validate(COMPOSE)
 
 
-def test_the_schema_would_notice_a_fault():
+def test_the_schema_detects_an_error():
     broken = json.loads(json.dumps(COMPOSE))
     broken["services"]["crankwright"]["no_such_key"] = 1
     with pytest.raises(jsonschema.ValidationError):
@@ -63,7 +63,7 @@ def test_images_are_pinned():
     assert all(("image" in service) != ("build" in service) for _, service in SERVICES)
 
 
-def test_the_image_runs_as_nobody_that_may_do_anything():
+def test_the_image_runs_as_an_unprivileged_user():
     instructions = [instruction for instruction, _ in STEPS]
     (user,) = (arguments for instruction, arguments in STEPS if instruction == "USER")
     assert user not in ("root", "0")
@@ -75,7 +75,7 @@ def test_the_image_runs_as_nobody_that_may_do_anything():
     assert [arguments for instruction, arguments in STEPS if instruction == "VOLUME"] == ["/srv/data"]
 
 
-def test_the_image_installs_what_is_locked_and_knows_no_secret():
+def test_the_image_installs_locked_packages_and_contains_no_secret():
     for instruction, arguments in STEPS:
         if instruction == "RUN":
             for installed in re.findall(r"pip install ([^&;]+)", arguments):
@@ -107,7 +107,7 @@ def test_no_service_has_a_secret_in_its_environment_or_an_open_port(name, servic
     assert "CRANKWRIGHT_OPEN" not in service.get("environment", {}) or service["ports"]
 
 
-def test_secrets_come_from_files_that_are_nowhere_in_the_image():
+def test_secrets_are_read_from_files_outside_the_image():
     assert all(set(secret) == {"file"} for secret in COMPOSE["secrets"].values())
     copied = " ".join(arguments for instruction, arguments in STEPS if instruction in ("COPY", "ADD"))
     assert "secrets" not in copied and copied.split()[0] != "."

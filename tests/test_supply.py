@@ -12,7 +12,7 @@ from scripts.audit import told
 from scripts.sbom import components, locked
 
 
-def test_everything_locked_has_hashes_and_is_listed_with_its_licence():
+def test_locked_packages_have_hashes_and_licences():
     packages = locked()
     assert len(packages) > 30 and all(hashes for _version, hashes in packages.values())
     listed = {each["name"]: each for each in components()}
@@ -28,12 +28,12 @@ def test_everything_locked_has_hashes_and_is_listed_with_its_licence():
         ([], 2, "0 of 0 packages"),
     ],
 )
-def test_an_audit_says_what_it_saw(dependencies, code, says):
+def test_an_audit_reports_its_findings(dependencies, code, says):
     lines, found = told(dependencies)
     assert found == code and says in "\n".join(lines)
 
 
-def test_an_audit_whose_database_cannot_be_reached_says_so(monkeypatch, capsys):
+def test_an_audit_without_its_database_fails(monkeypatch, capsys):
     def unreachable(words, **_options):
         assert "pip_audit" in words and "--require-hashes" in words
         return subprocess.CompletedProcess(words, 1, "", "Traceback …\nConnectionError: no route to host\n")
@@ -43,7 +43,7 @@ def test_an_audit_whose_database_cannot_be_reached_says_so(monkeypatch, capsys):
     assert "were not looked up: ConnectionError: no route to host" in capsys.readouterr().out
 
 
-def test_the_bill_of_materials_is_what_its_format_asks_for(monkeypatch, capsys):
+def test_the_bill_of_materials_is_valid(monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["sbom"])
     sbom.main()
     told = json.loads(capsys.readouterr().out)

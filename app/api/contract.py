@@ -302,12 +302,12 @@ def document(app: FastAPI) -> dict[str, Any]:
         form.partition(";")[0]: {"schema": {"type": "string"}} for form in MEDIA_TYPES.values()
     }
     # Of a stream, OpenAPI 3.1 describes each event.
-    told = {
+    progress = {
         "type": "string",
         "contentMediaType": "application/json",
         "contentSchema": references[(Batch, "serialization")],
     }
-    event = {"event": {"type": "string", "enum": ["progress", "ended"]}, "data": told}
+    event = {"event": {"type": "string", "enum": ["progress", "ended"]}, "data": progress}
     schema = {"type": "object", "properties": event, "required": ["event", "data"]}
     events["responses"]["200"]["content"] = {"text/event-stream": {"schema": schema}}
     refusal = {"schema": references[(ProblemDetails, "serialization")]}

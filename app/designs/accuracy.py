@@ -34,11 +34,11 @@ STEPS = REFERENCE, LADDER, TIGHTEST, EFFECTS = (
     "each effect turned on or off",
 )
 """Names of a study's steps, as reported by its progress."""
-_OF_REFERENCE, _OF_LEVELS, _OF_EFFECTS = 0.4, 0.4, 0.2
+_REFERENCE_SHARE, _LEVELS_SHARE, _EFFECTS_SHARE = 0.4, 0.4, 0.2
 """Shares of the study's time budget."""
 
 
-def _either(schema: dict[str, Any]) -> None:
+def _allow_any_match(schema: dict[str, Any]) -> None:
     """A spec may match the check's schema and the design's, hence anyOf."""
     spec = schema.get("properties", {}).get("spec", {})
     if "oneOf" in spec:
@@ -48,7 +48,7 @@ def _either(schema: dict[str, Any]) -> None:
 class StudyRequest(Strict):
     """The case, the goal, and the time for measuring."""
 
-    model_config = ConfigDict(json_schema_extra=_either)
+    model_config = ConfigDict(json_schema_extra=_allow_any_match)
 
     time_budget_s: float | None = Field(
         default=None,
@@ -176,7 +176,7 @@ def _spec(specs: dict[str, type[BaseModel]]) -> Any:
 def _run(kind: Kind, mode: Mode, asked: Any, report: Report) -> Answer:
     """Solve the case at every accuracy level, then with each effect toggled."""
     job, budget, last = kind.jobs[mode], asked.study_budget_s, dict[str, Answer]()
-    plan = Plan(time=_OF_LEVELS * budget, reference_time=_OF_REFERENCE * budget)
+    plan = Plan(time=_LEVELS_SHARE * budget, reference_time=_REFERENCE_SHARE * budget)
     turned = EFFECT_RUNS * (1 + len(kind.known_effects))
     count = Counter(1 + plan.runs * len(plan.ladder) + turned, report)
 
@@ -260,7 +260,7 @@ def _effect_costs(
         return _solved(kind, Mode.CHECK, answer, asked.spec)
 
     active = frozenset(effect["name"] for effect in manifest if effect["state"] == "active")
-    return effect_costs(solve, names, active, _OF_EFFECTS * asked.study_budget_s)
+    return effect_costs(solve, names, active, _EFFECTS_SHARE * asked.study_budget_s)
 
 
 def _error(level: Level) -> float:

@@ -64,7 +64,11 @@ def of_pin(outcome: Outcome[Any], form: str, outside: bool, limited: Sequence[st
     if "max_deflection_um" in limited:
         physics.append("deflection by bending" + (" and shear" if "shear_deflection" in ran else ""))
     ring = {"max_ovalization_um": "ovalization", "max_ring_stress_mpa": "hoop stress"}
-    physics += [f"{told} of the ring where the wall is thinnest" for name, told in ring.items() if name in limited]
+    physics += [
+        f"{name_of_stress} of the ring where the wall is thinnest"
+        for name, name_of_stress in ring.items()
+        if name in limited
+    ]
     if outcome.value is None:
         return {
             "proven": f"no {part} meets strength and limits: even the solid one, the strongest and stiffest, does not",

@@ -118,8 +118,8 @@ class _Reader:
         for name, member in forms.items():
             inner = f"{when}, {place}={name}" if when else f"{place}={name}"
             if "properties" in member:
-                told = {**member, "properties": {n: p for n, p in member["properties"].items() if n != tag}}
-                yield from self.object_fields(told, path, inner, depth)
+                fields = {**member, "properties": {n: p for n, p in member["properties"].items() if n != tag}}
+                yield from self.object_fields(fields, path, inner, depth)
             elif "enum" not in member:
                 yield self._field({**_kept(schema), **member}, path, inner, required, False)
 
@@ -127,8 +127,10 @@ class _Reader:
         place = path.replace("[]", "")
         _, unit = split_unit(place.rpartition(".")[2])
         choices = schema.get("enum") or ([schema["const"]] if "const" in schema else None)
-        told = schema.get("type", "string")
-        kind = told if told == "form" else "choice" if choices else "list" if told == "array" else told
+        json_type = schema.get("type", "string")
+        kind = (
+            json_type if json_type == "form" else "choice" if choices else "list" if json_type == "array" else json_type
+        )
         items, _ = self._plain(schema.get("items", {}))
         limits = items if kind == "list" else schema
         return FieldInfo(

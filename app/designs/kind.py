@@ -24,7 +24,7 @@ from solvers.accuracy import Reference
 from solvers.effects import Effect
 
 Plot = Callable[[dict[str, Any], Say], str]
-"""From a succeeded run, as its JSON tells it, to SVG, worded by a function from English."""
+"""From a succeeded run as JSON object to an SVG, translated by the second argument."""
 
 
 class Mode(StrEnum):
@@ -63,7 +63,7 @@ class Answer:
     verdict: dict[str, Any] | None = None
 
 
-def _nothing(_request: Any) -> float:
+def _no_extra_time(_request: Any) -> float:
     return 0.0
 
 
@@ -107,7 +107,7 @@ class Job:
     result: type[BaseModel]
     run: Callable[[Any], Answer]
     inline: bool = False
-    extra_s: Callable[[Any], float] = _nothing
+    extra_s: Callable[[Any], float] = _no_extra_time
     repeatable: bool = True
     reference: Callable[[Any, Answer], Reference | None] = _no_reference
     infeasible: type[BaseModel] | None = None
@@ -188,8 +188,8 @@ class Kind:
 
     def others(self, mode: Mode) -> dict[str, dict[str, Any]]:
         """Further examples of a mode by title, as changes of the first one."""
-        told = json.loads((files("app.designs") / "examples" / "others.json").read_text("utf-8"))
+        examples = json.loads((files("app.designs") / "examples" / "others.json").read_text("utf-8"))
         first = self.example(mode)
-        found = told.get(f"{self.slug}-{mode}", {})
+        found = examples.get(f"{self.slug}-{mode}", {})
         # Requests of different methods share no fields.
         return {title: own if "method" in own else {**first, **own} for title, own in found.items()}

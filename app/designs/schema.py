@@ -347,16 +347,16 @@ def bulk_answers(
 ) -> list[Answer]:
     """Answers of requests solved in bulk; ``case_of`` may refuse a request, ``solve`` a case."""
     cases: list[C] = []
-    told: list[Answer | C] = []
+    results: list[Answer | C] = []
     for request in requests:
         try:
             cases.append(case_of(request))
-            told.append(cases[-1])
+            results.append(cases[-1])
         except InvalidInput as refusal:
-            told.append(refused(request, refusal))
+            results.append(refused(request, refusal))
     outcomes = iter(solve(cases))
     answers = []
-    for request, case in zip(requests, told, strict=True):
+    for request, case in zip(requests, results, strict=True):
         if isinstance(case, Answer):
             answers.append(case)
             continue

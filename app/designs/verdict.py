@@ -77,7 +77,7 @@ Words = Mapping[str, Word]
 def verdict_json(verdict: Verdict, words: Words, accuracy: Accuracy) -> dict[str, Any]:
     """A verdict as JSON; a missed accuracy is mentioned in its summary."""
     governing = verdict.governing
-    told: dict[str, Any] = {
+    result: dict[str, Any] = {
         "holds": verdict.holds,
         "summary": "",
         "governed_by": None if governing is None else words[governing.name].name,
@@ -85,7 +85,7 @@ def verdict_json(verdict: Verdict, words: Words, accuracy: Accuracy) -> dict[str
         "cautions": list(verdict.cautions),
     }
     reached = {"requested": accuracy.requested, "estimated": accuracy.estimated, "met": accuracy.met}
-    return {**told, "summary": summary_of(told, denials(words), reached, NullTranslations())}
+    return {**result, "summary": summary_of(result, denials(words), reached, NullTranslations())}
 
 
 def denials(words: Words) -> dict[str, str]:
@@ -150,14 +150,14 @@ def _failure(criterion: CriterionJson, denials: Mapping[str, str], texts: NullTr
     denial = denials.get(criterion["name"], "")
     if criterion["sense"] == Sense.YES or (denial and criterion["reached"] == 0.0):
         return texts.gettext(denial)
-    told = {"label": texts.gettext(criterion["label"])}
+    values = {"label": texts.gettext(criterion["label"])}
     if criterion["reached"] is not None:
-        return texts.gettext("the %(label)s is %(compared)s") % {**told, "compared": _compared(criterion, texts)}
-    told["wanted"] = _wanted(criterion, 4, texts)
+        return texts.gettext("the %(label)s is %(compared)s") % {**values, "compared": _compared(criterion, texts)}
+    values["wanted"] = _wanted(criterion, 4, texts)
     # An unbounded value has infinite margin; an unknown one has none.
     if criterion["margin"] is None:
-        return texts.gettext("the %(label)s is not known, and %(wanted)s") % told
-    return texts.gettext("the %(label)s grows without bound where %(wanted)s") % told
+        return texts.gettext("the %(label)s is not known, and %(wanted)s") % values
+    return texts.gettext("the %(label)s grows without bound where %(wanted)s") % values
 
 
 def _compared(criterion: CriterionJson, texts: NullTranslations) -> str:

@@ -18,7 +18,8 @@ class BodyLimits:
     """Limits of a request body.
 
     ``max_bytes``: its size, overridden by ``per_path`` for path prefixes. ``idle_s``: pause without data.
-    ``min_bytes_per_s``: mean rate required after ``grace_s``.
+    ``min_bytes_per_s``: mean rate required after ``grace_s``. Only the time counts in which the application waits for
+    the sender, not that in which it does something else.
     """
 
     max_bytes: int
@@ -66,7 +67,7 @@ class _Body:
         self, receive: Receive, send: Send, limits: BodyLimits, limit: int, stopping: Callable[[], bool]
     ) -> None:
         self._receive, self._send, self._limits, self.limit, self._stopping = receive, send, limits, limit, stopping
-        self._began, self._size, self._complete = time.monotonic(), 0, False
+        self._waited_s, self._size, self._complete = 0.0, 0, False
         self._pending: asyncio.Future[Message] | None = None
         self.problem: Problem | None = None
         self.responding = False
@@ -93,8 +94,8 @@ class _Body:
     async def _part(self) -> Message | None:
         """The next message; None if the body is refused."""
         self._pending = asyncio.ensure_future(self._receive())
-        waited = time.monotonic()
-        ends = waited + self._limits.idle_s
+        began = time.monotonic()
+        ends = began + self._limits.idle_s
         while not (await asyncio.wait({self._pending}, timeout=min(_POLL_INTERVAL_S, ends - time.monotonic())))[0]:
             now = time.monotonic()
             if self._stopping():
@@ -102,20 +103,21 @@ class _Body:
                     503, "The service stops", "the request did not arrive in time",
                     headers=CLOSE | {"Retry-After": "5"},
                 )  # fmt: skip
-            elif now >= ends or self._trickles(now):
+            elif now >= ends or self._trickles(now - began):
                 self.problem = Problem(408, "The request came too slowly", "its body did not arrive in time",
                                        headers=CLOSE)  # fmt: skip
             if self.problem is not None:
                 return None
         message = self._pending.result()
-        if message.get("more_body") and self._trickles(time.monotonic()):
+        self._waited_s += time.monotonic() - began
+        if message.get("more_body") and self._trickles():
             self.problem = Problem(408, "The request came too slowly", "its body trickled", headers=CLOSE)
             return None
         return message
 
-    def _trickles(self, now: float) -> bool:
-        elapsed = now - self._began - self._limits.grace_s
-        return elapsed > 0 and self._size < elapsed * self._limits.min_bytes_per_s
+    def _trickles(self, waiting_s: float = 0.0) -> bool:
+        counted_s = self._waited_s + waiting_s - self._limits.grace_s
+        return counted_s > 0 and self._size < counted_s * self._limits.min_bytes_per_s
 
     async def send(self, message: Message) -> None:
         if self.problem is not None and not self.responding:

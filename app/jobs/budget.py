@@ -1,6 +1,6 @@
-"""Time limits of a solve: what its solver is told, and when its process is killed.
+"""Time limits of a solve: of its solver, and of its process.
 
-A solver that stops by itself with the best solution found is told to stop some time before it would be killed. The
+A solver that stops by itself with the best solution found gets a limit somewhat before its process is killed. The
 margin covers reading the clock, finishing the current step and sending the answer.
 """
 

@@ -40,10 +40,10 @@ Chosen = frozenset[str]
 
 @dataclass(frozen=True)
 class Verdict:
-    """One scene at one tolerance. ``needless`` is None where that was not asked.
+    """One scene at one tolerance. ``needless`` is None if not tested.
 
-    ``doubt`` is what the two solutions compared may be off by their own estimates, as far as these are above what was
-    asked of them: 0 where both are as exact as asked.
+    ``doubt``: combined error of the two compared solutions, as far as it exceeds the requested accuracy; 0 if both are
+    accurate.
     """
 
     tolerance: float
@@ -59,7 +59,7 @@ class Verdict:
 
     @property
     def judged(self) -> bool:
-        """Whether the difference tells: it stays within the tolerance, or is beyond all doubt outside."""
+        """Whether the result is conclusive: within the tolerance, or outside by more than the uncertainty."""
         return self.kept_promise or self.change > self._allowed + self.doubt
 
     @property
@@ -71,7 +71,7 @@ def judge_choice(
     scene: Scene, tolerances: Iterable[float] = TOLERANCES, needless: bool = True
 ) -> tuple[Verdict, ...] | None:
     """Judge a scene's choice of effects at every tolerance; None where it has no answer with all effects."""
-    # From tight to loose: what a tight tolerance was judged by is good enough for a loose one.
+    # From tight to loose, so that accurate solutions are reused.
     tolerances = sorted(tolerances)
     solved = _Solved.of(scene, tolerances[0])
     return None if solved is None else tuple(_verdict(solved, tolerance, needless) for tolerance in tolerances)
@@ -92,7 +92,7 @@ class _Bounded:
 
 @dataclass(frozen=True)
 class _Solution:
-    """The results of an answer, and its own estimate of their error; ``asked`` is the accuracy asked for."""
+    """Results of an answer and their estimated error; ``asked`` is the requested accuracy."""
 
     results: Results
     asked: float
@@ -106,13 +106,13 @@ class _Solution:
         return min(self.asked, self.estimated) <= max(accuracy, _TIGHTEST)
 
     def next_asked(self, accuracy: float) -> float:
-        """What to ask for where this accuracy is wanted: a solution that missed its own gets one more chance."""
+        """The accuracy to request; a solution that missed its own gets one retry."""
         return _TIGHTEST if self.estimated > self.asked else accuracy
 
 
 @dataclass(frozen=True)
 class _Difference:
-    """Of two solutions, and what they may be off together; ``missed`` of that is above what was asked of them."""
+    """A comparison of two solutions and their combined error; ``missed`` is the part above the requested accuracy."""
 
     change: float
     off: float

@@ -26,8 +26,7 @@ _PATIENCE = 20.0
 
 @dataclass(frozen=True)
 class Judged:
-    """One scene at one accuracy: what was estimated, and how far the answer is from the reference, which may itself be
-    off by its ``doubt``."""
+    """One scene at one accuracy: estimate, and distance from a reference with uncertainty ``doubt``."""
 
     requested: float
     estimated: float
@@ -46,7 +45,7 @@ class Judged:
 
     @property
     def met(self) -> bool:
-        """Not above the accuracy asked for."""
+        """Not above the requested accuracy."""
         return self.error <= self.requested
 
     @property
@@ -56,7 +55,7 @@ class Judged:
 
     @property
     def told(self) -> bool:
-        """Whether an accuracy that is not met is not claimed either: the answer's own estimate says so."""
+        """Whether a missed accuracy is reported as missed."""
         return self.met or self.estimated > self.requested
 
     @property
@@ -77,10 +76,10 @@ def judge_estimate(scene: Scene) -> Judged | None:
 
 
 def _reference(scene: Scene) -> tuple[Results, float] | None:
-    """The main results by the tightest solution, with the doubt that it has of itself, and of every fiftieth scene by
-    independent means, where they tell them in time.
+    """Main results of the tightest solution with its own uncertainty, and for every fiftieth scene of an independent
+    reference, if available in time.
 
-    None where the tightest solution is refused.
+    None if the tightest solution is refused.
     """
     request = scene.request(accuracy=_TIGHTEST)
     answer = scene.job.run(request)

@@ -31,8 +31,8 @@ OWN: Mapping[str, frozenset[str]] = {
     "crank-dynamics": frozenset({"crank_dynamics", "crank"}),
     "pin-profile": frozenset({"pin_profile", "pin"}),
 }
-"""What the modules and packages of one kind are named, alone or before a `_`; a rod stands on the crank's motion. All
-others are shared."""
+"""Names of modules and packages that belong to one kind, alone or before a `_`; the rod also uses the crank's
+kinematics. All others are shared."""
 
 _LENGTH, _CHECK = 8, 4
 
@@ -51,9 +51,9 @@ def fingerprint(slug: str, limit: float, root: Path = _ROOT) -> str:
 
 
 def _owner(place: Path) -> str:
-    """The name that tells the kind: the first below a folder of sources, or below a room that all kinds have.
+    """The part of a path that identifies the kind: the first name below a source folder or a shared folder.
 
-    Names farther down tell nothing: a linkage may have a crank's torque of its own.
+    Deeper names are ignored: a linkage may have a module named after the crank.
     """
     folder = next(folder for folder in _SOURCES if place.is_relative_to(folder))
     below = place.relative_to(folder).parts
@@ -84,7 +84,7 @@ class Kept:
         return frozenset(part.seed for part in self.parts)
 
     def add(self, parts: list[Part]) -> None:
-        """Keep the parts of whole seeds. Raises OSError where they cannot be written; what was kept stays."""
+        """Append the results of complete seeds. Raises OSError if they cannot be written; earlier results remain."""
         batch = pickle.dumps(parts)
         self._path.parent.mkdir(parents=True, exist_ok=True)
         self._path.touch()
@@ -97,8 +97,7 @@ class Kept:
 
 
 def kept(slug: str, limit: float, what: str = "") -> Kept:
-    """What was judged of a kind by the sources as they are, with so many seconds for each part; ``what`` is empty for
-    its scenes."""
+    """The file of a kind for the current sources and time limit; ``what`` is empty for scenes."""
     return Kept(FOLDER / f"{slug}{what}.{fingerprint(slug, limit)}")
 
 

@@ -1,4 +1,4 @@
-"""docs/accuracy.md and its diagrams, from measured curves: one section a kind, each with the day of its own run."""
+"""docs/accuracy.md and its diagrams from measured curves: one section per kind, each with the date of its run."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def diagram(title: str, curves: Sequence[Curve]) -> str:
 
 
 def _styled(curves: Sequence[Curve]) -> Iterator[tuple[Curve, str, str]]:
-    """A color for every part of a page, whose peers are dashed; where there are no parts, for every curve."""
+    """A colour per part of a page, with peers dashed; without parts, per curve."""
     parts = list(dict.fromkeys(curve.part or curve.name for curve in curves))
     for curve in curves:
         own = curve is next(c for c in curves if (c.part or c.name) == (curve.part or curve.name))
@@ -84,7 +84,7 @@ def _reached(part: str, curves: Sequence[Curve]) -> Iterator[str]:
 
 
 def written(page: str, head: str, order: Sequence[str], sections: Mapping[str, str]) -> str:
-    """The page with these sections, by title, set anew, the others as they were."""
+    """Replace these sections by title; the others are unchanged."""
     old = re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL)
     known = {title: f"## {title}\n{body}" for title, body in old} | sections
     return "\n".join([head, *(known[title].rstrip() + "\n" for title in order if title in known)])

@@ -209,7 +209,7 @@ def _stack(document, label, word, even, names, size):
 
 
 def _curved(document, run):
-    """The free curve: exact, and as fixed as the optimum is; the sheet tells its sizes."""
+    """The optimised curve as a fixed sketch; the spreadsheet shows its dimensions."""
     import FreeCAD
     import Part
 
@@ -282,7 +282,7 @@ _BUILDERS = {"flexible-rod": _strip, "pin-profile": _turned, "impact-linkage": _
 
 
 def density(run, service):
-    """Of the part's material [kg/m^3]; None where the run tells none."""
+    """Density of the part's material [kg/m^3]; None if the run has none."""
     material = run["spec"].get("material") or {}
     if material.get("name"):
         listed = json.loads(service._ask("/api/v1/materials"))["items"]

@@ -1,4 +1,4 @@
-"""A service in processes of its own, as a person starts it, and a look at which of them live."""
+"""A service in its own processes, started with the command, and helpers to inspect them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def descendants(pid: int) -> set[int]:
 
 
 def wait_until(condition: Callable[[], Any], seconds: float = 60.0) -> Any:
-    """What the condition gave when it held; an assertion error when it never did."""
+    """The condition's value once it holds; AssertionError on timeout."""
     end = time.monotonic() + seconds
     while not (given := condition()):
         assert time.monotonic() < end, condition
@@ -51,8 +51,8 @@ def wait_until(condition: Callable[[], Any], seconds: float = 60.0) -> Any:
 
 
 class Running:
-    """``crankwright serve`` on a free port, on a database of its own in the folder where no ``url`` is given; ``cold``
-    gives it an empty kernel cache."""
+    """``crankwright serve`` on a free port, by default with a database in the folder; ``cold``: with an empty kernel
+    cache."""
 
     def __init__(self, folder: Path, cold: bool = False, url: str = "", **settings: object) -> None:
         path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])

@@ -59,13 +59,13 @@ def test_a_deleted_database_is_reported_by_every_route_and_readiness(tmp_path):
 def test_a_full_database_is_507(tmp_path):
     with keyed(tmp_path) as service:
         service.warm()
-        # Of every connection that is used from now on, whoever opened it.
+        # Applies to all connections used from now on.
         event.listen(
             service.store._engine, "checkout", lambda connection, *_: connection.execute("PRAGMA max_page_count = 1")
         )
         statuses = [service.client.post(MASSES, json={**BODY, "name": "x" * 200}).status_code for _ in range(12)]
         assert statuses[-1] == 507 and set(statuses) <= {201, 507}
-        # What was acknowledged is there.
+        # Acknowledged runs are present.
         assert len(service.client.get("/api/v1/runs").json()["items"]) == statuses.count(201)
 
 
@@ -77,7 +77,7 @@ def test_request_ids_appear_in_responses_and_logs(tmp_path):
             configure(LogFormat.JSON, LogLevel.INFO, stream)
             given = service.client.get("/api/v1/runs", headers={"X-Request-ID": "mine-7"})
             made = service.client.get("/api/v1/runs", headers={"X-Request-ID": "not fit\x7f"})
-            service.client.app.state.service.store.get = None  # what nobody foresaw
+            service.client.app.state.service.store.get = None  # an unexpected error
             failed = service.client.get(f"/api/v1/runs/{'0' * 36}", headers={"X-Request-ID": "broken"})
     finally:
         root.handlers[:] = handlers

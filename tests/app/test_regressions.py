@@ -144,7 +144,7 @@ def test_what_is_answered_later_says_when_to_look(client):
 def test_every_kind_of_problem_has_a_type_that_leads_to_its_meaning(client):
     titles = set()
     for path in (ROOT / "app").rglob("*.py"):
-        # Pages tell what they refuse in their own words.
+        # Pages word their refusals themselves.
         if path.parent.name not in ("web", "forms"):
             told = re.findall(
                 r'(?:Problem|failed|_failure)\(\s*(?:run, )?(\d+, )?"([A-Z][^"]+)"', path.read_text("utf-8")
@@ -160,7 +160,7 @@ def test_every_kind_of_problem_has_a_type_that_leads_to_its_meaning(client):
     for title, meaning in MEANINGS.items():
         assert f'id="{anchor(title)}"' in reference
         assert html.escape(meaning, quote=False) in html.unescape(reference).replace("&#39;", "'")
-    # What the status says alone has no type of its own.
+    # Problems fully described by their status have no type.
     assert client.get("/no/such/page").json()["type"] == UNTYPED
 
 

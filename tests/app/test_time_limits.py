@@ -1,4 +1,4 @@
-"""Limits of time as settings: what comes a moment before one holds, what comes a moment after it does not."""
+"""Time limits from settings: just below and just above each."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from tests.clockwork import by_clockwork
 
 MOMENT = 0.01
 BESIDE = [(-MOMENT, True), (MOMENT, False)]
-"""So much from the limit, and whether it holds."""
+"""Offset from the limit, and whether it should hold."""
 
 
 @pytest.fixture
@@ -60,7 +60,7 @@ def url(tmp_path: Path) -> str:
 
 @pytest.mark.parametrize(("beside", "holds"), BESIDE)
 @pytest.mark.parametrize("max_wait_s", [0.1, 30.0, 3600.0])
-def test_a_request_waits_so_long_for_a_worker(max_wait_s, beside, holds):
+def test_the_wait_for_a_worker_times_out(max_wait_s, beside, holds):
     async def story() -> bool:
         queue = FairQueue(QueueLimits(workers=1))
 
@@ -83,7 +83,7 @@ def test_a_request_waits_so_long_for_a_worker(max_wait_s, beside, holds):
 
 
 class Wire:
-    """A transport that keeps what is written."""
+    """A transport that records what is written."""
 
     def __init__(self) -> None:
         self.written, self.closed = b"", False
@@ -123,7 +123,7 @@ def connected(limits: ConnectionLimits) -> tuple[asyncio.Protocol, Wire]:
 
 @pytest.mark.parametrize(("beside", "holds"), BESIDE)
 @pytest.mark.parametrize("begun", [b"", b"GET / HTTP/1.1\r\n"])
-def test_a_head_has_so_long_to_arrive(begun, beside, holds):
+def test_an_incomplete_head_times_out(begun, beside, holds):
     async def story() -> Wire:
         limits = ConnectionLimits(head_s=Settings().head_timeout_s)
         protocol, wire = connected(limits)
@@ -141,7 +141,7 @@ def test_a_head_has_so_long_to_arrive(begun, beside, holds):
 
 
 @pytest.mark.parametrize(("beside", "holds"), BESIDE)
-def test_an_answer_may_stay_unread_so_long(beside, holds):
+def test_an_unread_response_times_out(beside, holds):
     async def story() -> Wire:
         limits = ConnectionLimits(head_s=1e6, unread_s=Settings().unread_timeout_s)
         protocol, wire = connected(limits)
@@ -162,7 +162,7 @@ async def reader(_scope, receive, send) -> None:
 
 
 def status_of_body(monkeypatch, pauses: list[float], size: int) -> int:
-    """What a body of so many bytes after each pause is answered."""
+    """The status for a body sent in parts of ``size`` bytes after each pause."""
 
     async def story() -> int:
         loop, left, statuses = asyncio.get_running_loop(), list(pauses), []
@@ -185,19 +185,19 @@ def status_of_body(monkeypatch, pauses: list[float], size: int) -> int:
 
 
 @pytest.mark.parametrize(("beside", "holds"), BESIDE)
-def test_a_body_may_pause_so_long(monkeypatch, beside, holds):
+def test_a_stalled_body_times_out(monkeypatch, beside, holds):
     assert status_of_body(monkeypatch, [0.0, Settings().body_idle_s + beside], 100_000) == (201 if holds else 408)
 
 
 @pytest.mark.parametrize(("parts", "holds"), [(39, True), (41, False)])
-def test_a_body_may_come_at_any_rate_so_long(monkeypatch, parts, holds):
-    """A byte every half second: 20 s are for any rate."""
+def test_any_rate_is_allowed_during_the_grace_period(monkeypatch, parts, holds):
+    """A byte every half second: any rate is allowed for 20 s."""
     assert status_of_body(monkeypatch, [0.5] * parts, 1) == (201 if holds else 408)
 
 
 @pytest.mark.parametrize(("share", "holds"), [(1.01, True), (0.99, False)])
-def test_after_that_it_must_keep_its_rate(monkeypatch, share, holds):
-    """What has come after t must be the rate times t − 20 s: the last bytes of a body of 400 s are the dearest."""
+def test_the_minimum_rate_applies_after_the_grace_period(monkeypatch, share, holds):
+    """After t, rate x (t - 20 s) must have arrived; the last bytes of a 400 s body are the critical ones."""
     size = round(share * Settings().body_least_bytes_per_s * 380 / 400)
     assert status_of_body(monkeypatch, [1.0] * 400, size) == (201 if holds else 408)
 
@@ -213,8 +213,8 @@ def pool():
     with_limits.close()
 
 
-def test_a_solve_has_its_time_and_no_more(pool):
-    """0.5 s on either side, for a machine that is loaded; the test of overruns bounds what is beyond."""
+def test_the_time_limit_of_a_solve(pool):
+    """0.5 s on either side, for loaded machines; the test of overruns has the tight bound."""
 
     async def story() -> list[Any]:
         await asyncio.gather(*(pool.run("rod", "echo", b"0", 30.0) for _ in range(2)))
@@ -226,9 +226,9 @@ def test_a_solve_has_its_time_and_no_more(pool):
     assert isinstance(above, BudgetExceeded)
 
 
-def test_a_solve_has_its_memory_and_no_more(pool):
+def test_the_memory_limit_of_a_solve(pool):
     async def story() -> list[Any]:
-        # What a worker's allocator has in store beside is a few megabytes.
+        # The worker's allocator holds a few megabytes in reserve.
         asked = (pool.run("rod", "hog", str(megabytes << 20).encode(), 30.0) for megabytes in (240, 257))
         return await asyncio.gather(*asked, return_exceptions=True)
 
@@ -238,7 +238,7 @@ def test_a_solve_has_its_memory_and_no_more(pool):
 
 
 @pytest.mark.parametrize(("takes_s", "status"), [(0.1, "succeeded"), (1.5, "queued")])
-def test_a_form_is_waited_for_so_long(url, takes_s, status):
+def test_the_wait_for_a_forms_answer(url, takes_s, status):
     example_result()
 
     class Taking(Recording):
@@ -263,7 +263,7 @@ def test_a_form_is_waited_for_so_long(url, takes_s, status):
 
 
 @pytest.mark.parametrize(("beside", "holds"), BESIDE)
-def test_a_login_lasts_so_long(monkeypatch, beside, holds):
+def test_the_lifetime_of_a_session(monkeypatch, beside, holds):
     now = [1000.0]
     monkeypatch.setattr(sessions_module, "time", SimpleNamespace(monotonic=lambda: now[0]))
     life_s = 3600.0 * Settings().session_hours
@@ -274,7 +274,7 @@ def test_a_login_lasts_so_long(monkeypatch, beside, holds):
 
 
 @pytest.mark.parametrize(("beside", "holds"), BESIDE)
-def test_an_idempotency_key_is_good_so_long(url, monkeypatch, beside, holds):
+def test_the_lifetime_of_an_idempotency_key(url, monkeypatch, beside, holds):
     run, kept = make_record(), Settings().key_lifetime
     with RunStore(url, key_lifetime=kept) as store:
         store.put_and_wait(run, make_response(run, "key"))
@@ -285,7 +285,7 @@ def test_an_idempotency_key_is_good_so_long(url, monkeypatch, beside, holds):
         assert asyncio.run(store.expire_keys()) == (0 if holds else 1)
 
 
-def test_a_run_of_the_day_is_not_pruned_and_one_of_the_evening_before_is(url):
+def test_pruning_respects_the_day_boundary(url):
     day = (utc_now() - timedelta(days=10)).replace(hour=0, minute=0, second=0, microsecond=0)
     before, after = (make_record(k, created_at=day + timedelta(microseconds=k)) for k in (-1, 0))
     with RunStore(url) as store:
@@ -298,7 +298,7 @@ def test_a_run_of_the_day_is_not_pruned_and_one_of_the_evening_before_is(url):
 
 
 @pytest.mark.parametrize(("beside", "holds"), BESIDE)
-def test_a_silent_process_keeps_its_runs_so_long(url, monkeypatch, beside, holds):
+def test_the_lease_duration_of_runs(url, monkeypatch, beside, holds):
     now, run = [time.time()], make_record(status=RunStatus.QUEUED, result=None)
     monkeypatch.setattr(leases, "time", SimpleNamespace(time=lambda: now[0]))
     lease_s = Settings().lease_s
@@ -313,7 +313,7 @@ def test_a_silent_process_keeps_its_runs_so_long(url, monkeypatch, beside, holds
 
 
 @pytest.mark.parametrize(("beside", "holds"), BESIDE)
-def test_a_silent_process_keeps_its_chunks_so_long(url, monkeypatch, beside, holds):
+def test_the_lease_duration_of_chunks(url, monkeypatch, beside, holds):
     now = [time.time()]
     monkeypatch.setattr(leases, "time", SimpleNamespace(time=lambda: now[0]))
     lease_s = Settings().lease_s

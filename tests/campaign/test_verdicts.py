@@ -1,4 +1,4 @@
-"""Verdicts on designs of random problems, beside the campaign's own reading of their limits."""
+"""Verdicts on designs of random problems, compared with the campaign's own evaluation of their limits."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STRENGTH = ("equivalent_stress_max_mpa", "shear_stress_max_mpa")
 
 
 @pytest.mark.parametrize(("slug", "seed"), [("pin-profile", k) for k in range(24)] + [("impact-linkage", 1)])
-def test_a_design_keeps_what_it_was_asked_for_at_any_accuracy(slug, seed):
+def test_a_design_meets_its_limits_at_any_accuracy(slug, seed):
     """On its limits as it lies; what it was not asked to keep may fail, and the verdict then says so."""
     rng = np.random.default_rng(seed)
     problem, job = PROBLEMS[slug](rng), KINDS[slug].jobs[Mode.DESIGN]
@@ -36,7 +36,7 @@ def test_a_design_keeps_what_it_was_asked_for_at_any_accuracy(slug, seed):
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_a_pin_with_other_walls_is_judged_as_the_campaign_judges_it(seed):
+def test_verdicts_on_changed_pins_agree_with_the_campaign(seed):
     """The walls of a design thickened and thinned: strength and limits hold in both readings, or in none."""
     rng = np.random.default_rng(100 + seed)
     problem, kind = pin_designs.problem(rng), KINDS["pin-profile"]

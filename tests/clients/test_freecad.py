@@ -72,7 +72,7 @@ def test_errors_are_reported_in_the_last_line(client, tmp_path):
 
 
 def test_the_api_client_needs_no_freecad(client, monkeypatch):
-    """What the dialog is made from: kinds, fields, an example that solves, parameters."""
+    """Data for the dialog: kinds, fields, a valid example, parameters."""
     monkeypatch.syspath_prepend(str(FOLDER))
     import crankwright_freecad as cw
 
@@ -110,7 +110,7 @@ def test_the_initial_form_yields_the_example(monkeypatch, slug, mode):
 
 
 def test_forms_are_switched_in_the_dialog(monkeypatch):
-    """What was typed stays, what belongs to the form left goes, and the request is one that the service takes."""
+    """Entered values are kept, those of the previous alternative are dropped, and the request is valid."""
     form = _form(monkeypatch, "flexible-rod", Mode.CHECK)
     assert form.chosen["load.kind"] == "schmidt" and form.chosen["material"] == "custommaterial"
     form.keep({"mechanism.speed_hz": 40.0})

@@ -27,7 +27,7 @@ def ours(client: TestClient) -> Client:
 
 
 def answering(*answers: httpx.Response | Exception) -> tuple[httpx.MockTransport, list[httpx.Request]]:
-    """A service that gives these answers one after the other, and what it was asked."""
+    """A service that returns these responses in turn, and records requests."""
     left, asked = list(answers), []
 
     def handle(request: httpx.Request) -> httpx.Response:

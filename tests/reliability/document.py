@@ -9,6 +9,7 @@ started again, it goes on behind the last line, and tries again what failed.
 
 from __future__ import annotations
 
+import itertools
 import json
 import random
 import sys
@@ -143,41 +144,39 @@ def part(client: TestClient, operation: Any, known: dict[str, list[str]], turn: 
 
 
 def campaign(wanted: int, folder: Path) -> list[dict[str, Any]]:
-    """Rounds until that many cases were sent, those of before too."""
+    """Rounds until that many cases were sent, those of before too; what failed before is tried again first."""
     folder.mkdir(parents=True, exist_ok=True)
     told = folder / "parts.jsonl"
     lines = [json.loads(line) for line in told.read_text().splitlines()] if told.exists() else []
-    done = [line for line in lines if not line["failure"]]
-    over = {(line["turn"], line["operation"]) for line in done}
+    done = {(line["turn"], line["operation"]): line for line in lines}
+    operations = {operation.label: operation for operation in OPERATIONS}
+    failed = [key for key, line in done.items() if line["failure"]]
+    rest = ((turn, label) for turn in itertools.count() for label in operations if (turn, label) not in done)
     limits = {"max_accepted": 100_000, "max_accepted_of_one": 100_000, "solve_budget_s": 60.0}
     (folder / "runs.sqlite3").unlink(missing_ok=True)
-    with serving(folder, workers=2, **limits) as client:
+    with serving(folder, workers=2, **limits) as client, told.open("a") as sink:
         known = known_values(client)
-        turn = 0
-        while sum(line["cases"] for line in done) < wanted:
-            for operation in OPERATIONS:
-                if (turn, operation.label) in over:
-                    continue
-                line = {"turn": turn, "operation": operation.label, "failure": None}
-                try:
-                    cases = CASES_OF_A_ROUND // (5 if "/accuracy/" in operation.path else 1)
-                    statuses = part(client, operation, known, turn, cases)
-                except (Exception, BaseExceptionGroup):
-                    statuses, line["failure"] = Counter(), traceback.format_exc()
-                line |= {"cases": statuses.total(), "statuses": dict(sorted(statuses.items()))}
-                done.append(line)
-                with told.open("a") as sink:
-                    sink.write(json.dumps(line) + "\n")
-            turn += 1
-            print(f"{turn} rounds, {sum(line['cases'] for line in done)} cases", flush=True)
-    return done
+        for turn, label in itertools.chain(failed, rest):
+            if (turn, label) not in failed and sum(line["cases"] for line in done.values()) >= wanted:
+                break
+            line = {"turn": turn, "operation": label, "failure": None}
+            try:
+                cases = CASES_OF_A_ROUND // (5 if "/accuracy/" in label else 1)
+                statuses = part(client, operations[label], known, turn, cases)
+            except (Exception, BaseExceptionGroup):
+                statuses, line["failure"] = Counter(), traceback.format_exc()
+            line |= {"cases": statuses.total(), "statuses": dict(sorted(statuses.items()))}
+            done[turn, label] = line
+            print(json.dumps(line), file=sink, flush=True)
+            print(turn, label, line["statuses"], flush=True)
+    return list(done.values())
 
 
 if __name__ == "__main__":
     parts = campaign(int(sys.argv[1]), Path(sys.argv[2]))
     statuses = Counter()
     for each in parts:
-        statuses.update(each["statuses"])
+        statuses.update({int(status): number for status, number in each["statuses"].items()})
         if each["failure"]:
             print(each["failure"])
     print(dict(sorted(statuses.items())))

@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from app.designs.calculation.expression import calculated, names_in
-from app.designs.calculation.printed import FOUND, GIVEN, NotANumber, Printed, printed
+from app.designs.calculation.printed import INPUT_DIGITS, RESULT_DIGITS, NotANumber, Printed, printed
 
 DEGREE = "°"
-_BELOW = re.compile(r"(?<=[A-Za-z])_\w+")
+_SUBSCRIPTS = re.compile(r"(?<=[A-Za-z])_\w+")
 
 
 @dataclass(frozen=True)
@@ -44,8 +44,8 @@ class Given:
 class Step:
     """A formula.
 
-    ``told`` is the run's value of the quantity in the step's unit; ``again`` marks a formula shown before with other
-    subscripts.
+    ``reported`` is the run's value of the quantity in the step's unit; ``again`` marks a formula shown before with
+    other subscripts.
     """
 
     symbol: str
@@ -55,13 +55,13 @@ class Step:
     result: Printed
     unit: str
     source: str
-    told: float | None = None
+    reported: float | None = None
     again: bool = False
 
     @property
     def ratio(self) -> float | None:
         """Ratio of the run's value to the hand calculation."""
-        return None if self.told is None or self.result.shown == 0.0 else self.told / self.result.shown
+        return None if self.reported is None or self.result.shown == 0.0 else self.reported / self.result.shown
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Tabulated:
 
 def _shape(symbol: str, formula: str) -> str:
     """The formula without subscripts."""
-    return _BELOW.sub("", f"{symbol} = {formula}")
+    return _SUBSCRIPTS.sub("", f"{symbol} = {formula}")
 
 
 Item = Title | Remark | Given | Step | Tabulated
@@ -127,7 +127,7 @@ class Chain:
         self.items.append(Remark(text))
 
     def given(
-        self, symbol: str, words: str, value: float, unit: str = "", source: str = "", digits: int = GIVEN
+        self, symbol: str, words: str, value: float, unit: str = "", source: str = "", digits: int = INPUT_DIGITS
     ) -> float:
         """Add an input, an angle (unit °) in radians; returns the printed value."""
         number = printed(value, digits, unit == DEGREE)
@@ -148,15 +148,15 @@ class Chain:
         words: str,
         unit: str = "",
         source: str = "",
-        told: float | None = None,
-        digits: int = FOUND,
+        reported: float | None = None,
+        digits: int = RESULT_DIGITS,
     ) -> float:
         """Add a formula of known symbols; returns the printed value. Raises NotANumber."""
         numbers = {name: self.known[name] for name in names_in(formula)}
         value = calculated(formula, _Values(numbers))
         number = printed(value, digits, unit == DEGREE)
         shape = _shape(symbol, formula)
-        self.items.append(Step(symbol, formula, words, numbers, number, unit, source, told, shape in self._shown))
+        self.items.append(Step(symbol, formula, words, numbers, number, unit, source, reported, shape in self._shown))
         self._shown.add(shape)
         self._know(symbol, number)
         return number.value
@@ -172,7 +172,7 @@ class Chain:
             for column in columns:
                 known = {**self.known, **row}
                 value = calculated(column.formula, _Values(known)) if column.formula else left.pop(0)
-                row[column.symbol] = printed(value, FOUND, column.unit == DEGREE)
+                row[column.symbol] = printed(value, RESULT_DIGITS, column.unit == DEGREE)
             for symbol, value in row.items():
                 self._know(f"{symbol}_{number}", value)
             rows.append(tuple(row.values()))

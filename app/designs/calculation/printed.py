@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-GIVEN, FOUND = 10, 6
+INPUT_DIGITS, RESULT_DIGITS = 10, 6
 """Significant digits of inputs and of results."""
-_SMALL, _GREAT = -4, 7
+_MIN_EXPONENT, _MAX_EXPONENT = -4, 7
 """Exponents between which a number is printed without a power of ten."""
 
 
@@ -45,7 +45,7 @@ class Printed:
         return f"{text} · 10{str(self.power).translate(str.maketrans('-0123456789', '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'))}"
 
 
-def printed(value: float, digits: int = FOUND, degrees: bool = False) -> Printed:
+def printed(value: float, digits: int = RESULT_DIGITS, degrees: bool = False) -> Printed:
     """Round to significant digits; ``value`` is in radians if it is shown in degrees.
 
     Raises NotANumber for a non-finite value.
@@ -57,7 +57,7 @@ def printed(value: float, digits: int = FOUND, degrees: bool = False) -> Printed
     power = int(exponent)
     if float(mantissa) == 0.0:
         return Printed("0", 0, degrees)
-    if _SMALL < power < _GREAT:
+    if _MIN_EXPONENT < power < _MAX_EXPONENT:
         text = f"{float(f'{mantissa}e{power}'):.{max(digits - 1 - power, 0)}f}"
         return Printed(text.rstrip("0").rstrip(".") if "." in text else text, 0, degrees)
     return Printed(mantissa.rstrip("0").rstrip("."), power, degrees)

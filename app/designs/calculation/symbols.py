@@ -7,11 +7,11 @@ _GREEK = {
     "lam": "λ", "mu": "μ", "nu": "ν", "xi": "ξ", "rho": "ρ", "sigma": "σ", "tau": "τ", "phi": "φ", "chi": "χ",
     "psi": "ψ", "omega": "ω", "Delta": "Δ", "Phi": "Φ",
 }  # fmt: skip
-_BELOW = {"lim": "−1", "plus": "+", "minus": "−"}
+_SUBSCRIPTS = {"lim": "−1", "plus": "+", "minus": "−"}
 
 
 def symbol(name: str) -> tuple[str, str]:
     """Split a name into its letter and subscript."""
     letter, _, below = name.partition("_")
-    parts = [_BELOW.get(part, _GREEK.get(part, part)) for part in below.split("_") if part]
+    parts = [_SUBSCRIPTS.get(part, _GREEK.get(part, part)) for part in below.split("_") if part]
     return _GREEK.get(letter, letter), ",".join(parts)

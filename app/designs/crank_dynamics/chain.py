@@ -59,11 +59,11 @@ class _Crank:
         c.step("lam", "r / L", "ratio of crank and rod", source=TAYLOR)
         c.step("omega", "2 * pi * f", "angular speed", "1/s")
         c.step("A", "pi * D**2 / 4", "piston area", "mm²")
-        told = self.result["stroke_mm"]
+        reported = self.result["stroke_mm"]
         if self.offset:
-            c.step("s", "sqrt((L + r)**2 - e**2) - sqrt((L - r)**2 - e**2)", "stroke", "mm", LECTURES, told)
+            c.step("s", "sqrt((L + r)**2 - e**2) - sqrt((L - r)**2 - e**2)", "stroke", "mm", LECTURES, reported)
         else:
-            c.step("s", "2 * r", "stroke", "mm", TAYLOR, told)
+            c.step("s", "2 * r", "stroke", "mm", TAYLOR, reported)
 
     def _masses(self) -> None:
         c, m, r = self.chain, self.request.masses, self.result
@@ -84,9 +84,9 @@ class _Crank:
         c.step("m_rot", f"m_k + {rods}", "mass that turns", "kg", LECTURES, r["rotating_mass_kg"])
         if m.rod_inertia_kg_m2 is not None:
             c.given("J_0", "the rod's moment of inertia", m.rod_inertia_kg_m2, "kg·m²")
-            told = r["inertia_defect_kg_m2"]
+            reported = r["inertia_defect_kg_m2"]
             formula = "m_r * l_A * (L - l_A) * 1e-6 - J_0"
-            c.step("Delta_J", formula, "what two masses have too much of it", "kg·m²", TAYLOR, told)
+            c.step("Delta_J", formula, "what two masses have too much of it", "kg·m²", TAYLOR, reported)
 
     # One instant with all numbers, then all of them in a table --------------------------------------------------------
 
@@ -159,4 +159,6 @@ class _Crank:
         if r["irregularity"] is not None:
             c.given("W", "work between the extremes of the speed (the run)", r["work_fluctuation_j"], "J")
             c.given("J", "the shaft's inertia (the run)", r["shaft_inertia_kg_m2"], "kg·m²")
-            c.step("delta", "W / (J * omega**2)", "irregularity of the speed", source=TAYLOR, told=r["irregularity"])
+            c.step(
+                "delta", "W / (J * omega**2)", "irregularity of the speed", source=TAYLOR, reported=r["irregularity"]
+            )

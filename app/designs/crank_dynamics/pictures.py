@@ -1,5 +1,5 @@
-"""Pictures of a crank mechanism's cycle: pressure over the angle, forces over the angle, the crank pin's polar load,
-and what the textbooks' two harmonics get wrong."""
+"""Plots of a crank mechanism's cycle: pressure and forces over the angle, polar diagram of the crank-pin load, and
+errors of the two-harmonic approximation."""
 
 from __future__ import annotations
 
@@ -135,10 +135,10 @@ def crank_pin_polar(run: dict[str, Any], say: Say = str) -> str:
 
 
 def two_harmonic_effect(run: dict[str, Any], say: Say = str) -> str:
-    """SVG of what Brix's construction and the two-harmonic acceleration get wrong over the cycle, in per cent.
+    """SVG of the errors of Brix's construction and the two-harmonic acceleration over the cycle, in per cent.
 
-    Displacement of the crank radius, acceleration of its greatest value, pressure (where one is unrolled) of its
-    greatest magnitude; all for the mechanism without its offset.
+    Displacement relative to the crank radius, acceleration to its maximum, pressure (if unrolled from a diagram) to its
+    maximum; all for the mechanism without offset.
     """
     series, (angles, period) = run["result"]["series"], _angles(run)
     mechanism = run["spec"]["mechanism"]

@@ -16,16 +16,16 @@ from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
 
-_SIDE = 7
+_POINTS_PER_SIDE = 7
 """Number of grid points on either side of the design."""
-_BENT = 0.6
+_STABILITY_SLOPE = 0.6
 """Approximate d ln h/d ln l at constant critical force."""
-_NOTHING = 1e-3
+_ZERO_MARGIN = 1e-3
 """Logarithmic margin treated as zero: the design lies on the limit."""
 _ACCURACY = 1e-2
-_AROUND = (0.7, 1.4)
+_PLOT_RANGE = (0.7, 1.4)
 """Plot range relative to the design."""
-_MOST = 2.0
+_MAX_MARGIN = 2.0
 """Logarithmic margins are clamped to this; values far from the limit do not affect the contour."""
 
 _LIMITS = (
@@ -46,10 +46,10 @@ def is_design(run: dict[str, Any]) -> bool:
 
 def _axis(bounds: list[float], found: float) -> Array:
     """Grid points between the bounds, denser near the design, where the region may have a corner."""
-    low, high = max(bounds[0], _AROUND[0] * found), min(bounds[1], _AROUND[1] * found)
+    low, high = max(bounds[0], _PLOT_RANGE[0] * found), min(bounds[1], _PLOT_RANGE[1] * found)
     if high - low < 1e-9 * found:
         low, high = 0.9 * found, 1.1 * found
-    share = np.linspace(0.0, 1.0, _SIDE + 1) ** 2
+    share = np.linspace(0.0, 1.0, _POINTS_PER_SIDE + 1) ** 2
     return np.unique(np.concatenate([found - (found - low) * share, found + (high - found) * share]))
 
 
@@ -63,9 +63,9 @@ def _margin(check: rod.RodCheck, field: str, name: str, required: float) -> floa
         return math.nan
     reached = _value(check, name)
     if not reached:
-        return _MOST
+        return _MAX_MARGIN
     margin = math.log(reached / (required * _UNITS.get(field, 1.0)))
-    return min(max(-margin if field.startswith("max_") else margin, -_MOST), _MOST)
+    return min(max(-margin if field.startswith("max_") else margin, -_MAX_MARGIN), _MAX_MARGIN)
 
 
 def feasible_region(run: dict[str, Any], say: Say = str) -> str:
@@ -87,7 +87,7 @@ def feasible_region(run: dict[str, Any], say: Say = str) -> str:
     # The grid follows the line of equal stability, along which the region often ends in a narrow corner.
     levels = _axis([low, high], dimensions["h_mm"])
     thicknesses = np.clip(
-        np.outer(levels, (lengths / dimensions["l_mm"]) ** _BENT), min(low, levels[0]), max(high, levels[-1])
+        np.outer(levels, (lengths / dimensions["l_mm"]) ** _STABILITY_SLOPE), min(low, levels[0]), max(high, levels[-1])
     )
     used = [(field, name, words, color) for field, name, words, color in _LIMITS if asked[field] is not None]
     margins = np.full((len(used), *thicknesses.shape), np.nan)
@@ -109,7 +109,7 @@ def feasible_region(run: dict[str, Any], say: Say = str) -> str:
         legend.append((say("dotted: of the same mass"), GREY))
     chart = Chart(title, x, y, say("free length l, mm"), say("thickness h, mm"), legend=legend)
     across = np.broadcast_to(lengths, thicknesses.shape)
-    allowed = np.where(np.isnan(margins), -_MOST, margins + _NOTHING).min(axis=0)
+    allowed = np.where(np.isnan(margins), -_MAX_MARGIN, margins + _ZERO_MARGIN).min(axis=0)
     for polygon in inside(across, thicknesses, allowed):
         chart.area(*polygon, color=GREEN)
     for k, (_, _, _, color) in enumerate(used):

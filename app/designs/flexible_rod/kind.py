@@ -176,8 +176,8 @@ def run_design(request: DesignRequest) -> Answer:
         certificate["evidence"] = {n: v / unit if n in _OF_THE_OBJECTIVE else v for n, v in evidence.items()}
     found, repairs = outcome.value, repairs_json(request, request.repairs())
     if found is None:
-        told = {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate, "repairs": repairs}
-        return envelope(outcome, told)
+        result = {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate, "repairs": repairs}
+        return envelope(outcome, result)
     active = [{"name": _LIMITS.get(a.name, (a.name, 1.0))[0], "sensitivity": a.sensitivity} for a in found.active]
     result = {
         **result_of(found.check, repairs),

@@ -9,7 +9,7 @@ from app.designs.drawing import Dimension, Drawing, Layer, Line, Note, Outline, 
 from app.designs.part import Extrusion, Parameter, Part
 from solvers.materials import CATALOGUE
 
-_HELD = 0.14
+_CLAMPED_LENGTH = 0.14
 """Length shown of the clamped ends, in free lengths; their real length depends on the machine."""
 
 
@@ -48,7 +48,7 @@ def _density(material: Mapping[str, Any]) -> float | None:
 
 def _drawing(face: Outline, b: float, h: float, l: float) -> Drawing:
     """Front view, and below it the side view."""
-    held, size = _HELD * l, max(b, l)
+    held, size = _CLAMPED_LENGTH * l, max(b, l)
     below = -0.5 * b - 0.22 * size - 0.5 * h
     edge = rectangle(0.0, below - 0.5 * h, l, below + 0.5 * h)
     shapes: list[Line | Outline] = [face, edge]

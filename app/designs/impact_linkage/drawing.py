@@ -106,10 +106,10 @@ def _mechanism(request: dict[str, Any]) -> tuple[linkage.Mechanism, dict[str, st
                 found = linkage.of_ratio(scene, kind, ratio)
             except InvalidInput:
                 continue
-            told = f"One of the mechanisms for this blow ({kind.name.replace('_', ' ')}); the design finds the best."
+            caption = f"One of the mechanisms for this blow ({kind.name.replace('_', ' ')}); the design finds the best."
             if min(getattr(found.lengths, name) for name in _LINKS) >= least:
-                return found, {}, told
-            fallback = fallback or (found, {}, told)
+                return found, {}, caption
+            fallback = fallback or (found, {}, caption)
     return fallback
 
 

@@ -45,8 +45,8 @@ class _Place:
 
 
 def _moves(name: str, values: Array) -> str:
-    told = ";".join(f"{value:.1f}" for value in values)
-    return f'<animate attributeName="{name}" values="{told}" dur="{_SECONDS}s" repeatCount="indefinite"/>'
+    frames = ";".join(f"{value:.1f}" for value in values)
+    return f'<animate attributeName="{name}" values="{frames}" dur="{_SECONDS}s" repeatCount="indefinite"/>'
 
 
 def _link(ends: tuple[Array, Array], color: str, width: float) -> str:
@@ -66,8 +66,8 @@ def _joint(place: Array, radius: float, style: str) -> str:
 
 
 def _path(points: Array) -> str:
-    told = "L".join(f"{x:.1f},{y:.1f}" for x, y in points.T)
-    return f'<path d="M{told}" fill="none" stroke="{GREY}" stroke-opacity="0.6" stroke-dasharray="3 3"/>'
+    path = "L".join(f"{x:.1f},{y:.1f}" for x, y in points.T)
+    return f'<path d="M{path}" fill="none" stroke="{GREY}" stroke-opacity="0.6" stroke-dasharray="3 3"/>'
 
 
 def mechanism_picture(run: dict[str, Any], say: Say = str) -> str:
@@ -153,22 +153,23 @@ def _tool(place: _Place, joint: Array, pad: float) -> str:
 def _flash(joint: Array) -> str:
     """The blow: an expanding, fading ring."""
     x, y = joint[:, 0]
-    told = f'dur="{_SECONDS}s" repeatCount="indefinite" keyTimes="0;0.15;1"'
+    timing = f'dur="{_SECONDS}s" repeatCount="indefinite" keyTimes="0;0.15;1"'
     return (
         f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6" fill="none" stroke="{RED}" stroke-width="3" opacity="0">'
-        f'<animate attributeName="opacity" values="1;0;0" {told}/><animate attributeName="r" values="6;30;30" {told}/>'
+        f'<animate attributeName="opacity" values="1;0;0" {timing}/>'
+        f'<animate attributeName="r" values="6;30;30" {timing}/>'
         "</circle>"
     )
 
 
 def _words(height: float, result: dict[str, Any], box: dict[str, float] | None, say: Say) -> str:
     lengths = result["lengths_mm"]
-    told = ", ".join(f"{say(name)} {lengths[name]:.4g}" for name in ("base", "crank", "coupler", "rocker")) + " mm"
+    label = ", ".join(f"{say(name)} {lengths[name]:.4g}" for name in ("base", "crank", "coupler", "rocker")) + " mm"
     if box:
-        told = say("{} in {} × {} mm").format(told, f"{box['width']:.4g}", f"{box['height']:.4g}")
+        label = say("{} in {} × {} mm").format(label, f"{box['width']:.4g}", f"{box['height']:.4g}")
     x, y = 0.5 * _WIDE, height - 9.0
     # As large as fits, for some languages need more letters.
-    size = min(13.0, (_WIDE - _MARGIN) / (_LETTER * len(told)))
+    size = min(13.0, (_WIDE - _MARGIN) / (_LETTER * len(label)))
     return (
-        f'<text x="{x:.0f}" y="{y:.0f}" text-anchor="middle" font-size="{size:.1f}" fill="currentColor">{told}</text>'
+        f'<text x="{x:.0f}" y="{y:.0f}" text-anchor="middle" font-size="{size:.1f}" fill="currentColor">{label}</text>'
     )

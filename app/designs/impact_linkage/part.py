@@ -28,10 +28,10 @@ from app.designs.impact_linkage.swept import outline, segments_of
 from app.designs.part import Extrusion, Parameter, Part, UnfitAngle
 
 LINKS = ("base", "crank", "coupler", "rocker")
-_AROUND = 720
+_POSITIONS = 720
 _EYE = 0.25
 """Eye radius relative to the shortest link, if the request does not specify the joints."""
-_HOLE, _THICKNESS, _BESIDE = 0.5, 1.0, 0.4
+_HOLE, _THICKNESS, _MAX_HOLE = 0.5, 1.0, 0.4
 """Hole radius and link thickness relative to the eye radius; maximum hole radius relative to the shortest link."""
 _AT_THE_BLOW = 1e-9
 
@@ -51,7 +51,7 @@ def part(run: Mapping[str, Any], angle_deg: float | None = None) -> Part:
     lengths = {name: float(result["lengths_mm"][name]) for name in LINKS}
     eye, hole, assumed = _sizes(run["spec"], lengths)
     thickness = _THICKNESS * eye
-    joints, way, told = _standing(result, lengths, angle_deg)
+    joints, way, position = _standing(result, lengths, angle_deg)
     ends = {"base": (0, 3), "crank": (0, 1), "coupler": (1, 2), "rocker": (3, 2)}
     solids, bars = [], []
     for layer, name in enumerate(LINKS):
@@ -71,8 +71,8 @@ def part(run: Mapping[str, Any], angle_deg: float | None = None) -> Part:
         title="Impact linkage",
         solids=tuple(solids),
         parameters=tuple(parameters),
-        drawing=_drawing(bars, joints, way, lengths, eye, hole, told),
-        remarks=(told, "holes and thickness are assumed" + (", the eyes too" if assumed else "")),
+        drawing=_drawing(bars, joints, way, lengths, eye, hole, position),
+        remarks=(position, "holes and thickness are assumed" + (", the eyes too" if assumed else "")),
     )
 
 
@@ -81,7 +81,7 @@ def _sizes(spec: Mapping[str, Any], lengths: Mapping[str, float]) -> tuple[float
     least = min(lengths.values())
     given = spec["limits"]["joint_radius_mm"] or 0.0
     eye = given or _EYE * least
-    return eye, min(_HOLE * eye, _BESIDE * least), not given
+    return eye, min(_HOLE * eye, _MAX_HOLE * least), not given
 
 
 def _standing(
@@ -102,12 +102,12 @@ def _standing(
     phi = math.radians(turned) or _AT_THE_BLOW
     pin, joint = (crank * points[:, 0] for points in bar.joints(phi))
     reach = math.pi if confined is None else math.radians(confined)
-    pins, ends = (crank * points.T for points in bar.joints(np.linspace(-reach, reach, _AROUND)))
-    told = "at the blow" if angle_deg is None else f"{angle:g}° behind the blow"
+    pins, ends = (crank * points.T for points in bar.joints(np.linspace(-reach, reach, _POSITIONS)))
+    position = "at the blow" if angle_deg is None else f"{angle:g}° behind the blow"
     return (
         [(0.0, 0.0), _place(pin), _place(joint), (base, 0.0)],
         [(_place(a), _place(b)) for a, b in zip(pins, ends, strict=True)],
-        told,
+        position,
     )
 
 
@@ -144,7 +144,7 @@ def _drawing(
     lengths: Mapping[str, float],
     eye: float,
     hole: float,
-    told: str,
+    position: str,
 ) -> Drawing:
     """Front view of the assembly, with the swept outline of links and eyes dashed."""
     crank, base = lengths["crank"], lengths["base"]
@@ -170,5 +170,5 @@ def _drawing(
     outlined = "; dashed, the outline of what they sweep" if any(s.layer is Layer.HIDDEN for s in shapes) else ""
     return Drawing(
         "The four links, to scale", tuple(shapes), tuple(dimensions), (),
-        f"The four links {told}{outlined}. Below, each by itself. mm, to scale.",
+        f"The four links {position}{outlined}. Below, each by itself. mm, to scale.",
     )  # fmt: skip

@@ -13,7 +13,7 @@ from solvers.linkage.loads.torque_and_pin_force import series
 from solvers.linkage.mechanism.kinematics import FourBar, of_lengths
 
 _CYCLE = Linear(0.0, 360.0)
-_CUT = 4.0
+_CLIP = 4.0
 """u31 is unbounded near a dead point; it is clipped at this multiple of its value at the blow."""
 
 
@@ -32,7 +32,7 @@ def transfer_picture(run: dict[str, Any], say: Say = str) -> str:
     result = run["result"]
     phi = [sample["phi_deg"] for sample in result["transfer"]]
     u = [sample["u31"] for sample in result["transfer"]]
-    edge = _CUT * max(abs(u[0]), abs(u[-1]))
+    edge = _CLIP * max(abs(u[0]), abs(u[-1]))
     shown = [min(max(value, -edge), edge) for value in u]
     scale = around([*shown, 0.0])
     chart = Chart(say("u31 over the crank angle"), _CYCLE, scale, say("crank angle from the blow, °"), "u31 = dφ₃/dφ")

@@ -159,18 +159,20 @@ def path_of(shape: Line | Outline, to: Callable[[Place], Place], scale: float, d
     end = "Z" if shape.closed else ""
     if isinstance(shape, Line):
         return f"M{'L'.join(at(place) for place in shape.points)}{end}"
-    told, here = [f"M{at(shape.start)}"], shape.start
+    commands, here = [f"M{at(shape.start)}"], shape.start
     for piece in shape.pieces:
         if isinstance(piece, Arc):
             chord = math.dist(here, piece.end)
             radius = f"{0.25 * chord * (piece.bulge + 1.0 / piece.bulge) * scale:{digits}}".lstrip("-")
-            told.append(f"A{radius} {radius} 0 {int(abs(piece.bulge) > 1.0)} {int(piece.bulge < 0.0)} {at(piece.end)}")
+            commands.append(
+                f"A{radius} {radius} 0 {int(abs(piece.bulge) > 1.0)} {int(piece.bulge < 0.0)} {at(piece.end)}"
+            )
         elif isinstance(piece, Bezier):
-            told.append(f"C{at(piece.first, piece.second, piece.end)}")
+            commands.append(f"C{at(piece.first, piece.second, piece.end)}")
         else:
-            told.append(f"L{at(piece.end)}")
+            commands.append(f"L{at(piece.end)}")
         here = piece.end
-    return "".join(told) + end
+    return "".join(commands) + end
 
 
 def _note(sheet: _Sheet, note: Note) -> str:

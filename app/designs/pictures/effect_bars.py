@@ -6,9 +6,9 @@ from typing import Any
 
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Categories, Chart, Say, decades_around
 
-_LEAST, _GREATEST = 1e-9, 1e1
+_MIN_BOUND, _MAX_BOUND = 1e-9, 1e1
 """Range of the axis; a bar that reaches the right edge is larger or unbounded."""
-_ROOM = 165
+_LABEL_WIDTH = 165
 
 
 def effect_bars(run: dict[str, Any], say: Say = str) -> str:
@@ -27,7 +27,7 @@ def effect_bars(run: dict[str, Any], say: Say = str) -> str:
         if costs
         else say("bound on the relative change of the results"),
         "",
-        left=_ROOM,
+        left=_LABEL_WIDTH,
     )
     tolerance = _tolerance(run)
     for number, (effect, bound) in enumerate(zip(effects, bounds, strict=True)):
@@ -46,7 +46,7 @@ def _tolerance(run: dict[str, Any]) -> float:
 
 
 def _drawn(value: float | None) -> float:
-    return _GREATEST if value is None else min(max(value, _LEAST), _GREATEST)
+    return _MAX_BOUND if value is None else min(max(value, _MIN_BOUND), _MAX_BOUND)
 
 
 def _price(cost: dict[str, Any]) -> str:

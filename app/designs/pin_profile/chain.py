@@ -140,15 +140,15 @@ class _Pin:
         for n, x, words in (("m", half, "in the middle"), ("e", self.ends[1], "at the boss's inner edge")):
             if all(abs(x - other[1]) > 1e-3 * self.length for other in places):
                 places.append((n, x, x, words, None))
-        for n, x, from_end, words, told in places:
-            self._section(n, x, from_end, words, told)
+        for n, x, from_end, words, reported in places:
+            self._section(n, x, from_end, words, reported)
         c = self.chain
         c.step("k", "sigma_eq_w / sigma_adm", "use of the allowable stress")
         if self.material.allowable_shear is not None:
             c.given("tau_adm", "allowable shear stress", self.material.allowable_shear / MEGA, "MPa")
             c.step("k_tau", "tau_w / tau_adm", "use of the allowable shear stress, at that place")
 
-    def _section(self, n: str, x: float, from_end: float, words: str, told: float | None) -> None:
+    def _section(self, n: str, x: float, from_end: float, words: str, reported: float | None) -> None:
         c, law = self.chain, self.request.criterion
         c.title(f"Section {words}")
         bore, outer = self._diameters(n, x, from_end)
@@ -175,7 +175,7 @@ class _Pin:
             "tresca_paper": (f"sqrt(sigma_{n}**2 + 4 * tau_{n}**2)", "equivalent stress (third theory, both maxima)"),
             "von_mises": (f"sqrt(sigma_{n}**2 + 3 * tau_{n}**2)", "equivalent stress (von Mises)"),
         }.get(law, (f"max(sigma_{n}, 2 * tau_{n})", "equivalent stress, fibre by fibre"))
-        c.step(f"sigma_eq_{n}", formula, words, "MPa", PAPER, told)
+        c.step(f"sigma_eq_{n}", formula, words, "MPa", PAPER, reported)
 
     def _diameters(self, n: str, x: float, from_end: float) -> tuple[float, float]:
         """Add the position and the varying diameter; at a step, the one with the thinner wall."""
@@ -209,12 +209,12 @@ class _Pin:
         c, straight = self.chain, bool(self.corners)
         c.title("Mass")
         if not self.outside:
-            told = self.result["solid_mass_g"]
-            c.step("m_s", "rho * pi / 4 * D**2 * L * 1e-6", "mass of the solid pin", "g", told=told)
+            reported = self.result["solid_mass_g"]
+            c.step("m_s", "rho * pi / 4 * D**2 * L * 1e-6", "mass of the solid pin", "g", reported=reported)
         varies, words = ("D", "outer diameter") if self.outside else ("d", "bore")
         if straight and len(self.corners) == 1:
             self._diameter_all_along(varies, words)
-            c.step("m", "rho * pi / 4 * (D**2 - d**2) * L * 1e-6", "mass", "g", told=self.result["mass_g"])
+            c.step("m", "rho * pi / 4 * (D**2 - d**2) * L * 1e-6", "mass", "g", reported=self.result["mass_g"])
             return
         whole = self.shape.whole
         parts = self._parts(0.0, self.length if whole else 0.5 * self.length)
@@ -227,9 +227,9 @@ class _Pin:
         c.table(columns, self._rows(parts, count))
         terms = self._simpson("V", "F", len(parts), count, "volume of the part", "mm³")
         factor = "" if whole else "2 * "
-        told = self.result["mass_g"]
+        reported = self.result["mass_g"]
         words = "mass" if whole else "mass, both halves"
-        c.step("m", f"{factor}rho * ({terms}) * 1e-6", words, "g", told=told)
+        c.step("m", f"{factor}rho * ({terms}) * 1e-6", words, "g", reported=reported)
 
     def _diameter_all_along(self, symbol: str, words: str) -> None:
         if symbol not in self.chain.known:
@@ -251,9 +251,9 @@ class _Pin:
         return " + ".join(names)
 
     def _deflection(self) -> None:
-        c, told = self.chain, self.result["deflection_um"]
+        c, reported = self.chain, self.result["deflection_um"]
         straight = bool(self.corners)
-        if told is None or self.shape.whole:
+        if reported is None or self.shape.whole:
             return
         parts = self._parts(self.ends[1], 0.5 * self.length)
         if len(parts) > _MAX_INTERVALS:
@@ -293,7 +293,7 @@ class _Pin:
             c.step(f"y_{part}", formula, "its sum over the part", "mm", SIMPSON)
             names.append(f"y_{part}")
         words = "deflection, both halves" + ("" if straight else "; the rule is coarser than the run's")
-        c.step("y", f"2000 * ({' + '.join(names)})", words, "µm", told=told)
+        c.step("y", f"2000 * ({' + '.join(names)})", words, "µm", reported=reported)
 
     # Ring and pressures -----------------------------------------------------------------------------------------------
 
@@ -302,9 +302,9 @@ class _Pin:
         pressures = r["contact_pressures_mpa"]
         if pressures is not None and not self.outside:
             c.title("Contact pressures")
-            c.step("p_b", "P / (D * b)", "in the small end, mean", "MPa", told=pressures["small_end"])
-            c.step("p_a", "P / (2 * D * a)", "in the bosses, mean", "MPa", told=pressures["boss_mean"])
-            c.step("p_e", "P / (D * a)", "at the bosses' inner edge", "MPa", told=pressures["boss_peak"])
+            c.step("p_b", "P / (D * b)", "in the small end, mean", "MPa", reported=pressures["small_end"])
+            c.step("p_a", "P / (2 * D * a)", "in the bosses, mean", "MPa", reported=pressures["boss_mean"])
+            c.step("p_e", "P / (D * a)", "at the bosses' inner edge", "MPa", reported=pressures["boss_peak"])
         if r["ovalization_um"] is None or self.outside:
             return
         ratio = r["bore_mid_mm"] / self.request.geometry.outer_diameter_mm
@@ -324,14 +324,14 @@ class _Pin:
         c.step("Delta_d", formula, "ovalization", "µm", RING, r["ovalization_um"])
         c.step("f_r", "K * P / (L * D)", "load per area", "MPa", RING)
         c.step("g_r", "(1 + alpha) / (1 - alpha)**2", "factor of the wall", source=RING)
-        told = r["ring_stresses_mpa"]
+        reported = r["ring_stresses_mpa"]
         formula = "f_r * (0.19 * (2 + alpha) * g_r - 1 / (1 - alpha))"
-        c.step("sigma_oa", formula, "hoop stress, outside at the side", "MPa", RING, told["outer_side"])
+        c.step("sigma_oa", formula, "hoop stress, outside at the side", "MPa", RING, reported["outer_side"])
         if ratio < 0.02:
             return
         formula = "-f_r * (0.19 * (1 + 2 * alpha) * g_r / alpha + 1 / (1 - alpha))"
-        c.step("sigma_ia", formula, "inside at the side", "MPa", RING, told["inner_side"])
+        c.step("sigma_ia", formula, "inside at the side", "MPa", RING, reported["inner_side"])
         formula = "-f_r * (0.174 * (2 + alpha) * g_r + 0.636 / (1 - alpha))"
-        c.step("sigma_ot", formula, "outside under the load", "MPa", RING, told["outer_top"])
+        c.step("sigma_ot", formula, "outside under the load", "MPa", RING, reported["outer_top"])
         formula = "f_r * (0.174 * (1 + 2 * alpha) * g_r / alpha - 0.636 / (1 - alpha))"
-        c.step("sigma_it", formula, "inside under the load", "MPa", RING, told["inner_top"])
+        c.step("sigma_it", formula, "inside under the load", "MPa", RING, reported["inner_top"])

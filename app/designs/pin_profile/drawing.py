@@ -21,7 +21,7 @@ from app.designs.drawing import (
 )
 from app.designs.pin_profile.part import Span, all_along, section, straight_between, walls
 
-_AROUND = 0.4
+_SURROUNDINGS = 0.4
 """Radial extent of bosses and small end beyond the pin, in pin diameters."""
 _PIN, _BUSHING = "The pin, cut along its axis, to scale", "The bushing, cut along its axis, to scale"
 Shapes = list[Line | Outline]
@@ -50,7 +50,7 @@ class _Seats:
 
     def dimensions(self, reach: float) -> list[Dimension]:
         L, c = self.length, self.boss + self.gap
-        told = [
+        dimensions = [
             Dimension((L - self.boss, -reach), (L, -reach), words_of("boss", self.boss), "x", -reach, -1,
                       "geometry.boss_length_mm"),
             Dimension((c, -reach), (c + self.small_end, -reach), words_of("small end", self.small_end), "x", -reach,
@@ -59,8 +59,8 @@ class _Seats:
         ]  # fmt: skip
         if self.gap:
             edges = (self.boss, -reach), (c, -reach)
-            told.append(Dimension(*edges, words_of("gap", self.gap), "x", -reach, -2, "geometry.gap_mm"))
-        return told
+            dimensions.append(Dimension(*edges, words_of("gap", self.gap), "x", -reach, -2, "geometry.gap_mm"))
+        return dimensions
 
 
 def in_machine(run: Mapping[str, Any]) -> Drawing:
@@ -68,7 +68,7 @@ def in_machine(run: Mapping[str, Any]) -> Drawing:
     g, (bore, outside) = run["spec"]["geometry"], walls(run)
     seats = _Seats(g["boss_length_mm"], g["small_end_length_mm"], g["gap_mm"])
     outer = _greatest(outside)
-    reach = (0.5 + _AROUND) * outer
+    reach = (0.5 + _SURROUNDINGS) * outer
     shapes = [*seats.around(outer, reach), *_cut(bore, outside, seats.length)]
     title = _BUSHING if run["spec"]["variable"] == "outer" else _PIN
     return Drawing(title, tuple(shapes), tuple(seats.dimensions(reach)), caption="Cut along the axis. mm, to scale.")
@@ -89,7 +89,7 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
     D = _greatest(outside) if outside else 2.0 * bore if bushing and bore else 0.0
     if not D:
         return None
-    reach = (0.5 + _AROUND) * D
+    reach = (0.5 + _SURROUNDINGS) * D
     shapes = seats.around(D, reach)
     if outside and inside:
         shapes += _cut(inside, outside, L)

@@ -83,11 +83,11 @@ def ring_picture(run: dict[str, Any], say: Say = str) -> str:
             f'fill="none" stroke="{RED}" stroke-width="2.5"/>'
         )
     right = middle[0] + 140.0
-    told = (
+    fibres = (
         (say("under the load"), "outer_top", "inner_top", 40.0),
         (say("at the side"), "outer_side", "inner_side", 182.0),
     )
-    for words, outside, inside, top in told:
+    for words, outside, inside, top in fibres:
         lines = (
             words,
             say("outside {} MPa").format(f"{stresses[outside]:+.4g}"),

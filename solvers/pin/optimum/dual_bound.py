@@ -31,7 +31,6 @@ from solvers.numerics.jit import kernel
 from solvers.pin.optimum.lagrangian import monotone_at
 from solvers.pin.optimum.program import Program
 from solvers.pin.section.flexibility import bending, chord, inflection, line_from, phi, phi_slope
-from solvers.pin.section.variables import v_of, wall_of
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -101,14 +100,11 @@ def least_walls_bound(program: Program, low: Array) -> float:
     Where ``low`` comes from a neighbour (no widening toward the middle, a slope, one bore for all), the neighbour's
     wall is what cannot be thinner, so the whole profile shrinks in proportion.
     """
-    wall = wall_of(program.lower)
+    wall = program.sought.wall_of(program.lower)
     shrink = np.zeros_like(wall)
     bound_by_strength = wall > program.floor * (1.0 + 4e-16)
     for margin in (1e-12, 1e-10, 1e-8, 1e-6, 1e-4):
-        thinner = wall * (1.0 - margin)
-        fails = np.zeros(wall.shape, dtype=bool)
-        for constraint in program.constraints:
-            fails |= constraint.value(thinner) > v_of(thinner)
+        fails = program.uses(wall * (1.0 - margin)).max(axis=0) > 1.0
         shrink = np.where(bound_by_strength & ~fails, np.maximum(shrink, 100.0 * margin), shrink)
         if not np.any(bound_by_strength & ~fails):
             break

@@ -258,35 +258,23 @@ def _some(program: Program, short: Array, enough: Array) -> Array:
 
 
 def _between(program: Program, short: Array, enough: Array) -> Array:
-    """The lightest mix of an answer that is too soft and one that is stiff enough."""
-    u, law = np.empty_like(enough), program.law
-    _mix(
-        program.share,
-        program.bending,
-        program.shear,
-        program.sought.kappa,
-        law.a,
-        law.b,
-        program.limit,
-        short,
-        enough,
-        u,
-    )
-    return u
+    """The lightest mix of an answer that is too soft and one that is stiff enough, by regula falsi (Illinois)."""
 
+    def beyond(part: float) -> float:
+        return program.deflection(short + part * (enough - short)) / program.limit - 1.0
 
-@kernel
-def _mix(
-    share: Array, bend: Array, shear: Array, kappa: float, a: float, b: float, limit: float, short: Array,
-    enough: Array, u: Array,
-) -> None:  # fmt: skip
-    """short + part (enough - short) with the least part that keeps the limit, by bisection, into u."""
-    least, most = 0.0, 1.0
-    for step in range(61):
-        part = 0.5 * (least + most) if step < 60 else most
-        for i in range(u.size):
-            u[i] = short[i] + part * (enough[i] - short[i])
-        if _deflection(share, bend, shear, kappa, a, b, u) <= limit:
-            most = part
+    (least, soft), (most, stiff), last = (0.0, beyond(0.0)), (1.0, beyond(1.0)), 0
+    for _ in range(_ROUNDS):
+        if stiff >= -CLOSE or most - least <= _EPS:
+            break
+        # A hair inside the limit; by halves where what is too soft has no section at all.
+        share = (soft + 0.4 * CLOSE) / (soft - stiff) if math.isfinite(soft) else 0.5
+        part = least + (most - least) * min(max(share, 0.0), 1.0)
+        off = beyond(part)
+        if off <= 0.0:
+            most, stiff, soft = part, off, 0.5 * soft if last < 0 else soft
+            last = -1
         else:
-            least = part
+            least, soft, stiff = part, off, 0.5 * stiff if last > 0 else stiff
+            last = 1
+    return short + most * (enough - short)

@@ -1,4 +1,4 @@
-"""Lower bounds of a bushing's volume.
+"""A lower bound of a bushing's volume under a deflection limit.
 
 As ``solvers.pin.optimum.dual_bound`` for the pin, with the bushing's own two flexibilities: they are convex everywhere,
 and there is no solid section to end at.
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.dual_bound import halves, least_rising
 from solvers.pin.optimum.program import Program
-from solvers.pin.section.outside_wall import utilisation
 from solvers.pin.section.tube import bending, shearing
 
 Array = NDArray[np.float64]
@@ -48,19 +47,3 @@ def _slopes(y: Array, kappa: float, a: float, b: float) -> tuple[Array, Array]:
     for i in range(y.size):
         f[i], g[i] = bending(y[i], kappa)[1], shearing(y[i], kappa, a, b)[1]
     return f, g
-
-
-def strength_bound(program: Program, low: Array) -> float:
-    """Volume of walls thinner than the least ones by 1e-12 (more where rounding hides that), each shown not to hold."""
-    gap = program.sought.wall_of(program.lower)
-    own = gap > program.floor * (1.0 + 4e-16)
-    loss = 1e-12
-    for margin in (1e-12, 1e-10, 1e-8):
-        loss = margin
-        thinner = gap * (1.0 - margin)
-        fails = np.zeros(gap.shape, dtype=bool)
-        for constraint in program.constraints:
-            fails |= utilisation(constraint, program.scene.geometry.bore, thinner) > 1.0
-        if not np.any(own & ~fails):
-            break
-    return program.volume(low * (1.0 - 2.0 * loss))

@@ -121,7 +121,7 @@ class OutsideSought:
     def thinnest(self, sizes: Array) -> float:
         return float(sizes.min())
 
-    def thickness(self, wall: float) -> float:
+    def thickness(self, wall: Array | float) -> Array | float:
         return wall
 
     def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
@@ -154,23 +154,9 @@ class OutsideSought:
     def dual_bound(self, program: Program, low: Array, multiplier: float, u: Array, monotone: bool) -> float:
         return outside_bound.bound(program, low, multiplier, u, monotone)
 
-    def least_walls_bound(self, program: Program, low: Array) -> float:
-        return outside_bound.strength_bound(program, low)
-
-    def gentle(self, program: Program, low: Array) -> Array:
-        """Two sweeps, exact: t(x) = max over x' of t_min(x') - s |x - x'|."""
-        slope, x = program.limits.max_slope, program.stations.x
-        if slope is None:
-            return low
-        gap, reach = self.wall_of(low), slope * x
-        forward = np.maximum.accumulate(gap + reach) - reach
-        backward = np.maximum.accumulate((gap - reach)[::-1])[::-1] + reach
-        return np.maximum(low, self.solidity_of(np.maximum(forward, backward)))
-
-    def sizes_for_slope(self, program: Program, low: Array) -> tuple[Array, float]:
-        """y = t (2d + t)/l^2 changes by at most 2 (d + t)/l^2 of what t changes."""
-        gap = self.wall_of(low)
-        return gap, 2.0 * (self.bore + float(gap.max())) / self.unit**2
+    def growth(self, thickest: float) -> float:
+        """y = t (2d + t)/l^2."""
+        return 2.0 * (self.bore + thickest) / self.unit**2
 
     def coupled(self, program: Program, low: Array, monotone: bool, gap: float) -> Found | None:
         raise InvalidInput(

@@ -162,21 +162,20 @@ def _closer(program: Program, taper: Taper, r: float, c: float, gap: float) -> P
 def _touched(half: Program, taper: Taper, r: float, c: float, harder: float) -> tuple[float, ...]:
     """The places [m] between stations that leave a shape less room than any station of their panel."""
 
-    def lost(x: Array) -> Array:
-        return 1.0 - (1.0 - r) * taper.lost(x / (0.5 * half.scene.geometry.length), c)
+    def room_at(x: Array, bore: Array) -> Array:
+        f = 1.0 - (1.0 - r) * taper.lost(x.ravel() / (0.5 * half.scene.geometry.length), c)
+        return np.divide(bore, f, out=np.full_like(f, math.inf), where=f > 0.0).reshape(x.shape)
 
-    x, diameter = half.stations.x, half.scene.geometry.outer_diameter
-    with np.errstate(divide="ignore"):
-        room = (bore_of(half, half.lower) / (diameter * lost(x))).reshape(-1, NODES)
+    x = half.stations.x.reshape(-1, NODES)
+    room = room_at(x, bore_of(half, half.lower) / half.scene.geometry.outer_diameter)
     near = room.min(axis=1) <= room.min() * (1.0 + _NEAR)
-    x, room, row = x.reshape(-1, NODES)[near], room[near], np.arange(np.count_nonzero(near))
+    x, room, row = x[near], room[near], np.arange(np.count_nonzero(near))
     known, looked_at = room.min(axis=1), x
     for _ in range(_ZOOMS):
         k = np.argmin(room, axis=1)
         low, high = looked_at[row, np.maximum(k - 1, 0)], looked_at[row, np.minimum(k + 1, room.shape[1] - 1)]
         looked_at = low[:, None] + (high - low)[:, None] * _LOOKED
         walls = least_walls_at(half.scene, half.criterion, half.floor, looked_at.ravel())
-        with np.errstate(divide="ignore"):
-            room = ((1.0 - walls) / lost(looked_at.ravel())).reshape(looked_at.shape)
+        room = room_at(looked_at, 1.0 - walls)
     lower = room.min(axis=1) < known * (1.0 - harder)
     return tuple(looked_at[row, np.argmin(room, axis=1)][lower].tolist())

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.dual_bound import least_walls_bound
 from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.optimum.lumped import segments
@@ -39,7 +40,7 @@ class Constant:
             return None
         u = float(weighed.solidity[0])
         if weighed.multiplier == 0.0:
-            proof = partial(sought.least_walls_bound, program, np.full_like(program.lower, least))
+            proof = partial(least_walls_bound, program, np.full_like(program.lower, least))
             wall = sought.walls(program, program.lower).max()
         else:
             # One unknown: a wall thinner by 1e-12 breaks the deflection limit.

@@ -9,10 +9,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.pin.optimum.dual_bound import least_walls_bound
 from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.optimum.program import Program, Weighed, rising
-from solvers.pin.optimum.slope_limit import missed_by_slope
+from solvers.pin.optimum.slope_limit import gentle, missed_by_slope
 from solvers.pin.stations.lobatto_panels import Stations
 
 Array = NDArray[np.float64]
@@ -35,8 +36,7 @@ def _missed(program: Program, drillable: bool) -> Array:
     if drillable:
         missed, low = missed_by_order(program.stations, low, program.anchor), rising(low, program.anchor)
     if program.limits.max_slope is not None:
-        values, scale = program.sought.sizes_for_slope(program, low)
-        missed = missed + scale * missed_by_slope(program.stations, values, program.limits.max_slope)
+        missed = missed + missed_by_slope(program, low)
     return missed
 
 
@@ -63,7 +63,7 @@ class Free:
         """See ``solvers.pin.shapes.shape.Form``."""
         sought = program.sought
         low = rising(program.lower, program.anchor) if self.drillable else program.lower
-        low = sought.gentle(program, low)
+        low = gentle(program, low)
         if (
             program.limits.max_slope is not None
             and program.limit is not None
@@ -74,7 +74,7 @@ class Free:
         if weighed is None:
             return None
         if weighed.multiplier == 0.0:
-            proof, method = partial(sought.least_walls_bound, program, low), _LEAST
+            proof, method = partial(least_walls_bound, program, low), _LEAST
         else:
             price, u = weighed.multiplier, weighed.solidity
             proof, method = partial(sought.dual_bound, program, low, price, u, self.drillable), _DUAL

@@ -29,7 +29,7 @@ class Keyed:
         return self.client.app.state.service.store
 
     def warm(self) -> None:
-        """Wait until what a test asks for can be solved."""
+        """Wait until requests can be solved."""
         self.client.app.state.service.executor.wait_until_warm()
 
     def key(self, *scopes: Scope) -> tuple[str, str]:

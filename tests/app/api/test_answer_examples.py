@@ -20,7 +20,7 @@ def described() -> dict[str, Any]:
 
 
 def numbers(found: Any, place: str = "") -> Iterator[tuple[str, float]]:
-    """Every number below a result, with where it stands."""
+    """All numbers of a result with their paths."""
     if isinstance(found, dict | list):
         for key, value in found.items() if isinstance(found, dict) else enumerate(found):
             yield from numbers(value, f"{place}/{key}")

@@ -17,7 +17,7 @@ from solvers.materials import CATALOGUE
 
 
 def leaves(value, path=""):
-    """(path as fields tell it, value) of everything single in a request; lists of numbers are one value."""
+    """(path as in fields, value) of every scalar in a request; a list of numbers counts as one value."""
     if isinstance(value, dict):
         for key, inner in value.items():
             yield from leaves(inner, f"{path}.{key}" if path else key)
@@ -79,7 +79,7 @@ def _holds(field, value):
 
 @pytest.mark.parametrize("edge", ["minimum", "maximum"])
 def test_listed_limits_are_enforced(client, kinds, edge):
-    """A step beyond what a field tells is refused at that very field."""
+    """A value slightly beyond a field's limit is refused at that field."""
     told = next(r for r in kinds["flexible-rod"]["requests"] if r["mode"] == "check")
     for field in told["fields"]:
         if field["type"] != "number" or field["when"] or field[edge] is None:

@@ -111,7 +111,7 @@ def test_a_failing_part_is_never_shown_as_passing(client, request, case):
     assert run["verdict"]["summary"] in page
     row = next(row for row in re.findall(r"<tr>.*?</tr>", client.get("/runs").text, re.DOTALL) if run["id"] in row)
     assert '<span class="no">does not hold</span>' in row and 'class="yes"' not in row
-    # The solve's own end has no colour of its own.
+    # the solve's status has no colour of its own
     style = client.get("/static/style.css").text
     assert ".status.succeeded" not in style
 
@@ -128,7 +128,7 @@ def test_an_infeasible_design_says_so_first(client, three_steps):
     run = answered(client, PINS, {**three_steps, "load": {"force_n": 20000}})
     assert (run["status"], run["verdict"], run["holds"]) == ("infeasible", None, None)
     page = page_of(client, run)
-    assert page.index("There is no such design") < page.index("infeasible")
+    assert page.index("No design meets all requirements") < page.index("infeasible")
     assert '<th scope="row">force</th>' in page
 
 

@@ -30,12 +30,12 @@ def studied(slug: str, mode: Mode, **changes: object) -> Answer:
 
 @pytest.fixture
 def few_runs(monkeypatch):
-    """A round of the ladder is enough for what is looked at here."""
+    """One round of the ladder is enough here."""
     from app.designs import accuracy
     from solvers.accuracy import Plan
 
     monkeypatch.setattr(accuracy, "Plan", lambda **times: Plan(ladder=(1e-2, 1e-6, 1e-12), runs=1, **times))
-    monkeypatch.setattr(accuracy, "_OF_EFFECTS", 1e-6)
+    monkeypatch.setattr(accuracy, "_EFFECTS_SHARE", 1e-6)
 
 
 @pytest.mark.usefixtures("few_runs")
@@ -101,7 +101,7 @@ def test_effects_beyond_the_reference_are_judged_by_the_solver():
     assert told.startswith("in arbitrary precision")
     assert "fatigue_safety" in own and "critical_force_n" in own and "mass_g" not in own
     assert own.endswith("the same case solved to 1e-08")
-    # The tightest rung is judged by what is known independently, or not at all.
+    # The tightest level is judged by independent results, or not at all.
     assert set(found["levels"][-1]["errors"]) == {
         "mass_g",
         "axial_force_min_n",
@@ -114,7 +114,7 @@ def test_effects_beyond_the_reference_are_judged_by_the_solver():
 def test_a_design_study_reports_gaps_and_the_cheapest_proof():
     found = studied("impact-linkage", Mode.DESIGN).result
     gaps = [level["proven_gap"] for level in found["levels"]]
-    # The proof goes as far as the accuracy asks for, and no farther.
+    # The proof goes exactly as far as the requested accuracy.
     assert gaps[0] == pytest.approx(1e-2) and gaps[1] == pytest.approx(1e-6)
     assert found["certified"]["proven_gap"] == pytest.approx(1e-6)
     assert found["certified"]["settings"]["gap"] == pytest.approx(1e-6)

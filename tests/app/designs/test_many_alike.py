@@ -15,7 +15,7 @@ COUNT = 8
 
 
 def selections(kind):
-    """The effects as they come, none of them, and each by itself."""
+    """Automatic effects, none, and each one alone."""
     names = [effect.name for effect in kind.known_effects]
     yield "auto"
     yield {"exclude": names}

@@ -45,7 +45,7 @@ def test_a_force_is_taken_from_a_worst_instant(run):
     assert filled.load.taken_from == "crank-dynamics abc"
     other = RunForce(kind="run", run_id="one", instant="crank_pin_load_max").filled(run)
     assert other.force == force_of(run, "crank_pin_load_max")
-    # What was filled in survives storage.
+    # Filled-in data survives storage.
     assert Part.model_validate_json(filled.model_dump_json()).load.force == filled.load.force
 
 

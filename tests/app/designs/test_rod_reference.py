@@ -15,7 +15,7 @@ CORE = ("reciprocating_inertia", "beam_column", "friction")
 
 
 def covered(check_request, *effects: str) -> set[str]:
-    """The results that the reference tells of a check in which these effects ran."""
+    """Results covered by the reference for a check with these effects."""
     request = ROD.jobs[Mode.CHECK].request.model_validate(check_request)
     manifest = [{"name": name, "state": "active"} for name in effects]
     found = check_reference(request, Answer("succeeded", {}, manifest, None, {}))

@@ -41,7 +41,7 @@ JUDGED = [(slug, mode) for slug, kind in KINDS.items() for mode in (Mode.CHECK, 
 
 @pytest.mark.parametrize(("slug", "mode"), JUDGED)
 def test_every_example_holds_and_says_so(slug, mode):
-    """What a form starts with is a part that somebody would make."""
+    """The initial form describes a sensible part."""
     verdict = answered(slug, mode, {"accuracy": 1e-3}).verdict
     VerdictResult.model_validate(verdict)
     assert verdict["holds"] is True
@@ -62,7 +62,7 @@ def test_an_infeasible_design_and_a_refusal_have_no_verdict():
     assert (refused.status, refused.verdict) == ("refused", None)
 
 
-# -- what was called good once, and is not -------------------------------------------------------------------
+# -- failing parts that once passed --------------------------------------------------------------------------------
 
 
 def test_a_pin_of_three_steps_whose_ring_is_stressed_to_3488_of_150():
@@ -106,7 +106,7 @@ def test_a_bushing_without_a_wall_at_its_ends():
 
 
 def test_a_pin_that_is_too_weak_by_a_hair():
-    """The paper's 13.99 mm are rounded: 1.6e-5 beyond what the criterion allows."""
+    """The paper's 13.99 mm is rounded: 1.6e-5 beyond the criterion."""
     verdict = answered("pin-profile", Mode.CHECK, {"bore_mm": 13.99}).verdict
     assert verdict["holds"] is False
     assert "150.00235 MPa where at most 150 MPa is allowed" in verdict["summary"]

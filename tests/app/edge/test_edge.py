@@ -191,6 +191,18 @@ def test_slow_bodies_time_out(pause, size, parts, stopping, status):
     assert [message["status"] for message in sent if message["type"] == "http.response.start"] == [status]
 
 
+def test_time_in_which_the_application_does_not_read_is_not_counted():
+    """Before it reads the rows of a batch the service may have to load kernels."""
+
+    async def busy(scope, receive, send) -> None:
+        await asyncio.sleep(0.3)
+        await reader(scope, receive, send)
+
+    limits = BodyLimits(10_000, idle_s=0.2, grace_s=0.1, min_bytes_per_s=1000.0)
+    sent = asked(BodyLimiter(busy, limits, lambda: False), receive=slow(0.0, 1, 3))
+    assert [message["status"] for message in sent if message["type"] == "http.response.start"] == [200]
+
+
 def test_concurrent_requests_are_limited():
     async def waiting(_scope, _receive, send) -> None:
         await asyncio.sleep(0.05)

@@ -16,7 +16,7 @@ MADE = File(b"made", "text/csv", "csv")
 
 
 class Slow:
-    """An executor that takes its time, then answers or fails; it counts what it is asked."""
+    """A slow executor that answers or fails, and counts its calls."""
 
     def __init__(self, answer, seconds=0.05):
         self.answer, self.seconds, self.asked = answer, seconds, 0
@@ -30,7 +30,7 @@ class Slow:
 
 
 def twice(executor, first=0.0):
-    """What a request gets that does not wait, and one that comes when the file is there."""
+    """The result without waiting, and the result once the file is finished."""
 
     async def ask():
         exports = RunExports(executor, 1.0)

@@ -90,7 +90,7 @@ def test_what_a_modeller_cannot_hold_is_refused_before_it_is_asked():
 
 
 def test_its_process_starts_when_asked_for_and_ends_when_long_unused():
-    """The pool is an ordinary one: what it has in memory is not the question."""
+    """An ordinary pool; the modeller is irrelevant here."""
     run = solved("flexible-rod", Mode.CHECK)
     pools = []
 

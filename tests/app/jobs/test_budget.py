@@ -1,4 +1,4 @@
-"""Time limits of a solve: what the solver is told, and when it is killed."""
+"""Time limits of a solve: the solver's and the process's."""
 
 from __future__ import annotations
 

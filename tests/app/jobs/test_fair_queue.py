@@ -19,7 +19,7 @@ def run(scenario: Callable[[FairQueue], Coroutine[Any, Any, None]], **limits: in
 
 
 class Work:
-    """Jobs that start and end when a test says so; ``order`` lists who started, in order."""
+    """Jobs that start and end on command; ``order`` lists starts in order."""
 
     def __init__(self, queue: FairQueue) -> None:
         self.queue, self.order = queue, list[str]()

@@ -111,7 +111,7 @@ def test_reports_of_what_is_not_there_and_of_studies():
     infeasible = solved("pin-profile", Mode.DESIGN, {**spec, "load": {"force_n": 1e6}})
     assert infeasible["status"] == "infeasible"
     text = text_of(pdf_of(infeasible))
-    assert "There is no such design" in text and "attainable" in text
+    assert "No design meets all requirements" in text and "attainable" in text
     spec = {"spec": KINDS["pin-profile"].example(Mode.CHECK), "study_budget_s": 0.5}
     text = text_of(pdf_of(solved("pin-profile", Mode.ACCURACY, spec)))
     assert "greatest error" in text

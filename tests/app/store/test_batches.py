@@ -77,12 +77,12 @@ def test_every_item_is_stored_once_whoever_solves_it(database_url: str) -> None:
         batch = await received(store)
         first = await store.write(Claim(batch.number, "a", 30.0, 2, 3))
         assert [(c.first, c.count, c.block, c.attempts) for c in first] == [(0, 3, 0, 1), (5, 3, 5, 1)]
-        # Nobody else gets what is leased.
+        # Leased chunks are exclusive.
         second = await store.write(Claim(batch.number, "b", 30.0, 9, 100))
         assert [(c.first, c.count) for c in second] == [(3, 2), (8, 2)]
         assert await store.write(Claim(batch.number, "c", 30.0, 9, 100)) == []
         assert await store.write(Finish(first[0], "a", items(batch, first[0])))
-        # Again, or by somebody who does not hold it: nothing changes.
+        # Repeated, or by a process without the lease: no effect.
         assert not await store.write(Finish(first[0], "a", items(batch, first[0], "failed")))
         assert not await store.write(Finish(first[1], "b", items(batch, first[1])))
         for chunk, owner in ((first[1], "a"), (second[0], "b"), (second[1], "b")):

@@ -133,7 +133,7 @@ def test_a_stored_response_omits_the_runs_parts(tmp_path: Path) -> None:
     run = make_record(result=result, **other)
     assert len(pack(shown.run_json(run), run)) < 1000 < len(result)
     assert unpack(b'{"whole":1}', run) == b'{"whole":1}', "as former versions kept them"
-    # What the end of a run changes is not referred to before.
+    # Parts that change when a run ends are stored in full.
     queued = make_record(status="queued", result=None)
     kept, body = pack(shown.run_json(queued), queued), shown.run_json(queued)
     assert unpack(kept, replace(queued, status="succeeded", result=result, effects=b"[1]")) == body

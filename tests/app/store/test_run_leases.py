@@ -42,7 +42,7 @@ def test_an_expired_lease_is_taken_over_exactly_once(database_url: str) -> None:
         assert await store.write(TakeOverExpired("third", 60.0, 9)) == []
         owner = "one" if one[0].run.id == first.id else "other"
         assert await store.write(RenewLeases(owner, 60.0)) == {first.id}
-        # An end takes the promise away; what comes back later changes nothing.
+        # The end of a run deletes its lease; a later end has no effect.
         assert await store.finish(first.id, Finish(RunStatus.CANCELLED))
         assert await store.write(RenewLeases(owner, 60.0)) == set()
         assert not await store.finish(first.id, Finish(RunStatus.FAILED))

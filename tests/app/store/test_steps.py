@@ -91,7 +91,7 @@ def test_migrations_are_atomic(empty_database_url: str) -> None:
     engine = make_engine(url)
     with engine.connect() as connection:
         assert connection.execute(select(ledger.c.runs)).scalar_one() == ROWS
-        # The open runs of before are anybody's.
+        # Existing open runs can be taken over by any process.
         held = connection.execute(select(promises.c.owner, promises.c.leased_until)).all()
         assert [tuple(row) for row in held] == [("", 0.0)] * OPEN
     engine.dispose()

@@ -35,7 +35,7 @@ def test_a_study_is_one_button_away_from_a_run(client, check_request):
     # While it ran, the page said how far it was; now it looks no more.
     assert any(re.search(r"<progress value=.* of at most \d+ solutions, now ", look) for look in looks)
     assert "Accuracy and computing time" in page
-    assert "below which no error is told" in page
+    assert "smaller errors are not stated" in page
     assert "plots/error-against-time" in page
     study_id = answer.headers["location"].rpartition("/")[2]
     plot = client.get(f"/api/v1/runs/{study_id}/plots/error-against-time")

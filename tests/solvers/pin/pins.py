@@ -10,6 +10,7 @@ import numpy as np
 from solvers import pin
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.discretised import assemble
+from solvers.pin.section.flexibility import densities
 from solvers.pin.shapes.free import Free
 from solvers.pin.stations.opening import opening_stations
 
@@ -98,3 +99,9 @@ def relative(value, exact):
 
 def circle(diameter):
     return math.pi * diameter**2 / 4
+
+
+def flexibility_values(u, law):
+    """1/v and phi."""
+    none, one = np.zeros_like(u), np.ones_like(u)
+    return densities(u, one, none, law.a, law.b), densities(u, none, one, law.a, law.b)

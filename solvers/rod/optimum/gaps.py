@@ -32,9 +32,7 @@ _STEEP, _STEP = 0.05, 1e-4
 """Change of ln Omega per unit of the way, under which there are no gaps on it; step of its differences."""
 
 
-def other_gaps(
-    model: FullModel, task: Task, bounds: Bounds, best: Iterate, conditions: Stationarity
-) -> list[Dimensions]:
+def other_gaps(model: FullModel, task: Task, bounds: Bounds, best: Iterate, conditions: Stationarity) -> list[Dimensions]:
     """Strips in other gaps from where a search may find a better one, the most promising first."""
     way, pace = _way(model, bounds, best, conditions)
     if way is None:

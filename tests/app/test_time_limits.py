@@ -332,15 +332,15 @@ def test_the_lease_duration_of_chunks(url, monkeypatch, beside, holds):
 
 
 def test_what_ends_within_the_drain_is_answered_and_what_does_not_is_told(tmp_path):
-    """Two studies under way on a service that is stopped: of 1 s and of 30 s, with a drain of 6 s."""
+    """Two studies under way on a service that is stopped: of 0.3 s and of 30 s, with a drain of 8 s."""
     example = example_of(KINDS["flexible-rod"], Mode.ACCURACY)
-    running = Running(tmp_path, workers=3, batch_workers=0, drain_s=6, solve_budget_s=60)
+    running = Running(tmp_path, workers=3, batch_workers=0, drain_s=8, solve_budget_s=60)
     with running, running.client() as client, ThreadPoolExecutor() as threads:
         wait_until(lambda: running.ready(client), 170.0)
         ask = partial(client.post, "/api/v1/accuracy/flexible-rod")
-        below, above = (threads.submit(ask, json=example | {"study_budget_s": s}) for s in (1.0, 30.0))
-        time.sleep(0.5)
+        below, above = (threads.submit(ask, json=example | {"study_budget_s": s}) for s in (0.3, 30.0))
+        time.sleep(0.3)
         took = running.end(signal.SIGTERM)
         assert below.result().status_code == 201
         assert above.result().status_code == 503
-        assert 4.0 < took < 6.0 + 5.0
+        assert 5.0 < took < 8.0 + 5.0

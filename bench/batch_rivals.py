@@ -135,6 +135,7 @@ def openmdao_rate(count: int) -> float:
             self.add_input("force", scene.force)
             self.add_output("mass", 0.0)
             self.add_output("use", 0.0)
+            self.declare_partials("*", "*", method="fd")
 
         def compute(self, inputs, outputs) -> None:
             outputs["mass"], outputs["use"] = _mass_and_use(scene, profile, float(inputs["force"][0]))

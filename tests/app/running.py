@@ -17,6 +17,7 @@ import httpx
 from tests.child_processes import die_with_test_runner
 
 ROOT = Path(__file__).parents[2]
+_END_WITH_TESTS = die_with_test_runner()
 
 
 def parents() -> dict[int, int]:
@@ -50,6 +51,12 @@ def wait_until(condition: Callable[[], Any], seconds: float = 60.0) -> Any:
     return given
 
 
+def _started_by_hand() -> None:
+    """End with the tests; heed Ctrl-C from the start, although children of a shell's background jobs ignore it."""
+    _END_WITH_TESTS()
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 class Running:
     """``crankwright serve`` on a free port, by default with a database in the folder; ``cold``: with an empty kernel
     cache."""
@@ -67,7 +74,7 @@ class Running:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", "app.cli", "serve", "--port", "0", "--database-url", database],
                 env=environment, cwd=ROOT, stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
-                preexec_fn=die_with_test_runner(),
+                preexec_fn=_started_by_hand,
             )  # fmt: skip
 
     def __enter__(self) -> Running:

@@ -35,7 +35,7 @@ def few_runs(monkeypatch):
     from solvers.accuracy import Plan
 
     monkeypatch.setattr(accuracy, "Plan", lambda **times: Plan(ladder=(1e-2, 1e-6, 1e-12), runs=1, **times))
-    monkeypatch.setattr(accuracy, "_OF_EFFECTS", 1e-6)
+    monkeypatch.setattr(accuracy, "_EFFECTS_SHARE", 1e-6)
 
 
 @pytest.mark.usefixtures("few_runs")

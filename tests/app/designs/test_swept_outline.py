@@ -75,7 +75,7 @@ def test_the_part_draws_it():
 
 def test_a_walk_that_does_not_close_gives_none_and_the_part_is_drawn_without_it(monkeypatch):
     segments = turned(np.linspace(0.0, 6.0, 100), 3.0)
-    monkeypatch.setattr(swept, "_MOST_STEPS", 50)
+    monkeypatch.setattr(swept, "_MAX_STEPS", 50)
     assert outline(segments, 0.5) is None
     job = KIND.jobs[Mode.CHECK]
     request = job.request.model_validate(KIND.example(Mode.CHECK))

@@ -45,7 +45,8 @@ _MOST_CRASHES = 3
 """So often a chunk of several items may come to no end before it is split."""
 _MOST_CRASHES_ALONE = 6
 """So often one item; the death of a service that had leased it counts too."""
-_MOST_ATTEMPTS = 10
+_MOST_ATTEMPTS = 20
+"""So often a chunk may be leased, as often as an accepted run: who leases it may be killed through no fault of it."""
 _BLOCKS_KEPT = 8
 _WORTH_A_LOOK_S = 5e-3
 """Items that take longer than this are looked for among those of other chunks before they are solved."""

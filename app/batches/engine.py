@@ -7,6 +7,7 @@ one transaction with the chunk's mark.
 from __future__ import annotations
 
 import asyncio
+import math
 import pickle
 import time
 from collections import OrderedDict
@@ -164,7 +165,9 @@ class BatchEngine:
         return False
 
     def _items_of(self, batch: BatchRecord) -> int:
-        return max(1, int(_CHUNK_S / self._guess(batch)))
+        """Items of a chunk; a small batch still has a chunk for each worker."""
+        share = math.ceil(batch.total / max(1, self._executor.background_workers))
+        return max(1, min(int(_CHUNK_S / self._guess(batch)), share))
 
     def _guess(self, batch: BatchRecord) -> float:
         """About how long an item takes [s]."""

@@ -193,7 +193,10 @@ class CustomMaterial(Strict):
     poisson: float = Field(default=0.3, gt=-1, lt=0.5)
     ultimate_strength_mpa: Positive | None = Field(default=None, description="for Goodman and Gerber")
     loss_factor: float = Field(
-        default=LOSS_FACTOR, ge=0, le=0.5, description="η of the strip in its clamps, twice the damping ratio; 0: undamped"
+        default=LOSS_FACTOR,
+        ge=0,
+        le=0.5,
+        description="η of the strip in its clamps, twice the damping ratio; 0: undamped",
     )
 
     def to_solver(self) -> rod.Material:

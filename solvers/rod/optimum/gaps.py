@@ -28,11 +28,15 @@ _FARTHEST = 0.12
 """In ln b, ln h, ln l."""
 _STARTS, _DEARER = 2, 0.01
 """So many valleys are starts, if they are dearer than the strip by no more than that, in ln objective."""
+_STEEPEST = 1e3
+"""Where strips buckle, in ln objective."""
 _STEEP, _STEP = 0.05, 1e-4
 """Change of ln Omega per unit of the way, under which there are no gaps on it; step of its differences."""
 
 
-def other_gaps(model: FullModel, task: Task, bounds: Bounds, best: Iterate, conditions: Stationarity) -> list[Dimensions]:
+def other_gaps(
+    model: FullModel, task: Task, bounds: Bounds, best: Iterate, conditions: Stationarity
+) -> list[Dimensions]:
     """Strips in other gaps from where a search may find a better one, the most promising first."""
     way, pace = _way(model, bounds, best, conditions)
     if way is None:
@@ -42,7 +46,7 @@ def other_gaps(model: FullModel, task: Task, bounds: Bounds, best: Iterate, cond
     step = 1.0 / (_STEPS * pace)
     places = step * np.arange(-_GAPS * _STEPS, _GAPS * _STEPS + 1)
     strips = [within(bounds, best.x + place * way) for place in places if np.max(np.abs(place * way)) < _FARTHEST]
-    merits = np.array([_merit(best, weights, strip) - own for strip in strips])
+    merits = np.minimum([_merit(best, weights, strip) - own for strip in strips], _STEEPEST)
     valleys = [n for n in range(1, merits.size - 1) if merits[n] <= min(merits[n - 1], merits[n + 1])]
     home = len(strips) // 2
     apart = [n for n in valleys if n != home and _barrier(merits, n, home) > 0.0 and merits[n] < _DEARER]

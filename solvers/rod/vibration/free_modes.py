@@ -31,7 +31,14 @@ Complex = NDArray[np.complex128]
 
 @fusing_kernel
 def free_mode(
-    n: int, widths: Array, swing: Array, slowness: Array, damping: Array, coupling: Array, rule: Radau, wanted: float,
+    n: int,
+    widths: Array,
+    swing: Array,
+    slowness: Array,
+    damping: Array,
+    coupling: Array,
+    rule: Radau,
+    wanted: float,
     most: int,
 ) -> tuple[Complex, Complex, Complex, Array]:
     """y (elements, points, modes) and y' + x y, int x dphi from each element's first end (elements, points), and the

@@ -13,8 +13,10 @@ RUN python -m pip install --no-cache-dir --no-deps . \
         && python -m pip install --no-cache-dir --constraint constraints.txt ".$EXTRAS"; fi \
     && useradd --uid 10001 --create-home crankwright && mkdir data && chown crankwright data
 USER crankwright
-# Compile the kernels now, not at the first request: the running container writes to its data alone.
-RUN crankwright warm-up
+# Compile the kernels now, not at the first request: for the processor at hand, and for any of its kind. On another
+# processor than this one a container that is given NUMBA_CPU_NAME=generic starts with the latter at once; without it, it
+# compiles its own at its first start, while pages are served.
+RUN crankwright warm-up && NUMBA_CPU_NAME=generic crankwright warm-up
 ENV CRANKWRIGHT_HOST=0.0.0.0 CRANKWRIGHT_DATABASE_URL=sqlite:////srv/data/crankwright.sqlite3 PYTHONDONTWRITEBYTECODE=1
 VOLUME /srv/data
 EXPOSE 8000

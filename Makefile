@@ -41,8 +41,10 @@ bench: $(STAMP)  ## measure against the peers, write docs/benchmarks.md and docs
 
 campaign: $(STAMP)  ## hold every promise against thousands of random scenes (hours; interrupted, it goes on where it stopped), write docs/campaign.md; hunt for hard cases, write docs/hard-cases.md
 	CRANKWRIGHT_CAMPAIGN=1 $(BIN)/python -m pytest -s tests/app/test_stops.py tests/reliability
-	CRANKWRIGHT_CASES=2500 $(BIN)/python -m pytest tests/app/api/test_contract.py --timeout 36000 -k made_from_the_document
+	$(BIN)/python -m tests.reliability.attacks 100000 .campaign/attacks
+	$(BIN)/python -m tests.reliability.document 50000 .campaign/document
 	CRANKWRIGHT_CAMPAIGN=1 $(BIN)/python -m pytest -s tests/app/store/test_steps.py
+	$(BIN)/python -m tests.reliability.worst 60
 	$(BIN)/python -m tests.reliability.kills 1000 .campaign/kills
 	$(BIN)/python -m bench.campaign
 	$(BIN)/python -m tests.hard_cases.hunt all 3600

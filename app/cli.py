@@ -1,4 +1,4 @@
-"""The command line: serve, solve, report, migrate, warm-up, verify, and `make run`'s first run."""
+"""The command line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from app import operators
-from app.importing import undisturbed
+from app.importing import gc_paused
 
 app = typer.Typer(
     name="crankwright",
@@ -19,7 +19,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
-    # Plain help: the markup's library takes longer to import than all the rest.
+    # Rich help would import a library larger than everything else.
     rich_markup_mode=None,
 )
 
@@ -40,21 +40,21 @@ def serve(
     host: Annotated[str, typer.Option(envvar="CRANKWRIGHT_HOST")] = "127.0.0.1",
     port: Annotated[int, typer.Option(envvar="CRANKWRIGHT_PORT", min=0, max=65535)] = 8000,
     database_url: DatabaseUrl = _DATABASE,
-    demo: Annotated[bool, typer.Option("--demo", help="design the paper's flexible rod as a first run")] = False,
+    demo: Annotated[bool, typer.Option("--demo", help="design the paper's flexible rod at start-up")] = False,
 ) -> None:
     """Migrate the database and serve the API and the pages."""
     import signal
 
-    from app.jobs.template import Template
+    from app.jobs.fork_server import ForkServer
 
-    # As long as there is nothing to finish, Ctrl-C ends this process as any other signal does.
+    # Until there is work to finish, Ctrl-C ends this process like any other signal.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    template = Template(_PRELOAD)
-    template.start()
-    with undisturbed():
+    fork_server = ForkServer(_PRELOAD)
+    fork_server.start()
+    with gc_paused():
         from app.serving import run
 
-    run(host, port, database_url, template, demo)
+    run(host, port, database_url, fork_server, demo)
 
 
 @app.command()
@@ -68,28 +68,28 @@ def migrate(database_url: DatabaseUrl = _DATABASE) -> None:
 
 @app.command("warm-up")
 def warm_up() -> None:
-    """Compile every numerical kernel for this machine and keep it on disk; does little the second time."""
-    from app.jobs.template import Template
+    """Compile all numerical kernels for this machine and cache them on disk; quick if already done."""
+    from app.jobs.fork_server import ForkServer
     from app.jobs.warming import KernelWarming
-    from app.serving import Teller
+    from app.serving import WarmupPrinter
 
     started = time.perf_counter()
-    template = Template(_PRELOAD)
-    warming = KernelWarming(template, Teller())
+    fork_server = ForkServer(_PRELOAD)
+    warming = KernelWarming(fork_server, WarmupPrinter())
     try:
-        template.start()
+        fork_server.start()
         warming.start()
         warming.wait()
     finally:
         warming.close()
-        template.close()
+        fork_server.close()
     typer.echo(f"warm after {time.perf_counter() - started:.0f} s")
     raise typer.Exit(1 if warming.failed else 0)
 
 
 @app.command()
 def verify(database_url: DatabaseUrl = _DATABASE) -> None:
-    """Hash every stored run again and report damage; exit code 1 if there is any."""
+    """Verify the hash of every stored run and report damage; exit code 1 if there is any."""
     from app.store.verify import verify as verify_store
 
     report = verify_store(database_url)
@@ -103,26 +103,26 @@ def verify(database_url: DatabaseUrl = _DATABASE) -> None:
 
 @app.command()
 def design(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json: AsJson = False) -> None:
-    """Design from a request in FILE.json; the run is stored. Exit code 3 if there is no such design, 4 if the one found
-    does not hold."""
+    """Design from the request in FILE.json and store the run. Exit code 3 if no design exists, 4 if the design found
+    fails a criterion."""
     _solve(kind, "design", _read(file), database_url, as_json)
 
 
 @app.command()
 def check(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json: AsJson = False) -> None:
-    """Check the dimensions of a request in FILE.json; the run is stored. Exit code 4 if the part does not hold."""
+    """Check the dimensions in FILE.json and store the run. Exit code 4 if a criterion fails."""
     _solve(kind, "check", _read(file), database_url, as_json)
 
 
 @app.command()
 def analyse(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json: AsJson = False) -> None:
-    """Analyse what a request in FILE.json describes: crank dynamics or masses; the run is stored."""
+    """Analyse the crank dynamics or masses described in FILE.json and store the run."""
     _solve(kind, "analysis", _read(file), database_url, as_json)
 
 
 @app.command()
 def accuracy(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json: AsJson = False) -> None:
-    """Show what accuracy costs in time, for the request in FILE.json; the run is stored."""
+    """Measure the cost of accuracy for the request in FILE.json and store the run."""
     try:
         spec = json.loads(_read(file))
     except ValueError as error:
@@ -136,13 +136,13 @@ def worker(
     cluster: Annotated[str, typer.Option(envvar="CRANKWRIGHT_CLUSTER", help="the scheduler: tcp://host:8786")],
     workers: Annotated[int, typer.Option(envvar="CRANKWRIGHT_BATCH_WORKERS", min=1, max=256)] = 2,
 ) -> None:
-    """Solve pieces of batches for a Dask scheduler until stopped. Needs the extra [cluster]."""
+    """Solve batch chunks for a Dask scheduler until stopped. Needs the extra [cluster]."""
     import asyncio
 
-    from app.jobs.cluster import close_hosts, join
+    from app.jobs.cluster import close_hosts, run_worker
 
     try:
-        asyncio.run(join(cluster, workers))
+        asyncio.run(run_worker(cluster, workers))
     except ImportError:
         _refuse({"title": "No cluster", "detail": "install crankwright[cluster] for this"})
     except KeyboardInterrupt:
@@ -154,17 +154,15 @@ def worker(
 @app.command()
 def report(
     run_id: str,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="a .pdf or .html; RUN_ID.pdf unless told")
-    ] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="a .pdf or .html; default: RUN_ID.pdf")] = None,
     database_url: DatabaseUrl = _DATABASE,
 ) -> None:
-    """Write the report of a stored run: verdict, drawing, the calculation by hand, proof, pictures."""
+    """Write the report of a stored run: verdict, drawing, hand calculation, certificate, plots."""
     import asyncio
 
     from app import runs
     from app.designs.registry import KINDS
-    from app.exports.export import Wishes
+    from app.exports.export import ExportOptions
     from app.exports.report import HTML, PDF
     from app.store.errors import UnknownRun
     from app.store.migrate import upgrade
@@ -173,7 +171,7 @@ def report(
     file = output or Path(f"{run_id}.pdf")
     exports = {".pdf": PDF, ".html": HTML}
     if file.suffix.lower() not in exports:
-        _refuse({"title": "No such form of report", "detail": "a report ends in " + " or ".join(exports)})
+        _refuse({"title": "Unknown report format", "detail": "the file name must end in " + " or ".join(exports)})
     upgrade(database_url)
     with RunStore(database_url) as store:
         try:
@@ -182,7 +180,7 @@ def report(
             _refuse({"title": "No such run", "detail": f"no run has the id {run_id}"})
     if run["result"] is None or run["kind"] not in KINDS:
         _refuse({"title": "Nothing to report", "detail": f"the run is {run['status']}: it has no result"})
-    made = exports[file.suffix.lower()].file(KINDS[run["kind"]], run, Wishes())
+    made = exports[file.suffix.lower()].file(KINDS[run["kind"]], run, ExportOptions())
     try:
         file.write_bytes(made.content)
     except OSError as error:
@@ -195,25 +193,27 @@ def batch(
     kind: str,
     mode: str,
     cases: Path,
-    output: Annotated[Path, typer.Option("--output", "-o", help="where the results go: .csv, .ndjson or .parquet")],
-    url: Annotated[str, typer.Option(envvar="CRANKWRIGHT_URL", help="a running service; without, solve here")] = "",
-    api_key: Annotated[str, typer.Option(envvar="CRANKWRIGHT_API_KEY", help="a key of that service")] = "",
+    output: Annotated[Path, typer.Option("--output", "-o", help="file for the results: .csv, .ndjson or .parquet")],
+    url: Annotated[
+        str, typer.Option(envvar="CRANKWRIGHT_URL", help="URL of a running service; default: solve locally")
+    ] = "",
+    api_key: Annotated[str, typer.Option(envvar="CRANKWRIGHT_API_KEY", help="API key of that service")] = "",
     full: Annotated[bool, typer.Option("--full", help="store curves and tables too")] = False,
-    workers: Annotated[int, typer.Option(min=1, max=256, help="processes, where it is solved here")] = 2,
+    workers: Annotated[int, typer.Option(min=1, max=256, help="worker processes for solving locally")] = 2,
     database_url: DatabaseUrl = _DATABASE,
 ) -> None:
-    """Design, check or analyse every row of CASES (.csv, .ndjson, .parquet, or a sweep in .json). The same command
-    again goes on where it stopped. Exit code 5 if some rows were refused or failed."""
+    """Design, check or analyse every row of CASES (.csv, .ndjson, .parquet, or a sweep in .json). Repeating the command
+    resumes an interrupted batch. Exit code 5 if any row was refused or failed."""
     from app.batches import offline
     from app.printing import shown_batch
 
     if offline.form_of(cases) is None:
-        _refuse({"title": "No cases", "detail": f"{cases} is no .csv, .ndjson, .parquet or .json"})
+        _refuse({"title": "No cases", "detail": f"{cases} is not a .csv, .ndjson, .parquet or .json file"})
     if output.suffix.lower() not in offline.FORMATS:
-        _refuse({"title": "No results", "detail": f"{output} is no .csv, .ndjson or .parquet"})
-    with shown_batch() as told:
+        _refuse({"title": "No results", "detail": f"{output} is not a .csv, .ndjson or .parquet file"})
+    with shown_batch() as on_progress:
         ended = _batch(
-            kind, mode, cases, output, url, api_key, "full" if full else "scalars", workers, database_url, told
+            kind, mode, cases, output, url, api_key, "full" if full else "scalars", workers, database_url, on_progress
         )
     items = ended["items"]
     counted = ", ".join(f"{items[name]} {name}" for name in items if items[name] and name not in ("total", "done"))
@@ -231,7 +231,7 @@ def _batch(
     detail: str,
     workers: int,
     database_url: str,
-    told: Any,
+    on_progress: Any,
 ) -> dict[str, Any]:
     import asyncio
     from urllib.error import HTTPError
@@ -241,8 +241,8 @@ def _batch(
 
     try:
         if url:
-            return offline.remote(url, api_key or None, cases, kind, mode, detail, output, told)
-        return asyncio.run(offline.here(cases, kind, mode, detail, output, database_url, workers, told))
+            return offline.remote(url, api_key or None, cases, kind, mode, detail, output, on_progress)
+        return asyncio.run(offline.here(cases, kind, mode, detail, output, database_url, workers, on_progress))
     except Problem as problem:
         _refuse(problem.body)
     except HTTPError as error:
@@ -252,7 +252,7 @@ def _batch(
     except ValueError as error:
         _refuse({"title": "The sweep cannot be read", "detail": str(error)})
     except KeyboardInterrupt:
-        typer.echo("stopped; the same command goes on from here", err=True)
+        typer.echo("stopped; repeat the command to resume", err=True)
         raise typer.Exit(130) from None
 
 
@@ -289,7 +289,7 @@ def _refuse(problem: dict[str, Any]) -> None:
 
 
 def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: bool) -> None:
-    with undisturbed():
+    with gc_paused():
         import asyncio
 
         from app import runs
@@ -300,7 +300,7 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
         from app.errors import Problem
         from app.jobs.errors import BudgetExceeded
         from app.printing import print_run, shown_progress
-        from app.referring import resolved
+        from app.run_references import resolve_references
         from app.store.migrate import upgrade
         from app.store.repository import RunStore
 
@@ -317,7 +317,7 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
     upgrade(database_url)
     with RunStore(database_url) as store:
         try:
-            request = asyncio.run(resolved(store, request))
+            request = asyncio.run(resolve_references(store, request))
         except Problem as problem:
             _refuse(problem.body)
         run = runs.queued(slug, mode, request)
@@ -340,19 +340,20 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
 
 
 def _answer(job: Any, run: Any, request: Any, report: Any) -> Any:
-    """Solve here; a design with a time budget whose solver looks at no clock, in a process that can be killed."""
-    from app.designs.schema import time_asked
+    """Solve in this process; a design with a time budget whose solver does not look at the clock, in a process that can
+    be killed."""
+    from app.designs.schema import time_budget_of
 
-    asked = time_asked(request)
+    asked = time_budget_of(request)
     if asked is None or job.best_in_time:
         return job.solve(request, report)
 
     import asyncio
 
-    from app.jobs.calls import nothing
+    from app.jobs.calls import no_idle_work
     from app.jobs.executor import PoolSettings, ProcessPool
 
-    pool = ProcessPool(PoolSettings(workers=1, idle_work=nothing, kernels=False))
+    pool = ProcessPool(PoolSettings(workers=1, idle_work=no_idle_work, kernels=False))
     pool.start()
     try:
         return asyncio.run(pool.run(run.kind, run.mode, request.model_dump_json().encode(), asked, report))
@@ -361,7 +362,7 @@ def _answer(job: Any, run: Any, request: Any, report: Any) -> Any:
 
 
 def main() -> None:
-    """Entry point of the ``crankwright`` command: what an operator can mend is told in one line."""
+    """Entry point of the ``crankwright`` command; errors an operator can fix are printed in one line."""
     from app.store.errors import StoreError
 
     try:

@@ -1,4 +1,4 @@
-"""Problem details (RFC 9457): the one shape in which the service says no."""
+"""Problem details (RFC 9457), the format of every error response."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from app.designs.problems import INVALID, problem_details
-from app.designs.refusals import summed_up
+from app.designs.refusals import summarize
 from app.designs.schema import Entry
-from app.edge.departure import Departed
+from app.edge.disconnect import ClientDisconnected
 from app.jobs.errors import Busy, ExecutorClosed, ShareUsed, Warming
 from app.logging import get_logger
 from app.store.errors import DamagedRecord, IdempotencyConflict, InvalidCursor, StoreClosed, UnknownBatch, UnknownRun
-from app.store.faults import StoreFault, Trouble
+from app.store.faults import FaultKind, StoreFault
 
-if TYPE_CHECKING:  # the command line refuses without a web framework
+if TYPE_CHECKING:  # the command line works without the web framework
     from fastapi import FastAPI, Request, Response
 
 
 logger = get_logger(__name__)
 
 CLIENT_GONE = 499
-"""What is noted where nobody is there to hear an answer."""
+"""Status logged when the client has disconnected."""
 MEDIA_TYPE = "application/problem+json"
 
 
 class Problem(Exception):
-    """A refusal on its way to the client."""
+    """An error response, raised as an exception."""
 
     def __init__(
         self,
@@ -47,37 +47,38 @@ class Problem(Exception):
 
 
 def problem_response(problem: Problem) -> Response:
-    """The problem as a response."""
+    """Render a problem."""
     from fastapi import Response
 
-    # ASCII only: a lone surrogate in a field's name cannot be encoded as UTF-8, but can be escaped.
+    # ASCII only: a lone surrogate in a field name can be escaped but not encoded as UTF-8.
     body = json.dumps(problem.body, allow_nan=False)
     return Response(body, status_code=problem.status, headers=problem.headers, media_type=MEDIA_TYPE)
 
 
 def invalid(error: ValidationError, model: Any) -> Problem:
-    """The refusal of a body by its model. Values are never echoed, for JSON cannot carry them all."""
+    """The problem for a body rejected by its model. Values are never echoed, since JSON cannot represent all of
+    them."""
     return refusal(error.errors(include_url=False), model=model)
 
 
 def refusal(errors: Iterable[Mapping[str, Any]], depth: int = 0, model: Any = None) -> Problem:
-    """One entry per bad field: see ``summed_up``."""
-    detail, entries = summed_up(errors, depth, model)
+    """The problem for validation errors, with one entry per invalid field; see ``summarize``."""
+    detail, entries = summarize(errors, depth, model)
     return Problem(422, INVALID, detail, entries)
 
 
 def busy(error: Busy) -> Problem:
-    """Why a solve cannot be had now, and when it may be."""
-    status, title = next(told for kind, told in _BUSY.items() if isinstance(error, kind))
+    """The problem for a busy service, with Retry-After."""
+    status, title = next(entry for kind, entry in _BUSY.items() if isinstance(error, kind))
     return Problem(status, title, str(error), headers={"Retry-After": str(max(1, math.ceil(error.retry_s)))})
 
 
 def store_problem(fault: StoreFault) -> Problem:
-    """What is wrong with the store, for a client; the log is told more."""
-    logger.error("store_fault", trouble=fault.trouble.name.lower(), reason=str(fault))
-    status = {Trouble.FULL: 507, Trouble.DAMAGED: 500}.get(fault.trouble, 503)
+    """The client's problem for a store fault; details go to the log only."""
+    logger.error("store_fault", fault=fault.kind.name.lower(), reason=str(fault))
+    status = {FaultKind.FULL: 507, FaultKind.DAMAGED: 500}.get(fault.kind, 503)
     wait = {"Retry-After": "5"} if status == 503 else {}
-    return Problem(status, "The store cannot be used", f"{fault.trouble}; nothing was stored", headers=wait)
+    return Problem(status, "The store cannot be used", f"{fault.kind}; nothing was stored", headers=wait)
 
 
 _BUSY: dict[type[Busy], tuple[int, str]] = {
@@ -88,7 +89,7 @@ _BUSY: dict[type[Busy], tuple[int, str]] = {
 
 
 def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -> None:
-    """Answer every refusal of the service with problem details, or with ``page`` where that makes one."""
+    """Register the exception handlers; ``page`` may render a problem as a page instead of JSON."""
     from fastapi.exceptions import RequestValidationError
     from starlette.exceptions import HTTPException
     from starlette.requests import ClientDisconnect
@@ -103,7 +104,7 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
 
     @app.exception_handler(RequestValidationError)
     async def _parameter(request: Request, error: RequestValidationError) -> Response:
-        # The location starts with where the parameter was: query, header, path.
+        # The location begins with the parameter's kind: query, header or path.
         return answer(request, refusal(error.errors(), depth=1))
 
     @app.exception_handler(HTTPException)
@@ -121,8 +122,8 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
     @app.exception_handler(DamagedRecord)
     async def _damaged(request: Request, error: DamagedRecord) -> Response:
         logger.error("record_damaged", table=error.table, key=error.key)
-        told = "the stored record no longer says what was written, so it is not shown; crankwright verify tells more"
-        return answer(request, Problem(500, "The record is damaged", told))
+        detail = "the stored record does not match its hash and is not shown; run crankwright verify for details"
+        return answer(request, Problem(500, "The record is damaged", detail))
 
     @app.exception_handler(StoreFault)
     async def _fault(request: Request, error: StoreFault) -> Response:
@@ -142,7 +143,7 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
         return answer(request, Problem(422, INVALID, str(error), [entry]))
 
     @app.exception_handler(ClientDisconnect)
-    @app.exception_handler(Departed)
+    @app.exception_handler(ClientDisconnected)
     async def _departed(request: Request, error: Exception) -> Response:
         return Response(status_code=CLIENT_GONE)
 

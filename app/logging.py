@@ -1,8 +1,8 @@
-"""The service's log: every record of the service and of its libraries, one line each on standard error.
+"""The log: all records of the service and its libraries, one line each on standard error.
 
-Records made through structlog and through the standard library's ``logging`` take the same way, so a traceback is never
-lost for where it came from. The library that writes them is imported with the first: a check on the command line says
-nothing, and would wait for its pretty tracebacks longer than for its own answer.
+Records made with structlog and with the standard library's ``logging`` share one pipeline, so no traceback is lost.
+structlog is imported with the first record, because a check on the command line logs nothing and the import takes
+longer than the check.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 class LogFormat(StrEnum):
-    """``console`` for people at a terminal, ``json`` for a collector, with tracebacks in ``exception``."""
+    """``console`` for terminals, ``json`` for log collectors, with tracebacks in ``exception``."""
 
     CONSOLE = "console"
     JSON = "json"
 
 
 class LogLevel(StrEnum):
-    """The least severe records that are written."""
+    """Minimum severity of records."""
 
     DEBUG = "debug"
     INFO = "info"
@@ -34,11 +34,11 @@ class LogLevel(StrEnum):
 
 
 class _Handler(logging.StreamHandler):
-    """The service's own handler, told from those that others put on the root logger."""
+    """The service's handler, distinguishable from those added by others to the root logger."""
 
 
-class _WhenUsed:
-    """A logger that is made with its first record."""
+class _LazyLogger:
+    """A logger that imports structlog with its first record."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -51,13 +51,13 @@ class _WhenUsed:
 
 
 def get_logger(name: str) -> BoundLogger:
-    """A logger of events with named fields: ``get_logger(__name__).error("solver_failed", run_id=…)``."""
-    return cast("BoundLogger", _WhenUsed(name))
+    """A structured logger: ``get_logger(__name__).error("solver_failed", run_id=…)``."""
+    return cast("BoundLogger", _LazyLogger(name))
 
 
 @cache
 def _shared() -> list[Any]:
-    """What is done to every record, of whomever; the library is told of it."""
+    """Processors applied to every record; also configures structlog."""
     import structlog
 
     shared: list[Any] = [
@@ -81,7 +81,7 @@ def _shared() -> list[Any]:
 
 
 def configure(form: LogFormat, level: LogLevel, stream: TextIO | None = None) -> None:
-    """Write all records of at least ``level`` to ``stream`` (standard error); a second call replaces the first."""
+    """Write records from ``level`` up to ``stream`` (default: standard error). A second call replaces the first."""
     import structlog
 
     stream = stream or sys.stderr

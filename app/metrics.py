@@ -1,4 +1,4 @@
-"""What the service counts and measures, for Prometheus: beside the HTTP figures of the instrumentation."""
+"""Prometheus metrics of the service, in addition to the HTTP metrics of the instrumentation."""
 
 from __future__ import annotations
 
@@ -7,40 +7,42 @@ from typing import Any
 
 from prometheus_client import Counter, Gauge, Histogram
 
-from app.jobs.turns import Length, Turns
+from app.jobs.fair_queue import FairQueue, JobLength
 from app.store.faults import StoreFault
 
 _SECONDS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
 
-SOLVES = Counter("crankwright_solves", "Solves that ended", ["kind", "mode", "status"])
-SOLVE_SECONDS = Histogram("crankwright_solve_seconds", "From request to answer", ["kind", "mode"], buckets=_SECONDS)
+SOLVES = Counter("crankwright_solves", "Finished solves", ["kind", "mode", "status"])
+SOLVE_SECONDS = Histogram(
+    "crankwright_solve_seconds", "Seconds from request to answer", ["kind", "mode"], buckets=_SECONDS
+)
 EFFECTS = Counter("crankwright_effects", "Effects of solved scenes", ["kind", "effect", "state"])
-ENDED = Counter("crankwright_solves_cut", "Solves without an answer: overrun, memory, crash, failure", ["reason"])
-STORE_SECONDS = Histogram("crankwright_store_seconds", "Groups of writes, to their commit", buckets=_SECONDS)
+ENDED = Counter("crankwright_solves_cut", "Solves without an answer, by reason", ["reason"])
+STORE_SECONDS = Histogram("crankwright_store_seconds", "Seconds per group of writes, commit included", buckets=_SECONDS)
 STORE_FAULTS = Counter("crankwright_store_faults", "Groups of writes that failed", ["trouble"])
-WAITING = Gauge("crankwright_queue_waiting", "Solves that wait for a worker", ["length"])
-RUNNING = Gauge("crankwright_queue_running", "Solves that have a worker", ["length"])
-PROMISED = Gauge("crankwright_runs_promised", "Open runs after a 202")
+WAITING = Gauge("crankwright_queue_waiting", "Solves waiting for a worker", ["length"])
+RUNNING = Gauge("crankwright_queue_running", "Solves running in a worker", ["length"])
+ACCEPTED = Gauge("crankwright_runs_promised", "Open runs accepted with 202")
 
 
-def solved(kind: str, mode: str, status: str, seconds: float, effects: Iterable[Mapping[str, Any]]) -> None:
-    """A solve has ended."""
+def record_solve(kind: str, mode: str, status: str, seconds: float, effects: Iterable[Mapping[str, Any]]) -> None:
+    """Record a finished solve."""
     SOLVES.labels(kind, mode, status).inc()
     SOLVE_SECONDS.labels(kind, mode).observe(seconds)
     for effect in effects:
         EFFECTS.labels(kind, effect["name"], effect["state"]).inc()
 
 
-def written(seconds: float, fault: StoreFault | None) -> None:
-    """A group of writes was committed, or failed."""
+def record_write(seconds: float, fault: StoreFault | None) -> None:
+    """Record a group of writes, committed or failed."""
     STORE_SECONDS.observe(seconds)
     if fault is not None:
-        STORE_FAULTS.labels(fault.trouble.name.lower()).inc()
+        STORE_FAULTS.labels(fault.kind.name.lower()).inc()
 
 
-def watch(turns: Turns, promised: Mapping[str, int]) -> None:
-    """Read the queues whenever the metrics are."""
-    for length in Length:
-        WAITING.labels(length).set_function(lambda length=length: turns.waiting(length))
-        RUNNING.labels(length).set_function(lambda length=length: turns.running(length))
-    PROMISED.set_function(lambda: sum(promised.values()))
+def watch(queue: FairQueue, accepted: Mapping[str, int]) -> None:
+    """Collect the queue lengths at every scrape."""
+    for length in JobLength:
+        WAITING.labels(length).set_function(lambda length=length: queue.waiting(length))
+        RUNNING.labels(length).set_function(lambda length=length: queue.running(length))
+    ACCEPTED.set_function(lambda: sum(accepted.values()))

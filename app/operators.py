@@ -1,4 +1,4 @@
-"""Commands of those who run a service: keys and the audit log."""
+"""Operator commands: keys, audit log, backup, pruning."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ keys = typer.Typer(name="keys", help="Keys of the API and the pages.", no_args_i
 
 @contextmanager
 def opened(database_url: str) -> Iterator[RunStore]:
-    """The store, migrated."""
+    """Open the store, migrated."""
     from app.store.migrate import upgrade
     from app.store.repository import RunStore
 
@@ -35,7 +35,7 @@ def opened(database_url: str) -> Iterator[RunStore]:
 
 
 def operator() -> str:
-    """Who types, for the audit log."""
+    """The operating-system user, for the audit log."""
     try:
         return f"operator {getpass.getuser()}"
     except (OSError, KeyError):
@@ -44,11 +44,11 @@ def operator() -> str:
 
 @keys.command()
 def create(
-    name: Annotated[str, typer.Argument(help="whose key it is, for people")],
+    name: Annotated[str, typer.Argument(help="whose key it is")],
     scope: Annotated[list[str] | None, typer.Option(help="read, design (if none is given), batch or admin")] = None,
     database_url: DatabaseUrl = DATABASE,
 ) -> None:
-    """Make a key. It is shown once, on standard output; the store keeps its digest alone."""
+    """Create a key. It is shown once, on standard output; the store keeps only its digest."""
     from app.access.keys import new_key
     from app.access.scopes import Scope
     from app.designs.names import cleaned
@@ -62,7 +62,7 @@ def create(
     shown, record = new_key(cleaned(name)[:200], scopes)
     with opened(database_url) as store:
         store.write_and_wait(CreateKey(record, operator()))
-    typer.echo(f"key {record.id} ({record.scopes}); keep what follows, it is not shown again:", err=True)
+    typer.echo(f"key {record.id} ({record.scopes}); it is shown only once:", err=True)
     typer.echo(shown)
 
 
@@ -79,7 +79,7 @@ def list_(database_url: DatabaseUrl = DATABASE) -> None:
 
 @keys.command()
 def revoke(key_id: str, database_url: DatabaseUrl = DATABASE) -> None:
-    """End a key: within two seconds a running service refuses it, and its sessions."""
+    """Revoke a key: a running service refuses it and its sessions within two seconds."""
     from app.store.errors import UnknownKey
     from app.store.keys import RevokeKey
 
@@ -89,14 +89,14 @@ def revoke(key_id: str, database_url: DatabaseUrl = DATABASE) -> None:
         except UnknownKey as error:
             typer.echo(str(error), err=True)
             raise typer.Exit(2) from None
-    typer.echo(f"{key_id} is revoked" if done else f"{key_id} had been revoked already")
+    typer.echo(f"{key_id} is revoked" if done else f"{key_id} was already revoked")
 
 
 def audit(
     database_url: DatabaseUrl = DATABASE,
-    limit: Annotated[int, typer.Option(min=1, max=100_000, help="how many lines")] = 100,
+    limit: Annotated[int, typer.Option(min=1, max=100_000, help="maximum number of entries")] = 100,
 ) -> None:
-    """Show who made, revoked and used keys to log in, and what was pruned; newest first."""
+    """Show the audit log, newest first: keys created, revoked and used to log in, and pruning."""
     from app.store.keys import read_audit
 
     with opened(database_url) as store:
@@ -108,17 +108,17 @@ def backup(target: Annotated[Path, typer.Argument(help="a new file")], database_
     """Copy an SQLite store to a new file while it is in use, and verify the copy; exit code 1 if it is damaged."""
     from app.store.backup import backup as copy
 
-    _tell(copy(database_url, target), f"copied to {target}")
+    _report(copy(database_url, target), f"copied to {target}")
 
 
 def restore(source: Annotated[Path, typer.Argument(help="a backup")], database_url: DatabaseUrl = DATABASE) -> None:
-    """Put a backup where the SQLite store is to be: nothing is overwritten, move what is there away first."""
+    """Restore a backup of an SQLite store. Nothing is overwritten: move an existing database away first."""
     from app.store.backup import restore as copy
 
-    _tell(copy(database_url, source), "restored")
+    _report(copy(database_url, source), "restored")
 
 
-def _tell(report: Report, done: str) -> None:
+def _report(report: Report, done: str) -> None:
     for damage in report.damages:
         typer.echo(f"{damage.table} {damage.key}: {damage.what}", err=True)
     typer.echo(f"{done}: {report.runs} runs, {'sound' if report.sound else 'DAMAGED'}")
@@ -127,11 +127,11 @@ def _tell(report: Report, done: str) -> None:
 
 def prune(
     before: Annotated[datetime, typer.Option(formats=["%Y-%m-%d"], help="runs made before that day (UTC)")],
-    yes: Annotated[bool, typer.Option("--yes", help="do it; without, it is only counted")] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="delete; without it, only count")] = False,
     database_url: DatabaseUrl = DATABASE,
 ) -> None:
     """Delete ended runs made before a day, with their idempotency keys. Nothing is ever deleted without this."""
-    from app.store.upkeep import AT_ONCE, Prune, count_before
+    from app.store.maintenance import ROWS_PER_TRANSACTION, Prune, count_before
 
     moment = before.replace(tzinfo=UTC)
     with opened(database_url) as store:
@@ -141,6 +141,6 @@ def prune(
         total = 0
         while (count := store.write_and_wait(Prune(moment, operator()))) > 0:
             total += count
-            if count < AT_ONCE:
+            if count < ROWS_PER_TRANSACTION:
                 break
     typer.echo(f"{total} runs were deleted")

@@ -1,4 +1,4 @@
-"""A run as a table that people read in a terminal."""
+"""Formatting of runs as tables for the terminal."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from app.designs.schema import LARGEST_INFLUENCE
 Row = tuple[str, str]
 
 _SHORT = 4
-"""Values that a table still shows one by one."""
+"""Maximum length of a list printed in full."""
 
 
 def _figure(value: Any) -> str:
@@ -45,9 +45,9 @@ def _diagnosis(value: list[dict[str, Any]]) -> Iterator[Row]:
 
 def _certificate(value: dict[str, Any] | None) -> Iterator[Row]:
     if value is not None and "method" in value:
-        bound = "none exists" if value["bound"] is None else f"none is better than {value['bound']:.6g}"
-        told = "no bound is known" if value["gap"] is None else f"{bound}, gap {value['gap']:.1e}"
-        yield "certificate", f"{told}, by {value['method']}"
+        bound = "none exists" if value["bound"] is None else f"bound {value['bound']:.6g}"
+        text = "no bound is known" if value["gap"] is None else f"{bound}, gap {value['gap']:.1e}"
+        yield "certificate", f"{text}, by {value['method']}"
 
 
 def _worst(value: list[dict[str, Any]]) -> Iterator[Row]:
@@ -88,8 +88,8 @@ def _recommended(value: dict[str, Any] | None) -> Iterator[Row]:
 def _certified(value: dict[str, Any] | None) -> Iterator[Row]:
     if value is not None:
         settings = ", ".join(f"{name} {_figure(inner)}" for name, inner in value["settings"].items())
-        told = f"accuracy {value['accuracy']:g}, proven to {value['proven_gap']:.1e}"
-        yield "cheapest proof that will do, or the closest", f"{told} ({settings})" if settings else told
+        text = f"accuracy {value['accuracy']:g}, proven to {value['proven_gap']:.1e}"
+        yield "cheapest proof that will do, or the closest", f"{text} ({settings})" if settings else text
 
 
 _SHOWN: dict[str, Callable[[Any], Iterator[Row]]] = {
@@ -104,7 +104,7 @@ _SHOWN: dict[str, Callable[[Any], Iterator[Row]]] = {
     "certified": _certified,
     "effect_costs": _effect_costs,
 }
-"""Parts of results that have a sentence of their own."""
+"""Parts of results with their own formatting."""
 
 
 def _rows(result: dict[str, Any]) -> Iterator[Row]:
@@ -125,14 +125,14 @@ def _bound(influence: float) -> str:
     return "unbounded" if influence >= LARGEST_INFLUENCE else f"bound {influence:.2g}"
 
 
-def _accuracy(told: dict[str, Any]) -> str:
-    met = "" if told["met"] else ", NOT MET"
-    return f"requested {told['requested']:g}, estimated {told['estimated']:.1g}{met}"
+def _accuracy(accuracy: dict[str, Any]) -> str:
+    met = "" if accuracy["met"] else ", NOT MET"
+    return f"requested {accuracy['requested']:g}, estimated {accuracy['estimated']:.1g}{met}"
 
 
 @contextmanager
 def shown_progress(console: Console | None = None) -> Iterator[Report]:
-    """A line on the terminal that says how far a long solve is, gone when it ends; nothing where there is none."""
+    """Show the progress of a long solve on a terminal; no output elsewhere."""
     console = console or Console(stderr=True)
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
     line, tasks = Live(*columns, console=console, transient=True), list[TaskID]()
@@ -161,26 +161,26 @@ def _reached(item: dict[str, Any]) -> str:
     )
 
 
-def _verdict(told: dict[str, Any]) -> Iterator[Row]:
-    """Every criterion, then what to know beside them."""
-    for item in told["criteria"]:
+def _verdict(verdict: dict[str, Any]) -> Iterator[Row]:
+    """All criteria, then the cautions."""
+    for item in verdict["criteria"]:
         yield item["name"], _reached(item)
-    yield from (("caution", text) for text in told["cautions"])
+    yield from (("caution", text) for text in verdict["cautions"])
 
 
 def print_run(run: dict[str, Any]) -> None:
-    """Print a run as its JSON tells it: the verdict first, then results, effects, accuracy and time."""
+    """Print a run: verdict, results, effects, accuracy and time."""
     console = Console(file=sys.stdout)
     if run["verdict"]:
         console.print(run["verdict"]["summary"], style="bold", highlight=False)
     elif run["status"] == "infeasible":
-        console.print("There is no such design: not all that is required can be had.", style="bold", highlight=False)
+        console.print("No design meets all requirements.", style="bold", highlight=False)
     table = Table(title=f"{run['kind']} · {run['mode']} · {run['status']}", title_justify="left", show_header=False)
-    told = run["verdict"]
-    for row in _verdict(told) if told else ():
+    verdict = run["verdict"]
+    for row in _verdict(verdict) if verdict else ():
         table.add_row(*row)
-    # Cautions are the warnings and more.
-    shown = {name: value for name, value in (run["result"] or {}).items() if not (told and name == "warnings")}
+    # The verdict's cautions include the warnings.
+    shown = {name: value for name, value in (run["result"] or {}).items() if not (verdict and name == "warnings")}
     for row in _rows(shown):
         table.add_row(*row)
     if run["problem"]:
@@ -196,7 +196,7 @@ def print_run(run: dict[str, Any]) -> None:
 
 @contextmanager
 def shown_batch(console: Console | None = None) -> Iterator[Callable[[dict[str, Any]], None]]:
-    """How far a batch is, as a bar on a terminal and nothing elsewhere."""
+    """Show the progress of a batch as a bar on a terminal; no output elsewhere."""
     console = console or Console(stderr=True)
     with Live(
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), console=console, transient=True,
@@ -204,7 +204,7 @@ def shown_batch(console: Console | None = None) -> Iterator[Callable[[dict[str, 
     ) as live:  # fmt: skip
         task = live.add_task("items", total=None)
 
-        def told(batch: dict[str, Any]) -> None:
+        def on_progress(batch: dict[str, Any]) -> None:
             live.update(task, total=batch["items"]["total"], completed=batch["items"]["done"])
 
-        yield told
+        yield on_progress

@@ -1,4 +1,4 @@
-"""From a request and its answer to a stored run, and from a stored run to its JSON."""
+"""Construction of run records from requests and answers, and their JSON."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from app.version import NAME, VERSION
 
 
 def queued(slug: str, mode: Mode, request: BaseModel) -> RunRecord:
-    """A run that nothing has answered yet."""
+    """A new queued run."""
     spec = canonical_json(request.model_dump(mode="json"))
     return RunRecord(
         id=new_run_id(),
@@ -46,7 +46,7 @@ def queued(slug: str, mode: Mode, request: BaseModel) -> RunRecord:
 
 
 def answered(run: RunRecord, answer: Answer, started: float) -> RunRecord:
-    """The run with its answer; one that JSON cannot carry becomes a failure, not a null."""
+    """The run with its answer; a non-finite result becomes a failure, because JSON cannot represent it."""
     if not all(finite(part) for part in (answer.result, answer.effects, answer.accuracy, answer.verdict)):
         return failed(run, 500, "The result is not finite", "the solver gave a number that is not finite", started)
     timing = {**answer.timing, "total_s": time.perf_counter() - started}
@@ -65,7 +65,7 @@ def answered(run: RunRecord, answer: Answer, started: float) -> RunRecord:
 
 
 def _figure(run: RunRecord, answer: Answer) -> dict[str, Any]:
-    """The number that matters most, by which runs are compared at a glance: none where there is no result."""
+    """The headline number of the result, for listings; empty without a result."""
     if answer.status != RunStatus.SUCCEEDED or answer.result is None:
         return {}
     name, value = KINDS[run.kind].figure(Mode(run.mode), answer.result)
@@ -73,18 +73,18 @@ def _figure(run: RunRecord, answer: Answer) -> dict[str, Any]:
 
 
 def failed(run: RunRecord, status: int, title: str, detail: str, started: float) -> RunRecord:
-    """The run as ended without an answer; ``status`` is the HTTP status that says why."""
+    """The run as failed without an answer; ``status`` is the HTTP status of the problem."""
     return refused(run, problem_details(title, status, detail), started)
 
 
 def refused(run: RunRecord, problem: dict[str, Any], started: float) -> RunRecord:
-    """The run as ended with a problem: what the solver saw only after a 202 was given."""
+    """The run as failed with a problem that the solver found after a 202."""
     timing = {"total_s": time.perf_counter() - started}
     return replace(run, status=RunStatus.FAILED, problem=canonical_json(problem), timing=canonical_json(timing))
 
 
 def repeated(run: RunRecord, earlier: RunRecord, started: float) -> RunRecord:
-    """The run answered from an earlier one of the same spec by the same solver."""
+    """The run answered from an earlier one with the same spec and solver version."""
     return replace(
         run,
         status=earlier.status,
@@ -102,7 +102,7 @@ def repeated(run: RunRecord, earlier: RunRecord, started: float) -> RunRecord:
 
 
 def end_of(run: RunRecord) -> Finish:
-    """How an answered or failed run ends in the store."""
+    """The end of an answered or failed run, for the store."""
     return Finish(
         run.status,
         run.result,
@@ -118,19 +118,18 @@ def end_of(run: RunRecord) -> Finish:
 
 
 def complete(run: RunRecord) -> bool:
-    """Whether an answered run has all that one has today: designs and checks of old have no verdict."""
+    """Whether an answered run has all current parts; old designs and checks have no verdict."""
     judged = run.mode in (Mode.DESIGN, Mode.CHECK) and run.status == RunStatus.SUCCEEDED
     return run.verdict is not None or not judged
 
 
 def met(run: RunRecord) -> bool:
-    """Whether the run was as accurate as it was asked to be."""
+    """Whether the run met its requested accuracy."""
     return run.accuracy is not None and json.loads(run.accuracy).get("met", False)
 
 
 def run_json(run: RunRecord, progress: Progress | None = None) -> bytes:
-    """The run as the HTTP contract shows it; its stored parts go in byte for byte. ``progress`` is that of an open run,
-    as far as it is known."""
+    """The run as JSON of the API, its stored parts included byte for byte. ``progress`` is used for open runs only."""
     head = summary(run)
     head["progress"] = asdict(progress) if progress is not None and run.status in OPEN_STATUSES else None
     parts = {
@@ -148,7 +147,7 @@ def run_json(run: RunRecord, progress: Progress | None = None) -> bytes:
 
 
 def links(run: RunRecord) -> dict[str, Any]:
-    """Where the run, its page and what is drawn of it are found."""
+    """URLs of the run, its page, plots and exports."""
     at = f"/api/v1/runs/{run.id}"
     kind = KINDS.get(run.kind)
     result = None if run.result is None else json.loads(run.result)
@@ -164,7 +163,7 @@ def links(run: RunRecord) -> dict[str, Any]:
 
 
 def summary(run: RunRecord | RunSummary) -> dict[str, object]:
-    """A line of the listing."""
+    """The run's entry in a listing."""
     return {
         "id": run.id,
         "kind": run.kind,

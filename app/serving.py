@@ -1,7 +1,8 @@
-"""The service in this process: from its command to its end.
+"""The serve command: the service's process from start to shutdown.
 
-Pages are served at once; kernels are compiled meanwhile. SIGTERM or Ctrl-C end it at once when it is idle, else after a
-drain of `DRAIN_S` at most, in which accepted requests are answered and stored; a second one ends it there and then.
+Pages are served at once while kernels are compiled. SIGTERM or Ctrl-C stop an idle service at once, otherwise after a
+drain of at most `CRANKWRIGHT_DRAIN_S` in which accepted requests are answered and stored; a second signal stops it
+immediately.
 """
 
 from __future__ import annotations
@@ -19,26 +20,25 @@ from fastapi import FastAPI
 
 from app.access.protection import check_protected
 from app.edge.connections import ConnectionLimits, Connections
-from app.jobs.template import Template
-from app.jobs.warming import Warmth, in_words
+from app.jobs.fork_server import ForkServer
+from app.jobs.warming import WarmupStatus, format_status
 from app.main import create_app
 from app.settings import Settings
+from app.store.maintenance import Probe
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
-from app.store.upkeep import Probe
 
-DRAIN_S = 10
-_BETWEEN_LINES_S = 3.0
-_BETWEEN_LOOKS_S = 0.25
+_PRINT_INTERVAL_S = 3.0
+_POLL_INTERVAL_S = 0.25
 
 
-def run(host: str, port: int, database_url: str, template: Template, demo: bool = False) -> None:
-    """Serve until a signal comes. Raises StoreError and Unprotected for what an operator can mend."""
+def run(host: str, port: int, database_url: str, fork_server: ForkServer, demo: bool = False) -> None:
+    """Serve until a signal arrives. Raises StoreError and Unprotected for problems an operator can fix."""
     settings = Settings(host=host, port=port, database_url=database_url)
     prepare(settings)
-    # What is left for a collector that is away must not hold up the service's end; by default each signal takes 10 s.
+    # A telemetry collector that is down must not delay the shutdown; by default each signal takes 10 s.
     os.environ.setdefault("OTEL_EXPORTER_OTLP_TIMEOUT", "1")
-    application = create_app(settings, template, Teller())
+    application = create_app(settings, fork_server, WarmupPrinter())
     connections = Connections(
         ConnectionLimits(
             settings.max_connections,
@@ -49,7 +49,7 @@ def run(host: str, port: int, database_url: str, template: Template, demo: bool 
         )
     )
     config = uvicorn.Config(
-        application, host=host, port=port, log_config=None, timeout_graceful_shutdown=DRAIN_S, lifespan="on",
+        application, host=host, port=port, log_config=None, timeout_graceful_shutdown=settings.drain_s, lifespan="on",
         http=connections.protocol(), ws="none", server_header=False,
         proxy_headers=bool(settings.trusted_proxies), forwarded_allow_ips=settings.trusted_proxies or None,
     )  # fmt: skip
@@ -58,17 +58,17 @@ def run(host: str, port: int, database_url: str, template: Template, demo: bool 
 
 
 def prepare(settings: Settings) -> None:
-    """See to it that a start will not fail for its surroundings: the database is there and protected."""
+    """Check before starting that the database is available and access is protected."""
     upgrade(settings.database_url)
     with RunStore(settings.database_url) as store:
         check_protected(settings, store)
         store.write_and_wait(Probe())
     if settings.open and not settings.is_local:
-        typer.echo(f"CRANKWRIGHT_OPEN is set: everybody who reaches {settings.host} is served, without a key", err=True)
+        typer.echo(f"CRANKWRIGHT_OPEN is set: requests to {settings.host} are served without a key", err=True)
 
 
 class _Server(uvicorn.Server):
-    """Says where it serves, and tells the application when it is asked to stop."""
+    """Prints the URLs, and announces a shutdown to the application."""
 
     def __init__(self, config: uvicorn.Config, application: FastAPI, demo: bool) -> None:
         super().__init__(config)
@@ -88,32 +88,32 @@ class _Server(uvicorn.Server):
         service = self._application.state.service
         if not service.stopping.is_set():
             service.stopping.set()
-            # What waits for a solve until then is told so, rather than cut off.
-            last = threading.Timer(DRAIN_S - 1, service.executor.close)
+            # Requests still waiting for a solve get a response instead of a closed connection.
+            last = threading.Timer(self._application.state.settings.drain_s - 1, service.executor.close)
             last.daemon = True
             last.start()
         super().handle_exit(sig, frame)
 
 
-class Teller:
-    """One line of progress in the terminal for each kind whose kernels are compiled, every few seconds."""
+class WarmupPrinter:
+    """Prints a line of warm-up progress per kind, every few seconds."""
 
     def __init__(self) -> None:
         self._due: dict[str, float] = {}
         self._lock = threading.Lock()
 
-    def __call__(self, warmth: Warmth) -> None:
+    def __call__(self, status: WarmupStatus) -> None:
         now = time.monotonic()
         with self._lock:
-            last = warmth.state in ("warm", "failed")
-            if now < self._due.get(warmth.kind, 0.0) and not last:
+            last = status.state in ("warm", "failed")
+            if now < self._due.get(status.kind, 0.0) and not last:
                 return
-            self._due[warmth.kind] = now + _BETWEEN_LINES_S
-        typer.echo(in_words(warmth))
+            self._due[status.kind] = now + _PRINT_INTERVAL_S
+        typer.echo(f"{status.kind:16} {format_status(status)}")
 
 
 def _demonstrate(base: str) -> None:
-    """Ask this very service for the example of a rod's design, wait for the run and print it."""
+    """Request the example of a rod design from this service, wait for the run and print it."""
     from app.designs.kind import Mode
     from app.designs.registry import KINDS
     from app.printing import print_run
@@ -122,13 +122,13 @@ def _demonstrate(base: str) -> None:
     headers = {"Content-Type": "application/json", "Prefer": "respond-async"}
     try:
         with urlopen(Request(f"{base}/api/v1/designs/flexible-rod", body, headers)) as answer:
-            place = base + answer.headers["Location"]
+            location = base + answer.headers["Location"]
         while True:
-            with urlopen(place) as answer:
+            with urlopen(location) as answer:
                 run = json.loads(answer.read())
             if run["status"] not in ("queued", "running"):
                 break
-            time.sleep(_BETWEEN_LOOKS_S)
-    except OSError:  # the service was stopped meanwhile; the run is kept
+            time.sleep(_POLL_INTERVAL_S)
+    except OSError:  # the service was stopped; the run stays stored
         return
     print_run(run)

@@ -1,4 +1,4 @@
-"""One piece of work for all who ask for the same at the same time."""
+"""Deduplication of concurrent requests with the same key."""
 
 from __future__ import annotations
 
@@ -11,39 +11,39 @@ from app.store.errors import IdempotencyConflict
 
 
 @dataclass
-class _Flight:
+class _PendingCall:
     content: str
     task: asyncio.Task[Any]
     waiting: int = 0
 
 
-class Flights:
-    """Work under way, by key. It goes on as long as anybody waits for it."""
+class SingleFlight:
+    """Calls in progress, by key; each continues as long as at least one caller waits for it."""
 
     def __init__(self) -> None:
-        self._under_way: dict[Hashable, _Flight] = {}
+        self._in_flight: dict[Hashable, _PendingCall] = {}
 
-    async def once(self, key: Hashable, content: str, begin: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
-        """What ``begin`` gives, begun once for all that come with this key meanwhile.
+    async def run(self, key: Hashable, content: str, begin: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
+        """Return the result of ``begin``, started once for all concurrent callers with this key.
 
-        Raises IdempotencyConflict where the key is under way for another ``content``.
+        Raises IdempotencyConflict if a call with another ``content`` is in progress under the key.
         """
-        flight = self._under_way.get(key)
-        if flight is None:
-            flight = self._under_way[key] = _Flight(content, asyncio.create_task(begin()))
-            flight.task.add_done_callback(lambda _: self._land(key, flight))
-        elif flight.content != content:
+        call = self._in_flight.get(key)
+        if call is None:
+            call = self._in_flight[key] = _PendingCall(content, asyncio.create_task(begin()))
+            call.task.add_done_callback(lambda _: self._forget(key, call))
+        elif call.content != content:
             raise IdempotencyConflict(str(key))
-        flight.waiting += 1
+        call.waiting += 1
         try:
-            return await asyncio.shield(flight.task)
+            return await asyncio.shield(call.task)
         finally:
-            flight.waiting -= 1
-            if not flight.waiting and not flight.task.done():
-                # Whoever comes now begins anew, and does not get an end that was not meant for him.
-                self._land(key, flight)
-                flight.task.cancel()
+            call.waiting -= 1
+            if not call.waiting and not call.task.done():
+                # A later caller must start anew rather than share this cancellation.
+                self._forget(key, call)
+                call.task.cancel()
 
-    def _land(self, key: Hashable, flight: _Flight) -> None:
-        if self._under_way.get(key) is flight:
-            del self._under_way[key]
+    def _forget(self, key: Hashable, call: _PendingCall) -> None:
+        if self._in_flight.get(key) is call:
+            del self._in_flight[key]

@@ -1,4 +1,4 @@
-"""One request from validation to a durable, answered run: the same path for HTTP and for pages."""
+"""The path of a request from validation to a durable run with an answer, shared by the API and the pages."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ from typing import Any
 from pydantic import BaseModel
 
 from app import metrics, runs
+from app.accepted_runs import MAX_ATTEMPTS, AcceptedRuns
 from app.access.caller import caller
 from app.designs.kind import REFUSED, Answer, Job, Kind, Mode
 from app.designs.problems import INVALID, OUT_OF_TIME
-from app.designs.progress import Progress, Report, to_nobody
+from app.designs.progress import Progress, Report, ignore_progress
 from app.designs.registry import KINDS, job_of
-from app.designs.schema import entry, time_asked
+from app.designs.schema import entry, time_budget_of
 from app.errors import Problem
 from app.jobs.budget import budget
 from app.jobs.calls import PICTURE
@@ -36,85 +37,87 @@ from app.jobs.errors import (
     WorkerCrashed,
 )
 from app.jobs.executor import Executor
-from app.jobs.turns import Length, TurnLimits, Turns
+from app.jobs.fair_queue import FairQueue, JobLength, QueueLimits
+from app.json_comparison import equal_json
 from app.logging import get_logger
-from app.promises import MOST_ATTEMPTS, Promises
-from app.referring import resolved
-from app.sameness import same
-from app.single_flight import Flights
-from app.solve_ends import cut, named
+from app.run_references import resolve_references
+from app.single_flight import SingleFlight
+from app.solve_failures import log_failure, log_fields
 from app.store.errors import DamagedRecord, StoreClosed, UnknownRun
 from app.store.faults import StoreFault
 from app.store.hashing import canonical_json
 from app.store.leases import LEASE_S
-from app.store.promises import TakenOver
 from app.store.record import Finish, RunRecord, RunStatus, StoredResponse
 from app.store.repository import RunStore
+from app.store.run_leases import TakenOverRun
 from app.store.viewer import viewer
 
 logger = get_logger(__name__)
 
-Begun = Callable[[], Awaitable[object]]
-"""Says that a promised run has a worker now."""
+OnStart = Callable[[], Awaitable[object]]
+"""Called when an accepted run gets a worker."""
 Call = Callable[[float, Report], Awaitable[Any]]
-"""``(seconds until it is killed, report) -> answer``."""
+"""``(kill timeout in seconds, report) -> answer``"""
 
-_RETRY_S, _LONGEST_PAUSE_S = 0.2, 10.0
-_SHORT = (Mode.CHECK, Mode.ANALYSIS)
-"""Modes that usually end in a moment."""
-_MOST_COMPLETED = 64
-_CRASHES_BORNE = 5
-"""So often a promised run is begun again whose worker was killed, by the system or by anybody."""
+_RETRY_S, _MAX_RETRY_S = 0.2, 10.0
+_SHORT_MODES = (Mode.CHECK, Mode.ANALYSIS)
+"""Modes that usually take less than a second."""
+_MAX_FULL_RESULTS = 64
+_CRASH_RETRIES = 5
+"""Retries of an accepted run whose worker crashed, for example killed by the system."""
 
 
 @dataclass(frozen=True)
 class ServiceLimits:
-    """``patience_s`` is how long a request waits for a worker; ``short_s`` after what a check or an analysis counts as
-    long work; ``accepted`` how many runs may be open after a 202, ``accepted_of_one`` those of one caller; ``lease_s``
-    after what silence of this process another takes those over."""
+    """Limits of the service.
 
-    patience_s: float = 30.0
+    ``max_wait_s``: how long a request waits for a worker. ``short_s``: time after which a check or an analysis is
+    treated as a long job. ``accepted`` and ``accepted_per_caller``: open runs accepted with 202, in total and per
+    caller. ``lease_s``: silence of this process after which another takes those over.
+    """
+
+    max_wait_s: float = 30.0
     short_s: float = 1.0
     accepted: int = 200
-    accepted_of_one: int = 50
+    accepted_per_caller: int = 50
     lease_s: float = LEASE_S
 
 
 @dataclass(frozen=True)
 class Service:
-    """What a running service works with."""
+    """State and dependencies of a running service."""
 
     store: RunStore
     executor: Executor
     solve_budget_s: float
     limits: ServiceLimits = field(default_factory=ServiceLimits)
-    turns: Turns = field(default_factory=lambda: Turns(TurnLimits()))
-    flights: Flights = field(default_factory=Flights)
-    """What is solved under an idempotency key just now."""
-    accepted: Counter[str] = field(default_factory=Counter)
-    """How many open runs were promised to each caller."""
+    queue: FairQueue = field(default_factory=lambda: FairQueue(QueueLimits()))
+    single_flight: SingleFlight = field(default_factory=SingleFlight)
+    """Requests in progress, by idempotency key."""
+    open_accepted: Counter[str] = field(default_factory=Counter)
+    """Number of open accepted runs per caller."""
     progress: dict[str, Progress] = field(default_factory=dict)
-    """How far the long solves under way are, by the id of the run."""
-    completed: dict[str, bytes] = field(default_factory=dict)
-    """The results of items of batches that were solved once more for their curves, by the id of the run."""
+    """Progress of long solves, by run id."""
+    full_results: dict[str, bytes] = field(default_factory=dict)
+    """Results of batch items that were solved again for their curves, by run id."""
     stopping: threading.Event = field(default_factory=threading.Event)
-    """Set when the service was asked to stop."""
+    """Set when a shutdown was requested."""
 
     @cached_property
-    def promises(self) -> Promises:
-        """The runs after a 202."""
-        return Promises(self.store, self.limits.lease_s)
+    def accepted_runs(self) -> AcceptedRuns:
+        """Runs accepted with 202."""
+        return AcceptedRuns(self.store, self.limits.lease_s)
 
     async def answer(self, kind: Kind, mode: Mode, request: BaseModel) -> RunRecord:
-        """The run for a request, answered but not stored yet. Raises Problem if the solver refuses the request."""
+        """Answer a request without storing the run. Raises Problem if the solver refuses it."""
         started = time.perf_counter()
-        request = await self._acceptable(request)
+        request = await self._prepared(request)
         job = job_of(kind, mode)
         run = runs.queued(kind.slug, mode, request)
-        return await self._repeated(run, job, started) or await self._solve(run, job, request, started)
+        return await self._cached(run, job, started) or await self._solve(run, job, request, started)
 
-    async def _repeated(self, run: RunRecord, job: Job, started: float) -> RunRecord | None:
-        """The run with the answer of an earlier one that was asked the same, if there is one that will do."""
+    async def _cached(self, run: RunRecord, job: Job, started: float) -> RunRecord | None:
+        """The run answered from an earlier one with the same spec, if one qualifies."""
         if not job.repeatable:
             return None
         earlier = await self.store.find_answer(run.spec_hash, run.solver_name, run.solver_version)
@@ -122,307 +125,326 @@ class Service:
             return None
         return runs.repeated(run, earlier, started)
 
-    async def _acceptable(self, request: BaseModel) -> BaseModel:
-        """The request with the runs that it names filled in. Raises Problem for what this service cannot do."""
-        asked = time_asked(request)
+    async def _prepared(self, request: BaseModel) -> BaseModel:
+        """The request with referenced runs filled in. Raises Problem for what this service cannot do."""
+        asked = time_budget_of(request)
         if asked is not None and asked > self.solve_budget_s:
             most = f"at most {self.solve_budget_s:g}"
             found = entry("/time_budget_s", "is more than this service gives a solve", most)
             raise Problem(422, INVALID, found["detail"], [found])
-        return await resolved(self.store, request)
+        return await resolve_references(self.store, request)
 
     async def _solve(
-        self, run: RunRecord, job: Job, request: BaseModel, started: float, begun: Begun | None = None
+        self, run: RunRecord, job: Job, request: BaseModel, started: float, on_start: OnStart | None = None
     ) -> RunRecord:
-        """The run with the solver's answer, or failed where it came to none."""
-        ended = await self._ended(run, job, request, started, begun)
+        """Solve; the run with its answer, or failed."""
+        ended = await self._outcome(run, job, request, started, on_start)
         seconds = time.perf_counter() - started
-        metrics.solved(run.kind, run.mode, ended.status, seconds, json.loads(ended.effects))
+        metrics.record_solve(run.kind, run.mode, ended.status, seconds, json.loads(ended.effects))
         return ended
 
-    async def _ended(
-        self, run: RunRecord, job: Job, request: BaseModel, started: float, begun: Begun | None
+    async def _outcome(
+        self, run: RunRecord, job: Job, request: BaseModel, started: float, on_start: OnStart | None
     ) -> RunRecord:
         try:
-            answer = await self._run(run, job, request, begun)
+            answer = await self._run(run, job, request, on_start)
         except BudgetExceeded as error:
-            cut("overrun", run, error)
+            log_failure("overrun", run, error)
             return runs.failed(run, 504, OUT_OF_TIME, str(error), started)
         except MemoryExceeded as error:
-            cut("memory", run, error)
+            log_failure("memory", run, error)
             return runs.failed(run, 507, "The memory bound was reached", str(error), started)
         except WorkerCrashed as error:
-            cut("crash", run, error)
+            log_failure("crash", run, error)
             return runs.failed(run, 500, "The solver failed", "the solve ended without an answer", started)
         except SolveFailed as error:
-            cut("failure", run, error, exception=error.detail)
+            log_failure("failure", run, error, exception=error.detail)
             return runs.failed(run, 500, "The solver failed", "the solve ended without an answer", started)
         if answer.status == REFUSED and answer.problem is not None:
             problem = answer.problem
             raise Problem(problem["status"], problem["title"], problem["detail"], problem["errors"])
         return runs.answered(run, answer, started)
 
-    async def _run(self, run: RunRecord, job: Job, request: BaseModel, begun: Begun | None) -> Answer:
+    async def _run(self, run: RunRecord, job: Job, request: BaseModel, on_start: OnStart | None) -> Answer:
         if job.inline:
             return job.run(request)
-        times = budget(self.solve_budget_s + job.extra_s(request), time_asked(request), job.best_in_time)
+        times = budget(self.solve_budget_s + job.extra_s(request), time_budget_of(request), job.best_in_time)
         if times.solver_s is not None:
             request = request.model_copy(update={"time_budget_s": times.solver_s})
         payload = request.model_dump_json().encode()
         call = partial(self.executor.run, run.kind, run.mode, payload)
         try:
-            return await self._in_turn(call, times.kill_s, run.mode in _SHORT, partial(self._told, run.id), begun)
+            return await self._queued(
+                call, times.kill_s, run.mode in _SHORT_MODES, partial(self._set_progress, run.id), on_start
+            )
         finally:
             self.progress.pop(run.id, None)
 
-    async def _in_turn(
-        self, call: Call, kill_s: float, short: bool, report: Report = to_nobody, begun: Begun | None = None
+    async def _queued(
+        self, call: Call, kill_s: float, short: bool, report: Report = ignore_progress, on_start: OnStart | None = None
     ) -> Any:
-        """The call's answer, once a worker is free for it. What was promised says when it has ``begun``, and waits as
-        long as it takes. Short work that turns out to be long gives its worker back and begins again as long work."""
-        who, patience_s = caller.get().name, None if begun else self.limits.patience_s
+        """Run a call when the fair queue admits it.
+
+        Accepted runs (with ``on_start``) wait without limit and are retried after crashes. A short job that exceeds
+        ``short_s`` gives its worker back and starts again as a long one.
+        """
+        who, max_wait_s = caller.get().name, None if on_start else self.limits.max_wait_s
         if short:
-            async with self.turns.turn(Length.SHORT, who, patience_s):
+            async with self.queue.slot(JobLength.SHORT, who, max_wait_s):
                 try:
                     return await call(min(kill_s, self.limits.short_s), report)
                 except BudgetExceeded:
                     if kill_s <= self.limits.short_s:
                         raise
-        async with self.turns.turn(Length.LONG, who, patience_s):
-            if begun is not None:
-                await begun()
-                for _ in range(_CRASHES_BORNE):
+        async with self.queue.slot(JobLength.LONG, who, max_wait_s):
+            if on_start is not None:
+                await on_start()
+                for _ in range(_CRASH_RETRIES):
                     with contextlib.suppress(WorkerCrashed):
                         return await call(kill_s, report)
             return await call(kill_s, report)
 
-    def _told(self, run_id: str, progress: Progress) -> None:
+    def _set_progress(self, run_id: str, progress: Progress) -> None:
         self.progress[run_id] = progress
 
-    async def shown(self, run_id: str, whole: bool = False) -> bytes:
-        """A run as JSON, with its progress while it is open; ``whole`` with what an item of a batch was stored without.
-        Raises UnknownRun."""
-        run = await (self.whole(run_id) if whole else self.store.get(run_id))
+    async def as_json(self, run_id: str, complete: bool = False) -> bytes:
+        """A run as JSON, with its progress while it is open.
+
+        With ``complete``, a batch item includes the curves it is stored without. Raises UnknownRun.
+        """
+        run = await (self.complete(run_id) if complete else self.store.get(run_id))
         return runs.run_json(run, self.progress.get(run_id))
 
-    async def whole(self, run_id: str) -> RunRecord:
-        """A run with the curves and tables that an item of a batch is stored without: solved once more, if that comes
-        to the same numbers. Raises UnknownRun."""
+    async def complete(self, run_id: str) -> RunRecord:
+        """A run with all curves and tables.
+
+        A batch item is stored without them; it is solved again, and the new result is used if the stored numbers agree.
+        Raises UnknownRun.
+        """
         run = await self.store.get(run_id)
         if run.batch_id is None or run.status != RunStatus.SUCCEEDED or run.result is None:
             return run
         job, kept = job_of(KINDS[run.kind], Mode(run.mode)), json.loads(run.result)
         if not job.tables or not kept.keys().isdisjoint(job.tables):
             return run
-        if run_id not in self.completed:
+        if run_id not in self.full_results:
             try:
                 call = partial(self.executor.run, run.kind, run.mode, run.spec)
-                answer = await self._in_turn(call, self.solve_budget_s, run.mode in _SHORT)
+                answer = await self._queued(call, self.solve_budget_s, run.mode in _SHORT_MODES)
             except JobError:
                 return run
-            if answer.result is None or not same(kept, {name: answer.result.get(name) for name in kept}):
-                logger.warning("item_solved_differently", **named(run))
+            if answer.result is None or not equal_json(kept, {name: answer.result.get(name) for name in kept}):
+                logger.warning("batch_item_not_reproduced", **log_fields(run))
                 return run
-            self.completed[run_id] = canonical_json({**answer.result, **kept})
-            while len(self.completed) > _MOST_COMPLETED:
-                self.completed.pop(next(iter(self.completed)))
-        return replace(run, result=self.completed[run_id])
+            self.full_results[run_id] = canonical_json({**answer.result, **kept})
+            while len(self.full_results) > _MAX_FULL_RESULTS:
+                self.full_results.pop(next(iter(self.full_results)))
+        return replace(run, result=self.full_results[run_id])
 
-    async def drawn(self, run: RunRecord, plot: str, shown: bytes) -> str:
-        """A plot of a succeeded run, given as JSON; in a worker, for some compute what they draw."""
-        call = partial(self.executor.run, run.kind, f"{PICTURE}{plot}", shown)
-        return await self._in_turn(call, self.solve_budget_s, short=True)
+    async def plot(self, run: RunRecord, name: str, run_json: bytes, language: str) -> str:
+        """Draw a plot of a succeeded run given as JSON. Runs in a worker, since some plots compute what they draw."""
+        payload = b'{"language":"%s","run":%s}' % (language.encode(), run_json)
+        call = partial(self.executor.run, run.kind, f"{PICTURE}{name}", payload)
+        return await self._queued(call, self.solve_budget_s, short=True)
 
     async def submit(
         self, kind: Kind, mode: Mode, request: BaseModel, key: str | None, request_hash: str
     ) -> StoredResponse:
-        """Answer a request and store the run with its answer, in one transaction.
+        """Answer a request and store the run with its response, in one transaction.
 
-        Who comes with the same key meanwhile gets the same answer: it is solved once.
+        Concurrent requests with the same key share one solve and its response.
         """
         if not key:
-            return await self._keep(await self.answer(kind, mode, request), 201, key, request_hash)
+            return await self._store_run(await self.answer(kind, mode, request), 201, key, request_hash)
 
         async def first() -> StoredResponse:
             known = await self.store.find_response(key, request_hash)
-            return known or await self._keep(await self.answer(kind, mode, request), 201, key, request_hash)
+            return known or await self._store_run(await self.answer(kind, mode, request), 201, key, request_hash)
 
-        return await self.flights.once((viewer.get().owner, key), request_hash, first)
+        return await self.single_flight.run((viewer.get().owner, key), request_hash, first)
 
     async def submit_later(
         self, kind: Kind, mode: Mode, request: BaseModel, key: str | None, request_hash: str
     ) -> StoredResponse:
-        """Store the run as queued, answer 202, and solve in the background."""
-        request = await self._acceptable(request)
+        """Store the run as queued, respond 202, and solve in the background."""
+        request = await self._prepared(request)
         run = runs.queued(kind.slug, mode, request)
-        place = self._place()
+        slot = self._reserve_slot()
 
-        async def promised() -> StoredResponse:
-            with place:
-                response = await self._keep(run, 202, key, request_hash)
+        async def store_and_follow() -> StoredResponse:
+            with slot:
+                response = await self._store_run(run, 202, key, request_hash)
                 if response.run_id == run.id:
-                    solve = self._solve_once_warm(run, job_of(kind, mode), request, time.perf_counter())
-                    self.promises.follow(run.id, self._finish(run, solve), place.pop_all())
+                    solve = self._solve_when_warm(run, job_of(kind, mode), request, time.perf_counter())
+                    self.accepted_runs.follow(run.id, self._finish(run, solve), slot.pop_all())
             return response
 
-        # What is stored as queued is begun, even where its client goes away in between.
-        return await asyncio.shield(asyncio.create_task(promised()))
+        # A stored run must be started even if the client disconnects now.
+        return await asyncio.shield(asyncio.create_task(store_and_follow()))
 
-    def _place(self) -> contextlib.ExitStack:
-        """A place among the promised runs, given back when the stack is closed.
+    def _reserve_slot(self) -> contextlib.ExitStack:
+        """Reserve one of the open accepted runs; closing the stack releases it.
 
-        Raises Busy where too many runs are open already, and ShareUsed where too many of this caller's are.
+        Raises ShareUsed if this caller has too many open runs, Busy if there are too many in total.
         """
         who = caller.get().name
-        own, everyone = self.accepted[who], self.accepted.total()
-        if own >= self.limits.accepted_of_one:
-            raise ShareUsed(f"{own} runs of yours are open already", self.turns.retry_s(Length.LONG, 1))
+        own, everyone = self.open_accepted[who], self.open_accepted.total()
+        if own >= self.limits.accepted_per_caller:
+            raise ShareUsed(f"{own} of your runs are open already", self.queue.retry_s(JobLength.LONG, 1))
         if everyone >= self.limits.accepted:
-            raise Busy(f"{everyone} runs are open already", self.turns.retry_s(Length.LONG, 1))
-        self.accepted[who] += 1
-        place = contextlib.ExitStack()
-        place.callback(self._give_back, who)
-        return place
+            raise Busy(f"{everyone} runs are open already", self.queue.retry_s(JobLength.LONG, 1))
+        self.open_accepted[who] += 1
+        slot = contextlib.ExitStack()
+        slot.callback(self._release_slot, who)
+        return slot
 
-    def _give_back(self, who: str) -> None:
-        self.accepted[who] -= 1
-        if not self.accepted[who]:
-            del self.accepted[who]
+    def _release_slot(self, who: str) -> None:
+        self.open_accepted[who] -= 1
+        if not self.open_accepted[who]:
+            del self.open_accepted[who]
 
-    async def submit_within(self, kind: Kind, mode: Mode, request: BaseModel, patience_s: float) -> str:
-        """Answer a request and store the run; where that takes longer than one waits, store it as queued, and go on
-        with the same solve in the background. The run's id."""
+    async def submit_within(self, kind: Kind, mode: Mode, request: BaseModel, max_wait_s: float) -> str:
+        """Answer a request and store the run; return its id.
+
+        If that takes longer than ``max_wait_s``, the run is stored as queued and the same solve continues in the
+        background.
+        """
         started = time.perf_counter()
-        request = await self._acceptable(request)
+        request = await self._prepared(request)
         job = job_of(kind, mode)
         run = runs.queued(kind.slug, mode, request)
-        answered = await self._repeated(run, job, started)
-        if answered is None:
+        outcome = await self._cached(run, job, started)
+        if outcome is None:
             solve = asyncio.create_task(self._solve(run, job, request, started))
-            place: contextlib.ExitStack | None = None
+            slot: contextlib.ExitStack | None = None
             try:
-                done, _ = await asyncio.wait({solve}, timeout=patience_s)
-                with contextlib.suppress(Busy):  # without a place for one more promise it is waited for
-                    place = None if done else self._place()
-                answered = await solve if place is None else None
-            except asyncio.CancelledError:  # the client is gone
+                done, _ = await asyncio.wait({solve}, timeout=max_wait_s)
+                with contextlib.suppress(Busy):  # at the limit of accepted runs, wait for the answer instead
+                    slot = None if done else self._reserve_slot()
+                outcome = await solve if slot is None else None
+            except asyncio.CancelledError:  # the client has disconnected
                 solve.cancel()
                 raise
-            if place is not None:
-                going_on = self._go_on(run, self._insisted(solve, run, job, request), place)
-                return await asyncio.shield(asyncio.create_task(going_on))
-        return (await self._keep(answered, 201, None, "")).run_id
+            if slot is not None:
+                continuation = self._continue_in_background(run, self._retry_if_busy(solve, run, job, request), slot)
+                return await asyncio.shield(asyncio.create_task(continuation))
+        return (await self._store_run(outcome, 201, None, "")).run_id
 
-    async def _go_on(self, run: RunRecord, solve: Awaitable[RunRecord], place: contextlib.ExitStack) -> str:
-        """Store a run as queued whose solve has begun; its id."""
-        with place:
-            await self._keep(run, 202, None, "")
-            self.promises.follow(run.id, self._finish(run, solve), place.pop_all())
+    async def _continue_in_background(
+        self, run: RunRecord, solve: Awaitable[RunRecord], slot: contextlib.ExitStack
+    ) -> str:
+        """Store a run whose solve has started as queued; return its id."""
+        with slot:
+            await self._store_run(run, 202, None, "")
+            self.accepted_runs.follow(run.id, self._finish(run, solve), slot.pop_all())
         return run.id
 
-    async def _insisted(self, solve: Awaitable[RunRecord], run: RunRecord, job: Job, request: BaseModel) -> RunRecord:
-        """What the solve gives; begun again where it waited in vain for a worker, for now it is promised."""
+    async def _retry_if_busy(
+        self, solve: Awaitable[RunRecord], run: RunRecord, job: Job, request: BaseModel
+    ) -> RunRecord:
+        """The result of the solve; solved again if it found no worker in time, because the run is now accepted."""
         try:
             return await solve
         except Busy:
-            return await self._solve_once_warm(run, job, request, time.perf_counter())
+            return await self._solve_when_warm(run, job, request, time.perf_counter())
 
     async def cancel(self, run_id: str) -> bytes:
-        """End a queued or running run as cancelled, and its solve; the run as JSON. Raises UnknownRun, and Problem once
-        the run has ended."""
-        await self.store.get(run_id)  # UnknownRun where it is another's
+        """Cancel an open run and its solve; return the run as JSON. Raises UnknownRun, and Problem if the run has
+        ended."""
+        await self.store.get(run_id)  # raises UnknownRun for a run of another owner
         if not await self.store.finish(run_id, Finish(RunStatus.CANCELLED)):
             status = (await self.store.get(run_id)).status
-            raise Problem(409, "The run has ended", f"the run is {status}; what has ended cannot be cancelled")
-        # The store first: however the solve ends now, the run is cancelled and stays so.
-        self.promises.cancel(run_id)
-        return await self.shown(run_id)
+            raise Problem(409, "The run has ended", f"the run is {status} and cannot be cancelled")
+        # Store first: however the solve ends now, the run stays cancelled.
+        self.accepted_runs.cancel(run_id)
+        return await self.as_json(run_id)
 
     def start(self) -> None:
-        """Begin to take over the runs that were promised by processes which have ended."""
-        self.promises.start(self._taken_up)
+        """Start taking over accepted runs whose processes have died."""
+        self.accepted_runs.start(self._resume)
 
-    async def _taken_up(self, taken: TakenOver) -> None:
+    async def _resume(self, taken: TakenOverRun) -> None:
         run, now = taken.run, time.perf_counter()
         title = "The service stopped"
         try:
             job = job_of(KINDS[run.kind], Mode(run.mode))
             request = job.request.model_validate_json(run.spec)
         except (KeyError, ValueError):
-            why = "it ended before this run did, and this version cannot take it up"
-            await self._write_down(run, runs.failed(run, 500, title, why, now))
+            why = "the service stopped before this run ended, and this version cannot resume it"
+            await self._store_end(run, runs.failed(run, 500, title, why, now))
             return
-        if taken.attempts >= MOST_ATTEMPTS:
-            why = f"it ended {taken.attempts} times while this run was solved"
-            await self._write_down(run, runs.failed(run, 500, title, why, now))
+        if taken.attempts >= MAX_ATTEMPTS:
+            why = f"the service stopped {taken.attempts} times while this run was solved"
+            await self._store_end(run, runs.failed(run, 500, title, why, now))
             return
-        await self._finish(run, self._solve_once_warm(run, job, request, now))
+        await self._finish(run, self._solve_when_warm(run, job, request, now))
 
-    async def _keep(self, run: RunRecord, status: int, key: str | None, request_hash: str) -> StoredResponse:
-        """Store a run, answered or promised; what is to be answered."""
+    async def _store_run(self, run: RunRecord, status: int, key: str | None, request_hash: str) -> StoredResponse:
+        """Store a run, answered or accepted; return the response."""
         location = f"/api/v1/runs/{run.id}"
         response = StoredResponse(
             key or "", request_hash, run.id, status, location, "application/json", runs.run_json(run)
         )
-        put = self.promises.put if status == 202 else self.store.put
+        put = self.accepted_runs.put if status == 202 else self.store.put
         first = await put(run, response if key else None)
         return first or response
 
     async def _finish(self, run: RunRecord, solve: Awaitable[RunRecord]) -> None:
-        """Wait for the solve of a queued run and write down how it ended, whatever happens."""
+        """Wait for the solve of a queued run and store its end, whatever happens."""
         started = time.perf_counter()
         try:
             ended = await solve
         except Problem as problem:
             ended = runs.refused(run, problem.body, started)
-        except ExecutorClosed:  # it stays open, and the next process takes it up
+        except ExecutorClosed:  # the run stays open for the next process
             return
         except Exception as error:
-            logger.exception("background_solve_failed", **named(run))
+            logger.exception("background_solve_failed", **log_fields(run))
             ended = runs.failed(run, 500, "The solver failed", type(error).__name__, started)
-        await self._write_down(run, ended)
+        await self._store_end(run, ended)
 
-    async def _write_down(self, run: RunRecord, ended: RunRecord) -> None:
-        """Store how a run ended, as soon as the store can: it was promised. What stays open the next process solves."""
+    async def _store_end(self, run: RunRecord, ended: RunRecord) -> None:
+        """Store the end of an accepted run, retrying while the database is unavailable. If it stays open, the next
+        process solves it again."""
         pause_s = _RETRY_S
         while True:
             try:
                 await self.store.finish(run.id, runs.end_of(ended))
                 return
             except StoreFault as fault:
-                logger.error("end_not_stored", **named(run), reason=str(fault))
+                logger.error("result_not_stored", **log_fields(run), reason=str(fault))
             except (DamagedRecord, UnknownRun, StoreClosed) as error:
-                logger.error("end_not_stored", **named(run), reason=str(error))
+                logger.error("result_not_stored", **log_fields(run), reason=str(error))
                 return
             await asyncio.sleep(pause_s)
-            pause_s = min(_LONGEST_PAUSE_S, 2.0 * pause_s)
+            pause_s = min(_MAX_RETRY_S, 2.0 * pause_s)
 
-    async def _note_start(self, run_id: str) -> None:
-        with contextlib.suppress(StoreFault):  # its end is what matters
+    async def _mark_running(self, run_id: str) -> None:
+        with contextlib.suppress(StoreFault):  # only the end matters
             await self.store.start(run_id)
 
-    async def _solve_once_warm(self, run: RunRecord, job: Job, request: BaseModel, started: float) -> RunRecord:
-        """Solve once the kernels are there: a run that was promised is not refused for want of them."""
+    async def _solve_when_warm(self, run: RunRecord, job: Job, request: BaseModel, started: float) -> RunRecord:
+        """Solve once the kernels are compiled; an accepted run is never refused for a missing kernel."""
         while True:
-            while any(each.kind == run.kind and each.remaining_s > 0 for each in self.executor.warmths):
+            while any(each.kind == run.kind and each.remaining_s > 0 for each in self.executor.warmup_status):
                 await asyncio.sleep(_RETRY_S)
             try:
-                return await self._solve(run, job, request, started, partial(self._note_start, run.id))
+                return await self._solve(run, job, request, started, partial(self._mark_running, run.id))
             except Busy:
                 await asyncio.sleep(_RETRY_S)
 
     async def close(self) -> None:
-        """Let go of promised runs: they stay open, and the next process takes them up."""
-        await self.promises.close()
+        """Release accepted runs, which stay open for the next process."""
+        await self.accepted_runs.close()
 
 
 @dataclass(frozen=True)
-class InTurn:
-    """What else is computed for a request, as short work in turn with all other."""
+class QueuedExecutor:
+    """Executor of exports and plots, as short jobs in the service's fair queue."""
 
     service: Service
 
     async def run(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> Any:
-        """Like an executor's."""
+        """See ``Executor.run``."""
         call = partial(self.service.executor.run, kind_slug, mode, payload)
-        return await self.service._in_turn(call, budget_s, short=True)
+        return await self.service._queued(call, budget_s, short=True)

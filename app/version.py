@@ -1,4 +1,4 @@
-"""Name and version of the solver, as every run records them."""
+"""Name and version of the solver, recorded with every run."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ NAME = "crankwright"
 
 try:
     VERSION = version(NAME)
-except PackageNotFoundError:  # a source tree that was never installed
+except PackageNotFoundError:  # an uninstalled source tree
     VERSION = "0+unknown"

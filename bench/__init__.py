@@ -1,1 +1,1 @@
-"""Measurements against the peers a user would pick instead."""
+"""Benchmarks against alternatives a user might choose."""

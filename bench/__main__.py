@@ -1,4 +1,4 @@
-"""`make bench`: measure everything in one run and write docs/benchmarks.md."""
+"""`make bench`: run all benchmarks and write docs/benchmarks.md."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Batches on a running service: items a second, what people wait meanwhile, memory.
+"""Batch throughput of a running service, response times meanwhile, and memory.
 
-    python -m bench.batches pin-profile check 10000
+python -m bench.batches pin-profile check 10000
 
-Starts a service of its own on a fresh SQLite file, sends random variations of the example as NDJSON, and asks for
-/healthz and for single checks while they are solved. Prints one line of figures; run it while nothing else runs.
+Starts a service on a fresh SQLite file, sends random variations of the example as NDJSON, and measures /healthz and
+single checks while they are solved. Prints one line of figures; run it on an idle machine.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -31,24 +32,31 @@ _VARIED = {
     "impact-linkage": (("blow_frequency_hz",), 0.5),
     "crank-dynamics": (("mechanism", "speed_hz"), 0.5),
 }
-"""What is varied of each kind, from which share of the example's value on."""
+"""Varied fields of each kind, with the lower end of the range relative to the example."""
 
 
-def bodies(kind: str, mode: str, count: int) -> Iterator[bytes]:
-    """That many random requests, a line each."""
-    chance, example = random.Random(1), KINDS[kind].example(Mode(mode))
+def bodies(kind: str, mode: str, count: int, without: tuple[str, ...] = ()) -> Iterator[bytes]:
+    """Random requests, one per line, ``without`` some fields of the example."""
+    chance = random.Random(1)
+    body = {name: value for name, value in KINDS[kind].example(Mode(mode)).items() if name not in without}
     path, least = _VARIED[kind]
+    here = body
+    for step in path[:-1]:
+        here = here[step]
+    most = here[path[-1]]
     for _ in range(count):
-        body = json.loads(json.dumps(example))
-        here = body
-        for step in path[:-1]:
-            here = here[step]
-        here[path[-1]] *= chance.uniform(least, 1.0)
+        here[path[-1]] = most * chance.uniform(least, 1.0)
         yield json.dumps(body).encode() + b"\n"
 
 
-def served(folder: Path) -> tuple[subprocess.Popen[bytes], httpx.Client]:
-    """A service that has its kernels, and a client of it."""
+def pieces(rows: Iterator[bytes], count: int = 500) -> Iterator[bytes]:
+    """The same bytes in pieces of ``count`` rows, for sending."""
+    while piece := b"".join(islice(rows, count)):
+        yield piece
+
+
+def served(folder: Path, workers: int = 2, **settings: str) -> tuple[subprocess.Popen[bytes], httpx.Client]:
+    """A warmed-up service with ``workers`` batch workers, and a client."""
     output = folder / "output.txt"
     command = [
         sys.executable,
@@ -61,7 +69,8 @@ def served(folder: Path) -> tuple[subprocess.Popen[bytes], httpx.Client]:
         f"sqlite:///{folder}/runs.sqlite3",
     ]
     with output.open("wb") as sink:
-        process = subprocess.Popen(command, stdout=sink, stderr=sink, env={**os.environ, "PYTHONUNBUFFERED": "1"})
+        environment = {**os.environ, "PYTHONUNBUFFERED": "1", "CRANKWRIGHT_BATCH_WORKERS": str(workers), **settings}
+        process = subprocess.Popen(command, stdout=sink, stderr=sink, env=environment)
     while not (found := re.search(r"http://127\.0\.0\.1:\d+", output.read_text())):
         time.sleep(0.1)
     client = httpx.Client(base_url=found[0], timeout=600)
@@ -71,7 +80,7 @@ def served(folder: Path) -> tuple[subprocess.Popen[bytes], httpx.Client]:
 
 
 def highest_mb(pid: int) -> float:
-    """The most memory that the service's own process ever had [MB]."""
+    """Peak memory of the service process [MB]."""
     status = Path(f"/proc/{pid}/status").read_text()
     return int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1000  # type: ignore[index]
 
@@ -82,13 +91,15 @@ def measured(kind: str, mode: str, count: int) -> dict[str, Any]:
         process, client = served(Path(name))
         try:
             example = KINDS["pin-profile"].example(Mode.CHECK)
-            for _ in range(4):  # both of people's workers have done it before
+            for _ in range(4):  # both interactive workers have it loaded
                 example["load"]["force_n"] *= 1.0 - 1e-6 * random.random()
                 client.post("/api/v1/checks/pin-profile", json=example).raise_for_status()
             began = time.perf_counter()
             place = f"/api/v1/batches?kind={kind}&mode={mode}"
             form = {"Content-Type": "application/x-ndjson"}
-            batch = client.post(place, content=bodies(kind, mode, count), headers=form).raise_for_status().json()
+            batch = (
+                client.post(place, content=pieces(bodies(kind, mode, count)), headers=form).raise_for_status().json()
+            )
             taken_s = time.perf_counter() - began
             health, single = [], []
             while batch["status"] not in ("ended", "cancelled"):

@@ -1,34 +1,35 @@
-"""Many checks at once: microseconds of processor time for each, beside a loop over single checks and joblib.
+"""Bulk evaluation: processor time per check [us], compared with single checks and joblib.
 
-Tables are arrays in, arrays out, by one compiled loop on one core, at an accuracy of 1e-6. The loop over single checks
-is what a user would write; joblib spreads that loop over two processes, timed by the clock. Lists are what batches use:
-one case with its own scene and settings for each item, answered by objects; answers are the service's JSON without
-tables. Least of three runs. Scenes: the worked examples with dimensions drawn about theirs.
+Tables take and return arrays, in one compiled loop on one core, at an accuracy of 1e-6. The loop over single checks is
+what a user would write; joblib distributes it over two processes, measured by wall-clock time. Lists are what batches
+use: one case with its own scene and settings per item, returning objects; answers are the service's JSON without
+tables. Minimum of three runs. Scenes: the examples with random dimensions around theirs.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from app.designs.kind import Detail, Mode
 from app.designs.many import answer_many
 from app.designs.registry import KINDS
-from solvers import linkage, pin, rod
+from solvers import crank, linkage, pin, rod
+from solvers.crank.scene import SINGLE
 from solvers.effects import AUTO, EffectSelection
 
 COUNT, FEW = 2000, 100
 _RUNS, _TIMES = 3, 10
-"""Of every measurement, the least counts; how often joblib is given the list, so that its start does not count."""
+"""Minimum of so many runs; repetitions of the list for joblib, so that its start-up does not count."""
 _BEAM = ("beam_column", "reciprocating_inertia")
 
 
 @dataclass(frozen=True)
 class Row:
-    """One subject: microseconds for each item, by table, by single checks, by joblib's two processes."""
+    """One subject: microseconds per item by table, by single checks, and by joblib with two processes."""
 
     name: str
     table_us: float | None
@@ -38,7 +39,7 @@ class Row:
 
 
 def _per_item(run: Callable[[], object], count: int, clock: Callable[[], float] = time.process_time) -> float:
-    """Least time for each item [us]."""
+    """Minimum time per item [us]."""
     run()
     best = np.inf
     for _ in range(_RUNS):
@@ -61,7 +62,7 @@ def _joblib(check: Callable[[object], object], items: list[object]) -> float:
         return _per_item(lambda: pool(delayed(check)(item) for item in many), len(many), time.perf_counter)
 
 
-def _alone(case: rod.Case | linkage.Case | pin.Case) -> object:
+def _alone(case: rod.Case | linkage.Case | pin.Case | crank.Case) -> object:
     return case.alone().status
 
 
@@ -125,6 +126,25 @@ def _pins(name: str, steps: int) -> Row:
     )
 
 
+def _dynamics(name: str, *names: str) -> Row:
+    request = KINDS["crank-dynamics"].jobs[Mode.ANALYSIS].request.model_validate(
+        KINDS["crank-dynamics"].example(Mode.ANALYSIS)
+    )
+    scene, rng = replace(request.scene()[0], engine=SINGLE), np.random.default_rng(3)
+    machines = [
+        replace(scene.mechanism, rod_length=scene.mechanism.rod_length * f, speed=scene.mechanism.speed * g)
+        for f, g in rng.uniform(0.9, 1.2, (FEW, 2)).tolist()
+    ]
+    cases = [crank.Case(replace(scene, mechanism=m), _only(crank.EFFECTS, *names)) for m in machines]
+    return Row(
+        name,
+        None,
+        _per_item(lambda: crank.analyse_many(cases), FEW),
+        _per_item(lambda: [case.alone() for case in cases], FEW),
+        _joblib(_alone, cases),
+    )
+
+
 def _answers(slug: str, mode: Mode) -> Row:
     job, example = KINDS[slug].jobs[mode], KINDS[slug].example(mode)
     bodies = [{**example, "name": str(k)} for k in range(20)]
@@ -150,6 +170,8 @@ def measure() -> list[Row]:
         _linkages("linkage with box and circle", envelope=True),
         _pins("pin, one bore", 1),
         _pins("pin, three steps", 3),
+        _dynamics("crank dynamics, gas alone"),
+        _dynamics("crank dynamics, with what goes to and fro", "reciprocating_inertia"),
         _answers("flexible-rod", Mode.CHECK),
         _answers("pin-profile", Mode.CHECK),
         _answers("impact-linkage", Mode.CHECK),

@@ -1,9 +1,9 @@
-"""Forces of a four-stroke cylinder over its cycle: the solver beside the usual way with numpy and scipy, in one run.
+"""Forces of a four-stroke cylinder over its cycle, compared with a conventional numpy/scipy implementation.
 
-The usual way samples the cycle at equal angles, unrolls the diagram with scipy's PCHIP, takes maxima of the samples,
-and integrates by the trapezoidal rule. Both give all forces, the mean torque and the work between the extremes of the
-speed. The error is the greatest relative one of mean torque, crank-pin load, side force and that work; the reference
-takes the work from the antiderivative of the diagram and the kinetic energy, and climbs the maxima with scipy.
+The conventional way samples the cycle at equal angles, unrolls the diagram with scipy's PCHIP, takes maxima of the
+samples, and integrates by the trapezoidal rule. Both compute all forces, the mean torque and the work between the speed
+extremes. The error is the maximum relative one of mean torque, crank-pin load, side force and that work; the reference
+takes the work from the diagram's antiderivative and the kinetic energy, and refines maxima with scipy.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ NAMES = ("torque_mean", "crank_pin_load", "side_force", "work_fluctuation")
 
 @dataclass(frozen=True)
 class Row:
-    """One way: median time [s] and greatest relative error of the four results."""
+    """One method: median time [s] and maximum relative error of the four results."""
 
     name: str
     seconds: float

@@ -1,11 +1,11 @@
-"""Designing a rod: the search with its proof beside general optimizers, in one run.
+"""Rod design: the search with its proof, compared with general-purpose optimizers.
 
-The problem is the paper's machine with 4-9 mm of width, 0.2-1 mm of thickness, 8-26 mm of length, n_sigma >= 2.65 and
-n_st >= 1.8, for the least mass; core effects. The general optimizers call the same compiled kernel (96 angles, 25
-sections) for stresses, with scaled variables: scipy's differential_evolution with its default settings and penalties
-for limits, OpenMDAO's ScipyOptimizeDriver with SLSQP and finite differences from the middle of the bounds (its model
-set up beforehand), scipy's SLSQP alone from the same start. "Above the optimum" is the mass over the proven bound; a
-negative one would say that limits are broken between the angles and sections looked at.
+The problem is the paper's machine with width 4-9 mm, thickness 0.2-1 mm, length 8-26 mm, n_sigma >= 2.65 and n_st >=
+1.8, for minimum mass with core effects. The general optimizers call the same compiled kernel (96 angles, 25 sections)
+for stresses, with scaled variables: scipy's differential_evolution with default settings and penalties, OpenMDAO's
+ScipyOptimizeDriver with SLSQP and finite differences from the middle of the bounds (model set up beforehand), and
+scipy's SLSQP from the same start. "Above the optimum" is the mass relative to the proven bound; a negative value would
+mean that limits are violated between the sampled angles and sections.
 """
 
 from __future__ import annotations
@@ -37,12 +37,13 @@ PROBLEM = rod.RodProblem(
 )
 CORE = rod.EffectSelection(exclude=frozenset({"rod_inertia", "large_displacement", "shear", "friction_feedback"}))
 NOTHING = 1e-3
-"""The safety that a strip beyond buckling gets: its stresses mean nothing."""
+"""Safety assigned to a buckled strip, whose stresses are meaningless."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One way: median time of a design [s], mass over the bound less 1 (None: no admissible strip), kernel calls."""
+    """One method: median time of a design [s], relative mass above the bound (None: no admissible strip), kernel
+    calls."""
 
     name: str
     seconds: float

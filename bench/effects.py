@@ -1,9 +1,8 @@
-"""What effects cost that are left out.
+"""Cost of omitted effects.
 
-Every kind's example is checked with all of its effects excluded, beside the same kind without any effect in its list,
-which is the physics that never had them. The solver's own time is what an effect left out costs; the whole answer's
-tells what its line in the manifest costs beside, first without its bound, which nobody needs to read, then with it, as
-the service has it so that a user sees what an exclusion may change. Runs are interleaved, medians compared.
+Every kind's example is checked with all effects excluded, compared with the same kind without any effects in its list.
+The solver's own time shows the cost of an omitted effect; the whole answer's time also includes its manifest entry,
+first without its bound, then with it, as in the service. Runs are interleaved, medians compared.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ _ROUNDS = 600
 
 @contextmanager
 def _listed(wing: ModuleType, effects: Sequence[Any]) -> Iterator[None]:
-    """The wing with other effects in its list."""
+    """The package with a different list of effects."""
     whole = wing.EFFECTS
     wing.EFFECTS = tuple(effects)
     try:
@@ -45,7 +44,7 @@ def _listed(wing: ModuleType, effects: Sequence[Any]) -> Iterator[None]:
 
 @contextmanager
 def _unread() -> Iterator[None]:
-    """With manifests whose bounds are as good as not read."""
+    """With manifests whose bounds are not evaluated."""
     read = EffectReport.influence
     EffectReport.influence = 0.0
     try:

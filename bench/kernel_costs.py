@@ -1,6 +1,6 @@
-"""What each compiled kernel costs to compile: every rehearsal with an empty cache, in one process.
+"""Compilation cost of each kernel: all rehearsals with an empty cache, in one process.
 
-python -m bench.kernel_costs        prints seconds of processor time, dearest first
+python -m bench.kernel_costs        prints seconds of processor time, most expensive first
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ MOST = 10
 
 @dataclass(frozen=True)
 class Cost:
-    """Processor time [s] of one kernel, for all types it was called with, without that of the kernels it calls."""
+    """Compilation time [s] of a kernel over all its signatures, excluding the kernels it calls."""
 
     name: str
     seconds: float
@@ -26,7 +26,7 @@ class Cost:
 
 
 def measure() -> list[Cost]:
-    """Every kernel of the project, dearest first; what numba compiles of its own counts for the one that called it."""
+    """All kernels of the project, most expensive first; numba's own code is attributed to the caller."""
     with tempfile.TemporaryDirectory() as empty:
         environment = {**os.environ, "NUMBA_CACHE_DIR": empty, "OPENBLAS_NUM_THREADS": "1"}
         done = subprocess.run(
@@ -38,7 +38,7 @@ def measure() -> list[Cost]:
 
 
 def table(costs: list[Cost] | None = None) -> list[str]:
-    """The dearest, and the sum."""
+    """The most expensive ones, and the sum."""
     costs = measure() if costs is None else costs
     total = sum(cost.seconds for cost in costs)
     lines = ["| kernel | to compile | signatures |", "|---|---|---|"]
@@ -69,7 +69,7 @@ def _rows() -> None:
             if own:
                 seconds[name] += spent - of_others
                 signatures[name] += 1
-            # What is not the project's own stays with its caller.
+            # attributed to the caller
             if running:
                 above, since, others = running[-1]
                 running[-1] = (above, since, others + (spent if own else of_others))

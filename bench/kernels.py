@@ -1,8 +1,8 @@
-"""Stresses over the cycle: the compiled envelope beside the ways a user would do it otherwise, in one run.
+"""Stresses over the cycle: the compiled envelope compared with alternative implementations.
 
-What the optimizers above call for stresses (`oracles/`; checks and designs do not use it), beside the ways a user would
-compute the same: the closed form in a Python loop, numpy with trigonometry at every section, and scipy's boundary-value
-solver at its default tolerance; all for one strip at 72 crank angles and 25 sections.
+The envelope that the optimizers above call (`oracles/`; checks and designs do not use it) is compared with the closed
+form in a Python loop, numpy with trigonometry at every section, and scipy's boundary-value solver at its default
+tolerance, for one strip at 72 crank angles and 25 sections.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ STIFFNESS = MODULUS * B * H**3 / 12
 
 @dataclass(frozen=True)
 class Row:
-    """One way: median time per (design, angle) [s] and greatest error of V'' relative to its greatest value."""
+    """One method: median time per (design, angle) [s] and maximum error of V'' relative to its maximum."""
 
     name: str
     seconds: float

@@ -1,9 +1,9 @@
-"""The impact linkage: u31 over the cycle and whole designs, beside the ways a user would do it otherwise, in one run.
+"""The impact linkage: u31 over the cycle and complete designs, compared with alternatives.
 
-u31 of a largest coupler (R = 0.3, lambda2 = 2.5) at 360 crank angles, the first half a degree off the blow: the closed
-form, pylinkage's compiled steps with velocities and without, scipy's fsolve on the loop equation from angle to angle.
-The design is the worked breaker's least box over all three types: branch and bound with its proof, and pylinkage's
-particle swarm over free ratio and orientation of each type, its joints simulated at 72 angles.
+u31 of a largest-coupler linkage (R = 0.3, lambda2 = 2.5) at 360 crank angles starting half a degree after the blow: the
+closed form, pylinkage's compiled steps with and without velocities, and scipy's fsolve on the loop equation from angle
+to angle. The design is the example breaker's smallest box over all three types: branch and bound with its proof, and
+pylinkage's particle swarm over free ratio and orientation of each type, simulated at 72 angles.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SWARM, ROUNDS, STEPS = 30, 40, 72
 
 @dataclass(frozen=True)
 class Row:
-    """One way: median time [s], and its error or distance from the best."""
+    """One method: median time [s], and its error or distance from the optimum."""
 
     name: str
     seconds: float

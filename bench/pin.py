@@ -1,10 +1,10 @@
-"""A piston pin: the profile in bulk, the deflection limit, and steps, beside root finders and a modelling language.
+"""A piston pin: bulk profiles, the deflection limit, and steps, compared with root finders and a modelling language.
 
-The pin is the paper's, at 1,000 stations. The free profile stands beside scipy's brentq called for every station. The
-deflection limit (bending alone, which the peers can state as it is) stands beside cvxpy with Clarabel, from nothing and
-re-solved with the limit as a parameter; masses are held against a lower bound from tangents of the Lagrangian, which
-trusts none of them. Times are the processor's. With shear the pin's program is no longer one that the language accepts
-as it stands.
+The pin is the paper's, at 1,000 stations. The free profile is compared with scipy's brentq at every station. The
+deflection limit (bending only, which the alternatives can express directly) is compared with cvxpy and Clarabel, from
+scratch and re-solved with the limit as a parameter; masses are compared with an independent lower bound from tangents
+of the Lagrangian. Times are processor time. With shear, the program is not accepted by the modelling language in this
+form.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ PICTURE = Path(__file__).parents[1] / "docs" / "pin-accuracy.svg"
 
 @dataclass(frozen=True)
 class Row:
-    """One way: its median processor time [s], stations, and how far its mass is from the bound or the truth."""
+    """One method: median processor time [s], stations, and distance of its mass from the bound or the exact value."""
 
     task: str
     name: str
@@ -81,7 +81,7 @@ def by_brentq(x: np.ndarray) -> np.ndarray:
 
 
 def program_of(stations: int, limit: float, shear: bool) -> Program:
-    """The pin's program on about so many stations."""
+    """The pin's program on about ``count`` stations."""
     panels = opening_stations(SCENE)
     while panels.x.size < stations:
         widest = np.argsort(panels.left - panels.right, kind="stable")[: max(1, (stations - panels.x.size) // NODES)]

@@ -1,11 +1,11 @@
-"""Random feasible problems: how often a design is right, and how often a local search from one start is.
+"""Random feasible problems: how often a design is correct, and how often a single-start local search is.
 
-Every problem has a strip that solves it: a random machine with that strip, bounds around it, limits that it meets
-with room to spare (four of five also limit contact pressure, friction power or stress), and one of the six objectives
-in turn. A design is right when it meets its limits at 720 angles and 201 sections, its gap is at most 1e-6, and a dense
-search that shares nothing with the solver finds nothing better than it, nor better than its bound, within 1e-4 (peaks
-between samples). SLSQP starts from the middle of the bounds of the same machines, for the least mass under the two
-safeties alone, which leaves it more room. `python -m bench.random_designs COUNT` takes a second per problem.
+Every problem has a feasible strip by construction: a random machine with that strip, bounds around it, limits that it
+meets with some reserve (four of five also limit contact pressure, friction power or stress), and the six objectives in
+turn. A design is correct if it meets its limits at 720 angles and 201 sections, its gap is at most 1e-6, and an
+independent dense search finds nothing better than it or than its bound within 1e-4 (peaks between samples). SLSQP
+starts from the middle of the bounds of the same machines for minimum mass under the two safeties only, which is less
+restrictive. `python -m bench.random_designs COUNT` takes a second per problem.
 """
 
 from __future__ import annotations

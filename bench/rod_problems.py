@@ -1,16 +1,16 @@
-"""A thousand realistic designs of the rod: how long they take, whether they are as exact as was asked, who beats them.
+"""A thousand realistic rod designs: run time, accuracy, and competing designs.
 
-Machines are like the example's: every quantity is drawn, log-uniformly, over a factor of 3 about its own (an angle over
-the whole turn; reciprocating mass and clamp offset, 0 there, in half of the machines). The bounds go along with the
-machine's size; requirements vary about the example's, one in five limits contact pressure, friction power or stress
-as well. The six objectives take turns, and one problem in five has thicknesses from a stock, steps of width and length,
-or both. Some cannot be met. All is left at its default: the effects are chosen, the accuracy asked for is 1e-6.
+Machines resemble the example's: every quantity is drawn log-uniformly within a factor of 3 of its value (angles over
+the full circle; reciprocating mass and clamp offset, zero there, are added in half of the machines). Bounds scale with
+the machine's size; requirements vary around the example's, and one in five limits contact pressure, friction power or
+stress as well. The six objectives alternate, and one problem in five has stock thicknesses, steps of width and length,
+or both. Some are infeasible. Everything else is default: effects are selected automatically, and the accuracy is 1e-6.
 
-Rivals are local searches on the check itself, with the effects of the answer. A rival wins where the check finds all
-requirements met and its objective is better than the answer's by more than the answer estimates.
+Competitors are local searches on the check with the answer's effects. One wins if the check finds all requirements met
+and its objective is better than the answer's by more than the answer's estimate.
 
-`python -m bench.rod_problems [COUNT] [--first SEED] [--rivals N] [--strong N] [--csv PATH] [--without EFFECT ...]` puts
-the first N answers to rivals, and the first so many to strong ones. Times are the processor's.
+`python -m bench.rod_problems [COUNT] [--first SEED] [--rivals N] [--strong N] [--csv PATH] [--without EFFECT ...]` runs
+competitors against the first N answers, and strong ones against the first so many. Times are processor time.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ class Solved:
 
 
 def solved(seeds: Iterable[int], rivals: int, strong: int, effects: rod.EffectSelection = rod.AUTO) -> Iterator[Solved]:
-    """Design them, one after the other; the first so many answers meet their rivals."""
+    """Solve the designs one after the other, the first ones with competitors."""
     for warm in range(_WARM, _WARM + 6):
         rod.design(problem(warm), effects)
     for number, seed in enumerate(seeds):
@@ -216,7 +216,7 @@ def table(count: int = COUNT) -> list[str]:
 
 
 def _record(s: Solved) -> dict[str, Any]:
-    """One problem's line in a table for people who look for what is wrong."""
+    """A problem's row of the diagnostic table."""
     o, r = s.outcome, s.rivals
     d = o.value.check.dimensions if o and o.value else None
     return {
@@ -232,7 +232,7 @@ def _record(s: Solved) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Print what was found, and each problem as it comes where that is asked for."""
+    """Print the summary, and each problem as it finishes if requested."""
     asked = argparse.ArgumentParser(prog="python -m bench.rod_problems", description="realistic designs of the rod")
     asked.add_argument("count", nargs="?", type=int, default=COUNT)
     asked.add_argument("--first", type=int, default=0, help="seed of the first problem")

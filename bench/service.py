@@ -1,8 +1,9 @@
-"""The service: what a durable POST costs, and how soon the first answer comes.
+"""The service: cost of a durable POST, and time to the first answer.
 
-CPU of the server process per POST of a check, every request different, 32 connections kept open; the solver's answer is
-ready-made in all three, so that only the service is compared. "The usual way" is a sync endpoint in FastAPI's thread
-pool with an ORM session and a commit per request. Rounds alternate between the three; medians of the rounds.
+CPU time of the server process per POST of a check, every request different, over 32 persistent connections; the
+solver's answer is precomputed in all three variants, so that only the service is compared. "The usual way" is a sync
+endpoint in FastAPI's thread pool with an ORM session and a commit per request. Rounds alternate between the variants;
+medians over the rounds.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ _TICK = os.sysconf("SC_CLK_TCK")
 
 @dataclass(frozen=True)
 class Row:
-    """One way: CPU of the server per request [s], and requests answered per second of wall-clock time."""
+    """One variant: server CPU per request [s], and requests per second of wall-clock time."""
 
     name: str
     cpu: float
@@ -47,7 +48,7 @@ class Row:
 
 
 def free_port() -> int:
-    """A port that nobody listens on."""
+    """A free port."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
@@ -55,7 +56,7 @@ def free_port() -> int:
 
 @contextmanager
 def process(*command: str, **environment: str) -> Iterator[subprocess.Popen]:
-    """A child process, ended at the end."""
+    """A child process that is terminated at the end."""
     child = subprocess.Popen([sys.executable, *command], env={**os.environ, **environment}, stdout=subprocess.DEVNULL)
     try:
         yield child
@@ -65,7 +66,7 @@ def process(*command: str, **environment: str) -> Iterator[subprocess.Popen]:
 
 
 def post(port: int, body: bytes, path: str = _PATH, **headers: str) -> bytes | None:
-    """One POST, of a check unless said otherwise; None while nobody listens."""
+    """A POST, by default of a check; None while nothing listens."""
     request = urllib.request.Request(
         f"http://127.0.0.1:{port}{path}", body, {"content-type": "application/json", **headers}, method="POST"
     )
@@ -122,7 +123,7 @@ def cpu_seconds(pid: int) -> float:
 
 
 def run() -> list[Row]:
-    """Load every way in turn, round after round."""
+    """Load all variants in turn, round by round."""
     bodies = different_bodies()
     samples: dict[str, list[tuple[float, float]]] = {name: [] for name in WAYS}
     sent = REQUESTS // CONNECTIONS * CONNECTIONS

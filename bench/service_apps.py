@@ -1,7 +1,7 @@
-"""The applications that `bench/service.py` loads: ours, ours without a database, and the usual way.
+"""Applications loaded by `bench/service.py`: ours, ours without a database, and the usual way.
 
-All answer a check of the flexible rod with one ready-made result, so that what is measured is the service, not the
-solver. Run as `python -m bench.service_apps NAME PORT FOLDER`.
+All answer a check of the flexible rod with one precomputed result, so that the service is measured, not the solver. Run
+as `python -m bench.service_apps NAME PORT FOLDER`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from app.submission import Service
 
 
 class ReadyAnswer:
-    """An executor that solved everything beforehand."""
+    """An executor with precomputed answers."""
 
     def __init__(self) -> None:
         job = FLEXIBLE_ROD.jobs[Mode.CHECK]
@@ -41,7 +41,7 @@ class ReadyAnswer:
 
 
 class NoStore:
-    """A store that keeps nothing."""
+    """A store that stores nothing."""
 
     async def find_answer(self, spec_hash: str, solver_name: str, solver_version: str) -> None:
         return None
@@ -59,13 +59,13 @@ def _ours(service: Service, settings: Settings) -> FastAPI:
 
 
 def durable(settings: Settings) -> FastAPI:
-    """The service's own routes on its own store: SQLite in WAL with synchronous FULL."""
+    """The service's routes on its own store: SQLite in WAL mode with synchronous FULL."""
     upgrade(settings.database_url)
     return _ours(Service(RunStore(settings.database_url), ReadyAnswer(), 10.0), settings)
 
 
 def without_database(settings: Settings) -> FastAPI:
-    """The same routes and models; the run is built and answered, and then forgotten."""
+    """The same routes and models without storing."""
     return _ours(Service(NoStore(), ReadyAnswer(), 10.0), settings)
 
 

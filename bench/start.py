@@ -1,11 +1,11 @@
-"""The first minutes: from a fresh clone to the first page and the first answer, warm starts, the command line, stops.
+"""Start-up: from a fresh clone to the first page and answer, warm starts, the command line, and shutdown.
 
-A fresh clone is set up and started by `make run`; packages come from the client's warm cache, kernels are compiled
-from nothing. Then the same once more, warm; Python keeps the bytecode of what it has imported. Times are wall-clock
-seconds of one run on this machine with whatever else ran on it, from the command to what the row names; goals are for
-two quiet cores. Below, what the dearest kernels cost the compiler, in seconds of processor time.
+A fresh clone is set up and started by `make run`; packages come from the client's warm cache, kernels are compiled from
+scratch. Then it is repeated warm, with Python's bytecode cached. Times are wall-clock seconds of one run on a possibly
+busy machine, from the command to the event in the row; goals are for two idle cores. Below, the compilation time of the
+most expensive kernels in seconds of processor time.
 
-    python -m bench.start        measures, and writes the section into docs/benchmarks.md
+python -m bench.start        measures, and updates the section of docs/benchmarks.md
 """
 
 from __future__ import annotations
@@ -26,10 +26,11 @@ from urllib.error import HTTPError, URLError
 from urllib.request import Request, urlopen
 
 from bench import kernel_costs
+from bench.sections import put
 
 
 def free_port() -> int:
-    """A port that nobody listens on."""
+    """A free port."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
@@ -40,13 +41,13 @@ PAGE = ROOT / "docs" / "benchmarks.md"
 TITLE = "## The start"
 PORT = free_port()
 BASE = f"http://127.0.0.1:{PORT}"
-PATIENCE_S = 1800.0
+TIMEOUT_S = 1800.0
 _SHORT_S = 5.0
 
 
 @dataclass(frozen=True)
 class Row:
-    """What was waited for, how long it took [s], and how long it may take."""
+    """A stage: its description, duration [s] and goal [s]."""
 
     name: str
     seconds: float
@@ -64,27 +65,27 @@ def answered(path: str, body: bytes | None = None) -> bool:
 
 @dataclass
 class Made:
-    """A `make run` on its way."""
+    """A running `make run`."""
 
     process: subprocess.Popen[bytes]
     output: Path
     began: float
 
     def until(self, condition: Callable[[], bool]) -> float:
-        """Seconds since the command when the condition came to hold."""
+        """Seconds from the command until the condition holds."""
         while not condition():
-            if self.process.poll() is not None or time.monotonic() - self.began > PATIENCE_S:
+            if self.process.poll() is not None or time.monotonic() - self.began > TIMEOUT_S:
                 raise RuntimeError(self.output.read_text())
-            # Seldom enough not to take the time that is measured.
+            # a low rate, so as not to disturb the measurement
             time.sleep(0.02 if time.monotonic() - self.began < _SHORT_S else 0.5)
         return time.monotonic() - self.began
 
     def printed(self, pattern: str) -> Callable[[], bool]:
-        """Whether that stands in the terminal by now."""
+        """Whether the text has appeared in the terminal."""
         return lambda: re.search(pattern, self.output.read_text()) is not None
 
     def stop(self) -> float:
-        """SIGTERM to the service; the seconds until it has ended."""
+        """Send SIGTERM; returns the seconds until the service has stopped."""
         began = time.monotonic()
         os.killpg(self.process.pid, signal.SIGTERM)
         self.process.wait()
@@ -92,7 +93,7 @@ class Made:
 
 
 def plain_environment() -> dict[str, str]:
-    """A newcomer's: Python keeps the bytecode of what it has imported, and knows of no other project."""
+    """A new user's environment: bytecode caching, and no other projects."""
     unwanted = ("VIRTUAL_ENV", "PYTHONPATH", "PYTHONDONTWRITEBYTECODE", "PYTHONPYCACHEPREFIX")
     return {name: value for name, value in os.environ.items() if name not in unwanted}
 
@@ -116,7 +117,7 @@ def made(folder: Path, log: Path, kernels: Path) -> Iterator[Made]:
 
 
 def least(command: list[str], folder: Path, environment: dict[str, str], runs: int = 5) -> float:
-    """The least wall-clock time of a command [s]."""
+    """Minimum wall-clock time of a command [s]."""
     times = []
     for _ in range(runs):
         began = time.monotonic()
@@ -126,7 +127,7 @@ def least(command: list[str], folder: Path, environment: dict[str, str], runs: i
 
 
 def measure() -> list[Row]:
-    """Every stage, in the order in which a newcomer meets it."""
+    """All stages in chronological order."""
     with tempfile.TemporaryDirectory() as held:
         base = Path(held)
         clone, kernels = base / "clone", base / "kernels"
@@ -189,12 +190,9 @@ def section() -> list[str]:
 
 
 def main() -> None:
-    """Measure and put the section in the place of the former one, or at the end."""
+    """Measure and replace or append the section."""
     found = section()
-    page = PAGE.read_text("utf-8")
-    before, _, rest = page.partition(TITLE + "\n")
-    _, heading, after = rest.partition("\n## ")
-    PAGE.write_text(before.rstrip("\n") + "\n\n" + "\n".join(found) + (heading + after if heading else ""), "utf-8")
+    put(PAGE, TITLE, found)
     print("\n".join(found))
 
 

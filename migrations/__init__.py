@@ -1,1 +1,1 @@
-"""The history of the database's schema, run by Alembic from inside the service (``app.store.migrate``)."""
+"""Alembic migrations, run by the service (``app.store.migrate``)."""

@@ -1,7 +1,6 @@
-"""Alembic's entry: runs the steps on the connection that ``app.store.migrate`` hands over.
+"""Alembic environment: runs migrations on the connection provided by ``app.store.migrate``.
 
-``alembic`` on the command line has no such connection and opens one by CRANKWRIGHT_DATABASE_URL or the URL in
-alembic.ini.
+The ``alembic`` command has no such connection and opens one with CRANKWRIGHT_DATABASE_URL or the URL in alembic.ini.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from app.store.models import metadata
 
 
 def _run(connection: Connection) -> None:
-    # Both databases roll DDL back: a step that fails half way leaves nothing behind.
+    # Both databases have transactional DDL: a failed migration leaves nothing behind.
     context.configure(
         connection=connection,
         target_metadata=metadata,
@@ -27,9 +26,9 @@ def _run(connection: Connection) -> None:
     context.run_migrations()
 
 
-handed_over = context.config.attributes.get("connection")
-if handed_over is not None:
-    _run(handed_over)
+connection_given = context.config.attributes.get("connection")
+if connection_given is not None:
+    _run(connection_given)
 else:
     url = os.environ.get("CRANKWRIGHT_DATABASE_URL") or context.config.get_main_option("sqlalchemy.url")
     if not url:

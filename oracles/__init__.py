@@ -1,1 +1,1 @@
-"""What bench and tests judge by and compare with. No part of the service: the solvers know nothing of it."""
+"""Independent models and searches used by benches and tests; not part of the service or the solvers."""

@@ -1,4 +1,4 @@
-"""Make anew the answers that the API reference shows: every kind's own examples, solved, lists cut short.
+"""Regenerate the example responses of the API reference: the kinds' examples, solved, with shortened lists.
 
 python -m scripts.answer_examples
 """
@@ -13,24 +13,24 @@ from app.api.contract import ANSWERS, PATHS
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
 
-_LONGEST = 2
-_ALWAYS = {
+_MAX_ITEMS = 2
+_FIXED = {
     "id": "0193ab52-7c00-7000-8000-000000000000",
     "created_at": "2026-11-01T12:00:00.000000Z",
     "timing": {"solve_s": 0.05},
 }
-"""What no two solves have alike."""
+"""Fixed values for fields that differ between runs."""
 
 
 def shortened(found: Any) -> Any:
-    """The same with the first few entries of every list."""
+    """Truncate every list to its first entries."""
     if isinstance(found, dict):
         return {key: shortened(value) for key, value in found.items()}
-    return [shortened(value) for value in found[:_LONGEST]] if isinstance(found, list) else found
+    return [shortened(value) for value in found[:_MAX_ITEMS]] if isinstance(found, list) else found
 
 
 def answers() -> dict[str, Any]:
-    """By kind and mode, as the service answers them."""
+    """Example responses by kind and mode."""
     from starlette.testclient import TestClient
 
     from app.main import create_app
@@ -43,8 +43,8 @@ def answers() -> dict[str, Any]:
             for slug, kind in KINDS.items():
                 for mode in kind.jobs:
                     run = client.post(f"/api/v1/{PATHS[Mode(mode)]}/{slug}", json=kind.example(mode)).json()
-                    text = json.dumps(shortened(run)).replace(run["id"], _ALWAYS["id"])
-                    found[f"{slug} {mode}"] = json.loads(text) | _ALWAYS
+                    text = json.dumps(shortened(run)).replace(run["id"], _FIXED["id"])
+                    found[f"{slug} {mode}"] = json.loads(text) | _FIXED
     return found
 
 

@@ -1,9 +1,9 @@
-"""Known faults of what the service is made of, by pip-audit, and whether they could be looked up at all.
+"""Audit the locked dependencies for known vulnerabilities with pip-audit.
 
-    python -m scripts.audit
+python -m scripts.audit
 
-pip-audit itself ends well where its database cannot be reached. Here the exit code is 0 only when every locked package
-was looked up and none has a known fault; 1 when one has; 2 when something was not looked up.
+pip-audit exits with 0 even if its database is unreachable. Here the exit code is 0 only if every locked package was
+checked and none is affected; 1 if one is; 2 if a package could not be checked.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _COMMAND = ("-m", "pip_audit", "--require-hashes", "--disable-pip", "--timeout",
 
 
 def told(dependencies: Sequence[dict[str, Any]]) -> tuple[list[str], int]:
-    """What pip-audit found, in lines, and the exit code."""
+    """Report lines and the exit code."""
     skipped = [each["name"] for each in dependencies if "skip_reason" in each]
     faults = [
         f"{each['name']} {each['version']}: {fault['id']}, mended in {', '.join(fault['fix_versions']) or 'no version'}"

@@ -1,7 +1,7 @@
-"""Write the client's types from the service's own models: `python scripts/client_types.py`.
+"""Generate the Python client's types from the API models: `python scripts/client_types.py`.
 
-Every schema of the OpenAPI document becomes a TypedDict, an alias or a choice of literals. A test holds the file to
-what this makes of the service of today.
+Every schema of the OpenAPI document becomes a TypedDict, an alias or a Literal. A test checks that the file is up to
+date.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def _declared(name: str, schema: dict[str, Any]) -> str:
 
 
 def _called(name: str, schema: dict[str, Any], required: set[str]) -> str:
-    """The same for an object with a field that Python has another use for."""
+    """A TypedDict in functional syntax, for field names that are not Python identifiers."""
     lines = [f"{name} = TypedDict(", f'    "{name}",', "    {"]
     for field, part in schema["properties"].items():
         kind = _type(part, quoted=True)
@@ -65,7 +65,7 @@ def _docstring(words: str) -> list[str]:
 
 
 def _type(schema: dict[str, Any], quoted: bool = False) -> str:
-    """A schema as a type; ``quoted`` where the name may not be defined yet."""
+    """The type of a schema; ``quoted`` for forward references."""
     if "$ref" in schema:
         name = schema["$ref"].rpartition("/")[2]
         return f'"{name}"' if quoted else name

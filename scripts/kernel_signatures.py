@@ -1,8 +1,8 @@
-"""Write down which kernels Python calls with which types, in the order of the rehearsals, by solving them all.
+"""Record the kernels called from Python and their argument types, by solving all rehearsals in order.
 
-    python scripts/kernel_signatures.py
+python scripts/kernel_signatures.py
 
-A machine compiles by this list (`app/designs/entries.py`). A test holds it to what the rehearsals call for.
+The list drives compilation ahead of use (`app/designs/entries.py`). A test compares it with the rehearsals.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _HEAD = '''"""The kernels that Python calls, and their types. Made by scripts/ke
 
 
 def listed() -> tuple[dict[tuple[str, str], list[tuple[str, str]]], dict[str, str]]:
-    """For each part the entries that it is the first to call, with their types; and the fields of named tuples."""
+    """The entries that each part is the first to call, with their types; and the fields of named tuples."""
     entries: dict[tuple[str, str], list[tuple[str, str]]] = {}
     tuples: dict[str, str] = {}
     known: set[tuple[str, str]] = set()

@@ -25,6 +25,7 @@ from babel.messages.pofile import read_po, write_po
 from pydantic import BaseModel
 
 from app.designs import claims
+from app.designs.drawing import sentences_of
 from app.designs.flexible_rod.verdict import WORDS as ROD
 from app.designs.impact_linkage.verdict import WORDS as LINKAGE
 from app.designs.kind import Kind, Mode
@@ -37,11 +38,13 @@ from app.web import listing
 from app.web.forms.faults import SAYS
 from app.web.forms.tree import build
 from app.web.rendering import templates
-from app.words import captions, shaping, solver_texts
-from app.words.drawings import SENTENCES, in_words
+from app.words import captions, inputs, shaping
+from app.words.drawings import in_words
 from app.words.fields import split_unit
 from app.words.languages import DOMAIN, LANGUAGES, LOCALE, speaking
+from app.words.solver_texts import PATTERNS_FILE
 from app.words.units import System, measuring
+from scripts.sentences import patterns, sentences
 from solvers.effects import EffectState
 
 ROOT = Path(__file__).parent.parent
@@ -50,10 +53,14 @@ _APP = ROOT / "app"
 SOURCES = (
     *(path for folder in ("web", "words", "reports") for path in sorted((_APP / folder).rglob("*.py"))),
     _APP / "designs" / "verdict.py",
-    *sorted((_APP / "designs").glob("*/chain.py")),
+    *(
+        path
+        for names in ("*/chain.py", "*/*picture*.py", "*/feasible_region.py", "pictures/*.py")
+        for path in sorted((_APP / "designs").glob(names))
+    ),
 )
 KEYWORDS: dict[str, Any] = {
-    "_": None, "gettext": None, "ngettext": (1, 2),
+    "_": None, "gettext": None, "say": None, "noted": None, "ngettext": (1, 2),
     # The second argument of a Problem is its title.
     "Problem": (2,),
     # Of calculations by hand: what a number is, what a step finds.
@@ -65,22 +72,24 @@ _ELSEWHERE = (
     "no run has this id",
     "there is no such kind or mode",
     claims.NOT_IN_THE_GAP,
-    "strips of rectangular section",
-    "all within the bounds, on the stock and steps asked for",
-    "no pin of this form that keeps strength and limits is lighter than lower_bound_g",
-    "no bushing of this form that keeps strength and limits is lighter than lower_bound_g",
-    "trust-region SQP on the full model, from the proven optimum of its core",
-    "local searches for the least violation on the full model",
-    "dynamic programming through cells of the break points, cut until bound and best meet",
-    "branch and bound over the cone's shape, narrowing and widening",
-    "branch and bound over the free ratio of every type, orientation included",
-    "Lagrangian dual, tangents at the answer",
     "one unknown",
     "thin ring with load factor",
-    "the ring's hoop stress is not judged: the effect ovalization is left out",
-    "the speed would swing by more than a tenth: forces at constant speed are not what will happen",
+    "the solid section",
+    "linear",
+    "Monte Carlo",
+    "any",
+    "pin",
+    "bushing",
 )
-"""What frameworks, solvers and other parts of the service say on pages; those with figures: `solver_texts`."""
+"""What frameworks and other parts of the service say on pages."""
+_EVIDENCE = (
+    "angles", "bound", "boxes", "cone share", "core", "core bound", "core gap", "core optimum",
+    "deflection as constrained", "effects beyond the core", "free directions", "full model", "full model bound",
+    "gain still promised", "kkt residual", "least curvature", "least violation", "local optima", "local searches",
+    "multiplier", "narrowing", "parts", "ranges largest base", "ranges largest coupler", "ranges largest rocker",
+    "rests on", "ripple", "rounds", "searched", "stations", "steps", "widening", "work",
+)  # fmt: skip
+"""Names of what certificates rest on and of settings."""
 _FIELDS_DEEP = 5
 _WORD = re.compile(r"[^\W\d_]{3}")
 """What has no three letters in a row is a symbol, the same in every language."""
@@ -128,6 +137,7 @@ def registered() -> set[str]:
             for mode in kind.jobs:
                 build(kind, mode)
                 for request in _requests(kind, mode):
+                    inputs.groups({"kind": kind.slug, "mode": mode, "spec": _filled(kind, mode, request)})
                     drawing = kind.drawing(request)
                     for units in System if drawing is not None else ():
                         with measuring(units):
@@ -136,10 +146,10 @@ def registered() -> set[str]:
     found |= {word.label for words in (ROD, PIN, LINKAGE) for word in words.values()}
     found |= {denial for kind in KINDS.values() for denial in kind.denials.values()}
     found |= {*captions.CAPTIONS.values(), *captions.OF_A_KIND.values(), *shaping.SIZES.values()}
-    found |= {*solver_texts.PATTERNS, *solver_texts.PLAIN}
+    found |= {*sentences(), *_EVIDENCE, inputs.MORE}
     found |= {text for texts in claims.FIXED for text in texts.values()}
     found |= {part for export in EXPORTS.values() for part in export.title.split(": ", 1)} | set(captions.PART_TITLES)
-    found |= {sentence for caption in captions.PARTS.values() for sentence in SENTENCES.split(caption)}
+    found |= {sentence for caption in captions.PARTS.values() for sentence in sentences_of(caption)}
     found |= {*SAYS.values(), *ALLOWED_BY_TYPE.values(), *(text for text in LIMITS.values() if text != "{}")}
     found |= {words for choices in listing.CHOICES.values() for words in choices.values()}
     found |= {_plain(each) for values in (RunStatus, EffectState, Mode) for each in values}
@@ -154,6 +164,11 @@ def _requests(kind: Kind, mode: Mode) -> Iterator[dict[str, Any]]:
             yield {**request, "types": [one]}
 
 
+def _filled(kind: Kind, mode: Mode, request: dict[str, Any]) -> dict[str, Any]:
+    """The request as a run keeps it."""
+    return kind.jobs[mode].request.model_validate(request).model_dump(mode="json")
+
+
 def _of_kinds() -> Iterator[str]:
     for kind in KINDS.values():
         yield kind.title
@@ -164,7 +179,7 @@ def _of_kinds() -> Iterator[str]:
 
 
 def _names() -> Iterator[str]:
-    """The names of all fields in words, of limits without their end too, and of the values that a field can have."""
+    """The names of all fields in words, limits without their end too, and of the values that a field can have."""
     for kind in KINDS.values():
         for job in kind.jobs.values():
             for root in filter(None, (job.request, job.result, job.infeasible)):
@@ -242,6 +257,8 @@ def main() -> int:
     parser.add_argument("--todo", action="store_true", help="print what lacks a translation, write nothing")
     only_todo = parser.parse_args().todo
     lacking = 0
+    if not only_todo:
+        PATTERNS_FILE.write_text("".join(f"{pattern}\n" for pattern in patterns(sentences())), "utf-8")
     for code in LANGUAGES:
         if code == "en":
             continue

@@ -1,8 +1,7 @@
-"""The software that the service is made of, with versions, licences and where each comes from: CycloneDX 1.6 on
-standard output, or with --licences a table.
+"""Software bill of materials of the locked dependencies: CycloneDX 1.6 on standard output, or with --licences a table.
 
-    python -m scripts.sbom > sbom.json
-    python -m scripts.sbom --licences
+python -m scripts.sbom > sbom.json
+python -m scripts.sbom --licences
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ _HASH = re.compile(r"--hash=sha256:([0-9a-f]{64})")
 
 
 def locked() -> dict[str, tuple[str, list[str]]]:
-    """Version and hashes of each package in the lock, by its name."""
+    """Version and hashes of each locked package, by name."""
     found: dict[str, tuple[str, list[str]]] = {}
     name = ""
     for line in LOCK.read_text("utf-8").splitlines():
@@ -39,7 +38,7 @@ def normalised(name: str) -> str:
 
 
 def licence(package: Distribution) -> str:
-    """The licence as the package declares it: its expression, else its classifiers, else its first words."""
+    """The declared licence of a package: expression, classifiers, or the first words of its text."""
     told = package.metadata
     classified = [
         each.rpartition(" :: ")[2]
@@ -51,7 +50,7 @@ def licence(package: Distribution) -> str:
 
 
 def components() -> list[dict[str, Any]]:
-    """What is locked, with the licence of what is installed here."""
+    """The locked packages with the licences of the installed versions."""
     installed = {normalised(each.metadata["Name"]): each for each in distributions()}
     found = []
     for name, (version, hashes) in sorted(locked().items()):

@@ -1,6 +1,6 @@
-"""Pictures of the running service for the documents: ``python -m scripts.screenshots`` writes docs/screenshots/*.png.
+"""Screenshots for the documentation: ``python -m scripts.screenshots`` writes docs/screenshots/*.png.
 
-Chromium is driven by playwright; the service is started for it, with a store of its own that goes with it.
+Starts a service with a temporary store and drives Chromium with playwright.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from app.designs.registry import KINDS
 
 OUT = Path(__file__).parent.parent / "docs" / "screenshots"
 _WIDE, _HIGH = 1280, 900
-_STARTS_WITHIN_S, _ANSWERS_WITHIN_S = 120, 120
+_START_TIMEOUT_S, _ANSWER_TIMEOUT_S = 120, 120
 
 
 @contextmanager
 def service() -> Iterator[str]:
-    """The address of a service of one's own."""
+    """Start a service and return its address."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
@@ -39,7 +39,7 @@ def service() -> Iterator[str]:
         command = [str(Path(sys.executable).with_name("crankwright")), "serve", "--port", str(port)]
         server = subprocess.Popen([*command, "--database-url", f"sqlite:///{folder}/runs.sqlite3"])
         try:
-            deadline = time.monotonic() + _STARTS_WITHIN_S
+            deadline = time.monotonic() + _START_TIMEOUT_S
             while not _answers(f"{base}/healthz"):
                 if server.poll() is not None or time.monotonic() > deadline:
                     raise SystemExit("the service does not start")
@@ -59,16 +59,16 @@ def _answers(url: str) -> bool:
 
 
 def solved(base: str, path: str, body: dict[str, Any]) -> str:
-    """The id of a run made for a picture."""
+    """Create a run for a screenshot and return its id."""
     sent = urllib.request.Request(
         f"{base}/api/v1/{path}", json.dumps(body).encode(), {"Content-Type": "application/json"}
     )
-    with urllib.request.urlopen(sent, timeout=_ANSWERS_WITHIN_S) as answer:
+    with urllib.request.urlopen(sent, timeout=_ANSWER_TIMEOUT_S) as answer:
         return json.load(answer)["id"]
 
 
 def taken(page: Page, url: str, name: str, high: int = _HIGH) -> None:
-    """One picture, once all of its page is there."""
+    """Take a screenshot once the page has loaded."""
     page.set_viewport_size({"width": _WIDE, "height": high})
     page.goto(url)
     page.wait_for_load_state("networkidle")

@@ -1,12 +1,11 @@
-"""Error against time of any problem, measured on the problem itself over a ladder of accuracies.
+"""Work-precision study of any problem: error against time over a ladder of requested accuracies.
 
-A solver takes the wanted accuracy as an input and turns it into settings; here the same case is solved on every rung
-from loose to tight. Each rung's error is its distance from a reference: of every result an independent one where there
-is such a thing, or else the solver's own, two orders tighter than the tightest rung that it judges. No reference tells
-an error below what it may be off itself. The runs are interleaved (one of each rung in turn), so that a machine that
-slows down slows every rung alike.
+The case is solved at every accuracy from loose to tight. The error of a level is its distance from a reference: an
+independent solution where available, otherwise the solver's own at an accuracy two orders tighter than any level it
+judges. Errors below the reference's own uncertainty are not resolved. Runs are interleaved, one of each level in turn,
+so that machine load affects all levels alike.
 
-Source: the work-precision diagrams of E. Hairer, G. Wanner, Solving Ordinary Differential Equations II.
+Source: work-precision diagrams in E. Hairer, G. Wanner, Solving Ordinary Differential Equations II.
 """
 
 from __future__ import annotations
@@ -23,20 +22,21 @@ from solvers.watch import OutOfTime, Watch
 
 LEAST_ACCURACY, GREATEST_ACCURACY = 1e-12, 1e-1
 LADDER = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-TWO_ORDERS = 100.0
+REFERENCE_FACTOR = 100.0
 _EPS = 2.0**-52
-_LAST_DIGITS = 1e-9
+_ROUNDING = 1e-9
 
 Clock = Callable[[], float]
 
 
 @dataclass(frozen=True)
 class Solved:
-    """What one solution says of itself.
+    """One solution.
 
-    results    main results by name, None where one does not exist
-    estimated  its own estimate of their relative error
-    gap        how far a proof leaves the best there may be, relative; None where nothing is proven
+    results    main results by name, None if undefined
+    settings   numerical settings used
+    estimated  the solver's estimate of their relative error
+    gap        relative gap of an optimality proof, None without one
     """
 
     results: Mapping[str, float | None]
@@ -47,10 +47,10 @@ class Solved:
 
 @dataclass(frozen=True)
 class Level:
-    """One rung; times in seconds.
+    """A level of the ladder; times in seconds.
 
-    error    the greatest relative error over the main results, None where the rung failed
-    at_most  the reference cannot tell the greatest error from nothing: it is no greater than what ``error`` says
+    error    maximum relative error of the main results, None if the level failed
+    at_most  the error is below the reference's uncertainty: ``error`` is an upper bound
     gap      as in ``Solved``
     """
 
@@ -67,7 +67,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Study:
-    """The table, how its reference was made, what that may be off itself, and the level that suits the goal or None."""
+    """Levels, description and relative uncertainty of the reference, and the recommended level, if any."""
 
     levels: tuple[Level, ...]
     reference: str
@@ -76,14 +76,14 @@ class Study:
 
 
 class Goal(Protocol):
-    """What the user wants of a level."""
+    """A user's goal, which selects a level."""
 
     def pick(self, levels: Sequence[Level]) -> Level | None: ...
 
 
 @dataclass(frozen=True)
 class Meeting:
-    """An accuracy to be met, as cheaply as can be."""
+    """The cheapest level that meets an accuracy."""
 
     accuracy: float
 
@@ -91,14 +91,14 @@ class Meeting:
         require_accuracy(self.accuracy)
 
     def pick(self, levels: Sequence[Level]) -> Level | None:
-        """The cheapest of the levels whose error is small enough."""
+        """The cheapest level with a sufficiently small error."""
         good = [level for level in levels if level.error is not None and level.error <= self.accuracy]
         return min(good, key=lambda level: level.time_median, default=None)
 
 
 @dataclass(frozen=True)
 class Within:
-    """A time per solution [s], of which the best is to be made."""
+    """The most accurate level within a time per solution [s]."""
 
     time: float
 
@@ -106,14 +106,14 @@ class Within:
         _require_time("time_budget", self.time)
 
     def pick(self, levels: Sequence[Level]) -> Level | None:
-        """The most accurate of the levels that take no longer."""
+        """The most accurate level that is fast enough."""
         affordable = [level for level in levels if level.error is not None and level.time_median <= self.time]
         return min(affordable, key=lambda level: (level.error, level.time_median), default=None)
 
 
 @dataclass(frozen=True)
 class Exact:
-    """A main result as a reference has it, and what it may be off, relative."""
+    """A reference value and its relative uncertainty."""
 
     value: float | None
     accuracy: float = _EPS
@@ -121,9 +121,9 @@ class Exact:
 
 @dataclass(frozen=True)
 class Reference:
-    """Main results found by other means, and a sentence on how; results that it does not name are the solver's own.
+    """An independent reference: a description, and main results; the solver itself is used for results it omits.
 
-    ``results`` is given a watch to be looked at often, which raises OutOfTime.
+    ``results`` must call the given watch often, which raises OutOfTime.
     """
 
     made: str
@@ -132,14 +132,14 @@ class Reference:
 
 @dataclass(frozen=True)
 class Plan:
-    """The rungs, how often each is run, and times [s].
+    """Plan of a study.
 
-    runs            of every rung; a rung whose runs take longer than ``long_run`` is run ``long_runs`` times
-    time            once the reference is there, no solution begins that would not end by then
-    reference_time  after which an independent reference is given up
+    ladder          accuracies
+    runs            repetitions per level; ``long_runs`` if a run takes longer than ``long_run`` [s]
+    time            no run is started that would not end within this time [s] after the reference
+    reference_time  time limit of an independent reference [s]
 
-    The solver's own tightest solution and the loosest rung are always there; rungs that the time does not reach are
-    left out.
+    The solver's own tightest solution and the loosest level are always computed; levels beyond the time are omitted.
     """
 
     ladder: Sequence[float] = LADDER
@@ -156,12 +156,12 @@ class Plan:
         _require_time("study_budget", self.reference_time)
 
     def enough(self, times: Sequence[float]) -> bool:
-        """Whether a rung that took these times was run often enough."""
+        """Whether a level with these run times was repeated often enough."""
         return len(times) >= (self.long_runs if times and min(times) > self.long_run else self.runs)
 
 
 def require_accuracy(accuracy: float) -> None:
-    """Refuse, with InvalidInput, an accuracy outside [1e-12, 1e-1]."""
+    """Raise InvalidInput for an accuracy outside [1e-12, 1e-1]."""
     if not LEAST_ACCURACY <= accuracy <= GREATEST_ACCURACY:
         raise InvalidInput("accuracy", "lies outside what can be asked for", "[1e-12, 1e-1]")
 
@@ -172,16 +172,16 @@ def _require_time(field: str, seconds: float) -> None:
 
 
 def closest_proof(levels: Sequence[Level], accuracy: float) -> Level | None:
-    """The cheapest level whose answer is proven to be the best to this accuracy; where none is, the closest to it."""
+    """The cheapest level with an optimality gap within this accuracy; otherwise the level with the smallest gap."""
     proven = [level for level in levels if level.gap is not None and level.error is not None]
-    close = [level for level in proven if level.gap <= accuracy * (1.0 + _LAST_DIGITS)]
+    close = [level for level in proven if level.gap <= accuracy * (1.0 + _ROUNDING)]
     return min(close, key=lambda level: level.time_median, default=None) or min(
         proven, key=lambda level: (level.gap, level.time_median), default=None
     )
 
 
 def relative_errors(results: Mapping[str, float | None], reference: Mapping[str, float | None]) -> dict[str, float]:
-    """|x - x_ref|/|x_ref| by name; |x| where the reference is 0; inf where only one of the two has the result."""
+    """|x - x_ref|/|x_ref| by name; |x| where x_ref = 0; inf if only one of them has the result."""
     errors = {}
     for name, exact in reference.items():
         value = results.get(name)
@@ -208,12 +208,11 @@ def study(
 ) -> Study:
     """Solve one case at every accuracy of the ladder.
 
-    solve      the case at a wanted accuracy; an ArithmeticError marks that level as failed
-    reference  asked for an independent reference once the solver's own tightest solution is there; results that it
-               does not tell, in time, the solver judges itself, and then not on rungs that are too tight for that
+    solve      the case at a requested accuracy; an ArithmeticError marks the level as failed
+    reference  called for an independent reference after the solver's own tightest solution; results it lacks, or does
+               not deliver in time, are judged by the solver itself, except at levels too tight for that
 
-    Raises whatever ``solve`` raises besides, and whatever the reference raises besides an ArithmeticError, which gives
-    it up.
+    Propagates other exceptions of ``solve`` and of the reference; an ArithmeticError of the reference discards it.
     """
     plan = plan or Plan()
     rungs = sorted(set(plan.ladder), reverse=True)
@@ -243,7 +242,7 @@ def study(
 
 @dataclass(frozen=True)
 class _Judge:
-    """What rungs are held against: independent results, and the solver's own from ``tightest``."""
+    """Reference values: independent results, and the solver's own at accuracy ``tightest``."""
 
     made: str
     independent: Mapping[str, Exact]
@@ -252,7 +251,7 @@ class _Judge:
 
     @property
     def accuracy(self) -> float:
-        """What the reference may be off, relative, in the result of which it knows least."""
+        """Largest relative uncertainty of the reference values."""
         every = (*self.independent.values(), *self.own.values())
         return max((exact.accuracy for exact in every if exact.value is not None), default=_EPS)
 
@@ -260,14 +259,14 @@ class _Judge:
         return bool(self.independent) or self._is_looser(accuracy)
 
     def _is_looser(self, accuracy: float) -> bool:
-        return accuracy >= TWO_ORDERS * self.tightest * (1.0 - _LAST_DIGITS)
+        return accuracy >= REFERENCE_FACTOR * self.tightest * (1.0 - _ROUNDING)
 
     def level(self, accuracy: float, solved: Solved | None, times: Sequence[float]) -> Level:
         exact = {**self.independent, **(self.own if self._is_looser(accuracy) else {})}
         errors, told = {}, 0.0
         if solved is not None:
             measured = relative_errors(solved.results, {name: e.value for name, e in exact.items()})
-            # No reference tells an error below what it may be off itself.
+            # errors below the reference's uncertainty are not resolved
             errors = {
                 name: off if exact[name].value is None else max(off, exact[name].accuracy)
                 for name, off in measured.items()
@@ -275,7 +274,7 @@ class _Judge:
             told = max((off for name, off in measured.items() if off > exact[name].accuracy), default=0.0)
         error = None if solved is None else max(errors.values(), default=0.0)
         if error is not None and not math.isfinite(error):
-            # A result that exists on one side only is a failure of the level, not a large error.
+            # A result that exists only on one side is a failure, not a large error.
             error, errors = None, {name: value for name, value in errors.items() if math.isfinite(value)}
         return Level(
             accuracy=accuracy,
@@ -293,12 +292,12 @@ class _Judge:
 def _judge(
     solve: Callable[[float], Solved], rungs: Sequence[float], plan: Plan, reference: Independent, clock: Clock
 ) -> _Judge:
-    """The solver's own tightest solution, and of it what independent means tell in time.
+    """Compute the reference: the solver's own tightest solution, and independent results as far as available in time.
 
-    It comes first, so that whatever is worked out once per process is not billed to the first rung.
+    Done first, so that one-time initialisation is not attributed to the first level.
     """
-    judged = [accuracy for accuracy in rungs if accuracy >= TWO_ORDERS * LEAST_ACCURACY]
-    tightest = max(LEAST_ACCURACY, (judged or rungs)[-1] / TWO_ORDERS)
+    judged = [accuracy for accuracy in rungs if accuracy >= REFERENCE_FACTOR * LEAST_ACCURACY]
+    tightest = max(LEAST_ACCURACY, (judged or rungs)[-1] / REFERENCE_FACTOR)
     solution = solve(tightest)
     known, found, told = reference(), {}, ""
     if known is not None:

@@ -1,9 +1,8 @@
-"""What each effect is worth in one very case: what it changes, and what it costs in time.
+"""Influence and cost of each effect in a given case.
 
-The case is solved with its effects as chosen, and once more for every effect with that one turned about: left out if it
-ran, taken in if it did not. Runs are interleaved, one of each in turn, so that a machine that slows down slows all of
-them alike. Of a check, the measured change stands beside the effect's a-priori bound, which it must not exceed; of a
-design, it tells by how much the design itself would be another.
+The case is solved with the chosen effects and once more per effect with that one toggled. Runs are interleaved, so that
+machine load affects all alike. For a check, the measured change can be compared with the effect's a-priori bound, which
+it must not exceed; for a design, it is the change of the design itself.
 """
 
 from __future__ import annotations
@@ -19,17 +18,17 @@ from solvers.accuracy import Clock, Solved, relative_errors
 RUNS = 7
 
 Chosen = frozenset[str]
-"""The names of the effects that run; all others are left out."""
+"""Names of the active effects; all others are left out."""
 
 
 @dataclass(frozen=True)
 class EffectCost:
-    """One effect in one case; None where the case has no answer without it, or where the time was over.
+    """Influence and cost of an effect; None if the case has no answer without it, or the time ran out.
 
-    change        greatest relative change of the main results between the two, relative to those with the effect
-    brings        the main results that exist only with the effect
-    time_with     median time [s] of a solution that has it, all other effects as chosen
-    time_without  median time [s] of one that has not
+    change        maximum relative change of the main results, relative to those with the effect
+    brings        main results that exist only with the effect
+    time_with     median time [s] with the effect, all others as chosen
+    time_without  median time [s] without it
     """
 
     name: str
@@ -51,8 +50,8 @@ def effect_costs(
 ) -> tuple[EffectCost, ...]:
     """Measure every effect of a case.
 
-    solve   the case with just these effects; None where it has no answer with them
-    budget  time [s] after which no further solution begins, apart from the first
+    solve   the case with exactly these effects; None if it has no answer
+    budget  time [s] after which no further solution is started, except the first
     """
     pairings = [chosen, *(chosen ^ {name} for name in effects)]
     started = clock()
@@ -90,7 +89,7 @@ def _cost(
 
 
 def _change(plainer: Solved, fuller: Solved) -> float | None:
-    """Over the results that both have: a result that exists only with the effect has nothing to differ from."""
+    """Over the results that exist in both; a result that only exists with the effect has no change."""
     both = {n: v for n, v in fuller.results.items() if v is not None and plainer.results.get(n) is not None}
     changes = relative_errors(plainer.results, both)
     return max((c for c in changes.values() if math.isfinite(c)), default=0.0)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Generic, Protocol, TypeVar
 
 from solvers.errors import EffectConflict, InvalidInput
@@ -78,7 +78,7 @@ def choose(
     """
     if not 0 < tolerance <= 1:
         raise InvalidInput("effect_tolerance", "must lie in (0, 1]", "(0, 1]")
-    _check_names(effects, selection)
+    _check_names(tuple(effect.name for effect in effects), selection)
     demanded = {demand.effect: demand.needed_by for demand in demands}
     for name in selection.exclude & demanded.keys():
         raise EffectConflict(name, demanded[name])
@@ -127,10 +127,10 @@ def _bound(known: dict[str, float], effect: Effect, situation: object) -> float:
     return known[effect.name]
 
 
-def _check_names(effects: Sequence[Effect], selection: EffectSelection) -> None:
-    known = dict.fromkeys(effect.name for effect in effects)
+@lru_cache(maxsize=256)
+def _check_names(known: tuple[str, ...], selection: EffectSelection) -> None:
     for field, names in (("include", selection.include), ("exclude", selection.exclude)):
-        for name in sorted(names - known.keys()):
+        for name in sorted(names.difference(known)):
             raise InvalidInput(f"effects.{field}", f"there is no effect {name!r}", ", ".join(known))
     for name in sorted(selection.include & selection.exclude):
         raise InvalidInput("effects.exclude", f"the effect {name!r} is included as well", "one of the two")

@@ -1,7 +1,7 @@
-"""Whether a part holds: every figure that is judged, beside what is required of it.
+"""Verdicts: each judged value with its requirement.
 
-A wing lists its own criteria (``solvers.rod.verdict`` and so on): what the request asks, and what the part must keep
-anyway. Units are SI; the service words them.
+Each package lists its own criteria (``solvers.rod.verdict`` etc.): those of the request and those any part must meet.
+Units are SI; the service provides the wording.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from enum import StrEnum
 
 from solvers.outcome import Accuracy, EffectReport, EffectState
 
-MOST_SLACK = 1e-3
-"""The most that a figure may miss what is required of it, relative, and still hold."""
+MAX_SLACK = 1e-3
+"""Maximum relative violation at which a criterion still counts as met."""
 
 
-MOST_UNSAID = 1e-2
-"""What an effect left out may change, relative, before a caution says so: what ``auto`` leaves out by default."""
+UNREPORTED_INFLUENCE = 1e-2
+"""Relative influence of an omitted effect above which a caution is issued: the default tolerance of ``auto``."""
 
 
 class Sense(StrEnum):
-    """How a figure stands to what is required: not below it, not above it, the same, or a yes (1) that is no no (0)."""
+    """Required relation: not below, not above, equal, or yes (1) instead of no (0)."""
 
     AT_LEAST = "at_least"
     AT_MOST = "at_most"
@@ -32,15 +32,14 @@ class Sense(StrEnum):
 
 @dataclass(frozen=True)
 class Criterion:
-    """One figure and what is required of it.
+    """A judged value and its requirement.
 
-    name      of the request's field where it was asked for, else of the figure
-    sense     on which side of ``required`` the figure must be
-    reached   None: nothing acts that could break it, or it is not known, which does not hold; inf: without bound
-    margin    how many times more the figure could bear, less 1: reached/required - 1 of a least value,
-              required/reached - 1 of a greatest one; 0 where all of it is used; negative where it does not hold; None
-              where nothing acts, nothing is known, or there is only a yes and no
-    asked     whether the request asks for it, or every such part must keep it
+    name      of the request's field if requested there, else of the quantity
+    sense     required relation to ``required``
+    reached   None: no load acts on it, or unknown (which does not hold); inf: unbounded
+    margin    relative reserve: reached/required - 1 for a minimum, required/reached - 1 for a maximum; 0 if used up,
+              negative if violated; None if no load acts, the value is unknown, or for yes/no criteria
+    asked     whether the request asks for it, or any such part must meet it
     """
 
     name: str
@@ -53,13 +52,13 @@ class Criterion:
 
 
 def slack_of(accuracy: Accuracy) -> float:
-    """What a figure may miss, relative, and still hold: the accuracy asked for, as figures are exact to it only, and
-    a design lies on its limits; but no more than ``MOST_SLACK``, so that a loose accuracy passes no part that fails."""
-    return min(accuracy.requested, MOST_SLACK)
+    """Relative slack of criteria: the requested accuracy, since values are no more accurate and designs lie on their
+    limits; at most ``MAX_SLACK``, so that a loose accuracy cannot pass a failing part."""
+    return min(accuracy.requested, MAX_SLACK)
 
 
 def at_least(name: str, required: float, reached: float | None, slack: float, asked: bool = True) -> Criterion:
-    """``reached`` must not be below; None: nothing acts."""
+    """Requires ``reached`` >= ``required``; None: no load acts."""
     margin = None
     if reached is not None and required > 0.0:
         margin = reached / required - 1.0
@@ -67,7 +66,7 @@ def at_least(name: str, required: float, reached: float | None, slack: float, as
 
 
 def at_most(name: str, required: float, reached: float | None, slack: float, asked: bool = True) -> Criterion:
-    """``reached`` must not be above; None: nothing acts; inf: without bound."""
+    """Requires ``reached`` <= ``required``; None: no load acts; inf: unbounded."""
     margin = None
     if reached is not None and reached > 0.0:
         margin = required / reached - 1.0
@@ -75,18 +74,18 @@ def at_most(name: str, required: float, reached: float | None, slack: float, ask
 
 
 def equal(name: str, required: float, reached: float, slack: float, asked: bool = True) -> Criterion:
-    """``reached`` must be the same within the slack: its margin is what it is off, with a minus, or None."""
+    """Requires equality within the slack; the margin is minus the deviation, or None."""
     off = abs(reached / required - 1.0)
     return Criterion(name, Sense.EQUAL, required, reached, None if off <= slack else -off, off <= slack, asked)
 
 
 def yes(name: str, reached: bool, asked: bool = False) -> Criterion:
-    """Something must be so."""
+    """A yes/no criterion."""
     return Criterion(name, Sense.YES, 1.0, float(reached), None if reached else -1.0, reached, asked)
 
 
 def unknown(name: str, sense: Sense, required: float, asked: bool = True) -> Criterion:
-    """What cannot be judged does not hold."""
+    """An unknown value, which does not hold."""
     return Criterion(name, sense, required, None, None, False, asked)
 
 
@@ -100,14 +99,14 @@ def _judged(
 
 
 def left_out(effects: Iterable[EffectReport], telling: Container[str]) -> tuple[str, ...]:
-    """A caution for each effect that did not run and may change the judged figures by more than ``MOST_UNSAID``;
-    ``telling`` are the effects that change any."""
+    """A caution for each omitted effect that may change the judged values by more than ``UNREPORTED_INFLUENCE``;
+    ``telling``: effects that change any of them."""
     said = []
     for effect in effects:
         if effect.state is not EffectState.SKIPPED or effect.name not in telling:
             continue
         influence = effect.influence
-        if influence > MOST_UNSAID:
+        if influence > UNREPORTED_INFLUENCE:
             much = f"by up to {100.0 * influence:.2g} %" if influence < 1.0 else "by any amount"
             said.append(f"the effect {effect.name} is left out, which may change the figures {much}")
     return tuple(said)
@@ -115,24 +114,24 @@ def left_out(effects: Iterable[EffectReport], telling: Container[str]) -> tuple[
 
 @dataclass(frozen=True)
 class Verdict:
-    """Every criterion, and what to know beside them."""
+    """All criteria, and cautions."""
 
     criteria: tuple[Criterion, ...]
     cautions: tuple[str, ...] = ()
 
     @property
     def holds(self) -> bool:
-        """Whether all of them hold."""
+        """Whether all criteria hold."""
         return all(criterion.holds for criterion in self.criteria)
 
     @property
     def governing(self) -> Criterion | None:
-        """The criterion that fails most, else the one with the least margin; None where nothing acts at all."""
+        """The most violated criterion, otherwise the one with the smallest margin; None if no load acts at all."""
         ranked = [c for c in self.criteria if c.margin is not None or not c.holds]
         return min(ranked, key=_rank, default=None)
 
 
 def _rank(criterion: Criterion) -> tuple[bool, bool, float]:
-    """Failing before holding, figures before what is not known."""
+    """Order: failing before holding, numbers before unknown values."""
     unknown = criterion.margin is None
     return criterion.holds, unknown, 0.0 if unknown else criterion.margin

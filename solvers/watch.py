@@ -1,4 +1,4 @@
-"""A time budget for work that can look at a clock now and then."""
+"""Cooperative time limits."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Callable
 
 
 class OutOfTime(Exception):
-    """The work was given up: its time was over."""
+    """The time limit was exceeded."""
 
 
 class Watch:
-    """Counts a time [s] from its making; a call raises OutOfTime once that is over."""
+    """A time limit [s] from construction; calling it raises OutOfTime once exceeded."""
 
     def __init__(self, seconds: float, clock: Callable[[], float] = time.perf_counter) -> None:
         self._clock, self._end = clock, clock() + seconds

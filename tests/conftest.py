@@ -1,4 +1,4 @@
-"""Fixtures that any test may ask for."""
+"""Shared fixtures."""
 
 from __future__ import annotations
 

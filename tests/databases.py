@@ -23,7 +23,7 @@ import psycopg
 from psycopg import sql
 from sqlalchemy.engine import make_url
 
-from tests.lifeline import mortal
+from tests.child_processes import die_with_test_runner
 
 ENVIRONMENT_URL = "CRANKWRIGHT_TEST_POSTGRES_URL"
 START_SECONDS = 60.0
@@ -75,7 +75,7 @@ def _own_server() -> Iterator[str]:
                 stdout=log,
                 stderr=log,
                 cwd=folder,
-                preexec_fn=mortal(),
+                preexec_fn=die_with_test_runner(),
                 **user,
             )
         url = f"postgresql://postgres@/postgres?host={folder}"

@@ -38,16 +38,16 @@ def imported(code: str) -> set[str]:
         ("import solvers", COMPILER | NUMERICS | STORE | OTHERS | WEB),
         ("from solvers import rod, pin, linkage, crank", COMPILER | NUMERICS | STORE | OTHERS | WEB - {"numpy"}),
         ("import app.cli", COMPILER | NUMERICS | STORE | OTHERS | WEB),
-        ("import app.jobs.template", COMPILER | NUMERICS | STORE | OTHERS | WEB),
+        ("import app.jobs.fork_server", COMPILER | NUMERICS | STORE | OTHERS | WEB),
         ("import app.main", COMPILER | NUMERICS | STORE | OTHERS),
     ],
     ids=["solvers", "wings", "cli", "template", "main"],
 )
-def test_an_import_brings_nothing_that_is_not_needed(code: str, unwanted: set[str]) -> None:
+def test_imports_are_minimal(code: str, unwanted: set[str]) -> None:
     assert not imported(code) & unwanted
 
 
-def test_a_kind_brings_no_other() -> None:
+def test_a_kind_imports_no_other() -> None:
     loaded = modules("from app.designs.registry import KINDS; KINDS['pin-profile']")
     assert "solvers.pin.check" in loaded
     assert not {"solvers.rod.check", "solvers.linkage.check", "app.designs.flexible_rod.kind"} & loaded
@@ -62,7 +62,7 @@ except SystemExit as ended:
 """
 
 
-def test_a_check_on_the_command_line_brings_its_wing_and_no_compiler(tmp_path: Path) -> None:
+def test_a_command_line_check_imports_neither_other_kinds_nor_the_compiler(tmp_path: Path) -> None:
     """Neither what numba compiles by nor what serves; the budget is for packages to come, which take time as well."""
     file = str(ROOT / "app/designs/examples/pin-profile-check.json")
     command = ("check", "pin-profile", file, "--database-url", f"sqlite:///{tmp_path}/runs.sqlite3")

@@ -46,7 +46,7 @@ def test_it_carries_pages_examples_and_migrations(installed):
         assert all((installed / path).exists() for path in there), folder
 
 
-def test_it_leaves_out_what_judges_it(installed):
+def test_it_excludes_tests_benches_and_oracles(installed):
     assert not [name for name in ("oracles", "bench", "tests") if (installed / name).exists()]
 
 

@@ -1,4 +1,4 @@
-"""The README's promises: its Python runs, its curl answers what it says, its links lead somewhere."""
+"""The README: its Python example, curl example and links work."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_the_python_call_prints_what_the_readme_says():
     assert done.stdout.strip() == block("text").strip()
 
 
-def test_the_curl_answers_what_the_readme_says(client):
+def test_the_curl_example_returns_what_the_readme_says(client):
     command = block("sh", 1)
     path = re.search(r"127\.0\.0\.1:8000(\S+)", command)
     file = re.search(r"@(\S+)", command)
@@ -50,7 +50,7 @@ def test_the_two_commands_exist():
 @pytest.mark.parametrize(
     "page", ["README.md", *sorted(str(p.relative_to(ROOT)) for p in (ROOT / "docs").rglob("*.md"))]
 )
-def test_links_between_documents_lead_somewhere(page):
+def test_links_between_documents_resolve(page):
     text = (ROOT / page).read_text("utf-8")
     for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", text):
         if not target.startswith("http"):

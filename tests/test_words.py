@@ -1,4 +1,4 @@
-"""The project speaks of itself alone: no path of any one machine in what is tracked."""
+"""Tracked files contain no machine-specific paths or registry hosts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[1]
 FORBIDDEN = re.compile(r"(?<![\w./-])/(?:work|root|home|tmp)/\w|https?://(?:pypi|files\.pythonhosted|registry\.npmjs)")
 
 
-def test_no_tracked_file_names_a_machine_or_a_registry():
+def test_no_tracked_file_contains_a_machine_path_or_a_registry():
     names = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True).stdout.decode()
     for name in filter(None, names.split("\0")):
         text = (ROOT / name).read_text("utf-8", errors="replace") if (ROOT / name).exists() else ""

@@ -1,4 +1,4 @@
-"""Who makes the request under way: for shares and quotas, and for what is logged."""
+"""The caller of the current request, for queueing, quotas and logs."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from ipaddress import IPv6Address, ip_address
 
-_OF_ONE_SUBSCRIBER = 64
-"""Bits of an IPv6 address that one subscriber cannot change."""
+_IPV6_PREFIX = 64
+"""Prefix length of the addresses of one IPv6 subscriber."""
 
 
 @dataclass(frozen=True)
 class Caller:
-    """``name`` tells callers apart: a key's id, else the address; empty for the service's own work."""
+    """``name`` identifies a caller: the key's id, else the address; empty for the service's own work."""
 
     name: str = ""
     address: str = ""
@@ -20,15 +20,15 @@ class Caller:
 
 
 caller: ContextVar[Caller] = ContextVar("caller", default=Caller())  # noqa: B039 (frozen)
-"""Who calls, in this task and those that come from it."""
+"""The caller of the current task and of the tasks it creates."""
 
 
 def name_of_address(address: str) -> str:
-    """One name for all addresses that one subscriber can take."""
+    """A common name for all addresses available to one subscriber."""
     try:
         parsed = ip_address(address)
     except ValueError:
         return address
     if isinstance(parsed, IPv6Address) and parsed.ipv4_mapped is None:
-        return f"{IPv6Address(int(parsed) >> 64 << 64)}/{_OF_ONE_SUBSCRIBER}"
+        return f"{IPv6Address(int(parsed) >> 64 << 64)}/{_IPV6_PREFIX}"
     return address

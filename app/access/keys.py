@@ -1,4 +1,4 @@
-"""Keys: how they look, what of them is kept, and which are valid now."""
+"""API keys: creation, digest, and cached lookup."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from app.store.repository import RunStore
 
 PREFIX = "cw_"
 _SECRET_BYTES = 32
-_FRESH_S = 2.0
-"""So long an answer of the store about a key is believed: a revoked key works no longer than that."""
-_REMEMBERED = 4096
+_CACHE_S = 2.0
+"""Cache lifetime of lookups, and so the longest time a revoked key still works."""
+_MAX_CACHED = 4096
 
 
 def new_key(name: str, scopes: Iterable[Scope]) -> tuple[str, KeyRecord]:
-    """A new key as its holder gets it, this once, and as it is kept."""
-    shown = PREFIX + secrets.token_urlsafe(_SECRET_BYTES)
-    told = " ".join(scope for scope in Scope if scope in set(scopes))
-    return shown, KeyRecord(secrets.token_hex(4), digest_of(shown), name, told, utc_now())
+    """Create a key; returns the secret, which is shown only once, and the record to store."""
+    secret = PREFIX + secrets.token_urlsafe(_SECRET_BYTES)
+    granted = " ".join(scope for scope in Scope if scope in set(scopes))
+    return secret, KeyRecord(secrets.token_hex(4), digest_of(secret), name, granted, utc_now())
 
 
 def digest_of(key: str) -> str:
-    """What is kept of a key. Its 256 random bits cannot be guessed, so a fast hash without salt hides them as well as
-    a slow one."""
+    """SHA-256 of a key. With 256 random bits it cannot be guessed, so a fast unsalted hash protects it as well as a
+    slow one."""
     return hashlib.sha256(key.encode()).hexdigest()
 
 
-class KeyRing:
-    """Looks keys up in the store, each at most every two seconds."""
+class KeyCache:
+    """Looks up keys in the store, with a short cache."""
 
     def __init__(self, store: Callable[[], RunStore]) -> None:
         self._store = store
@@ -46,20 +46,20 @@ class KeyRing:
         due, found = self._known.get(digest, (0.0, None))
         if time.monotonic() >= due:
             found = await self._store().query(lambda connection: find_key(connection, digest))
-            self._known[digest] = (time.monotonic() + _FRESH_S, found)
+            self._known[digest] = (time.monotonic() + _CACHE_S, found)
             self._known.move_to_end(digest)
-            if len(self._known) > _REMEMBERED:
+            if len(self._known) > _MAX_CACHED:
                 self._known.popitem(last=False)
         return found
 
     async def any(self) -> bool:
-        """Whether there ever was a key; once there was, there always is."""
+        """Whether any key exists; remembered once true."""
         due, found = self._any
         if not found and time.monotonic() >= due:
             found = await self._store().query(any_key)
-            self._any = (time.monotonic() + _FRESH_S, found)
+            self._any = (time.monotonic() + _CACHE_S, found)
         return found
 
 
-InForce = Callable[[], Awaitable[bool]]
-"""Whether a key is asked for now."""
+KeysRequired = Callable[[], Awaitable[bool]]
+"""Whether requests currently need a key."""

@@ -1,4 +1,4 @@
-"""A service that others can reach is not open by accident."""
+"""Refusal to start a reachable service without access control by accident."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ from app.store.keys import list_keys
 from app.store.repository import RunStore
 
 
-class Unprotected(StoreError):
-    """The service would be open to whoever reaches it."""
+class UnprotectedService(StoreError):
+    """The service would be reachable without access control."""
 
 
 def check_protected(settings: Settings, store: RunStore) -> None:
-    """Raises Unprotected where others reach the service and there is neither a key nor the word that none is wanted."""
+    """Raise UnprotectedService if other machines can reach the service and there is neither a key nor
+    CRANKWRIGHT_OPEN."""
     if settings.is_local or settings.open:
         return
     if not any(key.revoked_at is None for key in store.read(list_keys)):
-        raise Unprotected(
-            f"bound to {settings.host}, others can reach this service: make a key with 'crankwright keys create', "
-            "or set CRANKWRIGHT_OPEN=1 to serve everybody"
+        raise UnprotectedService(
+            f"bound to {settings.host}, other machines can reach this service: create a key with "
+            "'crankwright keys create', or set CRANKWRIGHT_OPEN=1 to serve without keys"
         )

@@ -1,4 +1,4 @@
-"""How many requests a caller may send in a minute."""
+"""Request quotas per caller."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from limits.strategies import MovingWindowRateLimiter
 
 from app.access.caller import caller
 from app.edge.asgi import Application, Receive, Scope, Send, refuse
-from app.edge.crowds import ALWAYS
+from app.edge.concurrency import HEALTH_PATHS
 from app.errors import Problem
 
-UNCOUNTED = (*ALWAYS, "/favicon.ico")
+EXEMPT_PATHS = (*HEALTH_PATHS, "/favicon.ico")
 
 
 class Quotas:
-    """Refuses (429) what a caller sends beyond ``per_minute`` requests within any 60 s, and says when to come again.
+    """Middleware that responds 429 with Retry-After beyond ``per_minute`` requests within any 60 s.
 
-    Files of the pages and what tells how the service is are not counted.
+    Static files and health checks are not counted.
     """
 
     def __init__(self, app: Application, per_minute: int) -> None:
@@ -29,7 +29,7 @@ class Quotas:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         counted = (
-            scope["type"] == "http" and scope["path"] not in UNCOUNTED and not scope["path"].startswith("/static/")
+            scope["type"] == "http" and scope["path"] not in EXEMPT_PATHS and not scope["path"].startswith("/static/")
         )
         who = caller.get().name
         if not counted or self._limiter.hit(self._item, who):
@@ -37,5 +37,7 @@ class Quotas:
             return
         reset = self._limiter.get_window_stats(self._item, who).reset_time
         wait = max(1, math.ceil(reset - time.time()))
-        told = f"{self._item.amount} requests a minute are yours, and they are used"
-        await refuse(scope, receive, send, Problem(429, "Too many requests", told, headers={"Retry-After": str(wait)}))
+        detail = f"the quota of {self._item.amount} requests per minute is used up"
+        await refuse(
+            scope, receive, send, Problem(429, "Too many requests", detail, headers={"Retry-After": str(wait)})
+        )

@@ -1,4 +1,4 @@
-"""What a key may be good for, and what each request needs."""
+"""Scopes of keys, and the scope each request needs."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from enum import StrEnum
 
 
 class Scope(StrEnum):
-    """``read`` sees one's own runs, ``design`` solves too, ``batch`` sends batches too, ``admin`` sees everybody's runs
-    and the metrics, and may all of it."""
+    """``read``: see one's own runs; ``design``: also solve; ``batch``: also submit batches; ``admin``: everything,
+    including everybody's runs and the metrics."""
 
     READ = "read"
     DESIGN = "design"
@@ -15,7 +15,7 @@ class Scope(StrEnum):
     ADMIN = "admin"
 
 
-_MEANT_TOO = {
+_IMPLIED = {
     Scope.READ: {Scope.READ},
     Scope.DESIGN: {Scope.READ, Scope.DESIGN},
     Scope.BATCH: {Scope.READ, Scope.BATCH},
@@ -23,26 +23,26 @@ _MEANT_TOO = {
 }
 
 PUBLIC = ("/healthz", "/startedz", "/readyz", "/login", "/favicon.ico")
-"""Paths that need no key, besides the files of the pages and the choice of their language."""
-_OF_OPERATORS = ("/metrics",)
-_OF_BATCHES = ("/api/v1/batches", "/batches")
+"""Paths that need no key, in addition to static files and the choice of language."""
+_ADMIN_PATHS = ("/metrics",)
+_BATCH_PATHS = ("/api/v1/batches", "/batches")
 _SAFE = ("GET", "HEAD", "OPTIONS")
 
 
 def granted(scopes: str) -> frozenset[Scope]:
-    """All that a key's words give."""
-    return frozenset().union(*(_MEANT_TOO[Scope(word)] for word in scopes.split()))
+    """All scopes implied by a key's scopes."""
+    return frozenset().union(*(_IMPLIED[Scope(word)] for word in scopes.split()))
 
 
 def needed(method: str, path: str) -> Scope | None:
-    """The scope that a request needs; None where it needs no key.
+    """The scope that a request needs; None if it needs no key.
 
-    What is not named here is read with ``read`` and changed with ``design``, so no route is ever open by omission.
+    Any path not listed here needs ``read`` for safe methods and ``design`` for others, so no route is open by omission.
     """
     if path in PUBLIC or path.startswith(("/static/", "/language/")):
         return None
-    if path in _OF_OPERATORS:
+    if path in _ADMIN_PATHS:
         return Scope.ADMIN
     if method in _SAFE or path == "/logout":
         return Scope.READ
-    return Scope.BATCH if any(path == start or path.startswith(f"{start}/") for start in _OF_BATCHES) else Scope.DESIGN
+    return Scope.BATCH if any(path == start or path.startswith(f"{start}/") for start in _BATCH_PATHS) else Scope.DESIGN

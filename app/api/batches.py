@@ -25,20 +25,20 @@ from app.store.batch_records import BatchRecord, BatchStatus, ItemStatus
 
 router = APIRouter(prefix="/api/v1/batches", tags=["batches"])
 
-_MOST_KEY = 200
+_MAX_KEY_LENGTH = 200
 _LINES = {"application/x-ndjson": False, "application/jsonl": False, "text/csv": True}
 _PARQUET = "application/vnd.apache.parquet"
-_FORMS = "application/json (a sweep), application/x-ndjson, text/csv or " + _PARQUET
+_ACCEPTED = "application/json (a sweep), application/x-ndjson, text/csv or " + _PARQUET
 _MISSING: dict[int | str, dict[str, str]] = {404: {"description": "there is no such batch"}}
 _REFUSALS: dict[int | str, dict[str, str]] = {
     400: {"description": "the body cannot be read"},
     409: {"description": "the idempotency key was used with another request"},
     413: {"description": "the batch is too large"},
-    415: {"description": "the body is none of the forms of a batch"},
-    422: {"description": "no such kind or mode, columns that are no fields, a sweep that contradicts itself"},
-    501: {"description": "Parquet cannot be read here"},
-    503: {"description": "the database is held by another process"},
-    507: {"description": "the disk is full; nothing of the batch was kept"},
+    415: {"description": "unsupported media type"},
+    422: {"description": "no such kind or mode, columns that are not fields, a contradictory sweep"},
+    501: {"description": "Parquet support is not installed"},
+    503: {"description": "the database is locked by another process"},
+    507: {"description": "the disk is full; nothing was stored"},
 }
 
 
@@ -47,38 +47,38 @@ def _service(request: Request) -> BatchService:
 
 
 def _answer(shown: bytes) -> Response:
-    place = json.loads(shown)["links"]["self"]
-    return Response(shown, 202, {"Location": place, "Retry-After": "1"}, "application/json")
+    location = json.loads(shown)["links"]["self"]
+    return Response(shown, 202, {"Location": location, "Retry-After": "1"}, "application/json")
 
 
 @router.post("", status_code=202, summary="Submit a batch", responses=_REFUSALS)
 async def submit_batch(
     request: Request,
-    kind: Annotated[str, Query(max_length=64, description="of every row; a sweep tells its own")] = "",
-    mode: Annotated[str, Query(max_length=16, description="of every row; a sweep tells its own")] = "",
+    kind: Annotated[str, Query(max_length=64, description="of every row; a sweep specifies its own")] = "",
+    mode: Annotated[str, Query(max_length=16, description="of every row; a sweep specifies its own")] = "",
     name: Annotated[str, Query(max_length=200, pattern=r"^[^\x00]*$")] = "",
     detail: Annotated[Detail, Query(description="of the stored results: without curves and tables, or full")] = (
         Detail.SCALARS
     ),
-    idempotency_key: Annotated[str | None, Header(max_length=_MOST_KEY)] = None,
+    idempotency_key: Annotated[str | None, Header(max_length=_MAX_KEY_LENGTH)] = None,
 ) -> Response:
-    """Rows as NDJSON, CSV or Parquet, with kind and mode in the query, or a sweep as JSON. Answered once every item is
-    durably stored; a row that is no valid request is a refused item, and the others go on."""
+    """Rows as NDJSON, CSV or Parquet with kind and mode in the query, or a sweep as JSON. Responds once every item is
+    durably stored. An invalid row becomes a refused item and does not affect the others."""
     service = _service(request)
-    form = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-    digest = hashlib.sha256(form.encode() + b"\n")
-    if form == "application/json":
+    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    digest = hashlib.sha256(media_type.encode() + b"\n")
+    if media_type == "application/json":
         body = await read_body(request)
         digest.update(body)
         return await _once(
             service, idempotency_key, digest, lambda: service.take_sweep(parse(Sweep, body), idempotency_key, digest)
         )
-    if form not in _LINES and form != _PARQUET:
-        raise Problem(415, "No batch", f"send {_FORMS}")
+    if media_type not in _LINES and media_type != _PARQUET:
+        raise Problem(415, "No batch", f"send {_ACCEPTED}")
     asked = Asked.of(kind, mode, name, detail)
     stream = request.stream()
-    if form in _LINES:
-        return _answer(await service.take_lines(asked, _LINES[form], stream, idempotency_key, digest))
+    if media_type in _LINES:
+        return _answer(await service.take_lines(asked, _LINES[media_type], stream, idempotency_key, digest))
     with tempfile.TemporaryDirectory(prefix="crankwright-") as folder:
         file = Path(folder) / "batch.parquet"
         with file.open("wb") as sink:
@@ -89,7 +89,7 @@ async def submit_batch(
 
 
 async def _once(service: BatchService, key: str | None, digest: Any, take: Any) -> Response:
-    """The first answer again where there is one, without taking the batch in."""
+    """Replay the response stored under the key, or take the batch in."""
     if key:
         first = await service.first_answer(key, digest.hexdigest())
         if first is not None:
@@ -107,7 +107,7 @@ async def list_batches(
     cursor: Annotated[str | None, Query(max_length=36)] = None,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> dict[str, Any]:
-    """Batches that satisfy all filters, newest first; ``next_cursor`` asks for the next page."""
+    """Batches matching all filters, newest first; ``next_cursor`` requests the next page."""
     found, cursor = await _service(request).list(
         BatchFilter(kind, mode, status and BatchStatus(status), name), cursor, limit
     )
@@ -124,7 +124,7 @@ async def one_batch(request: Request, batch_id: str) -> dict[str, Any]:
     "/{batch_id}", summary="Cancel a batch", responses={**_MISSING, 409: {"description": "the batch has ended"}}
 )
 async def cancel_batch(request: Request, batch_id: str) -> dict[str, Any]:
-    """What is done stays; nothing more is solved."""
+    """Stop solving. Finished items are kept."""
     return batch_json(await _service(request).cancel(batch_id))
 
 
@@ -145,7 +145,7 @@ async def batch_results(
     status: Annotated[str | None, Query(max_length=100, description="of the items, several with commas")] = None,
     fields: Annotated[str | None, Query(max_length=8000, description="dotted names with commas; all")] = None,
 ) -> Response:
-    """What has ended so far, in the order of the items, streamed."""
+    """Results of the items finished so far, in order, as a stream."""
     service = _service(request)
     batch, wanted = await service.get(batch_id), _wanted(status, fields)
     if format is Format.PARQUET:
@@ -167,15 +167,15 @@ def _needs_parquet() -> None:
 
 @router.get("/{batch_id}/events", summary="Progress as server-sent events", responses=_MISSING, response_class=Response)
 async def batch_events(request: Request, batch_id: str) -> Response:
-    """``progress`` with the batch whenever it has changed, at most twice a second; the last one is ``ended``."""
+    """``progress`` events with the batch whenever it changes, at most twice a second; the last event is ``ended``."""
     service = _service(request)
     await service.get(batch_id)
 
-    async def told() -> AsyncIterator[bytes]:
+    async def events() -> AsyncIterator[bytes]:
         async for batch in service.progress(batch_id, request.app.state.service.stopping.is_set):
             yield _event(batch)
 
-    return StreamingResponse(told(), media_type="text/event-stream", headers={"Cache-Control": "no-store"})
+    return StreamingResponse(events(), media_type="text/event-stream", headers={"Cache-Control": "no-store"})
 
 
 def _event(batch: BatchRecord) -> bytes:

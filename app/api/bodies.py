@@ -1,4 +1,4 @@
-"""Request bodies: read once, bounded, validated straight from their bytes."""
+"""Request bodies: read with limits and validated directly from their bytes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Body(Protocol):
-    """What a request model must offer: a pydantic model that can see what single fields cannot."""
+    """Interface of request models: a pydantic model with cross-field validation."""
 
     @classmethod
     def model_validate_json(cls, json_data: bytes) -> Self: ...
@@ -29,33 +29,34 @@ M = TypeVar("M", bound=Body)
 
 
 async def read_body(request: Request) -> bytes:
-    """The body's bytes, bounded by the edge; 415 unless it is JSON."""
+    """The body's bytes. Raises Problem 415 unless it is JSON, 422 if it has too many fields."""
     kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if kind != "application/json":
         raise Problem(415, "Not JSON", "send application/json")
     body = await request.body()
-    most = request.app.state.settings.max_body_names
-    # Faults are found one by one, so there must not be endlessly many. Colons in texts count too: texts are short.
-    if body.count(b":") > most:
-        raise Problem(422, INVALID, f"at most {most} fields are accepted")
+    maximum = request.app.state.settings.max_body_names
+    # Validation reports errors one by one, so their number must be bounded. Colons in strings count too, but strings
+    # are short.
+    if body.count(b":") > maximum:
+        raise Problem(422, INVALID, f"at most {maximum} fields are accepted")
     return body
 
 
 def parse(model: type[M], body: bytes) -> M:
-    """The request in a body, or Problem 422 with one entry per bad field."""
+    """Parse and validate a body. Raises Problem 422 with one entry per invalid field."""
     try:
         request = model.model_validate_json(body)
     except ValidationError as error:
         raise invalid(error, model) from None
-    if repeated := _repeated_names(body):
+    if repeated := _duplicate_names(body):
         raise Problem(422, INVALID, "names appear more than once", repeated)
     if contradictions := request.contradictions():
         raise Problem(422, INVALID, "values contradict each other", contradictions)
     return request
 
 
-class _Repeating(dict[str, Any]):
-    """A JSON object in which some names appear more than once."""
+class _ObjectWithDuplicates(dict[str, Any]):
+    """A JSON object with duplicate names."""
 
     names: list[str]
 
@@ -64,20 +65,20 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) == len(pairs):
         return found
-    repeating, seen = _Repeating(found), set()
+    repeating, seen = _ObjectWithDuplicates(found), set()
     repeating.names = [name for name, _ in pairs if name in seen or seen.add(name)]
     return repeating
 
 
-def _repeated_names(body: bytes) -> list[Entry]:
-    """One entry per name that an object has twice: validation takes the last one, the sender may have meant the first.
+def _duplicate_names(body: bytes) -> list[Entry]:
+    """One entry per duplicate name: validation takes the last value, but the sender may have meant the first.
 
-    For bodies that are valid otherwise: their depth is that of the model.
+    Only for otherwise valid bodies, whose depth is bounded by the model.
     """
     found: list[Entry] = []
 
     def look(value: Any, path: tuple[int | str, ...]) -> None:
-        if isinstance(value, _Repeating):
+        if isinstance(value, _ObjectWithDuplicates):
             found.extend(
                 entry(json_pointer((*path, name)), "appears more than once", "each name once") for name in value.names
             )
@@ -90,10 +91,10 @@ def _repeated_names(body: bytes) -> list[Entry]:
     def build(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         nonlocal repeats
         built = _object(pairs)
-        repeats = repeats or isinstance(built, _Repeating)
+        repeats = repeats or isinstance(built, _ObjectWithDuplicates)
         return built
 
-    # Numbers stay text: none is looked at, and Python refuses integers of more than 4300 digits.
+    # Numbers stay strings: they are not needed, and Python refuses integers of more than 4300 digits.
     content = json.loads(body, object_pairs_hook=build, parse_int=str, parse_float=str)
     if repeats:
         look(content, ())

@@ -1,4 +1,4 @@
-"""GET /api/v1/kinds and /api/v1/materials: what there is, so that a client can build its dialog from the service."""
+"""GET /api/v1/kinds and /api/v1/materials: the catalogue, from which a client can build its forms."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.designs.fields import FieldInfo, fields_of, objectives_of
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, example_of, modes_of, plots_of
 from app.errors import Problem
-from app.exports.export import Tool, of_a_part
+from app.exports.export import Tool, has_part
 from app.exports.registry import EXPORTS
 from solvers import materials as strips
 from solvers import pin
@@ -26,7 +26,7 @@ class _Shown(BaseModel):
 
 
 class EffectInfo(_Shown):
-    """An effect that a scene of the kind can call for."""
+    """An effect of the kind."""
 
     name: str
     summary: str
@@ -34,29 +34,29 @@ class EffectInfo(_Shown):
 
 
 class ExportInfo(_Shown):
-    """A file that runs of the kind can be taken away as."""
+    """An export format of the kind's runs."""
 
     name: str
     title: str
     media_type: str
     extension: str
-    tools: list[str] = Field(description="of parameters: what ?for= can be; empty for all others")
-    available: bool = Field(description="false: this installation lacks what it needs")
+    tools: list[str] = Field(description="values of ?for= of the parameters export; empty for all others")
+    available: bool = Field(description="false: a required extra is not installed")
 
 
 class ModeInfo(_Shown):
-    """One thing that can be asked of a kind: where, in which words, and an example."""
+    """A mode of a kind: path, fields and examples."""
 
     mode: Mode
-    path: str = Field(description="where a request is posted to")
+    path: str = Field(description="path to post requests to")
     fields: list[FieldInfo]
     example: dict[str, Any]
-    examples: dict[str, Any] = Field(description="more of them by their titles")
-    plots: list[str] = Field(description="pictures that its runs can have; each run lists its own")
+    examples: dict[str, Any] = Field(description="further examples by title")
+    plots: list[str] = Field(description="plots that its runs may have; each run lists its own")
 
 
 class KindLine(_Shown):
-    """A kind in the list."""
+    """A kind in the listing."""
 
     kind: str
     title: str
@@ -72,16 +72,16 @@ class KindList(_Shown):
 
 
 class KindInfo(KindLine):
-    """All that can be asked of a kind."""
+    """Everything about a kind."""
 
-    objectives: list[str] = Field(description="what a design can be after; empty where there is but one thing")
+    objectives: list[str] = Field(description="objectives of a design; empty if there is only one")
     effects: list[EffectInfo]
     exports: list[ExportInfo]
     requests: list[ModeInfo]
 
 
 class MaterialInfo(_Shown):
-    """A material of the catalogue, and where its numbers are from; null: no number that its kinds ask for."""
+    """A material of the catalogue with the sources of its values; null for values its kinds do not use."""
 
     name: str
     title: str
@@ -89,15 +89,15 @@ class MaterialInfo(_Shown):
     shear_modulus_gpa: float
     poisson: float
     density_kg_m3: float
-    allowable_stress_mpa: float | None = Field(description="of a pin; a convention of design, not of the steel")
+    allowable_stress_mpa: float | None = Field(description="of a pin; a design convention, not a property of the steel")
     fatigue_limit_mpa: float | None = Field(description="smooth, in alternating bending")
     fatigue_reduction: float | None = Field(description="K: notch, size and surface together")
     mean_stress_sensitivity: float | None = Field(description="ψ of Serensen")
     yield_strength_mpa: float | None
     ultimate_strength_mpa: float | None
     loss_factor: float | None = Field(description="η of a strip in its clamps, twice the damping ratio")
-    sources: dict[str, str] = Field(description="of every number, by its name")
-    kinds: list[str] = Field(description="whose requests take the name")
+    sources: dict[str, str] = Field(description="of every value, by its name")
+    kinds: list[str] = Field(description="kinds whose requests accept the name")
 
 
 class MaterialList(_Shown):
@@ -106,7 +106,7 @@ class MaterialList(_Shown):
     items: list[MaterialInfo]
 
 
-@router.get("/kinds", summary="What can be designed, checked and analysed", response_model=KindList)
+@router.get("/kinds", summary="List kinds", response_model=KindList)
 async def list_kinds() -> Response:
     """Every kind with its modes."""
     return _json(_all_kinds())
@@ -114,20 +114,20 @@ async def list_kinds() -> Response:
 
 @router.get(
     "/kinds/{kind}",
-    summary="A kind: its requests field by field, effects, objectives, plots, exports, examples",
+    summary="One kind: fields, effects, objectives, plots, exports, examples",
     response_model=KindInfo,
     responses={404: {"description": "there is no such kind"}},
 )
 async def one_kind(kind: str) -> Response:
-    """All that a dialog needs."""
+    """Everything needed to build a form."""
     if kind not in KINDS:
         raise Problem(404, "No such kind", "there are " + ", ".join(KINDS))
     return _json(_one_kind(kind))
 
 
-@router.get("/materials", summary="Materials with the sources of their numbers", response_model=MaterialList)
+@router.get("/materials", summary="List materials", response_model=MaterialList)
 async def list_materials() -> Response:
-    """The catalogue: typical values for orientation, not for release of a part."""
+    """The catalogue. Typical values for orientation, not for release."""
     return _json(_all_materials())
 
 
@@ -159,7 +159,7 @@ def _one_kind(slug: str) -> bytes:
                 tools=[str(tool) for tool in Tool] if e.name == "parameters" else [], available=not e.missing,
             )
             for e in EXPORTS.values()
-            if kind.part is not None or e.applies is not of_a_part
+            if kind.part is not None or e.applies is not has_part
         ],
         requests=[
             ModeInfo(
@@ -182,7 +182,7 @@ def _all_materials() -> bytes:
 
 
 def _material(name: str, entry: Any) -> MaterialInfo:
-    """One of either catalogue."""
+    """An entry of the strip or the pin catalogue."""
     numbers = {f"{quantity}{unit}": getattr(entry, quantity, None) for quantity, (unit, _) in _UNITS.items()}
     sizes = {f"{quantity}{unit}": size for quantity, (unit, size) in _UNITS.items()}
     takers = [
@@ -212,4 +212,4 @@ _UNITS = {
     "ultimate_strength": ("_mpa", 1e6),
     "loss_factor": ("", 1.0),
 }
-"""Units of a material's quantities in the contract: the end of the name, and the size in SI."""
+"""Unit suffixes of a material's quantities in the API, and their sizes in SI."""

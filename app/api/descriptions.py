@@ -1,7 +1,6 @@
-"""What the properties of the OpenAPI document mean, where their models do not say so themselves.
+"""Descriptions of OpenAPI properties whose models have none.
 
-A name with a unit speaks for itself: its words and its unit are its description. Every other name is in the table, or
-in it behind the name of its schema.
+A name with a unit describes itself. Other names are looked up in the table, optionally qualified by their schema.
 """
 
 from __future__ import annotations
@@ -10,11 +9,11 @@ from typing import Any
 
 from app.designs.units import split_unit
 
-_SAID = {
-    "accuracy": "wanted, estimated, and whether it was met; null where nothing was solved",
+_DESCRIPTIONS = {
+    "accuracy": "requested, estimated, and whether it was met; null if nothing was solved",
     "active": "whether the effect ran in the request itself",
-    "active_constraints": "requirements and bounds that shape the design, with what they are worth",
-    "active_limits": "names of the limits that are used up",
+    "active_constraints": "requirements and bounds that are active at the design, with their sensitivities",
+    "active_limits": "names of the active limits",
     "advice": "what would have to change",
     "against": "the quantity that the objective is traded against",
     "against_unit": "unit of the other quantity",
@@ -29,15 +28,15 @@ _SAID = {
     "buckles_sideways": "whether the strip is thinner across the crank's plane than in it, and buckles that way",
     "cached": "whether it was answered from an earlier run of the same request by the same solver",
     "cancelled": "items that were cancelled",
-    "certificate": "how the answer is known to be the best, or that there is none; null: it is not",
+    "certificate": "proof that the answer is optimal, or that none exists; null: not proven",
     "choices": "the words that the field takes; null: any",
     "closes": "whether the four links come to lie on one line",
     "closure": "how well the lengths close",
     "combine": "how the values come together: grid, zip, latin_hypercube or sobol",
     "coupler": "length of the coupler",
     "crank": "length of the crank",
-    "created_at": "when the run was asked for, UTC",
-    "criteria": "every requirement, limit and criterion of strength",
+    "created_at": "when the run was requested, UTC",
+    "criteria": "every requirement, limit and strength criterion",
     "cycle": "the pressures as used, over one cycle",
     "cylinder": "bore, clearance, crankcase and strokes",
     "cylinders": "number of cylinders",
@@ -47,13 +46,13 @@ _SAID = {
     "diagnosis": "which requirements cannot be met, how far the best is from them, and what would help",
     "dimensions": "width, thickness and free length of the strip",
     "done": "items that have ended",
-    "doing": "what is done just now",
+    "doing": "the current step",
     "drive": "the motor and what it turns; null: the crank turns evenly",
     "effect_costs": "what each effect changes and costs in this case",
     "effects": "every effect with its state and its bound",
     "ended_at": "when the last item ended; null: not yet",
     "engine": "several cylinders on one shaft; null: one",
-    "errors": "one entry for every bad field",
+    "errors": "one entry per invalid field",
     "estimated": "estimated relative error of the results",
     "events": "progress as server-sent events",
     "evidence": "the figures behind the proof, by name",
@@ -61,17 +60,17 @@ _SAID = {
     "exclude": "names of effects that must not run",
     "exclusive_maximum": "values lie below it; null: no such bound",
     "exclusive_minimum": "values lie above it; null: no such bound",
-    "exports": "what the run offers to take away, by name",
-    "extension": "ending of the file's name",
+    "exports": "URLs of the run's exports, by name",
+    "extension": "file name extension",
     "failed": "items that ended without an answer",
     "fatigue_criterion": "the convention of the fatigue safety",
     "fatigue_safety": "against fatigue, by the convention named; null: nothing alternates, or no stresses exist",
     "fields": "every field of the request",
-    "form": "the form that was sought",
+    "form": "the form that was optimised",
     "friction_coefficient": "between piston and cylinder",
     "from": "where the values begin",
-    "front": "what the objective costs in another quantity; null: not asked for",
-    "gap": "how far the point may be from the best, relative",
+    "front": "trade-off of the objective against another quantity; null: not requested",
+    "gap": "relative distance between the point and the proven bound",
     "geometry": "diameters and lengths",
     "height": "its other side",
     "help": "what the field means",
@@ -83,7 +82,7 @@ _SAID = {
     "inner_side": "at the inner fibre, in the mean plane",
     "inner_top": "at the inner fibre, under the load",
     "items": "the entries",
-    "kind": "which of its forms this is, or the kind of design",
+    "kind": "discriminator of the form, or the kind of design",
     "kinematic_restitution": "the restitution for which the crank feels no jolt, R_k; null: it cannot strike",
     "l": "free length of the strip",
     "label": "the name in words",
@@ -93,7 +92,7 @@ _SAID = {
     "least_items": "least number of entries; null: no such bound",
     "lengths_mm": "the four links, in mm; null: only ratios were given",
     "levels": "settings from loose to tight, with their errors and times",
-    "limits": "what must be kept besides",
+    "limits": "further constraints",
     "links": "where the run and what belongs to it are found",
     "load": "what acts on the part",
     "low": "least value of the range",
@@ -115,9 +114,9 @@ _SAID = {
     "order": "of the harmonic, in turns of the crank",
     "outer_side": "at the outer fibre, in the mean plane",
     "outer_top": "at the outer fibre, under the load",
-    "page": "the run for people",
+    "page": "the run's web page",
     "piston": "diameter, skirt, mass and friction",
-    "plots": "pictures by name",
+    "plots": "URLs of the plots, by name",
     "pointer": "JSON pointer of the field (RFC 6901)",
     "points": "the points, or how many of them",
     "poisson": "Poisson's ratio",
@@ -125,20 +124,20 @@ _SAID = {
     "problem": "why there is no answer (RFC 9457); null: there is one",
     "profile": "the part along its axis",
     "ratios": "links over crank",
-    "reason": "why the type has none; empty where it has one",
+    "reason": "why the type has no solution; empty if it has one",
     "reciprocating_unbalance": "forces and couples of the moving masses, by order",
-    "repairs": "what was done to the points; empty unless asked for",
-    "requested": "relative accuracy asked for",
-    "requests": "what can be sent, by mode",
-    "required": "what is asked for",
+    "repairs": "changes to the points; empty unless requested",
+    "requested": "requested relative accuracy",
+    "requests": "requests by mode",
+    "required": "the required value",
     "requirement": "name of the field or limit",
     "requirements": "least safeties and greatest loads",
     "result": "what was found, or the diagnosis; null: nothing yet, or the run failed",
-    "results": "the answers row by row",
+    "results": "the results, row by row",
     "ring_model": "by which model the ring is judged; null: the effect did not run",
     "rocker": "length of the rocker",
     "rotatable": "whether the crank turns fully",
-    "runs": "how often it was timed",
+    "runs": "number of timed runs",
     "scale": "linear or log",
     "seed": "of the samples: the same seed gives the same ones",
     "self": "the run as JSON",
@@ -146,12 +145,12 @@ _SAID = {
     "settings": "numerical settings by name",
     "slope_to": "slope at its end",
     "small_end": "mean in the rod's small end",
-    "solver": "who solved",
+    "solver": "the program that solved",
     "spec": "the request as understood, defaults filled in",
     "spec_hash": "SHA-256 of kind, mode and request, the name apart",
     "stability_safety": "critical force over the greatest compression; null: nothing presses",
     "state": "active or skipped",
-    "status": "how the solve stands or ended",
+    "status": "state or outcome of the solve",
     "steps": "how many values",
     "succeeded": "items that were answered",
     "to": "where the values end",
@@ -160,10 +159,10 @@ _SAID = {
     "step_mm": "steps to whose multiples the dimensions are rounded, in mm",
     "strength_utilisation": "greatest share of the allowable stress; null: load where there is no wall",
     "strokes": "strokes of a cycle",
-    "summary": "what it is",
-    "timing": "seconds by what took them",
+    "summary": "summary",
+    "timing": "seconds per step",
     "title": "what it is, in words",
-    "tolerance_window": "what lengths off by their tolerance do about the blow",
+    "tolerance_window": "effect of length tolerances on the blow",
     "transfer": "u31 over the crank angle",
     "type": "which of the change-point linkages, or a URI of the kind of problem",
     "u31": "speed of the rocker over that of the crank",
@@ -172,7 +171,7 @@ _SAID = {
     "value": "its value",
     "value_unit": "unit of the value",
     "version": "of the solver",
-    "warnings": "what to know beside the results",
+    "warnings": "warnings about the results",
     "what": "what was done",
     "why": "why it ran or did not",
     "width": "one side of the box",
@@ -184,9 +183,9 @@ _SAID = {
     "Batch.items": "how many items there are, and how they stand",
     "Batch.kind": "kind of design",
     "Batch.links": "where the batch and what belongs to it are found",
-    "Batch.status": "how the batch stands",
+    "Batch.status": "state of the batch",
     "BatchLinks.self": "the batch as JSON",
-    "BatchLinks.page": "the batch for people",
+    "BatchLinks.page": "the batch's web page",
     "Sweep.kind": "kind of design",
     "MaterialInfo.name": "its name in the catalogue",
     "ProblemDetails.status": "HTTP status",
@@ -199,10 +198,10 @@ _SAID = {
 
 
 def meaning(schema: str, name: str) -> str | None:
-    """What a property means; None for a name that neither has a unit nor is in the table."""
-    said = _SAID.get(f"{schema}.{name}") or _SAID.get(name)
-    if said:
-        return said
+    """The description of a property; None if its name has no unit and is not in the table."""
+    description = _DESCRIPTIONS.get(f"{schema}.{name}") or _DESCRIPTIONS.get(name)
+    if description:
+        return description
     plain = name.removesuffix("_u")
     words, unit = split_unit(plain)
     if not unit:
@@ -212,12 +211,11 @@ def meaning(schema: str, name: str) -> str | None:
 
 
 def describe(schemas: dict[str, Any]) -> None:
-    """Title every schema by its own name, which generators take, and write into every property that does not describe
-    itself what it means."""
+    """Set each schema's title to its name, which code generators use, and fill in missing property descriptions."""
     for schema, content in schemas.items():
         content["title"] = schema
         for name, part in content.get("properties", {}).items():
-            said = meaning(schema, name)
-            if not part.get("description") and said:
-                # Beside a reference a description counts since OpenAPI 3.1.
-                part["description"] = said
+            description = meaning(schema, name)
+            if not part.get("description") and description:
+                # Descriptions beside a reference are valid since OpenAPI 3.1.
+                part["description"] = description

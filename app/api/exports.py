@@ -1,4 +1,4 @@
-"""GET /api/v1/runs/{id}/exports/{name}: what a CAD tool or a person takes away from a run."""
+"""GET /api/v1/runs/{id}/exports/{name}: files made from a run."""
 
 from __future__ import annotations
 
@@ -8,33 +8,39 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import HTMLResponse
 
-from app.downloads import Downloads
-from app.exports.export import Tool, Wishes
+from app.exports.export import ExportOptions, Tool
+from app.exports.registry import EXPORTS
+from app.run_exports import RunExports
 from app.submission import Service
 from app.words.languages import Language
 
 router = APIRouter(prefix="/api/v1/runs", tags=["runs"])
 _RETRY_S = 2
+
+
+def _content(form: str) -> dict[str, Any]:
+    """The schema of a file of that media type: JSON of some form, or bytes."""
+    return {} if form == "application/json" else {"type": "string", "format": "binary"}
+
+
 _RESPONSES: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "the file; its name is made from the run's kind and id",
-        "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+        "content": {form: {"schema": _content(form)} for export in EXPORTS.values() for form in export.media_types},
     },
-    202: {"description": "the file is being made: ask again after `Retry-After` seconds"},
+    202: {
+        "description": "the file is being made: ask again after `Retry-After` seconds",
+        "content": {form: {"schema": _content(form)} for form in ("application/json", "text/html")},
+    },
     404: {"description": "there is no such run, or no such export"},
     409: {"description": "the run has no result, or nothing for this format"},
-    501: {"description": "this installation lacks what the format needs; the problem names it"},
+    501: {"description": "the format needs an extra that is not installed; the problem names it"},
+    504: {"description": "the file took longer to generate than the solve time limit of the service"},
 }
 
 
-class FileResponse(Response):
-    """A file."""
-
-    media_type = "application/octet-stream"
-
-
 @router.get(
-    "/{run_id}/exports/{export}", summary="A file made from a run", response_class=FileResponse, responses=_RESPONSES
+    "/{run_id}/exports/{export}", summary="A file made from a run", response_class=Response, responses=_RESPONSES
 )
 async def run_export(
     request: Request,
@@ -51,9 +57,9 @@ async def run_export(
 ) -> Response:
     """One of the run's exports, as its `links.exports` lists them."""
     service: Service = request.app.state.service
-    downloads: Downloads = request.app.state.downloads
-    run = json.loads(await service.shown(run_id, whole=True))
-    made = await downloads.file(run, export, Wishes(tool, angle_deg, language))
+    exports: RunExports = request.app.state.exports
+    run = json.loads(await service.as_json(run_id, complete=True))
+    made = await exports.file(run, export, ExportOptions(tool, angle_deg, language))
     if made is None:
         return _later(request)
     name = f"{run['kind']}-{run['id']}.{made.extension}"
@@ -66,10 +72,10 @@ async def run_export(
 
 
 def _later(request: Request) -> Response:
-    """Come again; a browser does so by itself."""
+    """Respond 202: retry later. A browser refreshes by itself."""
     headers = {"Retry-After": str(_RETRY_S), "Cache-Control": "no-store"}
     if "text/html" in request.headers.get("accept", ""):
-        words = "<!doctype html><title>One moment</title><p>The file is being made; it comes by itself."
-        return HTMLResponse(words, 202, headers | {"Refresh": str(_RETRY_S)})
-    told = {"status": "being made", "retry_after_s": _RETRY_S}
-    return Response(json.dumps(told), 202, headers, "application/json")
+        page = "<!doctype html><title>One moment</title><p>The file is being made; the download starts by itself."
+        return HTMLResponse(page, 202, headers | {"Refresh": str(_RETRY_S)})
+    body = {"status": "being made", "retry_after_s": _RETRY_S}
+    return Response(json.dumps(body), 202, headers, "application/json")

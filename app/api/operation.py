@@ -1,4 +1,4 @@
-"""GET /healthz, /readyz and the effects of a kind."""
+"""GET /healthz, /startedz, /readyz and the effects of a kind."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from fastapi import APIRouter, Request, Response
 from app.designs.registry import KINDS
 from app.errors import Problem
 from app.store.errors import StoreError
-from app.store.faults import StoreFault, Trouble
+from app.store.faults import FaultKind, StoreFault
 from app.submission import Service
 
 router = APIRouter()
-_MOST_S = 4.5
+_TIMEOUT_S = 4.5
 
 
 @router.get("/healthz", tags=["operation"], summary="Is the process alive")
 async def healthz() -> dict[str, str]:
-    """Answers as long as the event loop turns."""
+    """Responds as long as the event loop runs."""
     return {"status": "ok"}
 
 
@@ -26,27 +26,27 @@ async def healthz() -> dict[str, str]:
     "/startedz", tags=["operation"], summary="Has it started", responses={503: {"description": "it is starting"}}
 )
 async def startedz(request: Request, response: Response) -> dict[str, str]:
-    """200 from the moment at which all kernels are there for the first time; never 503 again after that."""
+    """200 as soon as all kernels have been compiled once; never 503 again afterwards."""
     service: Service = request.app.state.service
-    started = all(each.state in ("warm", "failed") for each in service.executor.warmths)
+    started = all(each.state in ("warm", "failed") for each in service.executor.warmup_status)
     response.status_code = 200 if started else 503
     return {"status": "started" if started else "starting"}
 
 
-@router.get("/readyz", tags=["operation"], summary="Can it answer now", responses={503: {"description": "not now"}})
+@router.get("/readyz", tags=["operation"], summary="Can it serve requests", responses={503: {"description": "not now"}})
 async def readyz(request: Request, response: Response) -> dict[str, object]:
-    """200 once the database takes writes and answers, a worker lives and all kernels are there; else 503, with what is
-    wrong. Tells how far each kind is."""
+    """200 if the database accepts writes, a worker is alive and all kernels are compiled; otherwise 503. Includes the
+    warm-up status of every kind."""
     service: Service = request.app.state.service
-    trouble = await _trouble(service)
-    alive, warmths = service.executor.ready, service.executor.warmths
-    warm = all(each.state in ("warm", "failed") for each in warmths)
+    fault = await _store_fault(service)
+    alive, warmup_status = service.executor.ready, service.executor.warmup_status
+    warm = all(each.state in ("warm", "failed") for each in warmup_status)
     stopping = service.stopping.is_set()
-    ready = alive and warm and trouble is None and not stopping
+    ready = alive and warm and fault is None and not stopping
     response.status_code = 200 if ready else 503
     return {
-        "status": "ready" if ready else "stopping" if stopping else "not ready" if trouble else "warming up",
-        "database": trouble or "ok",
+        "status": "ready" if ready else "stopping" if stopping else "not ready" if fault else "warming up",
+        "database": fault or "ok",
         "workers": "warm" if alive else "starting",
         "kernels": {
             each.kind: {
@@ -55,30 +55,30 @@ async def readyz(request: Request, response: Response) -> dict[str, object]:
                 "of": each.of,
                 "remaining_s": round(each.remaining_s),
             }
-            for each in warmths
+            for each in warmup_status
         },
     }
 
 
-async def _trouble(service: Service) -> str | None:
-    """What is wrong with the database; None where nothing is."""
+async def _store_fault(service: Service) -> str | None:
+    """The database fault, if any."""
     try:
-        await asyncio.wait_for(service.store.ping(), _MOST_S)
+        await asyncio.wait_for(service.store.ping(), _TIMEOUT_S)
     except StoreFault as fault:
-        return str(fault.trouble)
+        return str(fault.kind)
     except (StoreError, TimeoutError):
-        return str(Trouble.BUSY)
+        return str(FaultKind.BUSY)
     return None
 
 
 @router.get(
     "/api/v1/effects/{kind}",
     tags=["effects"],
-    summary="The effects a kind's scene can call for",
+    summary="The effects of a kind",
     responses={404: {"description": "there is no such kind"}},
 )
 async def effects(kind: str) -> dict[str, object]:
-    """Each with what it adds and its a-priori measure."""
+    """The effects of a kind, each with what it adds and its a-priori measure."""
     if kind not in KINDS:
         raise Problem(404, "No such kind", "there are " + ", ".join(KINDS))
     return {"kind": kind, "effects": KINDS[kind].effects()}

@@ -1,4 +1,4 @@
-"""GET /api/v1/runs: every run ever made, one of them, and its plots."""
+"""GET /api/v1/runs: listing, single runs and plots."""
 
 from __future__ import annotations
 
@@ -14,18 +14,19 @@ from app.designs.kind import Mode
 from app.designs.problems import INVALID
 from app.designs.registry import KINDS, plots_for, plots_of
 from app.designs.schema import entry
-from app.edge.departure import while_here
+from app.edge.disconnect import cancel_on_disconnect
 from app.errors import Problem
 from app.store.record import RunFilter, RunOrder, RunStatus
 from app.submission import Service
+from app.words.languages import Language
 
 router = APIRouter(prefix="/api/v1/runs", tags=["runs"])
-_MOTION = re.compile(r"<animate [^>]*/>")
+_ANIMATION = re.compile(r"<animate [^>]*/>")
 _MISSING: dict[int | str, dict[str, str]] = {404: {"description": "there is no such run"}}
 
 
 def _check_time(field: str, value: datetime) -> None:
-    """Raises Problem for a time without a zone, or one whose year in UTC is none of the calendar."""
+    """Raise Problem for a time without a zone, or outside the calendar in UTC."""
     if value.tzinfo is None:
         found, allowed = "has no time zone", "2026-01-31T12:00:00Z"
     elif not _has_utc(value):
@@ -53,19 +54,19 @@ class SvgResponse(Response):
 async def list_runs(
     request: Request,
     kind: Annotated[str | None, Query(description="one of GET /api/v1/kinds")] = None,
-    mode: Annotated[Mode | None, Query(description="what was asked for")] = None,
+    mode: Annotated[Mode | None, Query(description="what was requested")] = None,
     status: Annotated[RunStatus | None, Query(description="how the solve ended; see holds, too")] = None,
-    name: Annotated[str | None, Query(max_length=200, description="the whole name; text finds parts of it")] = None,
+    name: Annotated[str | None, Query(max_length=200, description="the exact name; use text for parts of it")] = None,
     batch_id: Annotated[str | None, Query(description="the items of this batch")] = None,
     created_after: Annotated[datetime | None, Query(description="exclusive, with its zone")] = None,
     holds: Annotated[bool | None, Query(description="runs whose verdict holds, or does not")] = None,
-    text: Annotated[str | None, Query(max_length=200, description="anywhere in the name, of any case")] = None,
+    text: Annotated[str | None, Query(max_length=200, description="any part of the name, case-insensitive")] = None,
     created_before: Annotated[datetime | None, Query(description="exclusive, with its zone")] = None,
     order: Annotated[RunOrder, Query(description="least and greatest: by each run's figure")] = RunOrder.NEWEST,
     cursor: Annotated[str | None, Query(max_length=2000, description="the next_cursor of the page before")] = None,
-    limit: Annotated[int, Query(ge=1, le=200, description="runs a page")] = 50,
+    limit: Annotated[int, Query(ge=1, le=200, description="runs per page")] = 50,
 ) -> dict[str, object]:
-    """Runs that satisfy all filters; ``next_cursor`` asks for the next page."""
+    """Runs matching all filters; ``next_cursor`` requests the next page."""
     for field, value in (("created_after", created_after), ("created_before", created_before)):
         if value is not None:
             _check_time(field, value)
@@ -78,9 +79,9 @@ async def list_runs(
 
 @router.get("/{run_id}", summary="One run", responses=_MISSING)
 async def one_run(request: Request, run_id: str) -> Response:
-    """The run, whatever became of it; ``progress`` while it runs, where it is a long one."""
+    """The run, whatever its status; with ``progress`` while a long one is running."""
     service: Service = request.app.state.service
-    return Response(await service.shown(run_id), media_type="application/json")
+    return Response(await service.as_json(run_id), media_type="application/json")
 
 
 @router.delete(
@@ -89,7 +90,7 @@ async def one_run(request: Request, run_id: str) -> Response:
     responses={**_MISSING, 409: {"description": "the run has ended; nothing is ever deleted"}},
 )
 async def cancel(request: Request, run_id: str) -> Response:
-    """A queued or running run ends as cancelled, its solve with it; the run stays."""
+    """Cancel a queued or running run and its solve; the run stays stored."""
     service: Service = request.app.state.service
     return Response(await service.cancel(run_id), media_type="application/json")
 
@@ -104,11 +105,12 @@ async def plot(
     request: Request,
     run_id: str,
     plot: str,
-    still: Annotated[bool, Query(description="a moving picture as it stands")] = False,
+    still: Annotated[bool, Query(description="an animated plot as a still picture")] = False,
+    language: Annotated[Language, Query(description="language of the labels")] = Language.EN,
 ) -> Response:
     """One of the kind's plots, drawn from the stored result."""
     service: Service = request.app.state.service
-    run = await service.whole(run_id)
+    run = await service.complete(run_id)
     plots = plots_of(KINDS[run.kind], Mode(run.mode))
     if plot not in plots:
         raise Problem(404, "No such plot", "there are " + ", ".join(plots))
@@ -117,7 +119,7 @@ async def plot(
     shown = runs.run_json(run)
     if plot not in plots_for(KINDS[run.kind], json.loads(shown)):
         raise Problem(409, "Nothing to draw", "this run's result has nothing for this plot")
-    drawn = await while_here(request.receive, service.drawn(run, plot, shown))
+    drawn = await cancel_on_disconnect(request.receive, service.plot(run, plot, shown, language))
     if still:
-        drawn = _MOTION.sub("", drawn)
+        drawn = _ANIMATION.sub("", drawn)
     return SvgResponse(drawn, headers={"Cache-Control": "private, max-age=3600"})

@@ -1,4 +1,4 @@
-"""POST /api/v1/designs, /checks, /accuracy: one route per kind and mode, made from the registry."""
+"""POST /api/v1/designs, /checks, /accuracy, …: one route per kind and mode, generated from the registry."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from app.api.bodies import parse, read_body
 from app.api.contract import PATHS
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, job_of, modes_of
-from app.edge.departure import while_here
+from app.edge.disconnect import cancel_on_disconnect
 from app.errors import Problem
 from app.store.hashing import request_hash
 from app.store.record import StoredResponse
@@ -18,25 +18,25 @@ from app.submission import Service
 
 router = APIRouter(prefix="/api/v1")
 
-_MOST_KEY = 200
+_MAX_KEY_LENGTH = 200
 _LONG = (Mode.DESIGN, Mode.ACCURACY)
-"""Modes that may take seconds, so that a client may ask for a 202."""
+"""Modes that may take seconds, for which a client may request a 202."""
 
 _ANSWERS: dict[int | str, dict[str, str]] = {
-    201: {"description": "the run, answered and stored; an infeasible design is an answer too"},
+    201: {"description": "the run, answered and stored; an infeasible design is an answer, too"},
     400: {"description": "the request cannot be read"},
     409: {"description": "the idempotency key was used with another request"},
     413: {"description": "the body is too large"},
     415: {"description": "the body is not JSON"},
-    422: {"description": "one entry per bad field"},
-    429: {"description": "the caller's share is used; Retry-After says for how long"},
-    503: {"description": "too much work waits; Retry-After says for how long"},
+    422: {"description": "one entry per invalid field"},
+    429: {"description": "the caller's quota is used up; see Retry-After"},
+    503: {"description": "the queue is full; see Retry-After"},
 }
-_LATER: dict[int | str, dict[str, str]] = {202: {"description": "the run, queued: asked for by respond-async"}}
+_LATER: dict[int | str, dict[str, str]] = {202: {"description": "the queued run, requested by respond-async"}}
 
 
 def answer(response: StoredResponse) -> Response:
-    """A stored answer as an HTTP response."""
+    """The HTTP response of a stored one."""
     headers = {"Location": response.location} if response.location else {}
     if response.status_code == 202:
         headers["Retry-After"] = "1"
@@ -48,7 +48,7 @@ def _route(kind: Kind, mode: Mode) -> None:
 
     async def submit(
         request: Request,
-        idempotency_key: Annotated[str | None, Header(max_length=_MOST_KEY)] = None,
+        idempotency_key: Annotated[str | None, Header(max_length=_MAX_KEY_LENGTH)] = None,
         prefer: Annotated[str | None, Header()] = None,
     ) -> Response:
         service: Service = request.app.state.service
@@ -63,7 +63,7 @@ def _route(kind: Kind, mode: Mode) -> None:
         if later:
             return answer(await service.submit_later(kind, mode, asked, idempotency_key, digest))
         work = service.submit(kind, mode, asked, idempotency_key, digest)
-        return answer(await while_here(request.receive, work))
+        return answer(await cancel_on_disconnect(request.receive, work))
 
     router.add_api_route(
         f"/{PATHS[mode]}/{kind.slug}",
@@ -85,6 +85,6 @@ for _kind in KINDS.values():
 
 @router.post("/{collection}/{slug}", include_in_schema=False)
 async def unknown_kind(collection: str, slug: str) -> Response:
-    """Name what there is when a kind or a mode does not exist."""
+    """Respond 404 with the existing kinds and modes."""
     known = sorted(f"{PATHS[mode]}/{kind.slug}" for kind in KINDS.values() for mode in modes_of(kind))
     raise Problem(404, "No such kind", "there are " + ", ".join(known))

@@ -5,19 +5,23 @@ All of it happens in the worker, so that the service's own process has nothing l
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import json
 import pickle
 import time
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 from pydantic import BaseModel
+from pydantic_core import to_json
 
 from app.batches.task import Needs, Solved, Task
 from app.designs.kind import REFUSED, Answer, Detail, Job, Mode
-from app.designs.many import accepted, answer_many
+from app.designs.many import answers_of, validated
 from app.designs.problems import INVALID, problem_details
 from app.designs.progress import Report
 from app.designs.references import UnfitRun, references, replaced
@@ -26,11 +30,12 @@ from app.designs.registry import KINDS, job_of
 from app.designs.schema import DesignSettings, Entry, entry, finite
 from app.jobs.budget import budget
 from app.store.batch_inputs import Row, Source, UnreadableRow, unpacked_rows
-from app.store.batch_items import packed
+from app.store.batch_items import encoded, packed, unpacked
 from app.store.batch_records import Item
 from app.store.hashing import canonical_json
 
 _REMEMBERED = 4000
+_LONGEST_REFUSED = 20_000
 _SECONDS = 7
 """Digits of a second that a stored time keeps."""
 
@@ -43,8 +48,42 @@ def answer(slug: str, mode: str, payload: bytes, _report: Report) -> Solved | Ne
     """Solve the chunk of a pickled Task."""
     asked: Task = pickle.loads(payload)
     began = time.perf_counter()
-    found = _Chunk(slug, Mode(mode), asked).solved()
+    with _uncollected():
+        found = _Chunk(slug, Mode(mode), asked).solved()
     return found if isinstance(found, Needs) else Solved(found, time.perf_counter() - began)
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """A request, its spec as JSON, what it asks, which is that without the name, and the hash of this."""
+
+    request: BaseModel
+    spec: bytes
+    plain: bytes
+    key: bytes
+
+    @property
+    def number(self) -> int:
+        """A part of the hash as databases keep numbers."""
+        return int.from_bytes(self.key[:8], "big", signed=True)
+
+
+@dataclass(frozen=True, slots=True)
+class _Refused:
+    """The answer to a row that is no request that can be solved; its spec as JSON, where it has one."""
+
+    answer: Answer
+    spec: bytes | None
+
+
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Without a search for cycles meanwhile: it goes through all answers again and again, and finds nothing."""
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
 
 
 class _Chunk:
@@ -52,36 +91,56 @@ class _Chunk:
         self.slug, self.mode, self.task = slug, mode, task
         self.job: Job = job_of(KINDS[slug], mode)
         self.detail = Detail(task.detail)
+        self.subject = f"{slug} {mode} {self.detail} ".encode()
         self.needed: set[str] = set()
+        self.looks_up = task.looks_up and self.job.repeatable
+        self.told: set[bytes] = set()
+        """The keys that some item has been answered for."""
 
     def solved(self) -> list[Item] | Needs:
         task, source = self.task, Source.from_json(self.task.source)
-        rows = unpacked_rows(task.block, task.start, task.end)
-        read = [self._read(source, row) for row in rows]
+        read = [self._read(source, row) for row in unpacked_rows(task.block, task.start, task.end)]
         if self.needed:
             return Needs(frozenset(self.needed))
-        answers = self._answers([request for request, _ in read if isinstance(request, BaseModel)])
+        requests = [asked for _, asked in read if isinstance(asked, _Asked)]
+        if self.looks_up and task.known is None and requests:
+            return Needs(frozenset(), frozenset(each.number for each in requests))
+        answers = self._answers(requests)
         items = []
-        for index, (row, (request, spec)) in enumerate(zip(rows, read, strict=True), task.first):
-            found, repeated = next(answers) if isinstance(request, BaseModel) else (request, False)
-            items.append(self._item(index, row, spec, found, repeated))
+        for index, (line, asked) in enumerate(read, task.first):
+            if isinstance(asked, _Refused):
+                items.append(self._item(index, line, asked.spec, asked.answer))
+                continue
+            found, repeated = answers[asked.key], asked.key in self.told
+            self.told.add(asked.key)
+            found_by = asked.number if self.looks_up and not repeated and _will_do_again(found) else None
+            items.append(self._item(index, line, asked.spec, found, repeated, found_by))
         return items
 
-    def _read(self, source: Source, row: Row) -> tuple[BaseModel | Answer, Any]:
-        """The request of a row, or the answer that refuses it; and its spec."""
+    def _read(self, source: Source, row: Row) -> tuple[int | None, _Asked | _Refused]:
+        """The line of a row, and what it asks or why that is refused."""
         try:
             body = source.body(row)
         except UnreadableRow as unreadable:
-            return _refusal(f"the row {unreadable}", [entry("", str(unreadable), "one request of this kind")]), None
+            wrong = [entry("", str(unreadable), "one request of this kind")]
+            return row.line, _Refused(_refusal(f"the row {unreadable}", wrong), None)
         except RecursionError:
-            return _refusal("the row is nested too deeply", []), None
-        request, refused = accepted(self.job, body)
+            return row.line, _Refused(_refusal("the row is nested too deeply", []), None)
+        request, refused = validated(self.job, body)
         if request is None:
             assert refused is not None
-            return refused, _sendable(body)
+            return row.line, _Refused(refused, _sendable(body))
         filled = self._filled(request)
-        spec = request.model_dump(mode="json") if isinstance(filled, Answer) else filled.model_dump(mode="json")
-        return filled, spec
+        if isinstance(filled, Answer):
+            return row.line, _Refused(filled, request.model_dump_json().encode())
+        return row.line, self._asked(filled)
+
+    def _asked(self, request: BaseModel) -> _Asked:
+        plain = request.model_dump_json(exclude={"name"}).encode()
+        key = hashlib.sha256(self.subject + plain).digest()
+        name = getattr(request, "name", None)
+        spec = plain if name is None else b'{"name":' + to_json(name) + b"," + plain[1:]
+        return _Asked(request, spec, plain, key)
 
     def _filled(self, request: BaseModel) -> BaseModel | Answer:
         """The request with the runs that it names filled in and with a time budget that the service can give."""
@@ -103,28 +162,32 @@ class _Chunk:
                 return _refusal(unfit.reason, [entry(at, unfit.reason, unfit.allowed)])
         return request
 
-    def _answers(self, requests: Sequence[BaseModel]) -> Any:
-        """For every request its answer, and whether it is that of an equal one; each of them is solved once."""
-        keys = [self._key(request) for request in requests]
-        known = {key: _remembered[key] for key in keys if key in _remembered}
-        new = {key: request for key, request in zip(keys, requests, strict=True) if key not in known}
+    def _answers(self, asked: Sequence[_Asked]) -> dict[bytes, Answer]:
+        """The answers by key; each of equal requests is solved once."""
+        known = {each.key: _remembered[each.key] for each in asked if each.key in _remembered}
+        for each in asked:
+            stored = (self.task.known or {}).get(each.number)
+            if stored is not None and (found := self._stored(each, stored)) is not None:
+                known[each.key] = found
+        self.told |= known.keys()
+        new = {each.key: each.request for each in asked if each.key not in known}
         timed = [self._timed(request) for request in new.values()]
-        found = dict(zip(new, answer_many(self.slug, self.mode, timed, self.detail), strict=True))  # type: ignore[arg-type]
+        found = dict(zip(new, answers_of(self.slug, self.mode, timed, self.detail), strict=True))
         if self.detail is Detail.SCALARS and self.job.repeatable:
             self._remember(found)
-        told: set[bytes] = set(known)
-        for key in keys:
-            yield (known[key] if key in known else found[key]), key in told
-            told.add(key)
+        return known | found
 
-    def _key(self, request: BaseModel) -> bytes:
-        spec = request.model_dump_json(exclude={"name"}).encode()
-        return hashlib.sha256(f"{self.slug} {self.mode} {self.detail} ".encode() + spec).digest()
+    def _stored(self, asked: _Asked, item: Item) -> Answer | None:
+        """The answer that a stored item got, if that asks the same."""
+        parts = unpacked(item.content, self.task.dictionary)
+        same = json.loads(asked.plain)
+        if {name: value for name, value in parts["spec"].items() if name != "name"} != same:
+            return None
+        told = [parts.get(name, empty) for name, empty in (("result", None), ("effects", []), ("accuracy", None))]
+        return Answer(item.status, *told, parts.get("timing", {}), None, parts.get("verdict"))
 
     def _remember(self, found: Mapping[bytes, Answer]) -> None:
-        for key, solved in found.items():
-            if solved.status in ("succeeded", "infeasible") and (solved.accuracy or {}).get("met", True):
-                _remembered[key] = solved
+        _remembered.update((key, answer) for key, answer in found.items() if _will_do_again(answer))
         while len(_remembered) > _REMEMBERED:
             _remembered.popitem(last=False)
 
@@ -135,21 +198,30 @@ class _Chunk:
         times = budget(service_s, request.time_budget_s, self.job.best_in_time)
         return request if times.solver_s is None else request.model_copy(update={"time_budget_s": times.solver_s})
 
-    def _item(self, index: int, row: Row, spec: Any, found: Answer, repeated: bool) -> Item:
-        if not all(finite(part) for part in (found.result, found.effects, found.accuracy, found.verdict)):
+    def _item(
+        self, index: int, line: int | None, spec: bytes | None, found: Answer, repeated: bool = False,
+        found_by: int | None = None,
+    ) -> Item:  # fmt: skip
+        parts = parts_of(self.slug, self.mode, found)
+        content = encoded(spec, parts, repeated)
+        # Numbers that are not finite have these names in the text, which other text may have as well.
+        if (b"NaN" in content or b"Infinity" in content) and not finite(parts):
             found = _failure("The result is not finite", "the solver gave a number that is not finite")
-        parts = parts_of(self.slug, self.mode, spec, found)
-        if repeated:
-            parts["cached"] = True
-        figure = parts.pop("figure", None)
+            parts = parts_of(self.slug, self.mode, found)
+            content = encoded(spec, parts, repeated)
         holds = None if found.verdict is None else bool(found.verdict["holds"])
-        return Item(index, row.line, found.status, holds, figure, packed(parts, self.task.dictionary))
+        text = packed(content, self.task.dictionary)
+        return Item(index, line, found.status, holds, parts.get("figure"), text, found_by)
 
 
-def parts_of(slug: str, mode: Mode, spec: Any, found: Answer) -> dict[str, Any]:
-    """What is kept of an answer, by name; what is empty is not kept."""
+def _will_do_again(answer: Answer) -> bool:
+    """Whether an equal request need not be solved."""
+    return answer.status in ("succeeded", "infeasible") and (answer.accuracy or {}).get("met", True)
+
+
+def parts_of(slug: str, mode: Mode, found: Answer) -> dict[str, Any]:
+    """What is kept of an answer beside its spec, by name; what is empty is not kept."""
     parts = {
-        "spec": spec,
         "result": found.result,
         "problem": found.problem,
         "effects": found.effects or None,
@@ -164,10 +236,11 @@ def parts_of(slug: str, mode: Mode, spec: Any, found: Answer) -> dict[str, Any]:
     return {name: part for name, part in parts.items() if part is not None}
 
 
-def _sendable(body: Any) -> Any:
+def _sendable(body: Any) -> bytes | None:
     """A refused body as the spec of its run, where it can be one."""
     try:
-        return body if len(canonical_json(body)) < 20_000 else None
+        text = canonical_json(body)
+        return text if len(text) < _LONGEST_REFUSED else None
     except (ValueError, RecursionError):  # numbers or text that JSON cannot carry
         return None
 
@@ -187,5 +260,4 @@ def failed_item(index: int, row: Row, source: Source, dictionary: bytes, status:
     except UnreadableRow:
         spec = None
     problem = _failure(title, detail, status).problem
-    parts = {"problem": problem} if spec is None else {"spec": spec, "problem": problem}
-    return Item(index, row.line, "failed", None, None, packed(parts, dictionary))
+    return Item(index, row.line, "failed", None, None, packed(encoded(spec, {"problem": problem}), dictionary))

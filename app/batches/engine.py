@@ -16,17 +16,18 @@ from typing import Any
 from app import runs
 from app.batches.chunk import failed_item, parts_of
 from app.batches.task import Needs, Task
-from app.designs.accuracy import GREATEST_BUDGET_S
+from app.designs.accuracy import MAX_BUDGET_S
 from app.designs.kind import Detail, Mode
-from app.designs.many import shortened
+from app.designs.many import without_tables
 from app.designs.problems import OUT_OF_TIME
 from app.designs.registry import KINDS, example_of, job_of
 from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, JobError, MemoryExceeded, WorkerCrashed
 from app.jobs.executor import Executor
 from app.logging import get_logger
 from app.store.batch_inputs import Source, unpacked_rows
+from app.store.batch_items import encoded
 from app.store.batch_operations import Claim, DropAbandoned, Finish, Release, Renew, Return, Split
-from app.store.batch_reads import active_batches, block_of
+from app.store.batch_reads import active_batches, block_of, items_asking
 from app.store.batch_records import BatchRecord, Chunk, Item
 from app.store.errors import StoreError, UnknownRun
 from app.store.hashing import canonical_json
@@ -36,7 +37,7 @@ from app.store.viewer import seeing_as
 
 logger = get_logger(__name__)
 
-_CHUNK_S = 0.4
+_CHUNK_S = 0.5
 """What a chunk is to take: long against storing it, short against a person's patience."""
 _FIRST_GUESS_S = {Mode.CHECK: 2e-3, Mode.ANALYSIS: 2e-2, Mode.DESIGN: 0.2, Mode.ACCURACY: 5.0}
 _LOOK_S = 0.5
@@ -45,7 +46,9 @@ _MOST_CRASHES = 3
 _MOST_CRASHES_ALONE = 6
 """So often one item; the death of a service that had leased it counts too."""
 _MOST_ATTEMPTS = 10
-_BLOCKS_KEPT = 16
+_BLOCKS_KEPT = 8
+_WORTH_A_LOOK_S = 5e-3
+"""Items that take longer than this are looked for among those of other chunks before they are solved."""
 _LONGEST_DICTIONARY = 32_000
 """More a deflated text cannot look back."""
 
@@ -59,6 +62,8 @@ class BatchEngine:
         self.owner = new_owner()
         self._wake = asyncio.Event()
         self._tasks: dict[asyncio.Task[None], int] = {}
+        self._solving: dict[tuple[int, int], asyncio.Task[None]] = {}
+        """Which task solves what is asked, of batches whose items are worth a look for equal ones."""
         self._item_s: dict[tuple[str, str, str], float] = {}
         self._blocks: OrderedDict[tuple[int, int], bytes] = OrderedDict()
         self._dictionaries: dict[tuple[str, str, str], bytes] = {}
@@ -105,9 +110,10 @@ class BatchEngine:
                 found = await self._executor.run(kind, mode, payload, self._solve_budget_s)
             except JobError:
                 return b""
-            kept = shortened(job_of(wing, Mode(mode)), found, Detail(detail))
-            parts = parts_of(kind, Mode(mode), example, kept)
-            self._dictionaries[key] = canonical_json(parts)[:_LONGEST_DICTIONARY]
+            kept = without_tables(job_of(wing, Mode(mode)), found, Detail(detail))
+            spec = job_of(wing, Mode(mode)).request.model_validate(example).model_dump_json().encode()
+            text = encoded(spec, parts_of(kind, Mode(mode), kept))
+            self._dictionaries[key] = text[:_LONGEST_DICTIONARY]
         return self._dictionaries[key]
 
     async def _run(self) -> None:
@@ -170,6 +176,7 @@ class BatchEngine:
 
     def _ended(self, task: asyncio.Task[None]) -> None:
         self._tasks.pop(task, None)
+        self._solving = {asked: other for asked, other in self._solving.items() if other is not task}
         self._wake.set()
         if not task.cancelled() and task.exception() is not None:
             # The lease runs out, and the chunk is taken again.
@@ -206,20 +213,36 @@ class BatchEngine:
             batch.detail,
             batch.dictionary,
             self._solve_budget_s,
+            self._guess(batch) > _WORTH_A_LOOK_S,
         )
         kill_s = self._solve_budget_s + 10 * self._guess(batch) * chunk.count
         if batch.mode == Mode.ACCURACY:
-            kill_s += GREATEST_BUDGET_S * chunk.count
+            kill_s += MAX_BUDGET_S * chunk.count
         while True:
             found = await self._executor.run_in_background(batch.kind, batch.mode, pickle.dumps(task), kill_s)
             if not isinstance(found, Needs):
                 self._learn(batch, found.seconds / chunk.count)
                 return found.items
-            task = replace(task, runs={**task.runs, **await self._runs(found, batch.owner)})
+            if found.run_ids:
+                task = replace(task, runs={**task.runs, **await self._runs(found, batch.owner)})
+            else:
+                task = replace(task, known=await self._equal(batch, found.asked))
+
+    async def _equal(self, batch: BatchRecord, asked: frozenset[int]) -> dict[int, Item]:
+        """Stored items of a batch that ask one of these, after those that are being solved here have ended.
+
+        Whoever waits has not yet said what it solves itself, so no two wait for each other.
+        """
+        while others := {self._solving[batch.number, each] for each in asked if (batch.number, each) in self._solving}:
+            await asyncio.wait(others)
+        own = asyncio.current_task()
+        assert own is not None
+        self._solving.update(((batch.number, each), own) for each in asked)
+        return await self._store.query(lambda connection: items_asking(connection, batch.number, asked))
 
     def _learn(self, batch: BatchRecord, seconds: float) -> None:
         key = (batch.kind, batch.mode, batch.detail)
-        self._item_s[key] = 0.5 * self._guess(batch) + 0.5 * max(seconds, 1e-6)
+        self._item_s[key] = 0.5 * self._item_s.get(key, seconds) + 0.5 * max(seconds, 1e-6)
 
     async def _runs(self, needs: Needs, owner: str | None) -> dict[str, bytes | None]:
         found: dict[str, bytes | None] = {}

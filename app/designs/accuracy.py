@@ -1,5 +1,4 @@
-"""The accuracy study of any kind, for the very case that a request asks for: error against time, and what each effect
-changes and costs."""
+"""The accuracy study of any kind: error against time for a given case, and the influence and cost of each effect."""
 
 from __future__ import annotations
 
@@ -9,7 +8,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from app.designs.kind import Answer, Job, Kind, Mode
-from app.designs.progress import Count, Report, to_nobody
+from app.designs.progress import Counter, Report, ignore_progress
 from app.designs.schema import EffectChoice, Entry, Strict, accuracy_json, one_of
 from solvers.accuracy import (
     Goal,
@@ -27,22 +26,29 @@ from solvers.effect_costs import RUNS as EFFECT_RUNS
 from solvers.effect_costs import Chosen, EffectCost, effect_costs
 from solvers.outcome import Accuracy
 
-GREATEST_BUDGET_S = 60.0
-_OF_REFERENCE, _OF_LEVELS, _OF_EFFECTS = 0.4, 0.4, 0.2
-"""Shares of the study's time."""
+MAX_BUDGET_S = 60.0
+STEPS = REFERENCE, LADDER, TIGHTEST, EFFECTS = (
+    "an independent reference",
+    "solving at different accuracies",
+    "the tightest solution",
+    "each effect turned on or off",
+)
+"""Names of a study's steps, as reported by its progress."""
+_REFERENCE_SHARE, _LEVELS_SHARE, _EFFECTS_SHARE = 0.4, 0.4, 0.2
+"""Shares of the study's time budget."""
 
 
-def _either(schema: dict[str, Any]) -> None:
-    """A spec may fit the check's schema and the design's (what it is meant as is told by its values): anyOf."""
+def _allow_any_match(schema: dict[str, Any]) -> None:
+    """A spec may match the check's schema and the design's, hence anyOf."""
     spec = schema.get("properties", {}).get("spec", {})
     if "oneOf" in spec:
         spec["anyOf"] = spec.pop("oneOf")
 
 
 class StudyRequest(Strict):
-    """The case, what is wanted of a solution, and how long the levels may be timed."""
+    """The case, the goal, and the time for measuring."""
 
-    model_config = ConfigDict(json_schema_extra=_either)
+    model_config = ConfigDict(json_schema_extra=_allow_any_match)
 
     time_budget_s: float | None = Field(
         default=None,
@@ -53,13 +59,13 @@ class StudyRequest(Strict):
     study_budget_s: float = Field(
         default=10.0,
         ge=0.1,
-        le=GREATEST_BUDGET_S,
+        le=MAX_BUDGET_S,
         description="time of the independent reference and of the runs, the tightest solution not counted; an "
         "independent reference that takes too long is given up, rungs that the time does not reach are left out",
     )
 
     def goal(self) -> Goal:
-        """What the recommended level must do."""
+        """The goal of the recommended level."""
         return Meeting(self.spec.accuracy) if self.time_budget_s is None else Within(self.time_budget_s)
 
     @property
@@ -71,7 +77,7 @@ class StudyRequest(Strict):
 
 
 class LevelResult(Strict):
-    """One rung of the ladder."""
+    """A level of the study."""
 
     accuracy: float
     settings: dict[str, float | int | str]
@@ -85,7 +91,7 @@ class LevelResult(Strict):
 
 
 class EffectCostResult(Strict):
-    """What one effect changes and costs here; null where there is no answer without it, or the time was over."""
+    """Influence and cost of an effect; null if there is no answer without it or the time ran out."""
 
     name: str
     active: bool
@@ -97,7 +103,7 @@ class EffectCostResult(Strict):
 
 
 class StudyResult(Strict):
-    """Error against time, from loose to tight; and the effects, each turned about in turn."""
+    """Error against time, from loose to tight, and the influence of each effect."""
 
     levels: list[LevelResult]
     reference: str = Field(description="how the reference was made")
@@ -113,7 +119,7 @@ class StudyResult(Strict):
 
 
 class _NoAnswer(Exception):
-    """The case itself is refused or infeasible: there is nothing to measure."""
+    """The case itself is refused or infeasible."""
 
     def __init__(self, answer: Answer) -> None:
         super().__init__(answer.status)
@@ -122,7 +128,7 @@ class _NoAnswer(Exception):
 
 @cache
 def study_job(kind: Kind) -> Job:
-    """The study of a kind, made from its checks, designs and analyses."""
+    """The study of a kind, built from its jobs."""
     specs = {str(mode): job.request for mode, job in kind.jobs.items()}
     asked_for = " or ".join(f"a {mode} request" if mode != Mode.ANALYSIS else "a request" for mode in specs)
     request = create_model(
@@ -137,7 +143,7 @@ def study_job(kind: Kind) -> Job:
         return _run(kind, mode, asked, report)
 
     def run(asked: Any) -> Answer:
-        return in_steps(asked, to_nobody)
+        return in_steps(asked, ignore_progress)
 
     infeasible = next((job.infeasible for job in kind.jobs.values() if job.infeasible), None)
     return Job(
@@ -152,7 +158,7 @@ def study_job(kind: Kind) -> Job:
 
 
 def _spec(specs: dict[str, type[BaseModel]]) -> Any:
-    """Whichever request claims what was sent, or has a field of its own in it."""
+    """A union of the request models, selected by ``meant_by`` or by distinctive fields."""
     known = {name: set(model.model_fields) for name, model in specs.items()}
     own = {name: fields.difference(*(f for n, f in known.items() if n != name)) for name, fields in known.items()}
 
@@ -168,15 +174,15 @@ def _spec(specs: dict[str, type[BaseModel]]) -> Any:
 
 
 def _run(kind: Kind, mode: Mode, asked: Any, report: Report) -> Answer:
-    """Solve the case at every accuracy of the ladder, then with every effect turned about."""
+    """Solve the case at every accuracy level, then with each effect toggled."""
     job, budget, last = kind.jobs[mode], asked.study_budget_s, dict[str, Answer]()
-    plan = Plan(time=_OF_LEVELS * budget, reference_time=_OF_REFERENCE * budget)
+    plan = Plan(time=_LEVELS_SHARE * budget, reference_time=_REFERENCE_SHARE * budget)
     turned = EFFECT_RUNS * (1 + len(kind.known_effects))
-    count = Count(1 + plan.runs * len(plan.ladder) + turned, report)
+    count = Counter(1 + plan.runs * len(plan.ladder) + turned, report)
 
     def solve(accuracy: float) -> Solved:
         answer = job.run(asked.spec.model_copy(update={"accuracy": accuracy}))
-        count.one()
+        count.increment()
         solved = _solved(kind, mode, answer, asked.spec)
         if solved is None:
             raise _NoAnswer(answer)
@@ -184,27 +190,27 @@ def _run(kind: Kind, mode: Mode, asked: Any, report: Report) -> Answer:
         return solved
 
     def reference() -> Reference | None:
-        count.begin("an independent reference")
+        count.begin(REFERENCE)
         found = job.reference(asked.spec, last["answer"])
         if found is None:
-            count.begin("the ladder of accuracies")
+            count.begin(LADDER)
             return None
 
         def results(watch: Any) -> Any:
             try:
                 return found.results(watch)
             finally:
-                count.begin("the ladder of accuracies")
+                count.begin(LADDER)
 
         return Reference(found.made, results)
 
-    count.begin("the tightest solution")
+    count.begin(TIGHTEST)
     try:
         found = study(solve, asked.goal(), plan, reference)
     except _NoAnswer as nothing:
         return _without_study(nothing.answer)
     effects = last["answer"].effects
-    count.begin("the effects, each turned about")
+    count.begin(EFFECTS)
     costs = _effect_costs(kind, job, asked, effects, count)
     reached = found.recommended
     return Answer(
@@ -226,7 +232,7 @@ def _run(kind: Kind, mode: Mode, asked: Any, report: Report) -> Answer:
 
 
 def _solved(kind: Kind, mode: Mode, answer: Answer, given: Any) -> Solved | None:
-    """What an answer in that mode is judged by, its dimensions too where they are not given; None where it has none."""
+    """The judged values of an answer, including its dimensions unless they are given; None if it has none."""
     if answer.status != "succeeded" or answer.result is None:
         return None
     results = kind.judged_values(answer.result, mode)
@@ -234,7 +240,7 @@ def _solved(kind: Kind, mode: Mode, answer: Answer, given: Any) -> Solved | None
         for name, value in answer.result.get("dimensions", {}).items():
             results[f"dimensions.{name}"] = value
     certificate = answer.result.get("certificate") or {}
-    # A bound that is the core's, let out by what effects may change, does not follow the accuracy asked for.
+    # A bound of the core model, relaxed by the effects, does not follow the requested accuracy.
     gap = None if "effects_beyond_the_core" in certificate.get("evidence", {}) else certificate.get("gap")
     if answer.accuracy is None:
         return Solved(results, gap=gap)
@@ -242,19 +248,19 @@ def _solved(kind: Kind, mode: Mode, answer: Answer, given: Any) -> Solved | None
 
 
 def _effect_costs(
-    kind: Kind, job: Job, asked: Any, manifest: list[dict[str, Any]], count: Count
+    kind: Kind, job: Job, asked: Any, manifest: list[dict[str, Any]], count: Counter
 ) -> tuple[EffectCost, ...]:
     names = [effect["name"] for effect in manifest]
 
     def solve(chosen: Chosen) -> Solved | None:
         settled = EffectChoice(include=sorted(chosen), exclude=sorted(set(names) - chosen))
         answer = job.run(asked.spec.model_copy(update={"effects": settled}))
-        count.one()
-        # Of a design too, every result that an effect may bring: both designs are as exact as was asked for.
+        count.increment()
+        # For a design, too: every result that an effect may add, since both designs meet the requested accuracy.
         return _solved(kind, Mode.CHECK, answer, asked.spec)
 
     active = frozenset(effect["name"] for effect in manifest if effect["state"] == "active")
-    return effect_costs(solve, names, active, _OF_EFFECTS * asked.study_budget_s)
+    return effect_costs(solve, names, active, _EFFECTS_SHARE * asked.study_budget_s)
 
 
 def _error(level: Level) -> float:
@@ -262,7 +268,7 @@ def _error(level: Level) -> float:
 
 
 def _without_study(answer: Answer) -> Answer:
-    """A case without an answer of its own, as the answer to its study: the same refusal, one level further down."""
+    """The study's answer for a case without one: the same refusal, with pointers below /spec."""
     problem = answer.problem
     if problem is not None and "errors" in problem:
         moved = [{**found, "pointer": "/spec" + found["pointer"]} for found in problem["errors"]]

@@ -15,8 +15,8 @@ from solvers.outcome import Certificate, EffectState, Outcome
 Claim = dict[str, str | list[str]]
 
 NOT_IN_THE_GAP = (
-    "the error of the figures told, quadrature and what lies between stations included: accuracy.estimated, which is "
-    "about this very design as the gap is about all others, and no part of it"
+    "the numerical error of this design's results, quadrature and the places between stations included: it is the "
+    "estimated accuracy, and no part of the gap"
 )
 
 
@@ -60,14 +60,18 @@ FIXED = (_PIN_FORMS, _BUSHING_FORMS, _PIN_RANGES)
 def of_pin(outcome: Outcome[Any], form: str, outside: bool, limited: Sequence[str]) -> Claim:
     """Of the lightest pin or bushing of a form; ``limited`` are the names of the limits asked for."""
     part, ran = ("bushing" if outside else "pin"), _ran(outcome)
-    physics = ["strength of the beam's sections by the criterion asked for"]
+    physics = ["strength of the beam's sections by the chosen criterion"]
     if "max_deflection_um" in limited:
         physics.append("deflection by bending" + (" and shear" if "shear_deflection" in ran else ""))
     ring = {"max_ovalization_um": "ovalization", "max_ring_stress_mpa": "hoop stress"}
-    physics += [f"{told} of the ring where the wall is thinnest" for name, told in ring.items() if name in limited]
+    physics += [
+        f"{name_of_stress} of the ring where the wall is thinnest"
+        for name, name_of_stress in ring.items()
+        if name in limited
+    ]
     if outcome.value is None:
         return {
-            "proven": f"no {part} keeps strength and limits: the solid one, the strongest and stiffest, does not",
+            "proven": f"no {part} meets strength and limits: even the solid one, the strongest and stiffest, does not",
             "physics": "the check's own: " + "; ".join(physics),
             "form": "any",
             "range": "every wall up to the solid section",
@@ -76,7 +80,7 @@ def of_pin(outcome: Outcome[Any], form: str, outside: bool, limited: Sequence[st
     stations = outcome.accuracy.settings.get("stations")
     at = f"every wall from the least that holds to the solid section, at each of the answer's {stations} stations"
     return {
-        "proven": f"no {part} of this form that keeps strength and limits is lighter than lower_bound_g",
+        "proven": f"no {part} of this form that keeps strength and limits is lighter than the bound",
         "physics": "the check's own: " + "; ".join(physics),
         "form": (_BUSHING_FORMS if outside else _PIN_FORMS)[form],
         "range": _PIN_RANGES.get(form, at),
@@ -91,8 +95,10 @@ def of_linkage(outcome: Outcome[Any], objective: str, sign: int, types: Sequence
     """Of the best linkage; ``sign`` is +1 where the objective is made small."""
     searched = str(outcome.certificate.evidence["searched"])
     allowed = ", ".join(name.replace("_", " ") for name in types)
-    less = "a lower" if sign > 0 else "a greater"
-    proven = f"no such linkage that keeps the limits has {less} {objective.replace('_', ' ')} than bound"
+    named = objective.replace("_", " ")
+    proven = f"no such linkage that keeps the limits has a lower {named} than the bound"
+    if sign < 0:
+        proven = f"no such linkage that keeps the limits has a greater {named} than the bound"
     if outcome.value is None:
         proven = "no such linkage keeps the limits"
     beside = [name for name in _ran(outcome) if name != "envelope"]
@@ -101,7 +107,7 @@ def of_linkage(outcome: Outcome[Any], objective: str, sign: int, types: Sequence
         "physics": "the check's own: rigid links without play, loads of the rocker's inertia at constant crank speed",
         "form": f"change-point linkages ({allowed}) that have the restitution asked for, its middle if it is a range",
         "range": searched,
-        "estimated": [f"nothing of the bound; it does not ask about {', '.join(beside).replace('_', ' ')}"]
+        "estimated": [f"nothing of the bound; it does not include {', '.join(beside).replace('_', ' ')}"]
         if beside
         else [],
     }
@@ -140,13 +146,13 @@ def of_rod(outcome: Outcome[Any], objective: str) -> Claim:
 def _of_core(outcome: Outcome[Any], objective: str) -> str:
     if outcome.value is None:
         return "no strip meets the requirements"
-    return f"no strip that meets the requirements has a better {objective.replace('_', ' ')} than bound"
+    return f"no strip that meets the requirements has a better {objective.replace('_', ' ')} than the bound"
 
 
 def _of_part(certificate: Certificate) -> str:
     evidence = certificate.evidence
     if "core_bound" in evidence:
-        return "no strip that meets the requirements by this physics is better than evidence.core_bound"
+        return "no strip that meets the requirements by this physics is better than the core's bound"
     return str(evidence.get("core", "nothing")).removeprefix("proven: ")
 
 
@@ -156,4 +162,7 @@ def _of_full(certificate: Certificate) -> str:
     local = "the answer is a local optimum, which local searches did not beat"
     if math.isinf(certificate.gap):
         return f"{local}; no bound is known"
-    return f"{local}; bound is the core's, let out by what these effects change where their influence was read"
+    return (
+        f"{local}; the bound is the basic model's, relaxed by what these effects change where their influence was "
+        "evaluated"
+    )

@@ -1,13 +1,14 @@
-"""A part as lines, circles and dimensions in millimetres: what pictures and CAD files are made from alike.
+"""A drawing: lines, circles and dimensions in millimetres, the common source of pictures and CAD files.
 
-x runs to the right, y up. A kind's ``drawing.py`` says what there is and where; how it looks is the renderer's.
+x points right, y up. A kind's ``drawing.py`` defines content and geometry; the renderer defines the appearance.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -16,20 +17,20 @@ Place = tuple[float, float]
 
 class Layer(StrEnum):
     OUTLINE = "OUTLINE"
-    """The part."""
+    """the part"""
     SECTION = "SECTION"
-    """A cut face of the part."""
+    """a section face"""
     HIDDEN = "HIDDEN"
-    """What the part may become, or where it also stands."""
+    """limits or other positions of the part"""
     CENTER = "CENTER"
-    """Axes and paths."""
+    """axes and paths"""
     CONTEXT = "CONTEXT"
-    """What lies around the part."""
+    """surrounding parts"""
 
 
 @dataclass(frozen=True)
 class Line:
-    """A line through points."""
+    """A polyline."""
 
     points: tuple[Place, ...]
     layer: Layer = Layer.OUTLINE
@@ -45,14 +46,14 @@ class Circle:
 
 @dataclass(frozen=True)
 class Straight:
-    """A piece of an outline: straight on to its end."""
+    """A straight segment of an outline, up to its end point."""
 
     end: Place
 
 
 @dataclass(frozen=True)
 class Arc:
-    """An arc of a circle on to its end; ``bulge`` is the tangent of a quarter of the angle, positive to the left."""
+    """A circular arc up to its end point; ``bulge`` is the tangent of a quarter of the angle, positive to the left."""
 
     end: Place
     bulge: float
@@ -60,7 +61,7 @@ class Arc:
 
 @dataclass(frozen=True)
 class Bezier:
-    """A cubic by its two control points and its end."""
+    """A cubic Bézier segment: two control points and its end point."""
 
     first: Place
     second: Place
@@ -72,7 +73,7 @@ Piece = Straight | Arc | Bezier
 
 @dataclass(frozen=True)
 class Outline:
-    """Pieces one after the other from a start, which closed ones come back to by themselves."""
+    """Consecutive segments from a start point; closed outlines return to it."""
 
     start: Place
     pieces: tuple[Piece, ...]
@@ -81,7 +82,7 @@ class Outline:
 
     @property
     def places(self) -> tuple[Place, ...]:
-        """Where pieces begin and end."""
+        """Start and end points of all segments."""
         return (self.start, *(piece.end for piece in self.pieces))
 
 
@@ -89,13 +90,13 @@ Shape = Line | Circle | Outline
 
 
 def middle_of(start: Place, arc: Arc) -> Place:
-    """The point half way along an arc."""
+    """The midpoint of an arc."""
     (x1, y1), (x2, y2) = start, arc.end
     return 0.5 * (x1 + x2 + arc.bulge * (y2 - y1)), 0.5 * (y1 + y2 - arc.bulge * (x2 - x1))
 
 
 def extent(shape: Shape) -> tuple[Place, ...]:
-    """Points whose box holds the shape; arcs of more than a half turn are for circles."""
+    """Points that span the shape's bounding box; exact for arcs up to half a turn."""
     if isinstance(shape, Circle):
         (x, y), r = shape.center, shape.radius
         return ((x - r, y - r), (x + r, y + r))
@@ -113,7 +114,7 @@ def extent(shape: Shape) -> tuple[Place, ...]:
 
 @dataclass(frozen=True)
 class Note:
-    """Words in the middle of a place."""
+    """Text centred at a point."""
 
     at: Place
     words: str
@@ -121,11 +122,11 @@ class Note:
 
 @dataclass(frozen=True)
 class Dimension:
-    """A distance with its words.
+    """A dimension with its text.
 
-    ``axis``: "x" or "y" for the distance along that axis, its line ``level`` steps of the renderer away from the
-    coordinate ``at`` (up or right where positive); "free" for a distance along the points themselves. ``path``: the
-    request's field that it shows, as a dotted path; empty for what only follows from others.
+    ``axis``: "x" or "y" for the distance along an axis, with the dimension line ``level`` renderer steps away from the
+    coordinate ``at`` (positive: up or right); "free" for the distance between the points. ``path``: dotted path of the
+    request's field, empty for a derived dimension.
     """
 
     start: Place
@@ -139,7 +140,7 @@ class Dimension:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A part to scale, and what is to be said below it."""
+    """A drawing to scale with its caption."""
 
     title: str
     shapes: tuple[Shape, ...]
@@ -148,18 +149,42 @@ class Drawing:
     caption: str = ""
 
 
+_SENTENCES = re.compile(r"(?<=\.) ")
+
+
+def sentences_of(caption: str) -> list[str]:
+    """Sentences of a caption, which are translated separately."""
+    return _SENTENCES.split(caption)
+
+
+def worded(drawing: Drawing, say: Callable[[str], str]) -> Drawing:
+    """The drawing translated with ``say``; a dimension's symbol of several letters is translated, too."""
+
+    def dimension(words: str) -> str:
+        symbol, _space, value = words.rpartition(" ")
+        return f"{say(symbol)} {value}" if len(symbol) > 2 else words
+
+    return replace(
+        drawing,
+        title=say(drawing.title),
+        caption=" ".join(map(say, sentences_of(drawing.caption))),
+        notes=tuple(replace(note, words=say(note.words)) for note in drawing.notes),
+        dimensions=tuple(replace(each, words=dimension(each.words)) for each in drawing.dimensions),
+    )
+
+
 def rectangle(left: float, bottom: float, right: float, top: float, layer: Layer = Layer.OUTLINE) -> Line:
-    """A rectangle by its sides."""
+    """A rectangle."""
     return Line(((left, bottom), (right, bottom), (right, top), (left, top)), layer, closed=True)
 
 
 def words_of(symbol: str, value: float) -> str:
-    """A symbol and its value as a dimension shows them."""
+    """The text of a dimension: symbol and value."""
     return f"{symbol} {value:.5g}".strip()
 
 
 def given(request: Mapping[str, Any], path: str) -> Any:
-    """What a request, which may lack much, has at a dotted path; None for nothing."""
+    """The value at a dotted path of a possibly incomplete request; None if missing."""
     here: Any = request
     for step in path.split("."):
         if isinstance(here, Mapping):
@@ -172,13 +197,13 @@ def given(request: Mapping[str, Any], path: str) -> Any:
 
 
 def length(request: Mapping[str, Any], path: str) -> float | None:
-    """The number at a path if it is one that can be drawn: finite, and not negative."""
+    """The number at a path if it is finite and not negative."""
     value = signed(request, path)
     return value if value is not None and value >= 0.0 else None
 
 
 def signed(request: Mapping[str, Any], path: str) -> float | None:
-    """The number at a path if it is a finite one."""
+    """The number at a path if it is finite."""
     value = given(request, path)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         return None

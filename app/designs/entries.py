@@ -1,11 +1,11 @@
-"""The kernels that Python calls, with their types: what can be compiled side by side before anything is asked for.
+"""Entry points: the kernels called from Python, with their argument types, for compilation ahead of use.
 
-`signatures.py` lists them by the part whose rehearsals are the first to call for them. In short, types are: ``f``,
-``i``, ``b``, ``c`` for a number (float, int, bool, complex), with the number of dimensions behind it for an array
-(``f2``), and ``F`` or ``r`` behind that for one that lies in Fortran's order or may not be written to; a name is a
-named tuple.
+`signatures.py` lists them by the part whose rehearsals call them first. Types are abbreviated: ``f``, ``i``, ``b``,
+``c`` for a scalar (float, int, bool, complex), followed by the number of dimensions for an array (``f2``), and by ``F``
+or ``r`` for Fortran order or read-only; any other word is a named tuple.
 
-The list saves time and nothing else: a kernel that it does not know or no longer fits is compiled when it is called.
+The list only saves time: a kernel that is missing from it, or listed with outdated types, is compiled on its first
+call.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from solvers.numerics.jit import KERNELS, Kernel, sources
 Part = tuple[str, str]
 
 Entry = tuple[str, str]
-"""Full name of a kernel, and its types as they are written here."""
+"""Qualified name of a kernel, and its abbreviated types."""
 
-_ROOM_DEPTH = 4
+_PACKAGE_DEPTH = 4
 
 _LETTERS = {"f": "float64", "i": "int64", "b": "boolean", "c": "complex128"}
 _SHORT = {"float64": "f", "int64": "i", "bool": "b", "complex128": "c"}
@@ -32,27 +32,27 @@ _WORD = re.compile(r"([fibc])(\d?)(F?)(r?)")
 
 
 def units_of(part: Part) -> list[tuple[Entry, ...]]:
-    """The entries that a part is the first to call, in bundles: those of one room hold the same inner kernels.
+    """The part's entries in units; entries of one package form a unit, since they share inner kernels.
 
-    What may take longest is begun first, so that two processes end at about the same time.
+    The longest units come first, so that two processes finish at about the same time.
     """
-    bundles: dict[str, list[Entry]] = {}
+    units: dict[str, list[Entry]] = {}
     for name, types in ENTRIES.get(part, ()):
-        bundles.setdefault(".".join(_module(name).split(".")[:_ROOM_DEPTH]), []).append((name, types))
-    return [tuple(bundle) for bundle in sorted(bundles.values(), key=_reach, reverse=True)]
+        units.setdefault(".".join(_module(name).split(".")[:_PACKAGE_DEPTH]), []).append((name, types))
+    return [tuple(unit) for unit in sorted(units.values(), key=_source_size, reverse=True)]
 
 
 def _module(name: str) -> str:
     return name.rpartition(".")[0]
 
 
-def _reach(bundle: list[Entry]) -> int:
-    """How many bytes of source its kernels may hold code of."""
-    return sum(path.stat().st_size for path in {path for name, _ in bundle for path in sources(_module(name))})
+def _source_size(unit: list[Entry]) -> int:
+    """Size in bytes of the sources its kernels may include, as an estimate of the compilation time."""
+    return sum(path.stat().st_size for path in {path for name, _ in unit for path in sources(_module(name))})
 
 
 def compile_entry(entry: Entry) -> bool:
-    """Compile one for the types it is called with, or load it; False where the list no longer fits."""
+    """Compile or load an entry; False if the listed types are outdated."""
     name, types = entry
     try:
         _kernel(name).compiled.compile(tuple(_type(word) for word in types.split()))
@@ -69,7 +69,7 @@ def _kernel(name: str) -> Kernel:
 
 @cache
 def _type(word: str) -> Any:
-    """numba's type for a word of the list."""
+    """numba's type of an abbreviation."""
     from numba import types
 
     plain = _WORD.fullmatch(word)
@@ -90,7 +90,7 @@ def _tuple_class(name: str) -> Any:
 
 
 def called() -> Iterator[tuple[str, Any]]:
-    """Every kernel that this process has called from Python, and the types it was called with."""
+    """Every kernel called from Python in this process, with its types."""
     for kernel in KERNELS:
         if "compiled" in kernel.__dict__:
             for types in kernel.compiled.signatures:
@@ -98,7 +98,7 @@ def called() -> Iterator[tuple[str, Any]]:
 
 
 def word_of(type_: Any, tuples: dict[str, str]) -> str:
-    """The word for one of numba's types; named tuples are added to ``tuples``."""
+    """The abbreviation of a numba type; named tuples are added to ``tuples``."""
     from numba import types
 
     if isinstance(type_, types.BaseNamedTuple):

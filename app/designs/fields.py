@@ -1,6 +1,6 @@
-"""What a kind's requests are made of, field by field: from the request model's own JSON schema and the forms' words.
+"""Field-by-field description of a kind's requests, from the request models' JSON schemas and the forms' wording.
 
-One description for clients that build a dialog of their own.
+For clients that build their own forms.
 """
 
 from __future__ import annotations
@@ -11,17 +11,17 @@ from typing import Any
 
 from pydantic import BaseModel, Field
 
-from app.designs.form import COMMON, looked_up
+from app.designs.form import COMMON, look_up
 from app.designs.kind import Kind, Mode
 from app.designs.registry import job_of
 from app.designs.units import split_unit
 
 _TAGS = ("kind", "method")
-_DEEPEST = 6
+_MAX_DEPTH = 6
 
 
 class FieldInfo(BaseModel):
-    """One value of a request. Limits are null where there are none."""
+    """A field of a request. Limits are null if there are none."""
 
     path: str = Field(description="dotted names; [] for the items of a list")
     label: str
@@ -49,13 +49,13 @@ class FieldInfo(BaseModel):
 
 @cache
 def fields_of(kind: Kind, mode: Mode) -> tuple[FieldInfo, ...]:
-    """Every field of that mode's requests, in the order of the models; a choice of form before its fields."""
+    """All fields of a mode's requests in the models' order; a discriminator comes before its fields."""
     schema = job_of(kind, mode).request.model_json_schema()
     return tuple(_Reader(kind, schema).object_fields(schema, "", "", 0))
 
 
 def objectives_of(kind: Kind) -> list[str]:
-    """What a design of the kind can be after; empty where there is but one thing."""
+    """Objectives of a design; empty if there is only one."""
     if Mode.DESIGN not in kind.jobs:
         return []
     return next(
@@ -68,7 +68,7 @@ class _Reader:
         self._words, self._definitions = kind.form, root.get("$defs", {})
 
     def object_fields(self, schema: Mapping[str, Any], path: str, when: str, depth: int) -> Iterator[FieldInfo]:
-        """The fields of an object, or of the one of several objects that is chosen."""
+        """The fields of an object, or of the selected member of a union."""
         if "oneOf" in schema:
             yield from self._forms(schema, path, when, True, depth)
             return
@@ -81,7 +81,7 @@ class _Reader:
         self, schema: Mapping[str, Any], path: str, when: str, required: bool, depth: int
     ) -> Iterator[FieldInfo]:
         schema, nullable = self._plain(schema)
-        if depth > _DEEPEST or schema.get("description", "").startswith("filled in"):
+        if depth > _MAX_DEPTH or schema.get("description", "").startswith("filled in"):
             return
         if "oneOf" in schema:
             yield from self._forms(schema, path, when, required, depth)
@@ -94,7 +94,7 @@ class _Reader:
                 yield from self.object_fields(items, f"{path}[]", when, depth)
 
     def _plain(self, schema: Mapping[str, Any]) -> tuple[Mapping[str, Any], bool]:
-        """The schema without references and without null among its forms; whether null was there."""
+        """The schema with references resolved and null removed; whether null was allowed."""
         if "$ref" in schema:
             schema = {**self._definitions[schema["$ref"].rpartition("/")[2]], **_without(schema, "$ref")}
         if "anyOf" not in schema:
@@ -106,7 +106,7 @@ class _Reader:
     def _forms(
         self, schema: Mapping[str, Any], path: str, when: str, required: bool, depth: int
     ) -> Iterator[FieldInfo]:
-        """The choice of a form, and the fields of each."""
+        """The discriminator of a union, and the fields of each member."""
         forms: dict[str, Mapping[str, Any]] = {}
         for member in schema["oneOf"]:
             found, _ = self._plain(member)
@@ -118,8 +118,8 @@ class _Reader:
         for name, member in forms.items():
             inner = f"{when}, {place}={name}" if when else f"{place}={name}"
             if "properties" in member:
-                told = {**member, "properties": {n: p for n, p in member["properties"].items() if n != tag}}
-                yield from self.object_fields(told, path, inner, depth)
+                fields = {**member, "properties": {n: p for n, p in member["properties"].items() if n != tag}}
+                yield from self.object_fields(fields, path, inner, depth)
             elif "enum" not in member:
                 yield self._field({**_kept(schema), **member}, path, inner, required, False)
 
@@ -127,8 +127,10 @@ class _Reader:
         place = path.replace("[]", "")
         _, unit = split_unit(place.rpartition(".")[2])
         choices = schema.get("enum") or ([schema["const"]] if "const" in schema else None)
-        told = schema.get("type", "string")
-        kind = told if told == "form" else "choice" if choices else "list" if told == "array" else told
+        json_type = schema.get("type", "string")
+        kind = (
+            json_type if json_type == "form" else "choice" if choices else "list" if json_type == "array" else json_type
+        )
         items, _ = self._plain(schema.get("items", {}))
         limits = items if kind == "list" else schema
         return FieldInfo(
@@ -148,7 +150,7 @@ class _Reader:
             most=schema.get("maxLength", schema.get("maxItems")),
             choices=choices,
             when=when,
-            help=looked_up(self._words.helps, COMMON.helps, place) or schema.get("description", ""),
+            help=look_up(self._words.helps, COMMON.helps, place) or schema.get("description", ""),
         )
 
 
@@ -165,7 +167,7 @@ def _const(member: Mapping[str, Any], tag: str) -> Any:
 
 
 def _names(member: Mapping[str, Any]) -> list[str]:
-    """What a form is called in a request: its tag, the words it can be, or its model's name."""
+    """Values of a union member's tag: its constant, its enumeration, or its model's name."""
     if "enum" in member:
         return [str(word) for word in member["enum"]]
     for tag in _TAGS:

@@ -1,6 +1,6 @@
-"""What a kind's forms say beside what its request models say themselves: the order of thought, and a designer's words.
+"""Wording and layout of a kind's forms, in addition to its request models.
 
-A kind without any gets a form all the same: from the models' own names, units, limits and descriptions.
+A kind without any gets a generic form: from the models' names, units, limits and descriptions.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from typing import Any
 from app.designs.units import split_unit
 
 Request = dict[str, Any]
-"""A request as JSON tells it."""
+"""A request as its JSON object."""
 
 
 @dataclass(frozen=True)
 class Switch:
-    """A choice that the request does not name: which of its fields are given. ``of`` tells it from a request."""
+    """A choice that is no field of the request: which of its fields are given. ``of`` infers it from a request."""
 
     label: str
     options: Mapping[str, str]
@@ -28,16 +28,19 @@ class Switch:
 
 @dataclass(frozen=True)
 class FormWords:
-    """Words for the fields of a kind, by dotted path in the request (without the member of a union), or by last name.
+    """Wording and layout of a kind's fields, by dotted path in the request (without the member of a union) or by last
+    name.
 
-    ``sections``: heading → names of the request's own fields, in the order of thought; "+" before a heading: a
-    section that stays closed at first. ``labels`` and ``helps`` replace what the model's names and descriptions say.
-    ``options``: words for the values of a choice, and for the members of a union. ``when``: the fields on which it
-    depends whether a field applies, as "name=value,value&name=value|name=value". ``always``: fields that may be empty
-    and are shown nevertheless; all others that may be empty are added with a click. ``sliders``: numbers worth
-    dragging. ``only``: fields of one mode's form. ``starts``: what a member of a union starts with when the example
-    has another, by path and member. ``hidden``: fields with no place in a form. ``columns``: a table of points whose
-    columns depend on a choice: path → variant → (columns, when).
+    sections  heading -> the request's own fields in order; "+" before a heading: initially collapsed
+    labels, helps  replace the model's names and descriptions
+    options   labels of a choice's values and of a union's members
+    when      conditions under which a field applies: "name=value,value&name=value|name=value"
+    always    optional fields that are shown at once; all others are added with a click
+    sliders   numbers with a slider
+    only      fields of one mode's form
+    starts    initial values of a union's member that the example does not use, by path and member
+    hidden    fields that are not part of the form
+    columns   a table of points whose columns depend on a choice: path -> variant -> (columns, when)
     """
 
     sections: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -54,8 +57,8 @@ class FormWords:
     switches: Mapping[str, Switch] = field(default_factory=dict)
 
     def label(self, path: str) -> str:
-        """What a field is called: as it is worded, else as it is named, limits by their end."""
-        label = looked_up(self.labels, COMMON.labels, path)
+        """The label of a field: its wording, or its name with min and max spelled out."""
+        label = look_up(self.labels, COMMON.labels, path)
         if label is not None:
             return label
         words = split_unit(path.rpartition(".")[2])[0]
@@ -74,7 +77,7 @@ COMMON = FormWords(
         "time_budget_s": "Time this design may take",
         "run_id": "Stored run",
         "instant": "Instant",
-        "repair": "Mend points that are out of order",
+        "repair": "Repair points that are out of order",
         "poisson": "Poisson's ratio",
         "density_kg_m3": "Density",
         "elastic_modulus_gpa": "Elastic modulus E",
@@ -115,11 +118,11 @@ COMMON = FormWords(
     },
     always=frozenset({"time_budget_s", "back_pressure_mpa", "instant"}),
 )
-"""What every kind says alike."""
+"""Wording shared by all kinds."""
 
 
-def looked_up(words: Mapping[str, Any], common: Mapping[str, Any], path: str) -> Any:
-    """What there is for a path: the kind's own words before the common ones, the whole path before its last name."""
+def look_up(words: Mapping[str, Any], common: Mapping[str, Any], path: str) -> Any:
+    """Look up a path: the kind's table before the common one, the whole path before its last name."""
     last = path.rpartition(".")[2]
     for table in (words, common):
         for name in (path, last):

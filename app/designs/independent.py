@@ -1,4 +1,4 @@
-"""Independent references of the kinds, and what they share: which effects an answer had, and units."""
+"""Helpers for the independent references of the kinds."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ from app.designs.kind import Answer
 from solvers.accuracy import Exact, Reference
 
 ROUNDING = 2.0**-52
-"""What a result loses as a float, in another unit."""
+"""Relative rounding error of a unit conversion."""
 
 Found = Mapping[str, tuple[Any, float]]
-"""name -> (value of mpmath in SI units or None, what it may be off, relative)."""
+"""name -> (mpmath value in SI units or None, its relative uncertainty)"""
 
 
 def active(answer: Answer) -> frozenset[str]:
-    """The effects that ran."""
+    """Names of the effects that were computed."""
     return frozenset(effect["name"] for effect in answer.effects if effect["state"] == "active")
 
 
 def exact(found: Found, names: Mapping[str, tuple[str, float]]) -> dict[str, Exact]:
-    """Results by the contract's names: ``names`` says what each is called and its unit in SI."""
-    told = {}
+    """Results by the API's names; ``names`` gives each one's name and SI unit."""
+    results_by_name = {}
     for own, (name, unit) in names.items():
         if own in found:
             value, doubt = found[own]
-            told[name] = Exact(None if value is None else float(value / unit), doubt + ROUNDING)
-    return told
+            results_by_name[name] = Exact(None if value is None else float(value / unit), doubt + ROUNDING)
+    return results_by_name
 
 
 def reference(made: str, results: Callable[[Callable[[], None]], dict[str, Exact]]) -> Reference:
-    """A reference in arbitrary precision; ``made`` says by which equations."""
+    """A reference in arbitrary precision; ``made`` describes its equations."""
     return Reference(f"in arbitrary precision, {made}", results)

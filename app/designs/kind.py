@@ -1,6 +1,6 @@
-"""What a kind of design is to the service: its request and result models and the calls into ``solvers``.
+"""The interface of a kind of design: request and result models and calls into ``solvers``.
 
-The registry is the only list of kinds; routes, storage, forms, jobs and exports follow from it.
+Routes, storage, forms, jobs and exports are derived from the registry.
 """
 
 from __future__ import annotations
@@ -18,12 +18,13 @@ from app.designs.calculation.chain import Chain
 from app.designs.drawing import Drawing
 from app.designs.form import FormWords
 from app.designs.part import Part
-from app.designs.progress import Report, to_nobody
+from app.designs.pictures.chart import Say
+from app.designs.progress import Report, ignore_progress
 from solvers.accuracy import Reference
 from solvers.effects import Effect
 
-Plot = Callable[[dict[str, Any]], str]
-"""From a succeeded run, as its JSON tells it, to SVG."""
+Plot = Callable[[dict[str, Any], Say], str]
+"""From a succeeded run as JSON object to an SVG, translated by the second argument."""
 
 
 class Mode(StrEnum):
@@ -34,24 +35,23 @@ class Mode(StrEnum):
 
 
 class Detail(StrEnum):
-    """How much of a result is wanted: all, or what is left without its curves and tables."""
+    """Amount of detail in a result: full, or without curves and tables."""
 
     SCALARS = "scalars"
     FULL = "full"
 
 
 REFUSED = "refused"
-"""The status of an answer whose request cannot be accepted."""
+"""Status of an answer to an invalid request."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """A solver's outcome at the edge: names and units of the HTTP contract, finite JSON values only.
+    """A solver's outcome in the names and units of the API; finite JSON values only.
 
-    ``status`` is "succeeded", "infeasible" or "failed", or ``REFUSED`` where the request cannot be accepted;
-    ``result`` is a dict in the shape of the job's result model; ``problem`` is a problem+json object where the solver
-    refused or failed; ``verdict`` is whether the part holds, None of what is no part: an analysis, a study, a design
-    that is not there.
+    ``status`` is "succeeded", "infeasible", "failed" or ``REFUSED``. ``result`` has the shape of the job's result
+    model. ``problem`` is a problem+json object if the solver refused or failed. ``verdict`` says whether the part
+    holds; None for analyses, studies and designs without a result.
     """
 
     status: str
@@ -63,7 +63,7 @@ class Answer:
     verdict: dict[str, Any] | None = None
 
 
-def _nothing(_request: Any) -> float:
+def _no_extra_time(_request: Any) -> float:
     return 0.0
 
 
@@ -89,26 +89,25 @@ def _no_part(_run: Mapping[str, Any]) -> bool:
 
 @dataclass(frozen=True)
 class Job:
-    """One thing that can be asked of a kind: a request model, a result model, and the pure call between them.
+    """A job of a kind: request model, result model, and the pure function between them.
 
-    ``inline`` is true only where the call's time has a small proven bound, so that it may run on the event loop;
-    everything else runs in a process that can be killed. ``extra_s`` is the time that a request itself may ask for on
-    top of the budget. ``repeatable`` is false where time is part of the answer, so that no earlier one will do.
-    ``reference`` solves a request by independent means, to judge accuracies by, where there are such means; it is given
-    the job's own tightest answer, which tells the effects that ran and what was found.
-    ``infeasible`` is the result where there is no answer, if the kind says more than the diagnosis all kinds have.
-    ``in_steps`` is the call of a job that takes long, and tells how far it is.
-    ``best_in_time`` is true where the call looks at the clock: it ends by itself at the request's ``time_budget_s``,
-    with the best it has found. A call that does not is killed instead.
-    ``run_many`` answers many requests in less time than one after the other, where there is such a way: one answer for
-    each, the same as ``run`` gives, in their order; ``tables`` are the results that it leaves out unless all is wanted.
+    inline      the call has a small proven time bound and may run on the event loop; others run in a worker
+    extra_s     time that a request may claim on top of the budget
+    repeatable  false if time is part of the answer, so that cached answers are not valid
+    reference   solves a request by independent means, for accuracy studies; given the job's tightest answer with its
+        effects
+    infeasible  result model for no solution, if it says more than the common diagnosis
+    in_steps    the call with progress reports, for long jobs
+    best_in_time  the call watches the clock and ends at ``time_budget_s`` with the best solution; others are killed
+    run_many    bulk evaluation with the same answers as ``run``, in order; omits ``tables`` unless full detail is
+        requested
     """
 
     request: type[BaseModel]
     result: type[BaseModel]
     run: Callable[[Any], Answer]
     inline: bool = False
-    extra_s: Callable[[Any], float] = _nothing
+    extra_s: Callable[[Any], float] = _no_extra_time
     repeatable: bool = True
     reference: Callable[[Any, Answer], Reference | None] = _no_reference
     infeasible: type[BaseModel] | None = None
@@ -117,12 +116,12 @@ class Job:
     run_many: Callable[[Sequence[Any], Detail], list[Answer]] | None = None
     tables: tuple[str, ...] = ()
 
-    def solve(self, request: Any, report: Report = to_nobody) -> Answer:
-        """The answer, told of on the way where the job is a long one."""
+    def solve(self, request: Any, report: Report = ignore_progress) -> Answer:
+        """Solve, with progress reports if the job supports them."""
         return self.run(request) if self.in_steps is None else self.in_steps(request, report)
 
     def rehearse(self, request: Any) -> None:
-        """Have in memory what its calls need, for one request and for many."""
+        """Load everything its calls need, for single and bulk evaluation."""
         self.run(request)
         if self.run_many is not None:
             self.run_many([request], Detail.SCALARS)
@@ -130,19 +129,21 @@ class Job:
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """A kind of design: its slug in URLs, its title for people, its jobs by mode, the effects that its scenes can
-    call for, its plots by name.
+    """A kind of design.
 
-    ``main_results`` are the numbers of a result that an accuracy study judges, a dotted name for one within a group;
-    none where the answer has a closed form. ``given_results`` join them where the dimensions are given: a design whose
-    objective is flat in them leaves them uncertain by the square root of its own error.
-    ``figure`` is the number of a result that matters most, with its name and unit as a field would be named.
-    ``drawn_if`` names the plots that only some runs have, and how to tell from the run.
-    ``form`` words the kind's forms; ``drawing`` is the part with its dimensions, from a request as JSON tells it, which
-    may still lack much: None where nothing can be drawn yet. ``part`` is what can be made, from a run with a result
-    that ``has_part``, at an angle of its crank in degrees where it has one. ``denials`` has what a verdict says of a
-    criterion, by its name, where a yes is a no. ``calculation`` fills a chain with how a person checks a succeeded run
-    by hand; it raises NotANumber where that cannot go on. ``followed`` names the effects that it has in it.
+    slug, title   in URLs, and for display
+    jobs, plots   by mode, and by name
+    main_results  numbers judged by an accuracy study, dotted for nested ones; none for closed-form answers
+    given_results  judged as well if the dimensions are given; a flat objective leaves a design's own dimensions
+        uncertain by the square root of its error
+    figure        the headline number of a result: name with unit suffix, and value
+    drawn_if      conditions of plots that only some runs have
+    form          wording of the forms
+    drawing       dimensioned drawing from a possibly incomplete request; None if nothing can be drawn yet
+    part          the part of a run for which ``has_part`` holds, at a crank angle [deg] if it has one
+    denials       wording of failed yes/no criteria, by name
+    calculation   fills a chain with the hand calculation of a succeeded run; raises NotANumber if that is impossible
+    followed      effects covered by the hand calculation
     """
 
     slug: str
@@ -164,11 +165,11 @@ class Kind:
     denials: Mapping[str, str] = field(default_factory=dict)
 
     def judged(self, mode: Mode) -> tuple[str, ...]:
-        """The names of the results by which an answer in that mode is judged."""
+        """Names of the results judged in a mode."""
         return self.main_results if mode is Mode.DESIGN else (*self.main_results, *self.given_results)
 
     def judged_values(self, result: Mapping[str, Any], mode: Mode) -> dict[str, float | None]:
-        """Those results, None where one does not exist; without those that the result has no place for."""
+        """Values of the judged results, None if undefined; without those that the result model lacks."""
         found = {}
         for name in self.judged(mode):
             group, _, inner = name.rpartition(".")
@@ -178,17 +179,17 @@ class Kind:
         return found
 
     def effects(self) -> list[dict[str, Any]]:
-        """The effects as the service shows them."""
+        """The kind's effects as JSON."""
         return [{"name": e.name, "summary": e.summary, "measure": e.measure} for e in self.known_effects]
 
     def example(self, mode: Mode) -> dict[str, Any]:
-        """A worked example of a request of that mode."""
+        """The example request of a mode."""
         return json.loads((files("app.designs") / "examples" / f"{self.slug}-{mode}.json").read_text("utf-8"))
 
     def others(self, mode: Mode) -> dict[str, dict[str, Any]]:
-        """More worked examples of that mode by their titles; each says in what it differs from the first."""
-        told = json.loads((files("app.designs") / "examples" / "others.json").read_text("utf-8"))
+        """Further examples of a mode by title, as changes of the first one."""
+        examples = json.loads((files("app.designs") / "examples" / "others.json").read_text("utf-8"))
         first = self.example(mode)
-        found = told.get(f"{self.slug}-{mode}", {})
-        # A request of another method shares no field with the first.
+        found = examples.get(f"{self.slug}-{mode}", {})
+        # Requests of different methods share no fields.
         return {title: own if "method" in own else {**first, **own} for title, own in found.items()}

@@ -1,4 +1,4 @@
-"""What somebody may have meant by a name that there is not."""
+"""Suggestions for misspelt names."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from pydantic import BaseModel, RootModel, Tag
 
 from app.designs.schema import is_tag
 
-_LONGEST = 100
-"""No name that there is comes near it."""
+_MAX_LENGTH = 100
+"""Longer input matches no name."""
 
 
 def nearest(given: str, names: Iterable[str]) -> str | None:
-    """The name that is most like the one given, if any is much like it; the same name with a unit behind it is."""
-    known, given = list(names), given[:_LONGEST]
+    """The most similar name, if any is similar; the same name with a unit suffix comes first."""
+    known, given = list(names), given[:_MAX_LENGTH]
     with_unit = [name for name in known if name.startswith(f"{given}_")]
     found = with_unit or difflib.get_close_matches(given, known, 1)
     return found[0] if found else None
 
 
 def fields_at(model: Any, location: Sequence[int | str]) -> tuple[str, ...]:
-    """The names of the fields of the object at a place of a request, the place as pydantic's errors tell it."""
+    """The field names of the object at a location given as in pydantic's errors."""
     here = list(_models(model, None))
     for part in location:
         if is_tag(part):
@@ -35,7 +35,7 @@ def fields_at(model: Any, location: Sequence[int | str]) -> tuple[str, ...]:
 
 
 def _models(annotation: Any, tag: str | None) -> Iterator[tuple[str | None, type[BaseModel]]]:
-    """The models of an annotation, each with its tag in the innermost union."""
+    """The models in an annotation, each with its tag in the innermost union."""
     if isinstance(annotation, type) and issubclass(annotation, RootModel):
         yield from _models(annotation.model_fields["root"].annotation, tag)
     elif isinstance(annotation, type) and issubclass(annotation, BaseModel):

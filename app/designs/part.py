@@ -1,4 +1,4 @@
-"""A part as its drawings, solids and tables of parameters all see it, in mm: made from a stored result alone."""
+"""A part in mm, as used by drawings, solids and parameter tables; made from a stored result alone."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from app.designs.drawing import Circle, Drawing, Outline, Place
 
 @dataclass(frozen=True)
 class Extrusion:
-    """A flat outline with round holes, ``height`` thick from ``bottom`` up, along z.
+    """A planar outline with round holes, extruded by ``height`` from ``bottom`` along z.
 
-    ``turn_deg`` and ``shift`` place it among others: turned about the origin, then moved.
+    ``turn_deg`` rotates it about the origin, then ``shift`` moves it.
     """
 
     name: str
@@ -25,7 +25,7 @@ class Extrusion:
 
 @dataclass(frozen=True)
 class Revolution:
-    """A profile of (place along the axis, radius) turned about the axis of x."""
+    """A profile of (axial position, radius) revolved about the x axis."""
 
     name: str
     profile: Outline
@@ -36,7 +36,7 @@ Solid = Extrusion | Revolution
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number that describes the part, by a name that every CAD program takes; ``unit`` is mm, deg or nothing."""
+    """A parameter of the part, with a name valid in every CAD program; ``unit`` is mm, deg or empty."""
 
     name: str
     value: float
@@ -46,9 +46,9 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Part:
-    """A part: its solids, its parameters, its drawing, and what there is to say of it in the title block.
+    """A part: solids, parameters, drawing, and remarks for the title block.
 
-    ``density_kg_m3`` is known of a part whose result tells its mass, ``mass_g``.
+    ``mass_g`` and ``density_kg_m3`` are given if the result has a mass.
     """
 
     title: str
@@ -61,7 +61,7 @@ class Part:
 
 
 class UnfitAngle(ValueError):
-    """A part cannot stand at the angle asked for; ``allowed`` says at which it can."""
+    """The part cannot take the requested angle; ``allowed`` says which angles it can."""
 
     def __init__(self, reason: str, allowed: str) -> None:
         super().__init__(reason)

@@ -1,4 +1,4 @@
-"""The kinds of problem that the service tells (RFC 9457), each with a type of its own that leads to what it means."""
+"""Problem types (RFC 9457), each with a documented type URI."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 UNTYPED = "about:blank"
-"""The type of what the HTTP status says alone."""
+"""The type of problems fully described by their HTTP status."""
 
 INVALID = "The request is not valid"
 OUT_OF_TIME = "The time budget ran out"
@@ -61,20 +61,20 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "Something went wrong": "The request was understood; the fault is the service's.",
     }
 )
-"""What each kind of problem means, by its title."""
+"""Explanation of each problem type, by title."""
 
 
 def anchor(title: str) -> str:
-    """Where the reference explains the kind of problem."""
+    """HTML anchor of a problem type in the API reference."""
     return "problem-" + re.sub(r"[^a-z]+", "-", title.lower()).strip("-")
 
 
 def problem_type(title: str) -> str:
-    """The URI of a kind of problem: its place in the service's own reference."""
+    """The type URI: the section of the service's reference."""
     return f"/docs#{anchor(title)}" if title in MEANINGS else UNTYPED
 
 
 def problem_details(title: str, status: int, detail: str, errors: list[Any] | None = None) -> dict[str, Any]:
-    """One problem as it is sent and stored."""
+    """A problem as sent and stored."""
     found: dict[str, Any] = {"type": problem_type(title), "title": title, "status": status, "detail": detail}
     return found if errors is None else {**found, "errors": errors}

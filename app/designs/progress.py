@@ -1,4 +1,4 @@
-"""How far a long solve is, told while it runs."""
+"""Progress of long solves."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Progress:
-    """So many solutions are there, of at most so many; ``doing`` says what is under way."""
+    """``done`` of at most ``of`` solutions are found; ``doing`` describes the current step."""
 
     done: int
     of: int
@@ -18,12 +18,12 @@ class Progress:
 Report = Callable[[Progress], None]
 
 
-def to_nobody(_progress: Progress) -> None:
-    """Progress that nobody waits for."""
+def ignore_progress(_progress: Progress) -> None:
+    """No-op report."""
 
 
-class Count:
-    """Counts solutions, of so many, and reports them."""
+class Counter:
+    """Counts solutions and reports progress."""
 
     def __init__(self, of: int, report: Report) -> None:
         self._done, self._of, self._report, self._doing = 0, of, report, ""
@@ -32,7 +32,7 @@ class Count:
         self._doing = doing
         self._tell()
 
-    def one(self) -> None:
+    def increment(self) -> None:
         self._done += 1
         self._tell()
 

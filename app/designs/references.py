@@ -1,13 +1,14 @@
-"""Requests that name a stored run: any model in a request may be a reference, and is filled in before anything solves.
+"""References to stored runs in requests, filled in before solving.
 
-The filled reference keeps the run's id beside what was taken from it, so that a stored request says where its numbers
-came from and can still be solved without the store.
+A filled reference keeps the run's id beside the data taken from it, so a stored request documents its sources and can
+be solved without the store.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Literal, Self
+from functools import cache
+from typing import Any, Literal, Self, get_args
 
 from pydantic import BaseModel, Field, RootModel
 
@@ -16,11 +17,11 @@ from solvers.errors import InvalidInput
 
 Path = tuple[str | int, ...]
 Run = dict[str, Any]
-"""A stored run as its JSON tells it."""
+"""A stored run as its JSON object."""
 
 
 class UnfitRun(Exception):
-    """The run that a request names cannot give what the request takes from it."""
+    """The referenced run cannot provide the required data."""
 
     def __init__(self, reason: str, allowed: str) -> None:
         super().__init__(reason)
@@ -29,32 +30,44 @@ class UnfitRun(Exception):
 
 
 class RunReference(Strict):
-    """Something taken from a stored run."""
+    """Base of data taken from a stored run."""
 
     kind: Literal["run"]
     run_id: str = Field(min_length=1, max_length=64, pattern=r"^[\w-]+$", description="the id of a stored run")
 
     def filled(self, run: Run) -> Self:
-        """The reference with what it takes from the run. Raises UnfitRun."""
+        """The reference with the run's data filled in. Raises UnfitRun."""
         raise NotImplementedError
 
 
 def references(request: Any, path: Path = ()) -> Iterator[tuple[Path, RunReference]]:
-    """Every reference in a request, with its place."""
+    """All references in a request, with their paths."""
     if isinstance(request, RunReference):
         yield path, request
     elif isinstance(request, RootModel):
         yield from references(request.root, path)
     elif isinstance(request, BaseModel):
-        for name in type(request).model_fields:
+        for name in _referring(type(request)):
             yield from references(getattr(request, name), (*path, name))
     elif isinstance(request, (list, tuple)) and request and isinstance(request[0], BaseModel):
         for index, item in enumerate(request):
             yield from references(item, (*path, index))
 
 
+@cache
+def _referring(model: type[BaseModel]) -> tuple[str, ...]:
+    """Fields of a model whose type may contain a reference."""
+    return tuple(name for name, field in model.model_fields.items() if _may_refer(field.annotation))
+
+
+def _may_refer(annotation: Any) -> bool:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return issubclass(annotation, RunReference) or bool(_referring(annotation))
+    return any(_may_refer(part) for part in get_args(annotation))
+
+
 def replaced(request: Any, path: Path, value: RunReference) -> Any:
-    """The request with another value at a place that ``references`` told."""
+    """The request with the value at a path from ``references`` replaced."""
     if not path:
         return value
     step, rest = path[0], path[1:]
@@ -72,7 +85,7 @@ def _succeeded_dynamics(run: Run) -> Mapping[str, Any]:
 
 
 def cycle_of(run: Run) -> Mapping[str, Any]:
-    """The pressures of a crank-dynamics run: strokes, angle_deg, pressure_mpa, crankcase_pressure_mpa."""
+    """Pressures of a crank-dynamics run: strokes, angle_deg, pressure_mpa, crankcase_pressure_mpa. Raises UnfitRun."""
     result = _succeeded_dynamics(run)
     if "cycle" not in result:
         raise UnfitRun("was stored without its curves", "a run of its own, or an item of a batch with detail full")
@@ -80,7 +93,7 @@ def cycle_of(run: Run) -> Mapping[str, Any]:
 
 
 def worst_of(run: Run, name: str) -> Mapping[str, Any]:
-    """A worst instant of a crank-dynamics run by name: angle_deg, force_n, pressure_mpa."""
+    """A worst instant of a crank-dynamics run by name: angle_deg, force_n, pressure_mpa. Raises UnfitRun."""
     found = [instant for instant in _succeeded_dynamics(run)["worst"] if instant["name"] == name]
     if not found:
         raise UnfitRun(f"has no instant {name}", "a run with that instant")
@@ -88,7 +101,7 @@ def worst_of(run: Run, name: str) -> Mapping[str, Any]:
 
 
 def source_of(run: Run) -> str:
-    """What a stored request says of where its numbers came from: kind and hash of the run's own request."""
+    """Provenance stored with a request: kind and spec hash of the referenced run."""
     return f"{run['kind']} {run['spec_hash']}"
 
 
@@ -105,7 +118,7 @@ Instant = Literal[
 
 
 class RunForce(RunReference):
-    """The force at a worst instant of a stored crank-dynamics run; the service fills in what it takes from there."""
+    """The force at a worst instant of a stored crank-dynamics run; filled in by the service."""
 
     instant: Instant = Field(default="wrist_pin_load_max", description="which greatest force is taken")
     force_n: Positive | None = Field(default=None, description="filled in from the run")
@@ -119,7 +132,7 @@ class RunForce(RunReference):
 
     @property
     def force(self) -> float:
-        """What was taken [N]. Raises InvalidInput before anything was."""
+        """The force [N]. Raises InvalidInput if the reference is not filled in."""
         if self.force_n is None:
             raise InvalidInput("load.run_id", "nothing was taken from the run", "a run of the same store")
         return self.force_n

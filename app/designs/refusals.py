@@ -1,6 +1,6 @@
-"""What a request model found wrong, as problem details (RFC 9457): one entry per bad field.
+"""Validation errors as problem details (RFC 9457), one entry per invalid field.
 
-Values are never echoed, for JSON cannot carry them all.
+Values are never echoed, since JSON cannot represent all of them.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from typing import Any
 from app.designs.nearest import fields_at, nearest
 from app.designs.schema import Entry, is_tag
 
-MOST_ENTRIES = 100
-LONGEST_POINTER = 500
-_LONGEST_NUMBER = 100
+MAX_ENTRIES = 100
+MAX_POINTER_LENGTH = 500
+_MAX_NUMBER_LENGTH = 100
 
 REQUIRED = "a value: the field is required"
 
@@ -76,14 +76,14 @@ _WORD = re.compile(r"[\w.-]+")
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*")
 
 
-def summed_up(errors: Iterable[Mapping[str, Any]], depth: int = 0, model: Any = None) -> tuple[str, list[Entry]]:
-    """A sentence and one entry per bad field: pointer, what is wrong, what is allowed; ``depth`` parts of each location
-    are dropped. With the ``model`` that found the errors, a name that is no field is told what it may have been.
+def summarize(errors: Iterable[Mapping[str, Any]], depth: int = 0, model: Any = None) -> tuple[str, list[Entry]]:
+    """A summary and one entry per invalid field: pointer, detail, allowed values.
 
-    A request can be wrong in ten thousand places; the first hundred are told.
+    ``depth`` leading parts of each location are dropped. With the validating ``model``, unknown names get a suggestion.
+    Only the first ``MAX_ENTRIES`` errors are listed.
     """
     found = list(errors)
-    entries = [_entry(item, depth, model) for item in found[:MOST_ENTRIES]]
+    entries = [_entry(item, depth, model) for item in found[:MAX_ENTRIES]]
     fields = "1 field" if len(found) == 1 else f"{len(found)} fields"
     return f"{fields} cannot be accepted", entries
 
@@ -97,27 +97,27 @@ def _entry(item: Mapping[str, Any], depth: int, model: Any) -> Entry:
     if item["type"].startswith(("greater_than", "less_than")):
         detail = "is out of range"
     elif detail == "is not a number" and isinstance(given := item.get("input"), str):
-        if _DECIMAL_COMMA.fullmatch(given[:_LONGEST_NUMBER]):
+        if _DECIMAL_COMMA.fullmatch(given[:_MAX_NUMBER_LENGTH]):
             detail, allowed = "is text with a decimal comma", "a number with a decimal point and without quotes"
         else:
             detail, allowed = "is text", "a number, without quotes"
     elif item["type"] == "extra_forbidden":
         allowed = ", ".join(fields_at(model, item["loc"][:-1])) or "the fields of this object"
-        detail = _or_rather(detail, item["loc"][-1], allowed)
+        detail = _with_suggestion(detail, item["loc"][-1], allowed)
     elif item["type"] in ("literal_error", "enum"):
-        detail = _or_rather(detail, item.get("input"), allowed)
+        detail = _with_suggestion(detail, item.get("input"), allowed)
     elif item["type"] == "one_of" and isinstance(given := item.get("input"), Mapping):
-        meant = (_or_rather(detail, word, allowed) for word in given.values())
+        meant = (_with_suggestion(detail, word, allowed) for word in given.values())
         detail = next((words for words in meant if words != detail), detail)
     return {"pointer": json_pointer(parts), "detail": detail, "allowed": allowed}
 
 
-def _or_rather(detail: str, given: Any, allowed: str) -> str:
-    """What is wrong, with the one of the allowed words that is most like what was given."""
+def _with_suggestion(detail: str, given: Any, allowed: str) -> str:
+    """The detail, with the most similar allowed word as a suggestion."""
     meant = nearest(given, _WORD.findall(allowed)) if isinstance(given, str) else None
     return detail if meant in (None, given) else f"{detail}; did you mean {meant}?"
 
 
 def json_pointer(parts: Iterable[int | str]) -> str:
-    """RFC 6901, cut where a client sent a monster of a name."""
-    return "".join(f"/{str(part).replace('~', '~0').replace('/', '~1')}" for part in parts)[:LONGEST_POINTER]
+    """A JSON pointer (RFC 6901), truncated for excessively long names."""
+    return "".join(f"/{str(part).replace('~', '~0').replace('/', '~1')}" for part in parts)[:MAX_POINTER_LENGTH]

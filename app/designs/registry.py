@@ -1,4 +1,4 @@
-"""The only list of kinds. A kind is imported when it is asked for: a check of a pin needs nothing of a rod."""
+"""Registry of kinds. A kind is imported on first access, so that a pin's check imports nothing of the rod."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.designs.pictures.effect_bars import effect_bars
 from app.designs.pictures.work_precision import work_precision
 
 _SLUGS = ("flexible-rod", "pin-profile", "impact-linkage", "crank-dynamics", "crank-masses")
-"""Each names its package and the object of its module ``kind``."""
+"""Slugs; each names its package and the object in its module ``kind``."""
 
 
 class _Kinds(Mapping[str, Kind]):
@@ -44,12 +44,12 @@ KINDS: Mapping[str, Kind] = _Kinds()
 
 
 def job_of(kind: Kind, mode: Mode) -> Job:
-    """What a mode of a kind does: one of its own jobs, or the accuracy study where accuracy is a choice."""
+    """The job of a mode: the kind's own, or the accuracy study."""
     return study_job(kind) if mode is Mode.ACCURACY else kind.jobs[mode]
 
 
 def example_of(kind: Kind, mode: Mode) -> dict[str, object]:
-    """A request of that mode: the kind's own example, or the study of its quickest job."""
+    """An example request of a mode; for the accuracy study, of the kind's fastest job."""
     if mode is not Mode.ACCURACY:
         return kind.example(mode)
     quickest = next(m for m in (Mode.CHECK, Mode.ANALYSIS, Mode.DESIGN) if m in kind.jobs)
@@ -57,18 +57,18 @@ def example_of(kind: Kind, mode: Mode) -> dict[str, object]:
 
 
 def modes_of(kind: Kind) -> tuple[Mode, ...]:
-    """Everything that can be asked of a kind over HTTP."""
+    """All modes of a kind over HTTP."""
     return (*kind.jobs, Mode.ACCURACY) if kind.main_results else tuple(kind.jobs)
 
 
 def plots_of(kind: Kind, mode: Mode) -> Mapping[str, Plot]:
-    """The pictures that runs of that mode can have."""
+    """The plots that runs of a mode may have."""
     own = {"error-against-time": work_precision} if mode is Mode.ACCURACY else kind.plots
     return {**own, "effects": effect_bars} if kind.effects() else own
 
 
 def plots_for(kind: Kind, run: Mapping[str, Any]) -> Mapping[str, Plot]:
-    """The pictures of a succeeded run, as its JSON tells it."""
+    """The plots of a succeeded run given as JSON object."""
     found = plots_of(kind, Mode(run["mode"]))
     return {name: plot for name, plot in found.items() if kind.drawn_if.get(name, _always)(run)}
 

@@ -1,4 +1,4 @@
-"""Requests that together call up every compiled kernel: what a machine solves once, so that no user waits for it."""
+"""Rehearsals: requests that together call every compiled kernel, solved once per machine ahead of use."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ _VARIANTS: Mapping[tuple[str, Mode], tuple[dict[str, Any], ...]] = {
     ("impact-linkage", Mode.CHECK): ({"effects": "all"},),
     ("crank-dynamics", Mode.ANALYSIS): ({"effects": "all"},),
 }
-"""Beside a kind's own examples: what else to ask."""
+"""Further requests, as changes of the kind's example."""
 
 
 PARTS: tuple[tuple[str, str], ...] = tuple((kind.slug, str(mode)) for kind in KINDS.values() for mode in kind.jobs)
-"""Every kind and mode in the order in which a machine compiles for them: the first run's kind first."""
+"""All kinds and modes in compilation order: the kind of the first run first."""
 
 WINGS: Mapping[str, str] = {
     "flexible-rod": "solvers.rod",
@@ -56,18 +56,18 @@ WINGS: Mapping[str, str] = {
     "crank-dynamics": "solvers.crank",
     "crank-masses": "solvers.crank",
 }
-"""Where each kind's kernels stand."""
+"""Package of each kind's kernels."""
 
 
 def example(slug: str, mode: str) -> tuple[Job, Any] | None:
-    """A kind's own example of one of its jobs, solved loosely; None for what is no job of its own."""
+    """A kind's example at low accuracy; None for modes without a job of their own."""
     kind = KINDS[slug]
     job = kind.jobs.get(Mode(mode))
     return job and (job, job.request.model_validate({**kind.example(Mode(mode)), "accuracy": _LOOSE}))
 
 
 def rehearsals_of(slug: str, mode: str) -> Iterator[tuple[Job, Any]]:
-    """The example of one kind and mode as it stands, and in its variants."""
+    """The example of one kind and mode, and its variants."""
     kind, chosen = KINDS[slug], Mode(mode)
     job = kind.jobs[chosen]
     for variant in ({}, *_VARIANTS.get((slug, chosen), ())):
@@ -75,6 +75,6 @@ def rehearsals_of(slug: str, mode: str) -> Iterator[tuple[Job, Any]]:
 
 
 def rehearsals() -> Iterator[tuple[Job, Any]]:
-    """Every example as it stands and in its variants."""
+    """All examples and their variants."""
     for part in PARTS:
         yield from rehearsals_of(*part)

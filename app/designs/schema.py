@@ -1,14 +1,13 @@
-"""What the requests of every kind share: strict models, the effects field, and the way back from a solver's refusal.
+"""Shared parts of request and result models: strict validation, effects, accuracy, certificates, refusals.
 
-Request fields bear the solver's names with a unit behind them (``crank_radius`` → ``crank_radius_mm``), so one rule
-turns the path of a refused quantity into the JSON pointer of the field that the user wrote.
+Request fields are named after the solver's with a unit suffix (``crank_radius`` -> ``crank_radius_mm``), so that the
+path in a solver's refusal can be mapped to the JSON pointer of the user's field.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Annotated, Any, Literal, Protocol, TypeVar, Union
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
@@ -23,27 +22,27 @@ from solvers.outcome import Accuracy, Certificate, Outcome, Status
 MILLI, MEGA, GIGA = 1e-3, 1e6, 1e9
 LARGEST_INFLUENCE = 1e9
 
-# The ranges are far wider than any machine, and narrow enough that no product of a few such values leaves the range
-# of a float: b h^3 of the least sizes is 1e-36 m^4, not 0.
+# Far wider than any machine, yet narrow enough that products of a few values stay in the range of a float: b h^3 of the
+# smallest sizes is 1e-36 m^4, not 0.
 Finite = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
 Positive = Annotated[float, Field(ge=1e-6, le=1e6, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
 
 Entry = dict[str, str]
-"""One bad field of problem details: ``pointer``, ``detail``, ``allowed``."""
+"""An invalid field in problem details: ``pointer``, ``detail``, ``allowed``."""
 
 
 class Strict(BaseModel):
-    """Numbers are numbers, unknown fields are refused, nothing changes after validation."""
+    """Base of all models: strict numbers, no unknown fields, immutable."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, hide_input_in_errors=True)
 
 
 def one_of(choose: Callable[[Any], str | None], models: Mapping[str, Any], needs: str) -> Any:
-    """A union of which ``choose`` picks the member by name, from the value as sent.
+    """A union whose member ``choose`` selects by name from the raw value.
 
-    So a bad field is judged by the one member that was meant, not by all of them. The names go into pydantic's error
-    locations in parentheses, where ``is_tag`` knows them.
+    Errors are then reported for the intended member only. Member names appear in pydantic's error locations in
+    parentheses, see ``is_tag``.
     """
     members = tuple(Annotated[model, Tag(f"({name})")] for name, model in models.items())
 
@@ -60,12 +59,12 @@ def one_of(choose: Callable[[Any], str | None], models: Mapping[str, Any], needs
 
 
 def is_tag(part: int | str) -> bool:
-    """Whether a part of an error location names a member of a union, not a field."""
+    """Whether a part of an error location is a union member rather than a field."""
     return isinstance(part, str) and part.startswith("(") and part.endswith(")")
 
 
 def named(value: Any, field: str) -> str | None:
-    """The text under ``field`` of an object as sent, or of a model."""
+    """The string value of ``field`` in a raw object or a model."""
     found = value.get(field) if isinstance(value, dict) else getattr(value, field, None)
     return found if isinstance(found, str) else None
 
@@ -80,7 +79,7 @@ EffectName = Annotated[str, Field(max_length=64)]
 
 
 class EffectChoice(Strict):
-    """Effects that the user settles; all others follow their bounds."""
+    """Effects forced on or off; all others follow their bounds."""
 
     include: list[EffectName] = Field(default=[], max_length=32)
     exclude: list[EffectName] = Field(default=[], max_length=32)
@@ -94,7 +93,7 @@ _Effects = one_of(
 
 
 class SolverRequest(Strict):
-    """What every check and every design may say."""
+    """Fields of every check and design."""
 
     name: Cleaned = Field(
         default="", max_length=200, pattern=r"^[^\x00]*$", description="a name for people; it changes no result"
@@ -106,13 +105,13 @@ class SolverRequest(Strict):
     accuracy: float = Field(default=1e-6, ge=1e-12, le=1e-1, description="wanted relative numerical accuracy")
 
     def contradictions(self) -> list[Entry]:
-        """What single fields cannot see: one problem entry for every pair of values that cannot both hold."""
+        """Cross-field validation: one problem entry per contradiction."""
         return []
 
     @classmethod
     def meant_by(cls, value: dict[str, Any]) -> bool:
-        """Whether an object as sent, in a place that takes a check or a design, is one of these: by its fields alone
-        unless a kind knows better."""
+        """Whether a raw object, where both a check and a design are possible, is one of these; by its fields alone
+        unless a kind overrides it."""
         return False
 
     def selection(self) -> EffectSelection:
@@ -121,35 +120,35 @@ class SolverRequest(Strict):
         return {"auto": AUTO, "all": ALL}[self.effects]
 
 
-GREATEST_TIME_S = 3600.0
-"""What a service can be set to give one solve."""
+MAX_TIME_S = 3600.0
+"""Upper limit of the service's time limit per solve [s]."""
 
 
 class DesignSettings(Strict):
-    """What every design may say beside what every request may."""
+    """Fields of every design."""
 
     time_budget_s: float | None = Field(
         default=None,
         ge=1e-3,
-        le=GREATEST_TIME_S,
+        le=MAX_TIME_S,
         description="wall-clock time that this design may take, at most the service's own limit; null: that limit. A "
         "kind that finds better and better designs answers with the best that meets every requirement, with the gap "
         "that is left and accuracy.met false; any other run that does not end in time fails",
     )
 
 
-def time_asked(request: BaseModel) -> float | None:
-    """What the request says that it may take [s], where it is one that can."""
+def time_budget_of(request: BaseModel) -> float | None:
+    """The time budget in the request [s], if any."""
     return request.time_budget_s if isinstance(request, DesignSettings) else None
 
 
 def scaled(value: float | None, unit: float) -> float | None:
-    """A SI value in the unit at the edge; None stays None."""
+    """Convert an SI value to a unit of the API; None stays None."""
     return None if value is None else value / unit
 
 
 class EffectResult(Strict):
-    """One line of the effects manifest."""
+    """An entry of the effects manifest."""
 
     name: str
     state: Literal["active", "skipped"]
@@ -158,7 +157,7 @@ class EffectResult(Strict):
 
 
 class AccuracyResult(Strict):
-    """What was asked for, the estimate of what was reached, and the settings that did it."""
+    """Requested and estimated accuracy, and the numerical settings used."""
 
     requested: float
     estimated: float
@@ -167,7 +166,7 @@ class AccuracyResult(Strict):
 
 
 class CertificateResult(Strict):
-    """How a design is known to be the best there is: what is proven, of what, by which argument, and what is not."""
+    """Proof of a design's optimality: what is proven, over which set, by which argument, and what is not covered."""
 
     method: str = Field(description="by which argument")
     bound: float | None = Field(description="no feasible design is better, in the objective's unit; null: none exists")
@@ -183,7 +182,7 @@ class CertificateResult(Strict):
 
 
 class ShortfallResult(Strict):
-    """A requirement that cannot be met."""
+    """An unattainable requirement."""
 
     requirement: str
     required: float
@@ -192,14 +191,14 @@ class ShortfallResult(Strict):
 
 
 class RepairDone(Strict):
-    """What was done to a user's points, and where the fault was first seen."""
+    """A repair of the user's points, and where the first fault was."""
 
     pointer: str
     what: str
 
 
 class Infeasible(Strict):
-    """Why there is no design."""
+    """Diagnosis of an infeasible design."""
 
     diagnosis: list[ShortfallResult]
     certificate: CertificateResult | None = None
@@ -207,7 +206,7 @@ class Infeasible(Strict):
 
 
 def certificate_json(certificate: Certificate | None, unit: float) -> dict[str, Any] | None:
-    """A certificate; its bound in the unit in which the result shows the objective."""
+    """A certificate as JSON, its bound in the unit of the objective."""
     if certificate is None:
         return None
     bound = float(certificate.bound) / unit
@@ -220,7 +219,7 @@ def certificate_json(certificate: Certificate | None, unit: float) -> dict[str, 
 
 
 def diagnosis_json(outcome: Outcome, limits: Mapping[str, tuple[str, float]]) -> list[dict[str, Any]]:
-    """What cannot be met; ``limits`` gives the name and the unit of requirements that the contract shows otherwise."""
+    """Unattainable requirements as JSON; ``limits`` maps requirements whose API name or unit differs."""
     found = []
     for shortfall in outcome.diagnosis:
         name, unit = limits.get(shortfall.requirement, (shortfall.requirement, 1.0))
@@ -236,7 +235,7 @@ def diagnosis_json(outcome: Outcome, limits: Mapping[str, tuple[str, float]]) ->
 
 
 def accuracy_json(accuracy: Accuracy) -> dict[str, Any]:
-    """What was asked for, what was reached, and whether that is enough."""
+    """Accuracy as JSON: requested, estimated, and whether it was met."""
     return {
         "requested": accuracy.requested,
         "estimated": float(accuracy.estimated),
@@ -245,8 +244,8 @@ def accuracy_json(accuracy: Accuracy) -> dict[str, Any]:
     }
 
 
-def _cautioned(result: dict[str, Any] | None, accuracy: Accuracy) -> dict[str, Any] | None:
-    """The result, with a warning in front of its own where the accuracy asked for is missed."""
+def _with_accuracy_warning(result: dict[str, Any] | None, accuracy: Accuracy) -> dict[str, Any] | None:
+    """The result with a warning prepended if the requested accuracy was missed."""
     if result is None or "warnings" not in result or accuracy.met:
         return result
     missed = f"the accuracy of {accuracy.requested:g} is not met: the estimated error is {accuracy.estimated:.1g}"
@@ -259,13 +258,12 @@ _NOTHING_IN_TIME = problem_details(
 
 
 def envelope(outcome: Outcome, result: dict[str, Any] | None, verdict: dict[str, Any] | None = None) -> Answer:
-    """An outcome as the answer of a job: the result, warned of where its accuracy is missed, the verdict on the part
-    where there is one, and the parts that every kind has. A failed one, whose time was over before anything was found,
-    has a problem for its result."""
+    """The answer of a job from a solver's outcome: result, warnings, verdict and common parts. A solve that ran out of
+    time before finding anything gets a problem instead of a result."""
     failed = outcome.status is Status.FAILED
     return Answer(
         status=str(outcome.status),
-        result=None if failed else _cautioned(result, outcome.accuracy),
+        result=None if failed else _with_accuracy_warning(result, outcome.accuracy),
         problem=dict(_NOTHING_IN_TIME) if failed else None,
         effects=[
             {
@@ -283,7 +281,7 @@ def envelope(outcome: Outcome, result: dict[str, Any] | None, verdict: dict[str,
 
 
 def pointer(request: BaseModel, field: str) -> str:
-    """The JSON pointer of the field behind a solver's dotted path, as far as the request knows it."""
+    """The JSON pointer for a solver's dotted path, as far as it exists in the request."""
     parts: list[str] = []
     here: Any = request
     for step in field.split("."):
@@ -299,7 +297,7 @@ def pointer(request: BaseModel, field: str) -> str:
 
 
 class Repaired(Protocol):
-    """A solver's record of a repair: the dotted path of the field, and a sentence."""
+    """A repair reported by a solver: dotted path of the field, and a description."""
 
     @property
     def field(self) -> str: ...
@@ -309,19 +307,19 @@ class Repaired(Protocol):
 
 
 def repairs_json(request: BaseModel, repairs: Iterable[Repaired]) -> list[dict[str, str]]:
-    """Repairs with the pointers of the fields that the user wrote."""
+    """Repairs as JSON, with pointers to the user's fields."""
     return [{"pointer": pointer(request, done.field), "what": done.what} for done in repairs]
 
 
 def entry(pointer: str, detail: str, allowed: str) -> Entry:
-    """One bad field of problem details."""
+    """An invalid field in problem details."""
     return {"pointer": pointer, "detail": detail, "allowed": allowed}
 
 
 def refusal_problem(request: BaseModel, refusal: InvalidInput) -> dict[str, Any]:
-    """Problem details for an input that only the solver could see through.
+    """Problem details for an input refused by the solver.
 
-    A limit or an objective that needs an excluded effect is named at both ends.
+    A limit or objective that needs an excluded effect is reported at both fields.
     """
     errors = [entry(pointer(request, refusal.field), refusal.reason, refusal.allowed)]
     if isinstance(refusal, EffectConflict):
@@ -332,7 +330,7 @@ def refusal_problem(request: BaseModel, refusal: InvalidInput) -> dict[str, Any]
 
 
 def refused(request: BaseModel, refusal: InvalidInput) -> Answer:
-    """The answer to an input that only the solver could see through."""
+    """The answer for an input refused by the solver."""
     return Answer(REFUSED, None, [], None, {}, refusal_problem(request, refusal))
 
 
@@ -346,21 +344,19 @@ def bulk_answers(
     case_of: Callable[[R], C],
     solve: Callable[[Sequence[C]], Sequence[Outcome[T] | InvalidInput]],
     answer: Callable[[R, C, Outcome[T]], Answer],
-    without: Container[str] = (),
 ) -> list[Answer]:
-    """One answer for every request, solved all at once, ``without`` these results; ``case_of`` may refuse a request,
-    ``solve`` a case."""
+    """Answers of requests solved in bulk; ``case_of`` may refuse a request, ``solve`` a case."""
     cases: list[C] = []
-    told: list[Answer | C] = []
+    results: list[Answer | C] = []
     for request in requests:
         try:
             cases.append(case_of(request))
-            told.append(cases[-1])
+            results.append(cases[-1])
         except InvalidInput as refusal:
-            told.append(refused(request, refusal))
+            results.append(refused(request, refusal))
     outcomes = iter(solve(cases))
     answers = []
-    for request, case in zip(requests, told, strict=True):
+    for request, case in zip(requests, results, strict=True):
         if isinstance(case, Answer):
             answers.append(case)
             continue
@@ -368,15 +364,12 @@ def bulk_answers(
         if isinstance(outcome, InvalidInput):
             answers.append(refused(request, outcome))
             continue
-        found = answer(request, case, outcome)
-        if found.result is not None and without:
-            found = replace(found, result={name: v for name, v in found.result.items() if name not in without})
-        answers.append(found)
+        answers.append(answer(request, case, outcome))
     return answers
 
 
 def finite(value: Any) -> bool:
-    """Whether a JSON value holds finite numbers only."""
+    """Whether a JSON value contains only finite numbers."""
     if isinstance(value, float):
         return math.isfinite(value)
     if isinstance(value, dict):

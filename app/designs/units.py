@@ -1,4 +1,4 @@
-"""Names of fields as people read them: words and a unit."""
+"""Field names as words and units."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ UNITS = {
 
 
 def figures(value: float, digits: int = 4) -> str:
-    """So many digits, without a power of ten where a person would write none."""
+    """Format with ``digits`` significant digits, without an exponent below 1e7."""
     return f"{value:.0f}" if 10.0**digits <= abs(value) < 1e7 else f"{value:.{digits}g}"
 
 

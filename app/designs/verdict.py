@@ -1,6 +1,6 @@
-"""The verdict in words: what of a part holds, what governs, in the names and units of the contract.
+"""Verdicts in the names and units of the API, and their wording.
 
-A wing of ``solvers`` judges; a kind's own ``verdict.py`` names the criteria.
+The solvers judge; each kind's ``verdict.py`` names the criteria.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from app.designs.units import figures
 from solvers.outcome import Accuracy
 from solvers.verdict import Criterion, Sense, Verdict
 
-_NOTHING_TO_SPARE = 5e-4
+_NEGLIGIBLE_MARGIN = 5e-4
 
 
 class CriterionResult(Strict):
-    """One figure and what is required of it."""
+    """A criterion: value and requirement."""
 
     name: str = Field(description="of the request's field where asked is true, else of the result")
     label: str = Field(description="the same in words")
@@ -44,7 +44,7 @@ class CriterionResult(Strict):
 
 
 class VerdictResult(Strict):
-    """Whether the part holds: true only if every criterion does."""
+    """The verdict: the part holds only if every criterion does."""
 
     holds: bool
     summary: str = Field(description="one sentence with the figure that governs")
@@ -55,9 +55,9 @@ class VerdictResult(Strict):
 
 @dataclass(frozen=True)
 class Word:
-    """A criterion at the edge: its name in the contract, a label for people, unit, and that unit in SI.
+    """A criterion in the API: name, display label, unit, and its size in SI.
 
-    ``no`` is what is said where a yes is a no, or nothing is there of what there must be some.
+    ``no`` is the wording of a failed yes/no criterion.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Word:
     no: str = ""
 
     def shown(self, value: float) -> float:
-        """A SI value in the unit of the contract."""
+        """Convert an SI value to the API's unit."""
         return value / self.per
 
 
@@ -75,9 +75,9 @@ Words = Mapping[str, Word]
 
 
 def verdict_json(verdict: Verdict, words: Words, accuracy: Accuracy) -> dict[str, Any]:
-    """A verdict as the contract shows it; an accuracy that is missed is said in its line."""
+    """A verdict as JSON; a missed accuracy is mentioned in its summary."""
     governing = verdict.governing
-    told: dict[str, Any] = {
+    result: dict[str, Any] = {
         "holds": verdict.holds,
         "summary": "",
         "governed_by": None if governing is None else words[governing.name].name,
@@ -85,11 +85,11 @@ def verdict_json(verdict: Verdict, words: Words, accuracy: Accuracy) -> dict[str
         "cautions": list(verdict.cautions),
     }
     reached = {"requested": accuracy.requested, "estimated": accuracy.estimated, "met": accuracy.met}
-    return {**told, "summary": summary_of(told, denials(words), reached, NullTranslations())}
+    return {**result, "summary": summary_of(result, denials(words), reached, NullTranslations())}
 
 
 def denials(words: Words) -> dict[str, str]:
-    """What is said of a criterion, by its name in the contract, where a yes is a no."""
+    """Wording of failed yes/no criteria, by API name."""
     return {word.name: word.no for word in words.values() if word.no}
 
 
@@ -114,16 +114,15 @@ def summary_of(
     accuracy: Mapping[str, Any] | None,
     texts: NullTranslations,
 ) -> str:
-    """A verdict, as JSON tells it, in one sentence of the language of ``texts``, with the figure that governs, and
-    another where the accuracy is missed.
+    """Summarise a verdict given as JSON in one sentence, in the language of ``texts``: the governing figure, and a
+    missed accuracy.
 
-    ``denials`` has, for criteria by name, what is said where a yes is a no; ``accuracy`` what was requested and
-    estimated.
+    ``denials`` gives the wording of failed yes/no criteria; ``accuracy`` the requested and estimated accuracy.
     """
     name, criteria = verdict["governed_by"], verdict["criteria"]
     governing = next((criterion for criterion in criteria if criterion["name"] == name), None)
     if governing is None:
-        said = texts.gettext("It holds: nothing acts that it could fail under.")
+        said = texts.gettext("It holds: no load acts that it could fail under.")
     elif verdict["holds"]:
         said = texts.gettext("It holds. The %(label)s governs: %(compared)s, %(spare)s.") % {
             "label": texts.gettext(governing["label"]),
@@ -143,25 +142,25 @@ def summary_of(
     return said if accuracy is None or accuracy["met"] else f"{said} {_missed(governing, verdict, accuracy, texts)}"
 
 
-Told = Mapping[str, Any]
-"""A criterion as JSON tells it."""
+CriterionJson = Mapping[str, Any]
+"""A criterion as its JSON object."""
 
 
-def _failure(criterion: Told, denials: Mapping[str, str], texts: NullTranslations) -> str:
+def _failure(criterion: CriterionJson, denials: Mapping[str, str], texts: NullTranslations) -> str:
     denial = denials.get(criterion["name"], "")
     if criterion["sense"] == Sense.YES or (denial and criterion["reached"] == 0.0):
         return texts.gettext(denial)
-    told = {"label": texts.gettext(criterion["label"])}
+    values = {"label": texts.gettext(criterion["label"])}
     if criterion["reached"] is not None:
-        return texts.gettext("the %(label)s is %(compared)s") % {**told, "compared": _compared(criterion, texts)}
-    told["wanted"] = _wanted(criterion, 4, texts)
-    # What has no bound is known to fail by all there is; of what is not known there is no margin.
+        return texts.gettext("the %(label)s is %(compared)s") % {**values, "compared": _compared(criterion, texts)}
+    values["wanted"] = _wanted(criterion, 4, texts)
+    # An unbounded value has infinite margin; an unknown one has none.
     if criterion["margin"] is None:
-        return texts.gettext("the %(label)s cannot be told, and %(wanted)s") % told
-    return texts.gettext("the %(label)s grows without bound where %(wanted)s") % told
+        return texts.gettext("the %(label)s is not known, and %(wanted)s") % values
+    return texts.gettext("the %(label)s grows without bound where %(wanted)s") % values
 
 
-def _compared(criterion: Told, texts: NullTranslations) -> str:
+def _compared(criterion: CriterionJson, texts: NullTranslations) -> str:
     digits = 4
     if not criterion["holds"] and f"{criterion['reached']:.4g}" == f"{criterion['required']:.4g}":
         digits = 8
@@ -172,7 +171,7 @@ def _compared(criterion: Told, texts: NullTranslations) -> str:
     }
 
 
-def _wanted(criterion: Told, digits: int, texts: NullTranslations) -> str:
+def _wanted(criterion: CriterionJson, digits: int, texts: NullTranslations) -> str:
     if criterion["sense"] == Sense.AT_LEAST:
         said = texts.gettext("at least %(figure)s is required")
     elif criterion["sense"] == Sense.AT_MOST:
@@ -182,18 +181,20 @@ def _wanted(criterion: Told, digits: int, texts: NullTranslations) -> str:
     return said % {"figure": _figure(criterion, "required", digits)}
 
 
-def _figure(criterion: Told, name: str, digits: int) -> str:
+def _figure(criterion: CriterionJson, name: str, digits: int) -> str:
     return f"{figures(criterion[name], digits)} {criterion['unit']}".rstrip()
 
 
 def _spare(margin: float | None, texts: NullTranslations) -> str:
-    if margin is None or margin < _NOTHING_TO_SPARE:
+    if margin is None or margin < _NEGLIGIBLE_MARGIN:
         return texts.gettext("with nothing to spare")
     share = f"{100.0 * margin:.2g}" if margin < 1.0 else f"{100.0 * margin:.0f}"
     return texts.gettext("with %(share)s %% to spare") % {"share": share}
 
 
-def _missed(governing: Told | None, verdict: Told, accuracy: Told, texts: NullTranslations) -> str:
+def _missed(
+    governing: CriterionJson | None, verdict: CriterionJson, accuracy: CriterionJson, texts: NullTranslations
+) -> str:
     figures = {"requested": f"{accuracy['requested']:.0e}", "estimated": f"{accuracy['estimated']:.0e}"}
     if verdict["holds"] and governing is not None and (governing["margin"] or 0.0) <= accuracy["estimated"]:
         return (

@@ -1,1 +1,1 @@
-"""What stands between the network and the application: nothing of it knows what a run is."""
+"""Middleware between the network and the application; independent of the domain."""

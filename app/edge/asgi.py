@@ -1,4 +1,4 @@
-"""The words of ASGI that the edge speaks."""
+"""ASGI types and helpers."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ Send = Callable[[Message], Awaitable[None]]
 Application = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 CLOSE = {"Connection": "close"}
-"""What is left of a refused request is not read: the connection ends with the answer."""
+"""Close the connection after a refusal, so that the rest of the request is not read."""
 
 
 def header(scope: Scope, name: bytes) -> bytes | None:
-    """The value of a header, the first where there are several."""
+    """The value of a header, the first if repeated."""
     return next((value for key, value in scope["headers"] if key == name), None)
 
 
 async def refuse(scope: Scope, receive: Receive, send: Send, problem: Problem) -> None:
-    """Answer with a problem."""
+    """Respond with a problem."""
     await problem_response(problem)(scope, receive, send)  # type: ignore[arg-type]

@@ -1,6 +1,6 @@
-"""Connections before there is a request: how many, how long a head may take, how long one may stay unread.
+"""Limits on connections: their number, time and size of request heads, and unread responses.
 
-The server itself bounds none of this: it would keep a silent connection, and a head of any length, for ever.
+Uvicorn limits none of these: it would keep a silent connection or an endless head for ever.
 """
 
 from __future__ import annotations
@@ -16,17 +16,21 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from app.errors import MEDIA_TYPE
 
-_MOST_AROUND_A_BYTE = 16
-"""A chunk of one byte takes six on the wire, itself among them; extensions of chunks and trailers come on top."""
+_MAX_OVERHEAD_PER_BYTE = 16
+"""A one-byte chunk takes six bytes on the wire, plus chunk extensions and trailers."""
 
 
 @dataclass(frozen=True)
 class ConnectionLimits:
-    """``most`` connections, ``most_of_one`` address among them; ``head_s`` for a head of ``head_bytes`` to arrive,
-    also after another request; ``unread_s`` that a client may leave an answer unread."""
+    """Limits on connections.
 
-    most: int = 1000
-    most_of_one: int = 250
+    ``limit``: connections in total; ``max_per_address``: per client address. ``head_s``: time for a request head of at
+    most ``head_bytes`` to arrive, also on a kept-alive connection. ``unread_s``: time a client may leave a response
+    unread.
+    """
+
+    limit: int = 1000
+    max_per_address: int = 250
     head_s: float = 10.0
     head_bytes: int = 32_768
     unread_s: float = 30.0
@@ -34,22 +38,22 @@ class ConnectionLimits:
 
 @dataclass
 class Connections:
-    """The connections of one server, by address."""
+    """Open connections of a server, by client address."""
 
     limits: ConnectionLimits
-    by_address: Counter[str] = field(default_factory=Counter)
+    count_by_address: Counter[str] = field(default_factory=Counter)
 
     def protocol(self) -> Callable[..., asyncio.Protocol]:
-        """What the server makes a protocol with for each new connection."""
+        """The protocol factory for uvicorn."""
 
-        def make(*given: Any, **named: Any) -> GuardedConnection:
-            return GuardedConnection(self, *given, **named)
+        def make(*given: Any, **named: Any) -> LimitedConnection:
+            return LimitedConnection(self, *given, **named)
 
         return make
 
 
-class GuardedConnection(HttpToolsProtocol):
-    """A connection that is closed when it keeps the service waiting, or wants more than its share."""
+class LimitedConnection(HttpToolsProtocol):
+    """A connection that is closed when it exceeds a limit."""
 
     def __init__(self, all_connections: Connections, *given: Any, **named: Any) -> None:
         super().__init__(*given, **named)
@@ -60,25 +64,25 @@ class GuardedConnection(HttpToolsProtocol):
         self._rest_read, self._body_read = 0, 0
         self._timers: dict[str, asyncio.TimerHandle] = {}
 
-    # -- life ---------------------------------------------------------------------------------------------------
+    # -- lifecycle ---------------------------------------------------------------------------------------------------
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
-        address, known = self.client[0] if self.client else "", self._all.by_address
-        if known.total() >= self._limits.most or known[address] >= self._limits.most_of_one:
+        address, counts = self.client[0] if self.client else "", self._all.count_by_address
+        if counts.total() >= self._limits.limit or counts[address] >= self._limits.max_per_address:
             self._end(503, "Service Unavailable", "Too many connections", "Retry-After: 5\r\n")
             return
         self._address = address
-        known[address] += 1
+        counts[address] += 1
         self._time("head", self._limits.head_s, self._late)
 
     def connection_lost(self, exc: Exception | None) -> None:
         for name in tuple(self._timers):
             self._stop(name)
         if self._address is not None:
-            self._all.by_address[self._address] -= 1
-            if not self._all.by_address[self._address]:
-                del self._all.by_address[self._address]
+            self._all.count_by_address[self._address] -= 1
+            if not self._all.count_by_address[self._address]:
+                del self._all.count_by_address[self._address]
             self._address = None
         super().connection_lost(exc)
 
@@ -92,18 +96,18 @@ class GuardedConnection(HttpToolsProtocol):
         else:
             self._rest_read += len(data)
         super().data_received(data)
-        # A head that has ended within these bytes is measured by itself, see `BoundedHeads`.
+        # A head that ended within these bytes is measured separately, see `HeadLimiter`.
         if self._head_open and self._head_read > self._limits.head_bytes and not self.transport.is_closing():
             self._end(431, "Request Header Fields Too Large", f"At most {self._limits.head_bytes} bytes are accepted")
-        elif self._rest_read > self._limits.head_bytes + _MOST_AROUND_A_BYTE * self._body_read:
-            self._end(400, "Bad Request", "Too much stands around the body")
+        elif self._rest_read > self._limits.head_bytes + _MAX_OVERHEAD_PER_BYTE * self._body_read:
+            self._end(400, "Bad Request", "too much data around the body")
 
     def on_message_begin(self) -> None:
         self._begun = True
         super().on_message_begin()
 
     def on_header(self, name: bytes, value: bytes) -> None:
-        # What comes after a body as a header is none: it would be kept with the request, of any length.
+        # Trailers are dropped: they would be stored with the request, at any length.
         if self._head_open:
             super().on_header(name, value)
 
@@ -125,7 +129,7 @@ class GuardedConnection(HttpToolsProtocol):
         waiting = bool(self.pipeline)
         super().on_response_complete()
         if not waiting and not self.transport.is_closing():
-            # From now on the next head is waited for, whatever else comes.
+            # The deadline for the next head starts now, whatever else arrives.
             self._time("head", self.timeout_keep_alive + self._limits.head_s, self._late)
 
     def _late(self) -> None:
@@ -148,9 +152,9 @@ class GuardedConnection(HttpToolsProtocol):
         self._end(400, "Bad Request", msg)
 
     def _end(self, status: int, title: str, detail: str, more: str = "") -> None:
-        """Answer for want of an application, and close."""
-        told = {"type": "about:blank", "title": title, "status": status, "detail": detail}
-        body = json.dumps(told).encode()
+        """Respond without the application, and close."""
+        detail = {"type": "about:blank", "title": title, "status": status, "detail": detail}
+        body = json.dumps(detail).encode()
         head = (
             f"HTTP/1.1 {status} {title}\r\nContent-Type: {MEDIA_TYPE}\r\nContent-Length: {len(body)}\r\n{more}"
             "X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n"
@@ -158,9 +162,9 @@ class GuardedConnection(HttpToolsProtocol):
         self.transport.write(head.encode() + body)
         self.transport.close()
 
-    def _time(self, name: str, seconds: float, then: Callable[[], None]) -> None:
+    def _time(self, name: str, seconds: float, callback: Callable[[], None]) -> None:
         self._stop(name)
-        self._timers[name] = self.loop.call_later(seconds, then)
+        self._timers[name] = self.loop.call_later(seconds, callback)
 
     def _stop(self, name: str) -> None:
         timer = self._timers.pop(name, None)

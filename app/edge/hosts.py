@@ -1,8 +1,8 @@
-"""For whom a request was meant, and from where it came.
+"""Checks of host and origin.
 
-A name that somebody else owns can be made to lead to this machine (DNS rebinding), so only names that the operator
-knows are answered; an address needs no such knowledge, for nobody can make it lead elsewhere. And a page of somebody
-else must not have a visitor's browser send what changes something (cross-site request forgery).
+Only known host names are accepted, because a foreign name can be made to resolve to this machine (DNS rebinding); IP
+addresses cannot. Requests that change something are accepted only from the service's own pages (cross-site request
+forgery).
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ def is_address(host: str) -> bool:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether a host leads to this machine alone."""
+    """Whether a host refers to this machine only."""
     return host in LOOPBACK_NAMES or (is_address(host) and ip_address(host).is_loopback)
 
 
-class KnownHosts:
-    """Answers only under names that are known, and changes nothing for pages of other origins.
+class HostAndOriginCheck:
+    """Middleware that refuses unknown host names (421) and unsafe requests from other origins (403).
 
-    ``names`` are those beside localhost.
+    ``names`` are accepted in addition to localhost.
     """
 
     def __init__(self, app: Application, names: Collection[str] = ()) -> None:
@@ -72,7 +72,7 @@ class KnownHosts:
 
 
 def host_name(host: str) -> str | None:
-    """The name or address in a Host header, without its port; None where it is none."""
+    """The name or address in a Host header, without its port; None if it is malformed."""
     name, found, port = host.lower().rpartition(":") if not host.endswith("]") else (host.lower(), "", "")
     if not found:
         name = host.lower()

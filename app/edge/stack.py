@@ -1,4 +1,4 @@
-"""The edge as one: what a request passes from the outside in."""
+"""The middleware stack, from the outside in."""
 
 from __future__ import annotations
 
@@ -6,43 +6,44 @@ from collections.abc import Callable
 
 from fastapi import FastAPI
 
-from app.edge.answers import GuardedAnswers
 from app.edge.asgi import Application
-from app.edge.bodies import BodyLimits, BoundedBodies
-from app.edge.crowds import BoundedCrowds
-from app.edge.heads import BoundedHeads
-from app.edge.hosts import KnownHosts, is_address
-from app.edge.requests import LoggedRequests
+from app.edge.bodies import BodyLimiter, BodyLimits
+from app.edge.concurrency import ConcurrencyLimiter
+from app.edge.hosts import HostAndOriginCheck, is_address
+from app.edge.request_heads import HeadLimiter
+from app.edge.request_log import RequestLog
+from app.edge.response_headers import SecurityHeaders
 from app.settings import Settings
 
 BATCHES = "/api/v1/batches"
 UPLOADS = "/batches/upload"
-"""Paths whose bodies may be larger."""
+"""Paths with larger body limits."""
 
 
 def edge(
     inner: Application,
     settings: Settings,
     stopping: Callable[[], bool],
-    known: Callable[[Application], Application] = lambda inner: inner,
+    authenticate: Callable[[Application], Application] = lambda inner: inner,
 ) -> Application:
-    """The application behind all that guards it; ``known`` sets before it who finds out who calls."""
+    """Wrap the application in the middleware stack; ``authenticate`` adds authentication inside it."""
     names = [name.strip() for name in settings.allowed_hosts.split(",") if name.strip()]
     limits = BodyLimits(
         settings.max_body_bytes,
         {BATCHES: settings.max_batch_bytes, UPLOADS: settings.max_upload_bytes},
         settings.body_idle_s,
-        least_bytes_per_s=settings.body_least_bytes_per_s,
+        settings.body_grace_s,
+        settings.body_least_bytes_per_s,
     )
-    guarded: Application = known(BoundedBodies(inner, limits, stopping))
-    guarded = BoundedCrowds(guarded, settings.max_requests)
-    guarded = KnownHosts(guarded, names if is_address(settings.host) else [*names, settings.host])
-    guarded = BoundedHeads(guarded, settings.max_head_bytes, settings.max_headers)
-    return LoggedRequests(GuardedAnswers(guarded))
+    guarded: Application = authenticate(BodyLimiter(inner, limits, stopping))
+    guarded = ConcurrencyLimiter(guarded, settings.max_requests)
+    guarded = HostAndOriginCheck(guarded, names if is_address(settings.host) else [*names, settings.host])
+    guarded = HeadLimiter(guarded, settings.max_head_bytes, settings.max_headers)
+    return RequestLog(SecurityHeaders(guarded))
 
 
-class GuardedFastAPI(FastAPI):
-    """An application whose very answers to its own failures pass the edge too."""
+class FastAPIBehindEdge(FastAPI):
+    """A FastAPI application whose error responses pass the middleware stack, too."""
 
     guard: Callable[[Application], Application] | None = None
 

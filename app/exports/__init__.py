@@ -1,1 +1,1 @@
-"""What a CAD tool or a person takes away from a run: one file for each format, ``registry`` is their only list."""
+"""Export files of runs: one module per format; ``registry`` is the only list."""

@@ -1,4 +1,4 @@
-"""Results, verdict and tables of a run for a spreadsheet, which runs nothing of it."""
+"""CSV export of results, verdict and tables, protected against formula injection."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import Any
 
 from app.designs.kind import Kind
 from app.designs.units import split_unit
-from app.exports.export import Export, Run, Wishes
+from app.exports.export import Export, ExportOptions, Run
 from app.exports.text import cell
 
 _ABOUT = ("id", "kind", "mode", "status", "name", "created_at", "spec_hash")
 
 
-def make(_kind: Kind, run: Run, _wishes: Wishes) -> bytes:
-    """One block of `field,value,unit`, then a block for each table, with an empty line between."""
+def make(_kind: Kind, run: Run, _options: ExportOptions) -> bytes:
+    """A block of `field,value,unit`, then one block per table, separated by empty lines."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\r\n")
 
@@ -40,12 +40,12 @@ def make(_kind: Kind, run: Run, _wishes: Wishes) -> bytes:
         row(*head)
         for each in rows:
             row(*(_flat(each.get(key)) for key in head))
-    # Spreadsheets take a file for UTF-8 by its mark.
+    # The byte-order mark makes spreadsheets read the file as UTF-8.
     return b"\xef\xbb\xbf" + out.getvalue().encode("utf-8", "replace")
 
 
 def _leaves(name: str, value: Any, tables: dict[str, list[Mapping[str, Any]]]) -> Iterator[tuple[str, Any]]:
-    """(dotted name, value) of every single value; lists of objects go to the tables."""
+    """Yield (dotted name, value) of every scalar; lists of objects are collected in ``tables``."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             yield from _leaves(f"{name}.{key}", inner, tables)
@@ -62,7 +62,7 @@ def _leaves(name: str, value: Any, tables: dict[str, list[Mapping[str, Any]]]) -
 
 
 def _flat(value: Any) -> Any:
-    """A value within a table's row; one of several parts as text."""
+    """Flatten a value into one table cell."""
     if isinstance(value, Mapping):
         return "; ".join(f"{key} {_flat(inner)}" for key, inner in value.items())
     if isinstance(value, list):

@@ -1,4 +1,4 @@
-"""What an export is: a name, a form, and how its file is made from a run."""
+"""The definition of an export: name, format, and how its file is made from a run."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import Any
 from app.designs.kind import Kind
 
 Run = dict[str, Any]
-"""A run as its JSON tells it."""
+"""A run as its JSON object."""
 
 
 class Tool(StrEnum):
-    """CAD programs that parameters are written for."""
+    """CAD programs for which parameters can be written."""
 
     FREECAD = "freecad"
     FUSION = "fusion"
@@ -24,23 +24,23 @@ class Tool(StrEnum):
     INVENTOR = "inventor"
 
 
-class Where(StrEnum):
+class ExportProcess(StrEnum):
     """The process in which a file is made."""
 
-    HERE = "here"
-    """In the service's own: what takes no longer than reading the run."""
+    SERVICE = "service"
+    """the service itself, for formats that take no longer than reading the run"""
     WORKER = "worker"
-    """In one that solves."""
+    """a solver worker"""
     SOLIDS = "solids"
-    """In the one that has the solid modeller in memory."""
+    """the process with the solid modeller in memory"""
 
 
 @dataclass(frozen=True)
-class Wishes:
-    """What a request may ask of its file beside the format; each format takes what concerns it.
+class ExportOptions:
+    """Options of an export; each format uses those that concern it.
 
-    tool       the CAD program that parameters are for
-    angle_deg  the crank's angle after the blow in which a linkage stands; None: at the blow
+    tool       CAD program of the parameters
+    angle_deg  crank angle after the blow at which a linkage is drawn; None: at the blow
     language   of a report
     """
 
@@ -51,7 +51,7 @@ class Wishes:
 
 @dataclass(frozen=True)
 class File:
-    """A file, where its form depends on the wishes."""
+    """An exported file."""
 
     content: bytes
     media_type: str
@@ -60,31 +60,34 @@ class File:
 
 @dataclass(frozen=True)
 class Refusal:
-    """Why there is no file as wished: the parameter at fault, what is wrong with it, and what is allowed."""
+    """Why the file cannot be made with these options: the parameter, the error, and what is allowed."""
 
     pointer: str
     detail: str
     allowed: str
 
 
-Make = Callable[[Kind, Run, Wishes], bytes | File | Refusal]
-"""From a run with a result to its file. It may import what it needs: it is called where that does no harm."""
+Make = Callable[[Kind, Run, ExportOptions], bytes | File | Refusal]
+"""Makes the file of a run with a result. It may import heavy libraries, since it runs in the process chosen by
+``ExportProcess``."""
 
 
-def of_every_run(_kind: Kind, _run: Run) -> bool:
+def always(_kind: Kind, _run: Run) -> bool:
     return True
 
 
-def of_a_part(kind: Kind, run: Run) -> bool:
-    """Whether the run tells of a part that can be drawn and made."""
+def has_part(kind: Kind, run: Run) -> bool:
+    """Whether the run describes a part."""
     return kind.has_part(run)
 
 
 @dataclass(frozen=True)
 class Export:
-    """One format. ``applies`` sees a run that has a result, at least its kind, mode, status and result.
+    """An export format.
 
-    ``module`` is what has to be importable, ``extra`` what installs it.
+    ``applies`` decides from a run with a result, at least its kind, mode, status and result, whether the format is
+    offered. ``module`` must be importable; ``extra`` installs it. With some options the file has one of
+    ``other_media_types``.
     """
 
     name: str
@@ -92,17 +95,23 @@ class Export:
     media_type: str
     extension: str
     make: Make
-    applies: Callable[[Kind, Run], bool] = of_every_run
-    where: Where = Where.WORKER
+    applies: Callable[[Kind, Run], bool] = always
+    where: ExportProcess = ExportProcess.WORKER
     module: str = ""
     extra: str = ""
+    other_media_types: tuple[str, ...] = ()
+
+    @property
+    def media_types(self) -> set[str]:
+        """All that its files may have, without parameters."""
+        return {form.partition(";")[0] for form in (self.media_type, *self.other_media_types)}
 
     @property
     def missing(self) -> bool:
-        """Whether this installation cannot make it."""
+        """Whether a required module is not installed."""
         return bool(self.module) and importlib.util.find_spec(self.module) is None
 
-    def file(self, kind: Kind, run: Run, wishes: Wishes) -> File | Refusal:
-        """The run's file in this format, or why there is none as wished."""
-        made = self.make(kind, run, wishes)
+    def file(self, kind: Kind, run: Run, options: ExportOptions) -> File | Refusal:
+        """The run's file in this format, or a refusal."""
+        made = self.make(kind, run, options)
         return File(made, self.media_type, self.extension) if isinstance(made, bytes) else made

@@ -1,4 +1,4 @@
-"""The part's parameters in the form that each CAD program imports; names are those of the contract, lengths in mm."""
+"""The part's parameters in the import format of each CAD program; names as in the API, lengths in mm."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 from app.designs.kind import Kind
 from app.designs.part import Parameter
-from app.exports.export import Export, File, Refusal, Run, Tool, Wishes, of_a_part
+from app.exports.export import Export, ExportOptions, File, Refusal, Run, Tool, has_part
 from app.exports.parts import part_of
 from app.exports.text import cell, plain, word
 from app.exports.xlsx import workbook
@@ -17,18 +17,18 @@ from app.exports.xlsx import workbook
 _XLSX = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
 
 
-def make(kind: Kind, run: Run, wishes: Wishes) -> File | Refusal:
-    """The table for the program asked for."""
-    part = part_of(kind, run, wishes)
-    return part if isinstance(part, Refusal) else _WRITERS[wishes.tool](part.parameters)
+def make(kind: Kind, run: Run, options: ExportOptions) -> File | Refusal:
+    """The parameters for the requested program."""
+    part = part_of(kind, run, options)
+    return part if isinstance(part, Refusal) else _WRITERS[options.tool](part.parameters)
 
 
 def _number(value: float) -> str:
-    """All digits, without an exponent, which not every program reads."""
-    told = repr(float(value))
-    if "e" in told:
-        told = f"{value:.17f}".rstrip("0") if abs(value) < 1.0 else f"{value:.0f}"
-    return told.removesuffix(".").removesuffix(".0")
+    """Full precision without an exponent, which not every program can read."""
+    text = repr(float(value))
+    if "e" in text:
+        text = f"{value:.17f}".rstrip("0") if abs(value) < 1.0 else f"{value:.0f}"
+    return text.removesuffix(".").removesuffix(".0")
 
 
 def _table(rows: Sequence[Sequence[str]], delimiter: str = ",") -> bytes:
@@ -38,24 +38,24 @@ def _table(rows: Sequence[Sequence[str]], delimiter: str = ",") -> bytes:
 
 
 def _fusion(parameters: Sequence[Parameter]) -> File:
-    """Modify, Change Parameters, Import Parameters: the columns that its own export writes."""
+    """Fusion: Modify > Change Parameters > Import; the columns of its own export."""
     rows = [["Name", "Unit", "Expression", "Value", "Comments", "Favorite"]]
     for p in parameters:
-        told = f"{_number(p.value)} {p.unit}".strip()
-        rows.append([word(p.name), p.unit, told, _number(p.value), cell(plain(p.comment)), "true"])
+        text = f"{_number(p.value)} {p.unit}".strip()
+        rows.append([word(p.name), p.unit, text, _number(p.value), cell(plain(p.comment)), "true"])
     return File(_table(rows), "text/csv", "csv")
 
 
 def _freecad(parameters: Sequence[Parameter]) -> File:
-    """Spreadsheet workbench, Import: a name, a quantity and a comment in each row, with tabs between."""
+    """FreeCAD: Spreadsheet workbench > Import; name, quantity and comment, separated by tabs."""
     rows = [[word(p.name), f"={_number(p.value)} {p.unit}".rstrip(), plain(p.comment)] for p in parameters]
     return File(_table(rows, "\t"), "text/csv", "csv")
 
 
 def _onshape(parameters: Sequence[Parameter]) -> File:
-    """The body of its call that sets the variables of a variable studio."""
+    """Onshape: body of the API call that sets the variables of a variable studio."""
     types = {"mm": "LENGTH", "deg": "ANGLE"}
-    told = [
+    text = [
         {
             "name": word(p.name),
             "type": types.get(p.unit, "NUMBER"),
@@ -64,18 +64,18 @@ def _onshape(parameters: Sequence[Parameter]) -> File:
         }
         for p in parameters
     ]
-    return File(json.dumps(told, indent=2).encode() + b"\n", "application/json", "json")
+    return File(json.dumps(text, indent=2).encode() + b"\n", "application/json", "json")
 
 
 def _solidworks(parameters: Sequence[Parameter]) -> File:
-    """Tools, Equations, Import: global variables."""
+    """SolidWorks: Tools > Equations > Import; global variables."""
     lines = [f'"{word(p.name)}"= {_number(p.value)}{p.unit}' for p in parameters]
-    # A mark tells its import that the file is UTF-8; line ends are those of its system.
+    # The byte-order mark identifies UTF-8; line ends are those of Windows.
     return File(("\r\n".join(lines) + "\r\n").encode("utf-8-sig"), "text/plain; charset=utf-8", "txt")
 
 
 def _inventor(parameters: Sequence[Parameter]) -> File:
-    """Manage, Parameters, Link: a workbook with name, value, unit and comment in the columns A to D."""
+    """Inventor: Manage > Parameters > Link; name, value, unit and comment in columns A to D."""
     rows = [[word(p.name), float(p.value), p.unit or "ul", plain(p.comment)] for p in parameters]
     return File(workbook("parameters", rows), _XLSX, "xlsx")
 
@@ -88,4 +88,7 @@ _WRITERS: dict[Tool, Callable[[Sequence[Parameter]], File]] = {
     Tool.INVENTOR: _inventor,
 }
 
-PARAMETERS = Export("parameters", "Parameters: names and values to drive a model", "text/plain", "txt", make, of_a_part)
+PARAMETERS = Export(
+    "parameters", "Parameters: names and values to drive a model", "text/plain", "txt", make, has_part,
+    other_media_types=("text/csv", "application/json", _XLSX),
+)  # fmt: skip

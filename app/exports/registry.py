@@ -1,4 +1,4 @@
-"""The only list of exports. Importing it brings no library that a format needs: those come when a file is made."""
+"""Registry of exports. Importing it imports no format's libraries; those are imported when a file is made."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ EXPORTS: dict[str, Export] = {export.name: export for export in (HTML, PDF, JSON
 
 
 def exports_for(run: Run) -> dict[str, Export]:
-    """The exports of a run with a result; none of one without, or of a kind that is no more."""
+    """The exports that apply to a run; none without a result or for an unknown kind."""
     kind = KINDS.get(run["kind"])
     if kind is None or run.get("result") is None:
         return {}

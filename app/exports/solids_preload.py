@@ -1,4 +1,4 @@
-"""What the process that makes solids is forked from: the modeller, imported once."""
+"""Imports of the fork server for solids: the modeller."""
 
 from __future__ import annotations
 
@@ -10,5 +10,5 @@ import app.exports.registry  # noqa: F401
 
 
 def load_step_by_step() -> Iterator[None]:
-    """There are no kernels to load."""
+    """No idle work: there are no kernels to load."""
     return iter(())

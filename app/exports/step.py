@@ -1,4 +1,4 @@
-"""The part as STEP: solids in millimetres, each with its name; made by OpenCASCADE through build123d."""
+"""STEP export of the part: named solids in millimetres, made with OpenCASCADE through build123d."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from typing import TYPE_CHECKING
 from app.designs.drawing import Arc, Bezier, Outline, extent, middle_of
 from app.designs.kind import Kind
 from app.designs.part import Extrusion, Part, Revolution, Solid
-from app.exports.export import Export, Refusal, Run, Where, Wishes, of_a_part
+from app.exports.export import Export, ExportOptions, ExportProcess, Refusal, Run, has_part
 from app.exports.parts import part_of
 
 if TYPE_CHECKING:
     import build123d
 
-_LEAST_MM, _GREATEST_MM = 1e-5, 1e6
-"""The modeller takes places closer than 1e-7 mm for one."""
+_MIN_MM, _MAX_MM = 1e-5, 1e6
+"""The modeller merges points closer than 1e-7 mm."""
 
 
-def make(kind: Kind, run: Run, wishes: Wishes) -> bytes | Refusal:
-    """The solids, or why the modeller cannot hold such a part."""
-    part = part_of(kind, run, wishes)
+def make(kind: Kind, run: Run, options: ExportOptions) -> bytes | Refusal:
+    """The STEP file, or a refusal if the sizes are out of the modeller's range."""
+    part = part_of(kind, run, options)
     if isinstance(part, Refusal):
         return part
     sizes = [size for solid in part.solids for size in _sizes(solid)]
-    if min(sizes) < _LEAST_MM or max(sizes) > _GREATEST_MM:
-        allowed = f"sizes from {_LEAST_MM:g} to {_GREATEST_MM:g} mm"
+    if min(sizes) < _MIN_MM or max(sizes) > _MAX_MM:
+        allowed = f"sizes from {_MIN_MM:g} to {_MAX_MM:g} mm"
         return Refusal("", "the part has sizes that a solid model cannot hold", allowed)
-    return written(part, str(run["created_at"])[:19])
+    return step_file(part, str(run["created_at"])[:19])
 
 
 def _sizes(solid: Solid) -> tuple[float, ...]:
@@ -37,11 +37,11 @@ def _sizes(solid: Solid) -> tuple[float, ...]:
     return (*sides, solid.height) if isinstance(solid, Extrusion) else sides
 
 
-def written(part: Part, when: str) -> bytes:
-    """The part as a STEP file; ``when`` stands for the time of writing, so that a run has one file."""
+def step_file(part: Part, when: str) -> bytes:
+    """Write the part; ``when`` replaces the time of writing, so that a run always yields the same file."""
     import build123d as b
 
-    solids = [modelled(solid) for solid in part.solids]
+    solids = [model_solid(solid) for solid in part.solids]
     for shape, solid in zip(solids, part.solids, strict=True):
         shape.label = solid.name
     whole = solids[0] if len(solids) == 1 else b.Compound(children=solids, label=part.title)
@@ -51,8 +51,8 @@ def written(part: Part, when: str) -> bytes:
     return out.getvalue()
 
 
-def modelled(solid: Solid) -> build123d.Solid:
-    """One solid of the part."""
+def model_solid(solid: Solid) -> build123d.Solid:
+    """Model one solid."""
     import build123d as b
 
     if isinstance(solid, Revolution):
@@ -81,6 +81,6 @@ def _wire(outline: Outline) -> build123d.Wire:
 
 
 STEP = Export(
-    "step", "STEP: the solid", "model/step", "step", make, of_a_part, where=Where.SOLIDS,
+    "step", "STEP: the solid", "model/step", "step", make, has_part, where=ExportProcess.SOLIDS,
     module="build123d", extra="cad",
 )  # fmt: skip

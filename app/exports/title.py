@@ -1,20 +1,20 @@
-"""What a drawing's title block says of its run."""
+"""The title block of a drawing."""
 
 from __future__ import annotations
 
 from app.designs.part import Part
 from app.exports.export import Run
-from app.exports.text import LONGEST, plain
+from app.exports.text import MAX_LENGTH, plain
 
 
 def title_rows(run: Run, part: Part) -> list[tuple[str, str]]:
-    """(what, its value), the most important first."""
+    """(label, value) rows, the most important first."""
     verdict = run.get("verdict")
     holds = "not judged" if verdict is None else verdict["summary"]
     material = (run["spec"].get("material") or {}).get("name")
     rows = [
         ("part", part.title),
-        ("name", plain(run.get("name") or "")[:LONGEST] or "-"),
+        ("name", plain(run.get("name") or "")[:MAX_LENGTH] or "-"),
         ("verdict", plain(holds)),
         *([("material", plain(material))] if material else []),
         *([("mass", f"{part.mass_g:.6g} g")] if part.mass_g is not None else []),

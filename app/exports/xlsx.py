@@ -1,4 +1,4 @@
-"""A workbook of one sheet with numbers and text, and no formula: the least that ECMA-376 asks for."""
+"""A minimal Office Open XML workbook (ECMA-376): one sheet of numbers and text, without formulas."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _TYPES = (
     f'<Override PartName="/xl/workbook.xml" ContentType="{_SHEETML}.sheet.main+xml"/>'
     f'<Override PartName="/xl/worksheets/sheet1.xml" ContentType="{_SHEETML}.worksheet+xml"/></Types>'
 )
-_MADE = (1980, 1, 1, 0, 0, 0)
-"""The same bytes for the same content."""
+_TIMESTAMP = (1980, 1, 1, 0, 0, 0)
+"""A fixed time stamp makes equal content byte-identical."""
 
 
 def _related(kind: str, target: str) -> str:
@@ -38,8 +38,8 @@ def _cell(row: int, column: int, value: float | str) -> str:
 
 
 def workbook(name: str, rows: Sequence[Sequence[float | str]]) -> bytes:
-    """The rows from cell A1 on; at most 26 columns."""
-    told = "".join(
+    """A workbook with the rows from cell A1 on; at most 26 columns."""
+    sheet_rows = "".join(
         f'<row r="{r}">{"".join(_cell(r, c, value) for c, value in enumerate(row))}</row>'
         for r, row in enumerate(rows, start=1)
     )
@@ -49,10 +49,10 @@ def workbook(name: str, rows: Sequence[Sequence[float | str]]) -> bytes:
         "xl/workbook.xml": f'<workbook xmlns="{_MAIN}" xmlns:r="{_OFFICE}"><sheets>'
         f'<sheet name="{escape(name)}" sheetId="1" r:id="rId1"/></sheets></workbook>',
         "xl/_rels/workbook.xml.rels": _related("worksheet", "worksheets/sheet1.xml"),
-        "xl/worksheets/sheet1.xml": f'<worksheet xmlns="{_MAIN}"><sheetData>{told}</sheetData></worksheet>',
+        "xl/worksheets/sheet1.xml": f'<worksheet xmlns="{_MAIN}"><sheetData>{sheet_rows}</sheetData></worksheet>',
     }
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for path, content in parts.items():
-            archive.writestr(zipfile.ZipInfo(path, _MADE), _HEAD + content, zipfile.ZIP_DEFLATED)
+            archive.writestr(zipfile.ZipInfo(path, _TIMESTAMP), _HEAD + content, zipfile.ZIP_DEFLATED)
     return out.getvalue()

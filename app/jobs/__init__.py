@@ -1,1 +1,1 @@
-"""Solves outside the service process: warm workers with a time budget and a memory bound, killed when they overrun."""
+"""Run solves outside the service process: warm workers with a time budget and a memory limit, killed on overrun."""

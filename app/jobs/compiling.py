@@ -1,4 +1,5 @@
-"""What the processes do that compile kernels: told over a pipe what, they tell which kernels are there."""
+"""Compile kernels in child processes: they receive what to compile over a pipe and report which kernels are
+compiled."""
 
 from __future__ import annotations
 
@@ -10,32 +11,31 @@ from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from typing import Any
 
-from app.jobs import marks
-from app.jobs.marks import Part
+from app.jobs import warm_markers
+from app.jobs.warm_markers import Part
 
 Unit = tuple[tuple[str, str], ...]
-"""Entries to compile in one go: names and types."""
+"""Entries to compile together: names and type signatures."""
 
 _NICENESS = 5
-_BETWEEN_REPORTS_S = 0.25
+_REPORT_INTERVAL_S = 0.25
 
 
-def tell_what_is_there(connection: Connection) -> None:
-    """In a child: which parts are compiled, the names of the kernels of each kind, the bundles of entries of parts that
-    are not."""
+def report_compiled(connection: Connection) -> None:
+    """Child process: send which parts are compiled, the kernels of each kind, and the units of uncompiled parts."""
     from app.designs.entries import units_of
     from app.designs.rehearsals import PARTS, WINGS
     from solvers.numerics.jit import KERNELS
 
-    names = [_named(kernel) for kernel in KERNELS]
+    names = [_qualified_name(kernel) for kernel in KERNELS]
     kernels = {kind: [name for name in names if name.startswith(wing + ".")] for kind, wing in WINGS.items()}
-    there = {part: marks.is_left(part) for part in PARTS}
-    connection.send((there, kernels, {part: units_of(part) for part, warm in there.items() if not warm}))
-    _wait_for_the_end(connection)
+    compiled = {part: warm_markers.exists(part) for part in PARTS}
+    connection.send((compiled, kernels, {part: units_of(part) for part, warm in compiled.items() if not warm}))
+    _wait_until_closed(connection)
 
 
 def compile_units(connection: Connection) -> None:
-    """In a child: compile the bundles that come, telling which kernels are there."""
+    """Child process: compile the units received and report compiled kernels."""
     from app.designs.entries import compile_entry
 
     _prepare()
@@ -49,7 +49,7 @@ def compile_units(connection: Connection) -> None:
 
 
 def solve_rehearsals(connection: Connection, part: Part) -> None:
-    """In a child: solve the part's rehearsals, telling which kernels are there, and leave a mark."""
+    """Child process: solve the part's rehearsals, report compiled kernels, and write the part's marker."""
     from app.designs.rehearsals import rehearsals_of
     from solvers.numerics.jit import KERNELS
 
@@ -57,50 +57,50 @@ def solve_rehearsals(connection: Connection, part: Part) -> None:
     with _reporting(connection):
         for job, request in rehearsals_of(*part):
             job.rehearse(request)
-        marks.leave(part, [file for kernel in KERNELS for file in kernel.files])
+        warm_markers.write(part, [file for kernel in KERNELS for file in kernel.files])
     connection.send(None)
-    _wait_for_the_end(connection)
+    _wait_until_closed(connection)
 
 
 def _prepare() -> None:
     os.nice(_NICENESS)
-    # The compiler makes millions of objects that live on: looking through them again and again is a fifth of its time.
+    # The compiler allocates millions of long-lived objects; scanning them repeatedly takes a fifth of its time.
     gc.freeze()
     gc.set_threshold(200_000, 50, 100)
 
 
 @contextmanager
 def _reporting(connection: Connection) -> Iterator[None]:
-    ended = threading.Event()
-    reporter = threading.Thread(target=_report, args=(connection, ended), daemon=True)
+    stopped = threading.Event()
+    reporter = threading.Thread(target=_report, args=(connection, stopped), daemon=True)
     reporter.start()
     try:
         yield
     finally:
-        ended.set()
+        stopped.set()
         reporter.join()
 
 
-def _report(connection: Connection, ended: threading.Event) -> None:
+def _report(connection: Connection, stopped: threading.Event) -> None:
     from solvers.numerics.jit import KERNELS
 
-    told: set[str] = set()
+    reported: set[str] = set()
     while True:
-        last = ended.wait(_BETWEEN_REPORTS_S)
-        now = {_named(kernel) for kernel in list(KERNELS) if kernel.is_compiled}
-        if now - told:
-            connection.send(sorted(now - told))
-            told |= now
+        last = stopped.wait(_REPORT_INTERVAL_S)
+        now = {_qualified_name(kernel) for kernel in list(KERNELS) if kernel.is_compiled}
+        if now - reported:
+            connection.send(sorted(now - reported))
+            reported |= now
         if last:
             return
 
 
-def _named(kernel: Any) -> str:
+def _qualified_name(kernel: Any) -> str:
     return f"{kernel.py_func.__module__}.{kernel.py_func.__name__}"
 
 
-def _wait_for_the_end(connection: Connection) -> None:
-    """The service has read everything when it kills this process or closes the connection."""
+def _wait_until_closed(connection: Connection) -> None:
+    """Keep the pipe open until the service has read everything and closes it or kills this process."""
     try:
         connection.recv()
     except (EOFError, OSError):

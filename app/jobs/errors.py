@@ -1,14 +1,14 @@
-"""How a solve in a worker can end without an answer."""
+"""Errors of the executor: how a solve can end without an answer."""
 
 from __future__ import annotations
 
 
 class JobError(Exception):
-    """Base of everything the executor raises."""
+    """Base of all executor errors."""
 
 
 class Busy(JobError):
-    """Too many solves wait already; try again in about ``retry_s`` seconds."""
+    """Too many solves are waiting; retry after about ``retry_s`` seconds."""
 
     def __init__(self, reason: str, retry_s: float = 1.0) -> None:
         super().__init__(reason)
@@ -16,7 +16,7 @@ class Busy(JobError):
 
 
 class ShareUsed(Busy):
-    """Too many solves of this caller wait already, whatever others do."""
+    """Too many solves of this caller are waiting."""
 
 
 class Warming(Busy):
@@ -28,7 +28,7 @@ class Warming(Busy):
 
 
 class BudgetExceeded(JobError):
-    """The solve did not end within its wall-clock budget; its worker was killed."""
+    """The solve exceeded its wall-clock budget and its worker was killed."""
 
     def __init__(self, budget_s: float) -> None:
         super().__init__(f"the solve did not end within its budget of {budget_s:g} s")
@@ -36,7 +36,7 @@ class BudgetExceeded(JobError):
 
 
 class WorkerCrashed(JobError):
-    """The worker process died under the solve."""
+    """The worker process died during the solve."""
 
     def __init__(self, exit_code: int | None) -> None:
         super().__init__(f"the worker process ended with code {exit_code} before it answered")
@@ -44,11 +44,11 @@ class WorkerCrashed(JobError):
 
 
 class MemoryExceeded(JobError):
-    """The solve wanted more memory than a worker may have."""
+    """The solve exceeded the memory limit of a worker."""
 
 
 class SolveFailed(JobError):
-    """The solve raised an exception nobody foresaw. ``detail``, its traceback, goes to the log, never to a client."""
+    """The solve raised an unexpected exception. ``detail`` is its traceback, for the log only, never for a client."""
 
     def __init__(self, exception: str, detail: str) -> None:
         super().__init__(f"the solve raised {exception}")

@@ -1,4 +1,4 @@
-"""Solves outside the service process, behind one interface."""
+"""The executor interface, and the pool of worker processes that implements it on one machine."""
 
 from __future__ import annotations
 
@@ -13,39 +13,37 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from app.designs.kind import Answer
-from app.designs.progress import Report, to_nobody
+from app.designs.progress import Report, ignore_progress
 from app.jobs import calls
 from app.jobs.errors import Busy, ExecutorClosed, JobError, WorkerCrashed
-from app.jobs.pool import Call, Place
-from app.jobs.template import Template
-from app.jobs.warming import KernelWarming, Told, Warmth, tell_nobody
+from app.jobs.fork_server import ForkServer
+from app.jobs.warming import KernelWarming, StatusListener, WarmupStatus, ignore_status
 from app.jobs.worker import Entry, Load, WorkerSettings
+from app.jobs.worker_slot import Call, WorkerSlot
 from app.logging import get_logger
 
 logger = get_logger(__name__)
 
 DEFAULT_BUDGET_S = 10.0
-DEFAULT_MEMORY_BYTES = 2 << 30
 DEFAULT_QUEUE_LIMIT = 64
 
-_LOOK_S = 0.2
-"""How often the pool looks whether its processes live."""
-_BETWEEN_STARTS_S = 1.0
+_POLL_INTERVAL_S = 0.2
+_RESTART_INTERVAL_S = 1.0
 
 
 class Executor(Protocol):
-    """Runs jobs of the registry somewhere that cannot hurt the service."""
+    """Runs registered jobs outside the service process."""
 
     @property
     def ready(self) -> bool:
-        """Whether it can answer now."""
+        """Whether a call would be answered now."""
 
     @property
-    def warmths(self) -> list[Warmth]:
-        """How far the kernels of every kind are; empty where nothing has to be compiled."""
+    def warmup_status(self) -> list[WarmupStatus]:
+        """Warm-up status of every kind; empty if nothing has to be compiled."""
 
     def start(self) -> None:
-        """Begin to warm up; returns at once."""
+        """Start warming up, without blocking."""
 
     async def run(
         self,
@@ -53,165 +51,169 @@ class Executor(Protocol):
         mode: str,
         payload: bytes,
         budget_s: float = DEFAULT_BUDGET_S,
-        report: Report = to_nobody,
+        report: Report = ignore_progress,
     ) -> Answer:
-        """The answer to a request given as JSON; ``report`` hears, from another thread, how far a long one is.
+        """Return the answer to a request given as JSON; ``report`` is called from another thread with the progress.
 
-        Raises Busy when too many wait already, BudgetExceeded when the solve takes longer than ``budget_s``
-        seconds of wall-clock time (counted from its start, not from its place in the queue), MemoryExceeded,
-        WorkerCrashed, SolveFailed. Cancelling the awaiting task ends the solve.
+        Raises Busy if the queue is full, BudgetExceeded after ``budget_s`` seconds of wall-clock time (queueing not
+        included), MemoryExceeded, WorkerCrashed or SolveFailed. Cancelling the awaiting task kills the solve.
         """
 
     async def run_in_background(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> Any:
-        """The same for a piece of a batch, on workers that leave the processor to all others; waits for its turn."""
+        """Like ``run`` for a chunk of a batch, on low-priority workers; waits for a free worker without limit."""
 
     @property
     def background_workers(self) -> int:
-        """How many pieces of batches can be worked on at once."""
+        """Number of batch chunks that can run at once."""
 
     def close(self) -> None:
-        """End every solve and every worker."""
+        """Kill every solve and every worker."""
 
 
 @dataclass(frozen=True)
 class PoolSettings:
     """Size and limits of a process pool.
 
-    ``entry`` and ``load`` are module-level functions; ``preload`` is the module that the workers' template imports, its
-    function ``load_step_by_step`` what they do meanwhile. ``kernels`` is whether calls wait for compiled kernels.
+    ``entry`` and ``load`` are module-level functions. The fork server imports the module ``preload``, whose
+    ``load_step_by_step`` is its idle work. With ``kernels``, calls are refused until their kernels are compiled.
     """
 
     workers: int = os.cpu_count() or 1
     queue_limit: int = DEFAULT_QUEUE_LIMIT
-    memory_bytes: int = DEFAULT_MEMORY_BYTES
+    memory_bytes: int = 2 << 30
     niceness: int = 10
     entry: Entry = calls.answer
     load: Load = calls.load
     preload: str = "app.jobs.preload"
     idle_work: Callable[[], Iterator[None]] = calls.load_step_by_step
     kernels: bool = True
-    told: Told = tell_nobody
+    on_status: StatusListener = ignore_status
     background_workers: int = 0
     background_entry: Entry = calls.answer
     background_niceness: int = 19
 
 
 class Lane:
-    """Workers of one purpose, and the calls that wait for them. No lane waits for another."""
+    """A group of worker slots with its own threads and queue; lanes never wait for each other."""
 
-    def __init__(self, worker: WorkerSettings, template: Template, workers: int, name: str) -> None:
+    def __init__(self, worker: WorkerSettings, fork_server: ForkServer, workers: int, name: str) -> None:
         self.workers = workers
-        self.places = [Place(worker, template) for _ in range(workers)]
-        # One thread per worker, waiting on its pipe: as many places as threads, so there is always a free one.
+        self.slots = [WorkerSlot(worker, fork_server) for _ in range(workers)]
+        # One thread per worker blocks on its pipe; with as many slots as threads, a running thread always finds one.
         self.threads = ThreadPoolExecutor(max(1, workers), thread_name_prefix=name)
         self.pending, self._preparing = 0, 0
-        self._free = list(self.places)
+        self._idle = list(self.slots)
         self._lock = threading.Lock()
 
-    def take(self) -> Place:
-        """A free place, one with a worker if there is such a one."""
+    def acquire(self) -> WorkerSlot:
+        """Take an idle slot, preferably one whose worker is running."""
         with self._lock:
-            for place in self._free:
-                if place.ready:
-                    self._free.remove(place)
-                    return place
-            return self._free.pop()
+            for slot in self._idle:
+                if slot.ready:
+                    self._idle.remove(slot)
+                    return slot
+            return self._idle.pop()
 
-    def give_back(self, place: Place) -> None:
+    def release(self, slot: WorkerSlot) -> None:
         with self._lock:
-            self._free.append(place)
+            self._idle.append(slot)
 
-    def count_lost(self) -> int:
-        """How many free places have no live worker and nobody on the way to give them one."""
+    def claim_missing(self) -> int:
+        """Count idle slots without a live worker that nobody is starting one for, and mark them as being started."""
         with self._lock:
-            lost = sum(not place.ready for place in self._free) - self._preparing
+            lost = sum(not slot.ready for slot in self._idle) - self._preparing
             self._preparing += max(0, lost)
         return lost
 
-    def take_lost(self) -> Place | None:
-        """A free place that has no live worker."""
+    def acquire_empty(self) -> WorkerSlot | None:
+        """Take an idle slot without a live worker, if any."""
         with self._lock:
-            place = next((place for place in self._free if not place.ready), None)
-            if place is not None:
-                self._free.remove(place)
-        return place
+            slot = next((slot for slot in self._idle if not slot.ready), None)
+            if slot is not None:
+                self._idle.remove(slot)
+        return slot
 
-    def prepared(self, place: Place | None) -> None:
-        """Somebody tried to give the place a worker."""
+    def preparation_done(self, slot: WorkerSlot | None) -> None:
+        """Finish an attempt to start a worker and return its slot."""
         with self._lock:
             self._preparing -= 1
-            if place is not None:
-                self._free.append(place)
+            if slot is not None:
+                self._idle.append(slot)
 
 
 class ProcessPool:
-    """Warm worker processes on this machine, forked from a template that has the solvers imported.
+    """Worker processes on this machine, forked from a server that has already imported the solvers.
 
-    A worker that overruns its budget, dies, or runs out of memory is killed and replaced, and so is the template; the
-    other solves go on. At most ``queue_limit`` calls wait for a worker; one more is refused. A call whose kernels are
-    still being compiled is refused too, and told how long that takes.
+    A worker that overruns its budget, crashes or runs out of memory is killed and replaced; so is the fork server.
+    Other solves are not affected. At most ``queue_limit`` calls wait; a further one is refused, and so is a call whose
+    kernels are still being compiled.
 
-    Batches have workers of their own, which the system lets run when nobody else wants to: a request of a person never
-    waits for one.
+    Batches have their own workers at the lowest scheduling priority, so an interactive request never waits for one.
     """
 
-    def __init__(self, settings: PoolSettings | None = None, template: Template | None = None) -> None:
-        self._settings = given = settings or PoolSettings()
-        self._template = template or Template(given.preload)
-        self._warming = KernelWarming(self._template, given.told) if given.kernels else None
-        worker = WorkerSettings(given.entry, given.load, given.idle_work, given.memory_bytes, given.niceness)
-        behind = WorkerSettings(
-            given.background_entry, given.load, calls.nothing, given.memory_bytes, given.background_niceness
+    def __init__(self, settings: PoolSettings | None = None, fork_server: ForkServer | None = None) -> None:
+        self._settings = settings = settings or PoolSettings()
+        self._fork_server = fork_server or ForkServer(settings.preload)
+        self._warming = KernelWarming(self._fork_server, settings.on_status) if settings.kernels else None
+        worker = WorkerSettings(
+            settings.entry, settings.load, settings.idle_work, settings.memory_bytes, settings.niceness
         )
-        self._front = Lane(worker, self._template, given.workers, "solve")
-        self._behind = Lane(behind, self._template, given.background_workers, "batch")
-        self._lanes = (self._front, self._behind)
-        self._keeper = threading.Thread(target=self._keep, name="keeper", daemon=True)
+        background = WorkerSettings(
+            settings.background_entry,
+            settings.load,
+            calls.no_idle_work,
+            settings.memory_bytes,
+            settings.background_niceness,
+        )
+        self._foreground = Lane(worker, self._fork_server, settings.workers, "solve")
+        self._background = Lane(background, self._fork_server, settings.background_workers, "batch")
+        self._lanes = (self._foreground, self._background)
+        self._supervisor = threading.Thread(target=self._supervise, name="supervisor", daemon=True)
         self._wake = threading.Event()
         self._closed = False
 
     def start(self) -> None:
-        if self._keeper.ident is None:
-            self._keeper.start()
+        if self._supervisor.ident is None:
+            self._supervisor.start()
 
     @property
     def ready(self) -> bool:
-        """Whether at least one worker is there, by the look of it now."""
-        return any(place.ready for place in self._front.places)
+        """Whether at least one worker is alive."""
+        return any(slot.ready for slot in self._foreground.slots)
 
     @property
-    def warmths(self) -> list[Warmth]:
-        """How far the kernels of every kind are."""
-        return [] if self._warming is None else self._warming.warmths()
+    def warmup_status(self) -> list[WarmupStatus]:
+        """Warm-up status of every kind."""
+        return [] if self._warming is None else self._warming.statuses()
 
-    async def _check_warm(self, kind_slug: str, mode: str) -> None:
-        """Raises Warming where the kernels of that kind and mode are still being compiled."""
+    async def _check_kernels(self, kind_slug: str, mode: str) -> None:
+        """Raise Warming while the kernels of this kind and mode are being compiled."""
         if self._warming is None:
             return
         while not self._warming.known and not self._closed:
-            await asyncio.sleep(_LOOK_S / 10)
+            await asyncio.sleep(_POLL_INTERVAL_S / 10)
         self._warming.check(kind_slug, mode)
 
     def wait_until_warm(self, timeout: float | None = None) -> bool:
-        """Until all kernels are there; False if that took longer."""
+        """Block until all kernels are compiled; False on timeout."""
         return self._warming is None or self._warming.wait(timeout)
 
     @property
     def worker_pids(self) -> list[int]:
-        return [place.pid for lane in self._lanes for place in lane.places if place.pid is not None]
+        return [slot.pid for lane in self._lanes for slot in lane.slots if slot.pid is not None]
 
     @property
-    def template_pid(self) -> int | None:
-        return self._template.pid
+    def fork_server_pid(self) -> int | None:
+        return self._fork_server.pid
 
     @property
     def pending(self) -> int:
-        """Calls that run or wait, those of batches not counted."""
-        return self._front.pending
+        """Number of running and waiting calls, batches excluded."""
+        return self._foreground.pending
 
     @property
     def background_workers(self) -> int:
-        return self._behind.workers
+        return self._background.workers
 
     async def run(
         self,
@@ -219,22 +221,22 @@ class ProcessPool:
         mode: str,
         payload: bytes,
         budget_s: float = DEFAULT_BUDGET_S,
-        report: Report = to_nobody,
+        report: Report = ignore_progress,
     ) -> Answer:
         if self._closed:
             raise ExecutorClosed("the executor is closing")
         self.start()
-        await self._check_warm(kind_slug, mode)
-        if self._front.pending >= self._settings.workers + self._settings.queue_limit:
-            raise Busy(f"{self._front.pending} solves run or wait already")
-        return await self._await(self._front, Call(kind_slug, mode, payload, budget_s, report))
+        await self._check_kernels(kind_slug, mode)
+        if self._foreground.pending >= self._settings.workers + self._settings.queue_limit:
+            raise Busy(f"{self._foreground.pending} solves run or wait already")
+        return await self._await(self._foreground, Call(kind_slug, mode, payload, budget_s, report))
 
     async def run_in_background(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> Any:
         if self._closed:
             raise ExecutorClosed("the executor is closing")
         self.start()
-        await self._check_warm(kind_slug, mode)
-        return await self._await(self._behind, Call(kind_slug, mode, payload, budget_s))
+        await self._check_kernels(kind_slug, mode)
+        return await self._await(self._background, Call(kind_slug, mode, payload, budget_s))
 
     async def _await(self, lane: Lane, call: Call) -> Any:
         lane.pending += 1
@@ -254,78 +256,82 @@ class ProcessPool:
         if self._warming is not None:
             self._warming.close()
         for lane in self._lanes:
-            for place in lane.places:
-                place.close()
-        self._template.close()
+            for slot in lane.slots:
+                slot.close()
+        self._fork_server.close()
         self._wake.set()
         for lane in self._lanes:
             lane.threads.shutdown(wait=True, cancel_futures=True)
-        if self._keeper.ident is not None:
-            self._keeper.join()
+        if self._supervisor.ident is not None:
+            self._supervisor.join()
 
     def _solve(self, lane: Lane, call: Call) -> Any:
-        place = lane.take()
+        slot = lane.acquire()
         try:
-            if self._closed or not call.begin(place):
-                raise ExecutorClosed("the call was given up before it began")
-            generation = self._template.generation
+            if self._closed or not call.begin(slot):
+                raise ExecutorClosed("the call was cancelled before it began")
+            generation = self._fork_server.generation
             try:
-                return place.solve(call)
+                return slot.solve(call)
             except WorkerCrashed as crash:
                 if self._closed:
                     raise ExecutorClosed("the executor closed during the solve") from crash
-                if call.cancelled or not self._template_fell(generation):
+                if call.cancelled or not self._fork_server_restarted(generation):
                     raise
-                # The worker went down with the template, not for its call: once more, on another one.
-                return place.solve(call)
+                # The worker died with the fork server, not because of its call: retry once on a new one.
+                return slot.solve(call)
             finally:
                 call.end()
                 self._wake.set()
         finally:
-            lane.give_back(place)
+            lane.release(slot)
 
-    def _template_fell(self, generation: int) -> bool:
-        end = time.monotonic() + _LOOK_S
-        while self._template.alive and self._template.generation == generation and time.monotonic() < end:
-            time.sleep(_LOOK_S / 10)
-        return not self._template.alive or self._template.generation != generation
+    def _fork_server_restarted(self, generation: int) -> bool:
+        end = time.monotonic() + _POLL_INTERVAL_S
+        while self._fork_server.alive and self._fork_server.generation == generation and time.monotonic() < end:
+            time.sleep(_POLL_INTERVAL_S / 10)
+        return not self._fork_server.alive or self._fork_server.generation != generation
 
-    def _keep(self) -> None:
-        """See to it that the template lives and that every free place has a worker.
+    def _supervise(self) -> None:
+        """Restart the fork server when it dies and give every idle slot a worker.
 
-        One thread for as long as the pool lives: to the system, its end is the end of the template's parent.
+        Runs in one thread for the lifetime of the pool: Linux sends the parent-death signal when the thread that
+        started a process ends.
         """
-        begun, loading = -_BETWEEN_STARTS_S, 0
+        last_start, loaded_generation = -_RESTART_INTERVAL_S, 0
         if self._warming is not None:
             self._warming.start()
         while not self._closed:
-            if not self._template.alive and time.monotonic() - begun > _BETWEEN_STARTS_S:
-                begun = time.monotonic()
-                if self._template.generation:
-                    logger.error("template_ended")
-                self._template.start()
+            if not self._fork_server.alive and time.monotonic() - last_start > _RESTART_INTERVAL_S:
+                last_start = time.monotonic()
+                if self._fork_server.generation:
+                    logger.error("fork_server_exited")
+                try:
+                    self._fork_server.start()
+                except OSError as error:  # out of file descriptors, processes or memory: retried in a second
+                    logger.error("fork_server_start_failed", reason=str(error))
             try:
                 for lane in self._lanes:
-                    for _ in range(lane.count_lost()):
-                        lane.threads.submit(self._prepare_one, lane)
-            except RuntimeError:  # closed a moment ago
+                    for _ in range(lane.claim_missing()):
+                        lane.threads.submit(self._start_worker, lane)
+            except RuntimeError:  # the thread pools were shut down meanwhile
                 return
-            if loading != self._template.generation and self.ready and self.wait_until_warm(0.0):
-                loading = self._template.generation
-                with contextlib.suppress(JobError):  # it ended a moment ago, and is started again
-                    self._template.load_when_idle()
-            self._wake.wait(_LOOK_S)
+            if loaded_generation != self._fork_server.generation and self.ready and self.wait_until_warm(0.0):
+                loaded_generation = self._fork_server.generation
+                with contextlib.suppress(JobError):  # it died meanwhile and will be restarted
+                    self._fork_server.load_kernels_when_idle()
+            self._wake.wait(_POLL_INTERVAL_S)
             self._wake.clear()
 
-    def _prepare_one(self, lane: Lane) -> None:
-        place = lane.take_lost()
+    def _start_worker(self, lane: Lane) -> None:
+        slot = lane.acquire_empty()
         try:
-            if place is not None and not self._closed:
-                place.prepare()
+            if slot is not None and not self._closed:
+                slot.prepare()
         except JobError as error:
-            # The next call on this place tries again and reports what it finds.
+            # The next call on this slot retries and reports its error.
             if not self._closed:
-                logger.warning("worker_did_not_start", reason=str(error))
-                time.sleep(_LOOK_S)
+                logger.warning("worker_start_failed", reason=str(error))
+                time.sleep(_POLL_INTERVAL_S)
         finally:
-            lane.prepared(place)
+            lane.preparation_done(slot)

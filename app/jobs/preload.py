@@ -1,4 +1,4 @@
-"""What the template imports, so that every worker is born with it."""
+"""Imports of the fork server, which every worker inherits."""
 
 import numba  # noqa: F401
 
@@ -8,11 +8,11 @@ from app.jobs.calls import load_step_by_step
 __all__ = ["load_step_by_step", "prepare_to_compile"]
 
 for _kind in KINDS.values():
-    pass  # looked up, and so imported
+    pass  # importing happens on access
 
 
 def prepare_to_compile() -> None:
-    """Import what numba compiles by: two hundred modules, which each process that compiles would import for itself."""
+    """Import numba's compiler: two hundred modules that each compiling process would otherwise import for itself."""
     from numba.core.registry import cpu_target
 
     cpu_target.typing_context.refresh()

@@ -1,8 +1,8 @@
-"""Kernels are compiled before they are asked for: part by part, in processes of their own, told how far it is.
+"""Kernel warm-up: compile the kernels of every part ahead of the first request, in child processes, with progress.
 
-A part is a kind and a mode (`app.designs.rehearsals.PARTS`). First the kernels that it is known to call are compiled by
-themselves (`app.designs.entries`), in bundles that two processes share out; then its rehearsals are solved, which finds
-these on disk, compiles what was not known, and leaves the mark.
+A part is a kind and a mode (`app.designs.rehearsals.PARTS`). The entry points it is known to call are compiled first
+(`app.designs.entries`), in units shared between two processes. Then its rehearsals are solved: they load those kernels
+from disk, compile any that were not listed, and write the part's marker.
 """
 
 from __future__ import annotations
@@ -14,25 +14,28 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 
-from app.jobs.compiling import Unit, compile_units, solve_rehearsals, tell_what_is_there
+from app.jobs.compiling import Unit, compile_units, report_compiled, solve_rehearsals
 from app.jobs.errors import Warming, WorkerCrashed
-from app.jobs.marks import Part
-from app.jobs.template import Child, Template
+from app.jobs.fork_server import Child, ForkServer
+from app.jobs.warm_markers import Part
 from app.logging import get_logger
 
 logger = get_logger(__name__)
 
 PROCESSES = 2
 _ATTEMPTS = 3
-_BETWEEN_REPORTS_S = 0.25
-_USUAL_S, _WEIGHT = 0.25, 10
-"""Seconds that a kernel takes as long as nothing was measured, and how many kernels outweigh that guess."""
+_POLL_INTERVAL_S = 0.25
+_PRIOR_S, _PRIOR_WEIGHT = 0.25, 10
+"""Prior estimate of the seconds per kernel, and its weight in number of kernels."""
 
 
 @dataclass(frozen=True)
-class Warmth:
-    """How far a kind is: its state (``unknown``, ``waiting``, ``compiling``, ``warm``, ``failed``), kernels compiled,
-    how many there are, and about how many seconds are left."""
+class WarmupStatus:
+    """Progress of a kind.
+
+    ``state`` is ``unknown``, ``waiting``, ``compiling``, ``warm`` or ``failed``; ``compiled`` of ``of`` kernels are
+    compiled, and about ``remaining_s`` seconds remain.
+    """
 
     kind: str
     state: str
@@ -43,67 +46,67 @@ class Warmth:
 
 @dataclass
 class _Progress:
-    """One part on its way."""
+    """State of a part, and how often its rehearsals were tried."""
 
     state: str = "unknown"
     attempts: int = 0
 
 
 @dataclass(frozen=True)
-class _Step:
-    """A bundle of entries to compile, or without one, a part's rehearsals."""
+class _Task:
+    """Work for a compiler process: a unit of entries to compile, or without one the part's rehearsals."""
 
     part: Part
     unit: Unit = ()
 
 
 @dataclass
-class _Wing:
-    """The kernels of one kind: all there are, and those that are there."""
+class _KernelSet:
+    """The kernels of a kind: all of them, and those already compiled."""
 
     kernels: frozenset[str] = frozenset()
     compiled: set[str] = field(default_factory=set)
 
 
-Told = Callable[[Warmth], None]
+StatusListener = Callable[[WarmupStatus], None]
 
 
-def tell_nobody(_warmth: Warmth) -> None:
-    """Tell nobody."""
+def ignore_status(_status: WarmupStatus) -> None:
+    """No-op listener."""
 
 
 class KernelWarming:
-    """Sees to it that the kernels of every part are on disk; ``told`` hears of every step, from other threads."""
+    """Compiles the kernels of every part to disk; ``on_status`` is called from other threads at every change."""
 
-    def __init__(self, template: Template, told: Told = tell_nobody, processes: int = PROCESSES) -> None:
-        self._template, self._told, self._processes = template, told, processes
+    def __init__(
+        self, fork_server: ForkServer, on_status: StatusListener = ignore_status, processes: int = PROCESSES
+    ) -> None:
+        self._fork_server, self._on_status, self._processes = fork_server, on_status, processes
         self._parts: dict[Part, _Progress] = {}
-        self._wings: dict[str, _Wing] = {}
-        self._waiting: deque[_Step] = deque()
-        self._running: list[_Step] = []
+        self._kernel_sets: dict[str, _KernelSet] = {}
+        self._waiting: deque[_Task] = deque()
+        self._running: list[_Task] = []
         self._lock = threading.RLock()
         self._changed = threading.Condition(self._lock)
-        self._children: list[Child] = []
         self._closed = False
         self._done = threading.Event()
         self._began = time.monotonic()
-        self._compiled_before = 0
 
     def start(self) -> None:
-        """Begin; returns at once."""
+        """Start in the background."""
         threading.Thread(target=self._run, name="kernels", daemon=True).start()
 
     def close(self) -> None:
-        """Compile nothing more. The template's end ends what is being compiled."""
+        """Start no further compilation. Closing the fork server kills what is running."""
         self._closed = True
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Until everything that can be compiled is; False if that took longer."""
+        """Block until everything is compiled or has failed; False on timeout."""
         return self._done.wait(timeout)
 
     @property
     def known(self) -> bool:
-        """Whether it was looked what is on disk."""
+        """Whether the kernel cache has been inspected."""
         return bool(self._parts) or self._done.is_set()
 
     @property
@@ -111,9 +114,9 @@ class KernelWarming:
         return [part for part, progress in self._parts.items() if progress.state == "failed"]
 
     def is_warm(self, kind: str, mode: str) -> bool:
-        """Whether requests of that kind and mode need no compiler; a study of accuracy needs all of its kind.
+        """Whether requests of this kind and mode need no compiler; an accuracy study needs all kernels of its kind.
 
-        What could not be compiled beforehand does not wait: its requests are left to try.
+        A part that could not be compiled ahead counts as warm: its requests compile on demand.
         """
         if self._done.is_set():
             return True
@@ -124,52 +127,55 @@ class KernelWarming:
             return bool(concerned) and all(p.state in ("warm", "failed") for p in concerned)
 
     def check(self, kind: str, mode: str) -> None:
-        """Raises Warming, which tells how long it takes, where the kernels of that kind and mode are not there yet."""
+        """Raise Warming with the remaining time if the kernels of this kind and mode are not compiled yet."""
         if not self.is_warm(kind, mode):
-            raise Warming(kind, self.warmth(kind).remaining_s)
+            raise Warming(kind, self.status(kind).remaining_s)
 
-    def warmths(self) -> list[Warmth]:
-        """How far every kind is, in the order in which they are compiled."""
+    def statuses(self) -> list[WarmupStatus]:
+        """Status of every kind, in compilation order."""
         with self._lock:
             kinds = list(dict.fromkeys(kind for kind, _ in self._parts))
-        return [self.warmth(kind) for kind in kinds]
+        return [self.status(kind) for kind in kinds]
 
-    def warmth(self, kind: str) -> Warmth:
-        """How far one kind is."""
+    def status(self, kind: str) -> WarmupStatus:
+        """Status of one kind."""
         with self._lock:
             states = [p.state for part, p in self._parts.items() if part[0] == kind]
-            wing = self._wings.get(kind, _Wing())
-            done, of = len(wing.compiled & wing.kernels), len(wing.kernels)
+            kernels_of_kind = self._kernel_sets.get(kind, _KernelSet())
+            done, of = len(kernels_of_kind.compiled & kernels_of_kind.kernels), len(kernels_of_kind.kernels)
             if not states or "unknown" in states:
-                return Warmth(kind, "unknown", 0, 0, 1.0)
+                return WarmupStatus(kind, "unknown", 0, 0, 1.0)
             if all(state == "warm" for state in states):
-                return Warmth(kind, "warm", of, of, 0.0)
+                return WarmupStatus(kind, "warm", of, of, 0.0)
             if set(states) <= {"warm", "failed"}:
-                return Warmth(kind, "failed", done, of, 0.0)
+                return WarmupStatus(kind, "failed", done, of, 0.0)
             state = "compiling" if {"compiling", "warm"} & set(states) else "waiting"
-            return Warmth(kind, state, done, of, self._remaining(kind))
+            return WarmupStatus(kind, state, done, of, self._remaining(kind))
 
     def _remaining(self, kind: str) -> float:
-        """Seconds until the kind is warm, by the pace so far; kinds further ahead come first."""
+        """Estimated seconds until the kind is warm, at the pace so far; kinds before it in the queue are compiled
+        first."""
         left = 0
-        for each, wing in self._wings.items():
+        for each, kernels_of_kind in self._kernel_sets.items():
             open_ = any(p.state in ("waiting", "compiling") for part, p in self._parts.items() if part[0] == each)
-            left += len(wing.kernels - wing.compiled) if open_ else 0
+            left += len(kernels_of_kind.kernels - kernels_of_kind.compiled) if open_ else 0
             if each == kind:
                 break
-        compiled = sum(len(wing.compiled & wing.kernels) for wing in self._wings.values()) - self._compiled_before
+        compiled = sum(
+            len(kernels_of_kind.compiled & kernels_of_kind.kernels) for kernels_of_kind in self._kernel_sets.values()
+        )
         elapsed = time.monotonic() - self._began
-        pace = (elapsed + _USUAL_S * _WEIGHT) / (compiled + _WEIGHT)
+        pace = (elapsed + _PRIOR_S * _PRIOR_WEIGHT) / (compiled + _PRIOR_WEIGHT)
         return max(1.0, left * pace)
 
     def _run(self) -> None:
         try:
-            self._look()
+            self._inspect_cache()
             if self._waiting:
-                with suppress(WorkerCrashed):  # it is started anew, and whoever is forked from it prepares for itself
-                    self._template.prepare_to_compile()
+                with suppress(WorkerCrashed):  # it is restarted, and its children import the compiler themselves
+                    self._fork_server.prepare_to_compile()
             threads = [
-                threading.Thread(target=self._compile_in_turn, name="kernels", daemon=True)
+                threading.Thread(target=self._work, name="kernels", daemon=True)
                 for _ in range(min(self._processes, len(self._waiting)))
             ]
             for thread in threads:
@@ -179,141 +185,139 @@ class KernelWarming:
         finally:
             self._done.set()
 
-    def _look(self) -> None:
-        """What is on disk already. A template that dies meanwhile is started anew by its keeper, and asked again."""
+    def _inspect_cache(self) -> None:
+        """Find out which parts are compiled, with retries, for the fork server may be restarted meanwhile."""
         for _ in range(_ATTEMPTS):
             try:
-                child = self._template.fork(tell_what_is_there)
+                child = self._fork_server.fork(report_compiled)
                 try:
-                    there, kernels, units = child.connection.recv()
+                    compiled, kernels, units = child.connection.recv()
                 finally:
                     child.kill()
-                    self._template.exit_code(child)
+                    self._fork_server.exit_code(child)
                 break
             except (WorkerCrashed, EOFError, OSError):
                 if self._closed:
                     return
                 time.sleep(1.0)
         else:
-            logger.error("kernels_unknown")
+            logger.error("kernel_cache_unreadable")
             return
         with self._lock:
             self._began = time.monotonic()
-            self._parts = {part: _Progress("warm" if warm else "waiting") for part, warm in there.items()}
-            self._wings = {kind: _Wing(frozenset(names)) for kind, names in kernels.items()}
-            for part in (part for part, warm in there.items() if not warm):
-                self._waiting.extend(_Step(part, unit) for unit in units[part])
-                self._waiting.append(_Step(part))
-        for kind in {step.part[0] for step in self._waiting}:
-            self._told(self.warmth(kind))
+            self._parts = {part: _Progress("warm" if warm else "waiting") for part, warm in compiled.items()}
+            self._kernel_sets = {kind: _KernelSet(frozenset(names)) for kind, names in kernels.items()}
+            for part in (part for part, warm in compiled.items() if not warm):
+                self._waiting.extend(_Task(part, unit) for unit in units[part])
+                self._waiting.append(_Task(part))
+        for kind in {task.part[0] for task in self._waiting}:
+            self._on_status(self.status(kind))
 
-    def _compile_in_turn(self) -> None:
-        """One of the processes' turns: the next step that can be done, until there is none."""
-        compiler = _Compiler(self._template, self._hear)
+    def _work(self) -> None:
+        """Work through the tasks with one compiler process until none is left."""
+        compiler = _Compiler(self._fork_server, self._kernels_compiled)
         try:
-            while (step := self._next()) is not None:
+            while (task := self._next_task()) is not None:
                 try:
-                    if step.unit:
-                        compiler.compile(step)
+                    if task.unit:
+                        compiler.compile(task)
                     else:
-                        self._rehearse(step)
+                        self._rehearse(task)
                 finally:
                     with self._changed:
-                        self._running.remove(step)
+                        self._running.remove(task)
                         self._changed.notify_all()
         finally:
             compiler.close()
 
-    def _next(self) -> _Step | None:
-        """The first step that waits for nothing: rehearsals wait for the entries ahead of them."""
+    def _next_task(self) -> _Task | None:
+        """The first runnable task: rehearsals wait until the entries of earlier parts and their own are compiled."""
         with self._changed:
             while self._waiting and not self._closed:
                 order = list(self._parts)
-                busy = min((order.index(step.part) for step in self._running if step.unit), default=len(order))
+                busy = min((order.index(task.part) for task in self._running if task.unit), default=len(order))
                 found = next((s for s in self._waiting if s.unit or order.index(s.part) < busy), None)
                 if found is not None:
                     self._waiting.remove(found)
                     self._running.append(found)
                     self._parts[found.part].state = "compiling"
                     return found
-                self._changed.wait(_BETWEEN_REPORTS_S)
+                self._changed.wait(_POLL_INTERVAL_S)
         return None
 
-    def _hear(self, part: Part, names: list[str]) -> None:
+    def _kernels_compiled(self, part: Part, names: list[str]) -> None:
         with self._lock:
-            for wing in self._wings.values():
-                wing.compiled.update(name for name in names if name in wing.kernels)
-        self._told(self.warmth(part[0]))
+            for kernels_of_kind in self._kernel_sets.values():
+                kernels_of_kind.compiled.update(name for name in names if name in kernels_of_kind.kernels)
+        self._on_status(self.status(part[0]))
 
-    def _rehearse(self, step: _Step) -> None:
-        part, progress = step.part, self._parts[step.part]
+    def _rehearse(self, task: _Task) -> None:
+        part, progress = task.part, self._parts[task.part]
         progress.attempts += 1
         state = "warm" if self._solve(part) else "failed"
         with self._lock:
             if state == "failed" and progress.attempts < _ATTEMPTS and not self._closed:
                 state = "waiting"
-                self._waiting.append(step)
+                self._waiting.append(task)
             progress.state = state
         if state == "waiting":
             time.sleep(1.0)
         elif not self._closed:
-            now = self.warmth(part[0])
-            (logger.error if state == "failed" else logger.info)("kernels", kind=part[0], mode=part[1], state=state)
-            self._told(now)
+            now = self.status(part[0])
+            (logger.error if state == "failed" else logger.info)(
+                "kernel_warmup", kind=part[0], mode=part[1], state=state
+            )
+            self._on_status(now)
 
     def _solve(self, part: Part) -> bool:
         try:
-            child = self._template.fork(solve_rehearsals, part)
+            child = self._fork_server.fork(solve_rehearsals, part)
         except WorkerCrashed:
             return False
         try:
-            while (told := child.connection.recv()) is not None:
-                self._hear(part, told)
+            while (names := child.connection.recv()) is not None:
+                self._kernels_compiled(part, names)
             return True
         except (EOFError, OSError):
             return False
         finally:
             child.kill()
-            self._template.exit_code(child)
+            self._fork_server.exit_code(child)
 
 
 class _Compiler:
-    """A process that compiles one bundle after the other, of one kind: it knows the inner kernels that they share."""
+    """A child process that compiles units one after another; inner kernels that they share are typed once."""
 
-    def __init__(self, template: Template, hear: Callable[[Part, list[str]], None]) -> None:
-        self._template, self._hear = template, hear
+    def __init__(self, fork_server: ForkServer, on_compiled: Callable[[Part, list[str]], None]) -> None:
+        self._fork_server, self._on_compiled = fork_server, on_compiled
         self._child: Child | None = None
-        self._kind = ""
 
-    def compile(self, step: _Step) -> None:
-        """Compile a bundle; whatever cannot be compiled here is left to the rehearsals."""
-        if step.part[0] != self._kind:
-            self.close()
-            self._kind = step.part[0]
+    def compile(self, task: _Task) -> None:
+        """Compile a unit; what fails is left to the rehearsals."""
         try:
             if self._child is None:
-                self._child = self._template.fork(compile_units)
-            self._child.connection.send(step.unit)
-            while (told := self._child.connection.recv()) is not None:
-                self._hear(step.part, told)
+                self._child = self._fork_server.fork(compile_units)
+            self._child.connection.send(task.unit)
+            while (names := self._child.connection.recv()) is not None:
+                self._on_compiled(task.part, names)
         except (WorkerCrashed, EOFError, OSError):
             self.close()
 
     def close(self) -> None:
-        """End the process."""
+        """Kill the process."""
         if self._child is not None:
             self._child.kill()
-            self._template.exit_code(self._child)
+            self._fork_server.exit_code(self._child)
             self._child = None
 
 
-def in_words(warmth: Warmth) -> str:
-    """How far a kind's kernels are, as a line."""
-    told = {
-        "unknown": "looking what is there",
-        "waiting": f"{warmth.of} kernels to compile, in about {warmth.remaining_s:.0f} s",
-        "compiling": f"{warmth.compiled} of {warmth.of} kernels compiled, about {warmth.remaining_s:.0f} s left",
+def format_status(status: WarmupStatus) -> str:
+    """Format the progress of a kind's kernels as one line of text."""
+    texts = {
+        "unknown": "checking for compiled kernels",
+        "waiting": f"{status.of} kernels to compile, about {status.remaining_s:.0f} s",
+        "compiling": f"{status.compiled} of {status.of} kernels compiled, about {status.remaining_s:.0f} s left",
         "warm": "ready",
-        "failed": "its kernels could not be compiled beforehand; each is compiled when it is asked for",
+        "failed": "its kernels could not be compiled ahead; each is compiled on first use",
     }
-    return f"{warmth.kind:16} {told[warmth.state]}"
+    return texts[status.state]

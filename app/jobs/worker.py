@@ -1,4 +1,4 @@
-"""The worker process: answer one call after the other until the service ends; between them, load kernels."""
+"""The worker process: answer calls one after the other until the service ends; load kernels while idle."""
 
 from __future__ import annotations
 
@@ -16,21 +16,22 @@ from typing import Any
 from app.designs.progress import Progress, Report
 
 Entry = Callable[[str, str, bytes, Report], Any]
-"""``(kind slug, mode, request as JSON, report) -> Answer``; a module-level function, so that it can be sent by name."""
+"""``(kind slug, mode, request as JSON, report) -> Answer``; a module-level function, so that it can be pickled."""
 
 Load = Callable[[str, str], None]
-"""``(kind slug, mode)``: have in memory what its calls need."""
+"""``(kind slug, mode)``: load what its calls need into memory."""
 
-_BETWEEN_REPORTS_S = 0.2
-_QUIET_S = 0.5
-"""So long nobody must have asked for anything before a worker does something of its own."""
+_REPORT_INTERVAL_S = 0.2
+_IDLE_DELAY_S = 0.5
+"""Idle time before a worker does background work."""
 
 
 @dataclass(frozen=True)
 class WorkerSettings:
-    """What a worker runs, and its limits. ``memory_bytes`` is counted from what it occupies before its calls.
+    """What a worker runs, and its limits.
 
-    ``idle_work`` gives what to do step by step while nobody asks for anything.
+    ``memory_bytes`` is the allowance for calls on top of what the worker occupies by itself; ``idle_work`` yields after
+    each step of background work.
     """
 
     entry: Entry
@@ -50,32 +51,32 @@ class Reply(StrEnum):
 
 
 def serve(connection: Connection, settings: WorkerSettings) -> None:
-    """The worker's main function. Ends when the service closes the connection or dies."""
-    # The service's own process answers health checks and inline requests first.
+    """Main function of a worker. Returns when the service closes the connection or dies."""
+    # Health checks and inline requests in the service process take precedence.
     os.nice(settings.niceness)
-    memory = _Memory(settings.memory_bytes)
+    memory = _MemoryLimit(settings.memory_bytes)
     connection.send((Reply.READY, None))
     idle_work: Iterator[None] | None = settings.idle_work()
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
-            while idle_work is not None and not connection.poll(_QUIET_S):
-                with memory.unbound():
+            while idle_work is not None and not connection.poll(_IDLE_DELAY_S):
+                with memory.unlimited():
                     idle_work = _one_step(idle_work)
             call = connection.recv()
-            with memory.unbound():
+            with memory.unlimited():
                 settings.load(call[0], call[1])
-            # From here on, a death of this process is the call's.
+            # From here on, a crash is attributed to the call.
             connection.send((Reply.ACCEPTED, None))
-            reply, content = _answer(settings.entry, call, _seldom(connection))
+            reply, content = _answer(settings.entry, call, _throttled(connection))
             connection.send((reply, content))
             if reply is Reply.MEMORY:
                 return
 
 
 def _one_step(steps: Iterator[None]) -> Iterator[None] | None:
-    """The same steps after the next one was taken; None when there is no more, or one went wrong.
+    """Take the next step and return the iterator; None when it is exhausted or failed.
 
-    What goes wrong here goes wrong again in a call, which reports it.
+    A failure here recurs in the call that needs the step, which reports it.
     """
     with contextlib.suppress(Exception):
         next(steps)
@@ -92,21 +93,21 @@ def _answer(entry: Entry, call: tuple[str, str, bytes], report: Report) -> tuple
         return Reply.ERROR, (type(error).__name__, traceback.format_exc())
 
 
-def _seldom(connection: Connection) -> Report:
-    """Progress on its way to the service: some messages a second, however fast the solve, so that none waits long."""
+def _throttled(connection: Connection) -> Report:
+    """A report function limited to a few messages a second, so that sending never slows the solve down."""
     due = 0.0
 
     def report(progress: Progress) -> None:
         nonlocal due
         if time.monotonic() >= due:
             connection.send((Reply.PROGRESS, progress))
-            due = time.monotonic() + _BETWEEN_REPORTS_S
+            due = time.monotonic() + _REPORT_INTERVAL_S
 
     return report
 
 
-class _Memory:
-    """Bounds the address space to what the worker occupies by itself and an allowance for its calls on top of it."""
+class _MemoryLimit:
+    """Limits the address space to what the worker occupies by itself plus an allowance for its calls."""
 
     def __init__(self, allowance: int) -> None:
         self._allowance = allowance
@@ -114,8 +115,8 @@ class _Memory:
         _limit_memory(self._own + allowance)
 
     @contextlib.contextmanager
-    def unbound(self) -> Iterator[None]:
-        """Without bound meanwhile; what is taken up here is the worker's own."""
+    def unlimited(self) -> Iterator[None]:
+        """Lift the limit for the block; what is allocated in it counts as the worker's own."""
         _limit_memory(resource.RLIM_INFINITY)
         before = _mapped()
         yield
@@ -127,7 +128,7 @@ def _mapped() -> int:
     try:
         with open("/proc/self/statm") as statistics:
             return int(statistics.read().split()[0]) * resource.getpagesize()
-    except OSError:  # no /proc on this system: the bound holds for the whole instead
+    except OSError:  # no /proc: the limit then applies to the total
         return 0
 
 
@@ -135,6 +136,6 @@ def _limit_memory(wanted: int) -> None:
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
     if hard != resource.RLIM_INFINITY:
         wanted = hard if wanted == resource.RLIM_INFINITY else min(wanted, hard)
-    # Some systems know the limit but refuse to set it; the time budget still holds there.
+    # Some systems define the limit but refuse to set it; the time budget still applies.
     with contextlib.suppress(ValueError, OSError):
         resource.setrlimit(resource.RLIMIT_AS, (wanted, hard))

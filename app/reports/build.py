@@ -71,7 +71,7 @@ def _opening(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
         if verdict["cautions"]:
             yield Bullets(tuple(_sentence(spoken(text)) for text in verdict["cautions"]))
     elif run["status"] == "infeasible":
-        none = _("There is no such design: not all that is required can be had.")
+        none = _("No design meets all requirements.")
         yield Banner(Standing.FAILS, _("No such design"), none)
         yield _diagnosis(run["result"])
     else:
@@ -119,17 +119,17 @@ def _diagnosis(result: Mapping[str, Any]) -> Table:
 
 
 def _sections(kind: Kind, run: Mapping[str, Any]) -> Iterator[Section]:
-    yield Section(_("What was asked"), tuple(_inputs(run)))
+    yield Section(_("Inputs"), tuple(_inputs(run)))
     chain = chain_of(kind, run)
     if chain is not None and chain.items:
         yield Section(_("The calculation, step by step"), (*blocks_of(chain), *compared(kind, run, chain)))
     yield Section(_("Results"), tuple(_results(run)))
     shaped = sentences(run)
-    yield Section(_("What shaped it"), (_shaped(shaped),) if shaped else ())
+    yield Section(_("What limits the design"), (_shaped(shaped),) if shaped else ())
     yield Section(_("Effects"), tuple(_effects(kind, run)))
     yield Section(_("Accuracy"), tuple(_accuracy(run)))
     none = run["status"] == "infeasible"
-    known = _("How it is known that there is none") if none else _("How it is known to be the best")
+    known = _("Proof that no design exists") if none else _("Proof of optimality")
     yield Section(known, tuple(_proof(run)))
     if run["status"] == "succeeded":
         yield Section(_("Pictures"), tuple(_pictures(kind, run)))
@@ -200,7 +200,7 @@ def _effects(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
     )
     if rows:
         told = _(
-            "What was computed beside the core of the physics, and what was left out. The bounds are relative to the "
+            "Effects computed in addition to the basic model, and effects left out. The bounds are relative to the "
             "main results."
         )
         tolerance = run["spec"].get("effect_tolerance")
@@ -234,7 +234,7 @@ def _proof(run: Mapping[str, Any]) -> Iterator[Block]:
         told = _("no gap is known")
     else:
         told = _("to the last digits") if gap < 1e-9 else _("gap %(share)s %%") % {"share": f"{100 * gap:.1g}"}
-    rows = [(_("shown by"), f"{spoken(certificate['method'])}; {told}")]
+    rows = [(_("method"), f"{spoken(certificate['method'])}; {told}")]
     if certificate.get("bound") is not None:
         rows.append((_("bound"), _number(certificate["bound"])))
     words = {
@@ -251,14 +251,14 @@ def _proof(run: Mapping[str, Any]) -> Iterator[Block]:
 def _pictures(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
     plots = plots_for(kind, run)
     chosen = [pair for pair in captioned(run["kind"], plots) if pair[0] != "effects"][:_MOST_PLOTS]
-    figures = tuple(Figure(_light(plots[name](dict(run))), caption, wide=False) for name, caption in chosen)
+    figures = tuple(Figure(_light(plots[name](dict(run), _)), caption, wide=False) for name, caption in chosen)
     if figures:
         yield Figures(figures)
 
 
 def _repeating(run: Mapping[str, Any]) -> Iterator[Block]:
     yield Paragraph(
-        _("The request travels with this file. Sent to any Crankwright of the same version it gives the same figures.")
+        _("The request is attached to this file. Any Crankwright of the same version gives the same results for it.")
     )
     by = f"{run['solver']['name']} {run['solver']['version']}, {run['id']}, {run['created_at']}"
     rows = (

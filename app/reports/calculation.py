@@ -71,7 +71,7 @@ def _formula(step: chains.Step, sources: Mapping[str, str]) -> Formula:
     return Formula(
         step.symbol, step.formula, step.numbers, step.result, step.unit, spoken(step.words),
         "" if again else sources.get(step.source, ""),
-        "" if step.told is None else _figure(step.told), again,
+        "" if step.reported is None else _figure(step.reported), again,
     )  # fmt: skip
 
 
@@ -90,14 +90,14 @@ def compared(kind: Kind, run: Mapping[str, Any], chain: Chain) -> Iterator[Block
     """What the run tells of the same quantities, and why it may be apart."""
     rows, apart = [], False
     for step in chain.steps:
-        if step.told is None:
+        if step.reported is None:
             continue
         same = step.ratio is not None and abs(step.ratio - 1.0) < _CLOSE
         apart = apart or not same
         unit = step.unit if step.unit == DEGREE else f" {step.unit}"
         shown = "—" if step.ratio is None else _("the same") if same else f"{step.ratio:.5g}"
         result = str(step.result) if step.unit == DEGREE else f"{step.result}{unit}".rstrip()
-        rows.append((spoken(step.words), result, f"{_figure(step.told)}{unit}".rstrip(), shown))
+        rows.append((spoken(step.words), result, f"{_figure(step.reported)}{unit}".rstrip(), shown))
     if rows:
         head = (_("quantity"), _("by hand"), _("the run"), _("run over hand"))
         yield Table(head, tuple(rows), frozenset({1, 2, 3}), (40, 22, 22, 16))

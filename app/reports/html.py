@@ -8,20 +8,7 @@ from importlib.resources import files
 from app.designs.calculation.expression import written
 from app.designs.calculation.notations import MathML
 from app.designs.calculation.printed import Printed
-from app.reports.content import (
-    Banner,
-    Bullets,
-    Facts,
-    Figure,
-    Figures,
-    Formula,
-    Givens,
-    Paragraph,
-    Part,
-    Report,
-    Rows,
-    Table,
-)
+from app.reports import content
 from app.reports.text import for_html
 from app.reports.writer import Writer
 from app.words.languages import gettext
@@ -30,7 +17,7 @@ _MATH = MathML()
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
 
 
-def html(report: Report) -> str:
+def html(report: content.Report) -> str:
     """The whole page."""
     style = (files("app.reports") / "style.css").read_text("utf-8")
     title = for_html(report.title)
@@ -58,17 +45,17 @@ class _Html(Writer):
     def section(self, title: str, inside: str) -> str:
         return f"<section><h2>{for_html(title)}</h2>{inside}</section>"
 
-    def banner(self, block: Banner) -> str:
+    def banner(self, block: content.Banner) -> str:
         told = f"<strong>{for_html(block.word)}</strong><p>{for_html(block.text)}</p>"
         return f'<div class="banner {block.standing}" role="note">{told}</div>'
 
-    def paragraph(self, block: Paragraph) -> str:
+    def paragraph(self, block: content.Paragraph) -> str:
         return f"<p>{for_html(block.text)}</p>"
 
-    def bullets(self, block: Bullets) -> str:
+    def bullets(self, block: content.Bullets) -> str:
         return f"<ul>{''.join(f'<li>{for_html(text)}</li>' for text in block.items)}</ul>"
 
-    def table(self, block: Table) -> str:
+    def table(self, block: content.Table) -> str:
         def cell(k: int, text: str) -> str:
             kind = ' class="number"' if k in block.numeric else ""
             return f'<th scope="row">{for_html(text)}</th>' if k == 0 else f"<td{kind}>{for_html(text)}</td>"
@@ -85,7 +72,7 @@ class _Html(Writer):
         top = f"<thead><tr>{head}</tr></thead>" if any(block.head) else ""
         return f'<div class="scroll"><table>{top}<tbody>{rows}</tbody></table></div>'
 
-    def facts(self, block: Facts) -> str:
+    def facts(self, block: content.Facts) -> str:
         many = "" if len(block.groups) > 1 else " single"
         groups = (
             f"<section>{f'<h3>{for_html(title)}</h3>' if title else ''}<dl>{_pairs(items)}</dl></section>"
@@ -93,20 +80,20 @@ class _Html(Writer):
         )
         return f'<div class="facts{many}">{"".join(groups)}</div>'
 
-    def figure(self, block: Figure) -> str:
+    def figure(self, block: content.Figure) -> str:
         # As an image of its own, so that no style of one picture reaches another or the page.
         coded = base64.b64encode(block.svg.encode()).decode()
         image = f'<img src="data:image/svg+xml;base64,{coded}" alt="{for_html(block.caption)}">'
         kind = ' class="wide"' if block.wide else ""
         return f"<figure{kind}>{image}<figcaption>{for_html(block.caption)}</figcaption></figure>"
 
-    def figures(self, block: Figures) -> str:
+    def figures(self, block: content.Figures) -> str:
         return f'<div class="figures">{self.blocks(block.figures)}</div>'
 
-    def part(self, block: Part) -> str:
+    def part(self, block: content.Part) -> str:
         return f'<h3 class="part">{for_html(block.text)}</h3>'
 
-    def givens(self, block: Givens) -> str:
+    def givens(self, block: content.Givens) -> str:
         items = (
             f"<li>{_math(_equals(_MATH.symbol(item.symbol), _value(item.number, item.unit)))} "
             f"<span>{for_html(item.words)}</span></li>"
@@ -114,7 +101,7 @@ class _Html(Writer):
         )
         return f'<ul class="given">{"".join(items)}</ul>'
 
-    def formula(self, block: Formula) -> str:
+    def formula(self, block: content.Formula) -> str:
         symbol = _MATH.symbol(block.symbol)
         put_in = _equals(written(block.formula, _MATH, block.numbers), _value(block.result, block.unit))
         if block.again:
@@ -126,7 +113,7 @@ class _Html(Writer):
         words = for_html(f"{block.words} {block.source}".rstrip())
         return f'<div class="step"><span>{words}</span><div>{lines}{told}</div></div>'
 
-    def rows(self, block: Rows) -> str:
+    def rows(self, block: content.Rows) -> str:
         head = "".join(
             f'<th scope="col" class="number">{_math(_MATH.symbol(symbol))}<br><small>{for_html(unit)}</small></th>'
             for symbol, unit in block.head

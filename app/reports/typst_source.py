@@ -7,20 +7,7 @@ from importlib.resources import files
 
 from app.designs.calculation.expression import written
 from app.designs.calculation.notations import Typst
-from app.reports.content import (
-    Banner,
-    Bullets,
-    Facts,
-    Figure,
-    Figures,
-    Formula,
-    Givens,
-    Paragraph,
-    Part,
-    Report,
-    Rows,
-    Table,
-)
+from app.reports import content
 from app.reports.text import for_typst
 from app.reports.writer import Writer
 from app.words.languages import gettext
@@ -28,7 +15,7 @@ from app.words.languages import gettext
 _MATH = Typst()
 
 
-def typst_source(report: Report) -> str:
+def typst_source(report: content.Report) -> str:
     """The whole document; style.typ says how its parts look."""
     style = (files("app.reports") / "style.typ").read_text("utf-8")
     about = _array(f"({for_typst(name)}, {for_typst(value)})" for name, value in report.about)
@@ -54,42 +41,42 @@ class _Typst(Writer):
     def section(self, title: str, inside: str) -> str:
         return f"#heading({for_typst(title)})\n{inside}"
 
-    def banner(self, block: Banner) -> str:
+    def banner(self, block: content.Banner) -> str:
         return f"#banner({for_typst(block.standing)}, {for_typst(block.word)}, {for_typst(block.text)})\n"
 
-    def paragraph(self, block: Paragraph) -> str:
+    def paragraph(self, block: content.Paragraph) -> str:
         return f"#par({for_typst(block.text)})\n"
 
-    def bullets(self, block: Bullets) -> str:
+    def bullets(self, block: content.Bullets) -> str:
         return f"#bullets({_texts(block.items)})\n"
 
-    def table(self, block: Table) -> str:
+    def table(self, block: content.Table) -> str:
         columns = _array(f"{width}fr" for width in block.widths) if block.widths else f"(1fr,) * {len(block.head)}"
         head, rows = _texts(block.head if any(block.head) else ()), _array(map(_texts, block.rows))
         numeric, marked = (_array(map(str, sorted(chosen))) for chosen in (block.numeric, block.marked))
         return f"#rows({columns}, {head}, {rows}, numeric: {numeric}, marked: {marked})\n"
 
-    def facts(self, block: Facts) -> str:
+    def facts(self, block: content.Facts) -> str:
         columns = (_array(f"({for_typst(n)}, {for_typst(v)})" for n, v in column) for column in _columns(block, 3))
         return f"#facts({_array(columns)})\n"
 
-    def figure(self, block: Figure) -> str:
+    def figure(self, block: content.Figure) -> str:
         return f"#drawn({_raw(block.svg)}, {for_typst(block.caption)})\n"
 
-    def figures(self, block: Figures) -> str:
+    def figures(self, block: content.Figures) -> str:
         return f"#plots({_array(f'({_raw(each.svg)}, {for_typst(each.caption)})' for each in block.figures)})\n"
 
-    def part(self, block: Part) -> str:
+    def part(self, block: content.Part) -> str:
         return f"#part({for_typst(block.text)})\n"
 
-    def givens(self, block: Givens) -> str:
+    def givens(self, block: content.Givens) -> str:
         items = (
             f"(${_MATH.symbol(item.symbol)} = {_MATH.number(item.number)}{_unit(item.unit)}$, {for_typst(item.words)})"
             for item in block.items
         )
         return f"#givens({_array(items)})\n"
 
-    def formula(self, block: Formula) -> str:
+    def formula(self, block: content.Formula) -> str:
         symbol, words = _MATH.symbol(block.symbol), for_typst(block.words)
         told = for_typst(f"{gettext('run')}: {block.told}") if block.told else "none"
         result = f"bold({_MATH.number(block.result)}){_unit(block.unit)}"
@@ -100,7 +87,7 @@ class _Typst(Writer):
         source = for_typst(block.source) if block.source else "none"
         return f"#step({formula}, $display(= {numbers})$, {words}, {source}, {told})\n"
 
-    def rows(self, block: Rows) -> str:
+    def rows(self, block: content.Rows) -> str:
         head = _array(f"(${_MATH.symbol(symbol)}$, {for_typst(unit)})" for symbol, unit in block.head)
         rows = (
             _array([for_typst(str(k)), *(f"${_MATH.number(value)}$" for value in row)])
@@ -109,7 +96,7 @@ class _Typst(Writer):
         return f"#tabulated({head}, {_array(rows)})\n"
 
 
-def _columns(block: Facts, count: int) -> list[list[tuple[str, str]]]:
+def _columns(block: content.Facts, count: int) -> list[list[tuple[str, str]]]:
     """The groups' lines, a title first with an empty value, in so many columns of about one length."""
     parts = [[(title, ""), *items] if title else list(items) for title, items in block.groups]
     if len(parts) == 1:

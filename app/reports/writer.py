@@ -5,92 +5,78 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 
-from app.reports.content import (
-    Banner,
-    Block,
-    Bullets,
-    Facts,
-    Figure,
-    Figures,
-    Formula,
-    Givens,
-    Paragraph,
-    Part,
-    Report,
-    Rows,
-    Table,
-)
+from app.reports import content
 
 
 class Writer(ABC):
     """A format of reports: a method for each sort of block."""
 
-    def body(self, report: Report) -> str:
+    def body(self, report: content.Report) -> str:
         """All blocks, those of a section under its heading."""
         return self.blocks(report.opening) + "".join(
             self.section(section.title, self.blocks(section.blocks)) for section in report.sections
         )
 
-    def blocks(self, blocks: Iterable[Block]) -> str:
+    def blocks(self, blocks: Iterable[content.Block]) -> str:
         return "".join(self._block(block) for block in blocks)
 
-    def _block(self, block: Block) -> str:
+    def _block(self, block: content.Block) -> str:
         match block:
-            case Banner():
+            case content.Banner():
                 return self.banner(block)
-            case Paragraph():
+            case content.Paragraph():
                 return self.paragraph(block)
-            case Bullets():
+            case content.Bullets():
                 return self.bullets(block)
-            case Table():
+            case content.Table():
                 return self.table(block)
-            case Facts():
+            case content.Facts():
                 return self.facts(block)
-            case Figure():
+            case content.Figure():
                 return self.figure(block)
-            case Figures():
+            case content.Figures():
                 return self.figures(block)
-            case Part():
+            case content.Part():
                 return self.part(block)
-            case Givens():
+            case content.Givens():
                 return self.givens(block)
-            case Formula():
+            case content.Formula():
                 return self.formula(block)
-            case Rows():
+            case content.Rows():
                 return self.rows(block)
 
     @abstractmethod
     def section(self, title: str, inside: str) -> str: ...
 
     @abstractmethod
-    def banner(self, block: Banner) -> str: ...
+    def banner(self, block: content.Banner) -> str: ...
 
     @abstractmethod
-    def paragraph(self, block: Paragraph) -> str: ...
+    def paragraph(self, block: content.Paragraph) -> str: ...
 
     @abstractmethod
-    def bullets(self, block: Bullets) -> str: ...
+    def bullets(self, block: content.Bullets) -> str: ...
 
     @abstractmethod
-    def table(self, block: Table) -> str: ...
+    def table(self, block: content.Table) -> str: ...
 
     @abstractmethod
-    def facts(self, block: Facts) -> str: ...
+    def facts(self, block: content.Facts) -> str: ...
 
     @abstractmethod
-    def figure(self, block: Figure) -> str: ...
+    def figure(self, block: content.Figure) -> str: ...
 
     @abstractmethod
-    def figures(self, block: Figures) -> str: ...
+    def figures(self, block: content.Figures) -> str: ...
 
     @abstractmethod
-    def part(self, block: Part) -> str: ...
+    def part(self, block: content.Part) -> str: ...
 
     @abstractmethod
-    def givens(self, block: Givens) -> str: ...
+    def givens(self, block: content.Givens) -> str: ...
 
     @abstractmethod
-    def formula(self, block: Formula) -> str: ...
+    def formula(self, block: content.Formula) -> str: ...
 
     @abstractmethod
-    def rows(self, block: Rows) -> str: ...
+    def rows(self, block: content.Rows) -> str: ...

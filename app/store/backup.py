@@ -1,4 +1,4 @@
-"""Copies of an SQLite store while it is in use, and back."""
+"""Backup of an SQLite store while it is in use, and restore."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from app.store.verify import Report, verify
 
 
 class CannotCopy(StoreError):
-    """A backup or a restore that cannot be made as asked."""
+    """The backup or restore is not possible as requested."""
 
 
 def backup(url: str, target: Path) -> Report:
-    """Write a copy of the store, as it is at one moment, to a new file; what verifying the copy found."""
+    """Write a consistent copy of the store to a new file, and return the result of verifying the copy. Raises
+    CannotCopy."""
     _check_new(target)
     source = _file(url)
     if not source.exists():
@@ -26,31 +27,32 @@ def backup(url: str, target: Path) -> Report:
 
 
 def restore(url: str, source: Path) -> Report:
-    """Put a backup where the store is to be, which must not be there any more; what verifying it found."""
+    """Copy a backup to the store's path, where no database may exist, and return the result of verifying it. Raises
+    CannotCopy."""
     target = _file(url)
     _check_new(target)
     if not source.exists():
         raise CannotCopy(f"there is no backup at {source}")
     for rest in ("-wal", "-shm"):
         if target.with_name(target.name + rest).exists():
-            raise CannotCopy(f"{target.name}{rest} is left of another database: move it away first")
+            raise CannotCopy(f"{target.name}{rest} belongs to another database: move it away first")
     target.parent.mkdir(parents=True, exist_ok=True)
     return _copied(source, target)
 
 
 def _copied(source: Path, target: Path) -> Report:
-    """Copy, verify the copy, and only then give it its name."""
+    """Copy to a temporary name, verify, then rename."""
     unfinished = target.with_name(f"{target.name}.unfinished")
     unfinished.unlink(missing_ok=True)
     try:
         with closing(sqlite3.connect(source)) as original, closing(sqlite3.connect(unfinished)) as copy:
             original.backup(copy)
-            # One file, without a journal beside it.
+            # A single file, without a WAL beside it.
             copy.execute("PRAGMA journal_mode=DELETE")
         with open(unfinished, "rb") as file:
             os.fsync(file.fileno())
         report = verify(f"sqlite:///{unfinished}")
-        # The look at it may have left the files of a journal again.
+        # Verifying may have switched it to WAL again.
         with closing(sqlite3.connect(unfinished)) as copy:
             copy.execute("PRAGMA journal_mode=DELETE")
         os.replace(unfinished, target)
@@ -64,10 +66,10 @@ def _copied(source: Path, target: Path) -> Report:
 def _file(url: str) -> Path:
     target = normalised_url(url)
     if target.get_backend_name() != "sqlite":
-        raise CannotCopy("this copies SQLite files; of PostgreSQL make backups with pg_dump, restore with pg_restore")
+        raise CannotCopy("only SQLite is supported; use pg_dump and pg_restore for PostgreSQL")
     return Path(str(target.database))
 
 
 def _check_new(target: Path) -> None:
     if target.exists():
-        raise CannotCopy(f"{target} is there already; nothing is overwritten")
+        raise CannotCopy(f"{target} exists already and is not overwritten")

@@ -5,25 +5,35 @@ from __future__ import annotations
 import hashlib
 import json
 import zlib
+from collections.abc import Mapping
 from typing import Any
+
+from pydantic_core import to_json
 
 from app.store.batch_records import BatchRecord, Item, ItemStatus, item_id
 from app.store.hashing import canonical_json, spec_hash
 from app.store.record import RunRecord, RunStatus
 
-_LEVEL, _WINDOW, _MEMORY = 6, -15, 5
+_LEVEL, _WINDOW, _MEMORY = 3, -15, 5
 DIGEST_BYTES = 16
 _PARTS = ("spec", "result", "problem", "effects", "accuracy", "timing", "verdict")
 
 
-def packed(parts: dict[str, Any], dictionary: bytes) -> bytes:
-    """The parts of an answered item as deflated JSON; ``dictionary`` is text that items of the batch resemble."""
+def encoded(spec: bytes | None, parts: Mapping[str, Any], cached: bool = False) -> bytes:
+    """The parts of an answered item as JSON, its spec, which is JSON already, first: numbers that are not finite as
+    NaN and Infinity; ``cached`` where an equal one was solved before."""
+    text = to_json({**parts, "cached": True} if cached else parts)
+    return text if spec is None else b'{"spec":' + spec + (b"," if len(text) > 2 else b"") + text[1:]
+
+
+def packed(content: bytes, dictionary: bytes) -> bytes:
+    """The JSON of an answered item, deflated; ``dictionary`` is text that items of the batch resemble."""
     deflate = zlib.compressobj(_LEVEL, zlib.DEFLATED, _WINDOW, _MEMORY, zlib.Z_DEFAULT_STRATEGY, dictionary)
-    return deflate.compress(canonical_json(parts)) + deflate.flush()
+    return deflate.compress(content) + deflate.flush()
 
 
 def unpacked(content: bytes, dictionary: bytes) -> dict[str, Any]:
-    """What ``packed`` was given. Raises ValueError for a content that was damaged."""
+    """The parts that ``packed`` was given as JSON. Raises ValueError for a content that was damaged."""
     try:
         inflate = zlib.decompressobj(_WINDOW, dictionary)
         return json.loads(inflate.decompress(content) + inflate.flush())

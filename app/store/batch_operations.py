@@ -291,6 +291,7 @@ def put_items(connection: Connection, number: int, items: Sequence[Item]) -> Non
             "figure": item.figure,
             "content": item.content,
             "digest": digest(number, item),
+            "asked": item.asked,
         }
         for item in items
     ]

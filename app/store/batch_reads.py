@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
@@ -129,6 +129,13 @@ def _item(row: Row[Any]) -> Item:
 def _unchecked(row: Row[Any]) -> tuple[Item, bool]:
     found = Item(row.index, row.line, row.status, row.holds, row.figure, bytes(row.content))
     return found, digest(row.batch, found) == bytes(row.digest)
+
+
+def items_asking(connection: Connection, number: int, asked: Collection[int]) -> dict[int, Item]:
+    """Ended items by the numbers that they are found by, of those that are there and say what was written."""
+    query = select(*_ITEM, batch_items.c.asked).where(batch_items.c.batch == number, batch_items.c.asked.in_(asked))
+    found = {row.asked: _unchecked(row) for row in connection.execute(query)}
+    return {number: item for number, (item, sound) in found.items() if sound}
 
 
 def find_item(connection: Connection, number: int, index: int) -> Item | None:

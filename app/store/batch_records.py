@@ -103,7 +103,8 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Item:
-    """One ended item; ``content`` is what ``batch_items.packed`` made."""
+    """One ended item; ``content`` is what ``batch_items.packed`` made. ``asked`` is a number by which it is found where
+    an equal one is to be solved, None where nobody looks."""
 
     index: int
     line: int | None
@@ -111,6 +112,7 @@ class Item:
     holds: bool | None
     figure: float | None
     content: bytes
+    asked: int | None = None
 
 
 @dataclass(frozen=True)

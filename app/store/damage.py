@@ -1,4 +1,4 @@
-"""What is found wrong with a store."""
+"""Findings of a verification."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Damage:
-    """One thing that is wrong: in which table, at which key (None: the table or the file itself), and what."""
+    """One finding: the table, the key of the row (None: the table or the file itself), and a description."""
 
     table: str
     key: str | None

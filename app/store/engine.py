@@ -12,16 +12,17 @@ from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.engine import URL, make_url
 
 BUSY_TIMEOUT_MS = 4_000
-"""How long a connection waits for another writer, a lock, a statement or a server before it gives up."""
-_PATIENT_MS = 60_000
-"""The same where nobody waits for an answer: migrations, verification."""
+"""Timeout for locks, statements and connecting."""
+_LONG_TIMEOUT_MS = 60_000
+"""Timeout for long-running work without a client: migrations and verification."""
 
 WRITE = {"crankwright_write": True}
 """Execution options of a connection that will write: SQLite then takes the write lock at BEGIN."""
 
 
 def normalised_url(url: str) -> URL:
-    """The URL with the driver this project ships: ``postgresql://`` and ``postgres://`` mean psycopg 3."""
+    """The URL with the bundled driver: ``postgresql://`` and ``postgres://`` mean psycopg 3. Raises ValueError for an
+    in-memory SQLite database."""
     parsed = make_url(url.replace("postgres://", "postgresql://", 1) if url.startswith("postgres://") else url)
     if parsed.drivername == "postgresql":
         return _with_password(parsed.set(drivername="postgresql+psycopg"))
@@ -31,7 +32,7 @@ def normalised_url(url: str) -> URL:
 
 
 PASSWORD_FILE = "CRANKWRIGHT_DATABASE_PASSWORD_FILE"
-"""Names a file with the password of a server, so that it stands in no URL and no environment."""
+"""Names a file with the server's password, which then appears in no URL and no environment variable."""
 
 
 def _with_password(url: URL) -> URL:
@@ -41,14 +42,14 @@ def _with_password(url: URL) -> URL:
     return url.set(password=Path(file).read_text("utf-8").strip())
 
 
-def make_engine(url: str, patient: bool = False) -> Engine:
-    """An engine for reads and writes; acknowledged commits survive a loss of power on both databases.
+def make_engine(url: str, long_running: bool = False) -> Engine:
+    """Create an engine; acknowledged commits survive a power failure on both databases.
 
-    ``patient`` is for work that takes long, and for which nobody waits.
+    ``long_running`` relaxes the timeouts, for work without a waiting client.
     """
-    target, wait_ms = normalised_url(url), _PATIENT_MS if patient else BUSY_TIMEOUT_MS
+    target, wait_ms = normalised_url(url), _LONG_TIMEOUT_MS if long_running else BUSY_TIMEOUT_MS
     if target.get_backend_name() != "sqlite":
-        statement_ms = 0 if patient else wait_ms
+        statement_ms = 0 if long_running else wait_ms
         return create_engine(
             target,
             pool_pre_ping=True,
@@ -75,7 +76,7 @@ def make_engine(url: str, patient: bool = False) -> Engine:
 
 
 def _prepare_sqlite(connection: Any, _record: Any) -> None:
-    # The driver must not open transactions by itself: BEGIN is ours, see below.
+    # The driver must not open transactions implicitly; see _begin_sqlite.
     connection.isolation_level = None
     cursor = connection.cursor()
     try:
@@ -88,7 +89,8 @@ def _prepare_sqlite(connection: Any, _record: Any) -> None:
 
 
 def _switch_to_wal(cursor: Any) -> None:
-    """The file keeps the mode, so this writes only once in its life; at that moment SQLite honours no busy timeout."""
+    """Switch the file to WAL. The mode is persistent; during the switch SQLite ignores the busy timeout, hence the
+    retries."""
     end = time.monotonic() + BUSY_TIMEOUT_MS / 1000
     while True:
         try:
@@ -103,7 +105,7 @@ def _switch_to_wal(cursor: Any) -> None:
 
 
 def _begin_sqlite(connection: Connection) -> None:
-    # A deferred transaction that reads and then writes fails at once when another writer came between;
-    # taking the write lock first makes it wait instead.
+    # A deferred transaction that reads and then writes fails immediately if another writer came in between; taking the
+    # write lock at BEGIN makes it wait instead.
     write = connection.get_execution_options().get("crankwright_write", False)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if write else "BEGIN")

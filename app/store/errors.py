@@ -1,10 +1,10 @@
-"""What the store refuses, as types that the edge can turn into problem details."""
+"""Errors of the store, one type per HTTP problem."""
 
 from __future__ import annotations
 
 
 class StoreError(Exception):
-    """Base of everything the store raises on its own account."""
+    """Base of all store errors."""
 
 
 class IdempotencyConflict(StoreError):
@@ -36,7 +36,7 @@ class UnknownBatch(StoreError):
 
 
 class StoreClosed(StoreError):
-    """The store is shutting down and takes no more writes."""
+    """The store is shutting down and accepts no more writes."""
 
 
 class UnknownKey(StoreError):
@@ -47,7 +47,7 @@ class UnknownKey(StoreError):
 
 
 class DamagedRecord(StoreError):
-    """A row no longer says what was written. Its content is not to be shown."""
+    """A row does not match its hash. Its content must not be shown."""
 
     def __init__(self, table: str, key: str) -> None:
         super().__init__(f"the record {key} of {table} is damaged")

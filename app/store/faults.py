@@ -1,4 +1,4 @@
-"""What can be wrong with a database, told from what its driver raises."""
+"""Database faults, classified from the errors of the drivers."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from sqlalchemy.exc import TimeoutError as PoolTimeout
 from app.store.errors import StoreError
 
 
-class Trouble(StrEnum):
-    """What is wrong, in words for an operator."""
+class FaultKind(StrEnum):
+    """Kinds of database faults, worded for an operator."""
 
     FULL = "the disk or the database is full"
     BUSY = "the database is locked or does not answer in time"
@@ -28,71 +28,71 @@ class Trouble(StrEnum):
 
 
 class StoreFault(StoreError):
-    """The database cannot do now what it must. Nothing was acknowledged."""
+    """The database cannot serve a request at present. Nothing was acknowledged."""
 
-    def __init__(self, trouble: Trouble, reason: str = "") -> None:
-        super().__init__(f"{trouble}{f': {reason}' if reason else ''}")
-        self.trouble = trouble
+    def __init__(self, kind: FaultKind, reason: str = "") -> None:
+        super().__init__(f"{kind}{f': {reason}' if reason else ''}")
+        self.kind = kind
 
 
 _SQLITE = {
-    sqlite3.SQLITE_FULL: Trouble.FULL,
-    sqlite3.SQLITE_BUSY: Trouble.BUSY,
-    sqlite3.SQLITE_LOCKED: Trouble.BUSY,
-    sqlite3.SQLITE_PROTOCOL: Trouble.BUSY,
-    sqlite3.SQLITE_READONLY: Trouble.READ_ONLY,
-    sqlite3.SQLITE_PERM: Trouble.READ_ONLY,
-    sqlite3.SQLITE_CANTOPEN: Trouble.UNREACHABLE,
-    sqlite3.SQLITE_IOERR: Trouble.UNREACHABLE,
-    sqlite3.SQLITE_CORRUPT: Trouble.DAMAGED,
-    sqlite3.SQLITE_NOTADB: Trouble.DAMAGED,
+    sqlite3.SQLITE_FULL: FaultKind.FULL,
+    sqlite3.SQLITE_BUSY: FaultKind.BUSY,
+    sqlite3.SQLITE_LOCKED: FaultKind.BUSY,
+    sqlite3.SQLITE_PROTOCOL: FaultKind.BUSY,
+    sqlite3.SQLITE_READONLY: FaultKind.READ_ONLY,
+    sqlite3.SQLITE_PERM: FaultKind.READ_ONLY,
+    sqlite3.SQLITE_CANTOPEN: FaultKind.UNREACHABLE,
+    sqlite3.SQLITE_IOERR: FaultKind.UNREACHABLE,
+    sqlite3.SQLITE_CORRUPT: FaultKind.DAMAGED,
+    sqlite3.SQLITE_NOTADB: FaultKind.DAMAGED,
 }
 _POSTGRESQL = {
-    "53100": Trouble.FULL,
-    "53200": Trouble.FULL,
-    "53300": Trouble.BUSY,  # too many connections
-    "55P03": Trouble.BUSY,  # a lock was not had in time
-    "57014": Trouble.BUSY,  # a statement took too long
-    "40P01": Trouble.BUSY,  # deadlock
-    "40001": Trouble.BUSY,
-    "25006": Trouble.READ_ONLY,
-    "42501": Trouble.READ_ONLY,  # no permission
-    "42P01": Trouble.GONE,
-    "3D000": Trouble.GONE,
-    "XX001": Trouble.DAMAGED,
-    "XX002": Trouble.DAMAGED,
+    "53100": FaultKind.FULL,
+    "53200": FaultKind.FULL,
+    "53300": FaultKind.BUSY,  # too many connections
+    "55P03": FaultKind.BUSY,  # lock timeout
+    "57014": FaultKind.BUSY,  # statement timeout
+    "40P01": FaultKind.BUSY,  # deadlock
+    "40001": FaultKind.BUSY,
+    "25006": FaultKind.READ_ONLY,
+    "42501": FaultKind.READ_ONLY,  # no permission
+    "42P01": FaultKind.GONE,
+    "3D000": FaultKind.GONE,
+    "XX001": FaultKind.DAMAGED,
+    "XX002": FaultKind.DAMAGED,
 }
 
 
 def fault_of(error: BaseException) -> StoreFault | None:
-    """The fault that a driver's error stands for; None where the error is the code's own."""
+    """The fault behind a driver error; None if the error is not the database's."""
     if isinstance(error, StoreFault):
         return error
     if isinstance(error, PoolTimeout):
-        return StoreFault(Trouble.BUSY, "no connection came free")
+        return StoreFault(FaultKind.BUSY, "no free connection in the pool")
     if not isinstance(error, DBAPIError):
         return None
     original = error.orig
     if isinstance(original, sqlite3.Error):
-        trouble = _SQLITE.get(getattr(original, "sqlite_errorcode", 0) & 0xFF)
-        if trouble is None and "no such table" in str(original):
-            trouble = Trouble.GONE
+        kind = _SQLITE.get(getattr(original, "sqlite_errorcode", 0) & 0xFF)
+        if kind is None and "no such table" in str(original):
+            kind = FaultKind.GONE
     else:
         state = getattr(original, "sqlstate", None)
-        trouble = _POSTGRESQL.get(state or "")
-        if trouble is None and (error.connection_invalidated or state is None or state[:2] in ("08", "57")):
-            trouble = Trouble.UNREACHABLE if type(original).__name__ != "ProgrammingError" else None
-    return None if trouble is None else StoreFault(trouble, str(original).splitlines()[0] if str(original) else "")
+        kind = _POSTGRESQL.get(state or "")
+        if kind is None and (error.connection_invalidated or state is None or state[:2] in ("08", "57")):
+            kind = FaultKind.UNREACHABLE if type(original).__name__ != "ProgrammingError" else None
+    return None if kind is None else StoreFault(kind, str(original).splitlines()[0] if str(original) else "")
 
 
-def collided(error: BaseException) -> bool:
-    """Whether two transactions stood in each other's way, and the server ended this one: it may be tried again."""
+def is_write_conflict(error: BaseException) -> bool:
+    """Whether the server aborted the transaction for a deadlock or serialization failure, so that it can be retried."""
     return isinstance(error, DBAPIError) and getattr(error.orig, "sqlstate", None) in ("40P01", "40001")
 
 
 @contextmanager
-def told() -> Iterator[None]:
-    """What the driver raises within comes out as a StoreFault where it is one."""
+def raising_faults() -> Iterator[None]:
+    """Re-raise driver errors from within the block as StoreFault where they are database faults."""
     try:
         yield
     except Exception as error:
@@ -103,17 +103,20 @@ def told() -> Iterator[None]:
 
 
 class FileWatch:
-    """Whether an SQLite file is still the one that was opened: one that was deleted goes on to take writes, for ever
-    out of everybody's sight. For other databases it sees nothing wrong."""
+    """Detects that an open SQLite file was deleted or replaced.
+
+    SQLite would go on writing to the unlinked file, and those writes would be lost. For other databases it does
+    nothing.
+    """
 
     def __init__(self, url: URL) -> None:
         self._path = Path(str(url.database)) if url.get_backend_name() == "sqlite" else None
         self._first = self._identity()
 
     def check(self) -> None:
-        """Raises StoreFault when the file is another one, or none."""
+        """Raise StoreFault if the file is missing or not the one that was opened."""
         if self._path is not None and self._identity() != self._first:
-            raise StoreFault(Trouble.GONE, f"{self._path} was deleted or replaced; restart the service")
+            raise StoreFault(FaultKind.GONE, f"{self._path} was deleted or replaced; restart the service")
 
     def _identity(self) -> tuple[int, int] | None:
         if self._path is None:

@@ -10,14 +10,14 @@ from typing import Any
 
 
 def canonical_json(value: Any) -> bytes:
-    """The one spelling of a JSON value: sorted keys, no spaces, shortest floats, UTF-8; NaN and infinity refused."""
+    """Canonical JSON: sorted keys, no spaces, shortest floats, UTF-8. Raises ValueError for NaN and infinity."""
     return json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
 
 
 def spec_hash(kind: str, mode: str, spec: bytes) -> str:
-    """Hash of what was asked: kind, mode and the spec as understood, without the name.
+    """Hash of a request's meaning: kind, mode and validated spec without the name.
 
-    Two requests that differ in spelling, order of keys or name only have the same hash.
+    Requests that differ only in formatting, key order or name have the same hash.
     """
     content = json.loads(spec)
     if isinstance(content, dict):
@@ -26,7 +26,7 @@ def spec_hash(kind: str, mode: str, spec: bytes) -> str:
 
 
 def request_hash(method: str, path: str, body: bytes) -> str:
-    """Hash of a request as sent, byte for byte, for telling a repeated request from another one."""
+    """Hash of a request as sent, byte for byte, to detect a different request under the same idempotency key."""
     digest = hashlib.sha256()
     for part in (method.encode(), path.encode(), body):
         digest.update(len(part).to_bytes(8, "big"))
@@ -35,10 +35,10 @@ def request_hash(method: str, path: str, body: bytes) -> str:
 
 
 def row_hash(table: str, columns: Mapping[str, Any]) -> str:
-    """Hash over everything a row says.
+    """Hash of all columns of a row.
 
-    Each column that is not NULL enters as name, type and length-prefixed content, in the order of the names,
-    so no shift of bytes between columns goes unseen, and a nullable column added later leaves old rows valid.
+    Each non-NULL column enters with its name, type and length-prefixed content, in order of the names: bytes cannot
+    move between columns unnoticed, and a nullable column added later leaves old hashes valid.
     """
     parts = [b"row-1:" + table.encode()]
     for name in sorted(columns):

@@ -1,4 +1,4 @@
-"""Keys and the audit log in the store: what is written of them, and how they are found again."""
+"""API keys and the audit log: records, writes and queries."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from app.store.rows import is_intact
 
 @dataclass(frozen=True)
 class KeyRecord:
-    """A key as it is kept: the digest of its secret, never the secret. ``scopes`` are words with spaces between."""
+    """A stored key: the digest of its secret, never the secret. ``scopes`` are separated by spaces."""
 
     id: str
     digest: str
@@ -29,7 +29,7 @@ class KeyRecord:
 
 @dataclass(frozen=True)
 class AuditRecord:
-    """Who did what, to whom or to what, and when."""
+    """An entry of the audit log: who did what to which subject, and when."""
 
     id: str
     at: datetime
@@ -43,8 +43,8 @@ _AUDIT_FIELDS = tuple(field.name for field in fields(AuditRecord))
 
 
 @dataclass(frozen=True)
-class Note:
-    """Write a line of the audit log."""
+class WriteAudit:
+    """Append an entry to the audit log."""
 
     actor: str
     action: str
@@ -57,19 +57,19 @@ class Note:
 
 @dataclass(frozen=True)
 class CreateKey:
-    """Keep a new key."""
+    """Store a new key."""
 
     record: KeyRecord
     actor: str
 
     def __call__(self, connection: Connection) -> None:
         connection.execute(insert(api_keys), _row(api_keys.name, asdict(self.record)))
-        Note(self.actor, "key.create", f"{self.record.id} {self.record.scopes}")(connection)
+        WriteAudit(self.actor, "key.create", f"{self.record.id} {self.record.scopes}")(connection)
 
 
 @dataclass(frozen=True)
 class RevokeKey:
-    """End a key; it stays in the list. False if it had ended already; UnknownKey if there is none with this id."""
+    """Revoke a key; it stays listed. Returns False if it was revoked before. Raises UnknownKey."""
 
     id: str
     actor: str
@@ -81,32 +81,32 @@ class RevokeKey:
         record = _key(row)
         if record.revoked_at is not None:
             return False
-        ended = asdict(replace(record, revoked_at=utc_now()))
-        connection.execute(update(api_keys).where(api_keys.c.id == self.id).values(_row(api_keys.name, ended)))
-        Note(self.actor, "key.revoke", self.id)(connection)
+        revoked = asdict(replace(record, revoked_at=utc_now()))
+        connection.execute(update(api_keys).where(api_keys.c.id == self.id).values(_row(api_keys.name, revoked)))
+        WriteAudit(self.actor, "key.revoke", self.id)(connection)
         return True
 
 
 def find_key(connection: Connection, digest: str) -> KeyRecord | None:
-    """The key with this digest, if it has not been revoked."""
+    """The key with this digest, unless it is revoked."""
     row = connection.execute(select(api_keys).where(api_keys.c.digest == digest)).mappings().first()
     found = None if row is None else _key(row)
     return found if found is not None and found.revoked_at is None else None
 
 
 def list_keys(connection: Connection) -> list[KeyRecord]:
-    """Every key there ever was, oldest first."""
+    """All keys, revoked ones included, oldest first."""
     query = select(api_keys).order_by(api_keys.c.created_at, api_keys.c.id)
     return [_key(row) for row in connection.execute(query).mappings()]
 
 
 def any_key(connection: Connection) -> bool:
-    """Whether a key was ever made."""
+    """Whether any key exists, revoked ones included."""
     return connection.execute(select(api_keys.c.id).limit(1)).first() is not None
 
 
 def read_audit(connection: Connection, limit: int) -> list[AuditRecord]:
-    """The newest lines of the audit log, newest first."""
+    """The ``limit`` newest entries of the audit log, newest first. Raises DamagedRecord."""
     rows = connection.execute(select(audit).order_by(audit.c.id.desc()).limit(limit)).mappings()
     return [AuditRecord(**{name: row[name] for name in _AUDIT_FIELDS}) for row in rows if _check(audit.name, row)]
 

@@ -1,4 +1,4 @@
-"""What leases are told by: a clock that is everybody's, and a name that is nobody else's."""
+"""Leases: the shared clock they are measured by, and unique owner names."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import time
 from sqlalchemy import Connection, func, select
 
 LEASE_S = 15.0
-"""So long what a process has leased stays with it though it gives no sign of life."""
+"""Lease duration in seconds: a process silent for longer loses its leases."""
 
 
 def now(connection: Connection) -> float:
-    """Unix time by the clock that all processes of this database share."""
+    """Unix time in seconds, by the clock shared by all processes of the database."""
     if connection.dialect.name == "postgresql":
         return float(connection.scalar(select(func.extract("epoch", func.clock_timestamp()))))
     return time.time()
 
 
 def new_owner() -> str:
-    """A name for a process that leases, unlike that of any other."""
+    """A unique owner name for this process."""
     return f"{socket.gethostname()[:30]}:{os.getpid()}:{os.urandom(4).hex()}"

@@ -1,6 +1,6 @@
-"""Bring a database to the schema of this version, from any earlier one or from nothing.
+"""Migrate a database, empty or from any earlier version, to this version's schema.
 
-One that is there already needs no migrations, and so none of their machinery, which takes long to import.
+An up-to-date database is detected without importing Alembic, which is slow.
 """
 
 from __future__ import annotations
@@ -15,39 +15,42 @@ from sqlalchemy.exc import DBAPIError
 import migrations
 from app.store.engine import WRITE, make_engine
 from app.store.errors import StoreError
-from app.store.faults import Trouble, fault_of, told
+from app.store.faults import FaultKind, fault_of, raising_faults
 
 if TYPE_CHECKING:
     from alembic.config import Config
 
 MIGRATION_LOCK = 7_265_110_421
-"""PostgreSQL's advisory lock that lets only one process migrate at a time (SQLite's write lock does the same)."""
+"""PostgreSQL advisory lock that serialises migrations (SQLite's write lock does the same)."""
 
 _STEPS = Path(migrations.__file__).parent / "versions"
 
 
 def upgrade(url: str) -> None:
-    """Run every step the database has not seen, all in one transaction; safe to run from several processes at once."""
-    engine = make_engine(url, patient=True)
+    """Apply all pending migrations in one transaction; safe to call from several processes at once.
+
+    Raises NewerDatabase, StoreFault.
+    """
+    engine = make_engine(url, long_running=True)
     try:
-        with told():
+        with raising_faults():
             _upgrade(engine)
     finally:
         engine.dispose()
 
 
 class NewerDatabase(StoreError):
-    """The database was used by a later version."""
+    """The database was migrated by a later version."""
 
     def __init__(self, revision: str) -> None:
-        super().__init__(f"the database is at revision {revision}, this version knows those up to {newest_step()}")
+        super().__init__(f"the database is at revision {revision}, this version supports up to {latest_revision()}")
 
 
 def _upgrade(engine: Engine) -> None:
     found = _revision(engine)
-    if found == newest_step():
+    if found == latest_revision():
         return
-    if found is not None and found > newest_step():
+    if found is not None and found > latest_revision():
         raise NewerDatabase(found)
     from alembic import command
 
@@ -65,18 +68,18 @@ def _revision(engine: Engine) -> str | None:
             return connection.execute(text("SELECT version_num FROM alembic_version")).scalar()
     except DBAPIError as error:
         fault = fault_of(error)
-        if fault is not None and fault.trouble is not Trouble.GONE:
+        if fault is not None and fault.kind is not FaultKind.GONE:
             raise
         return None  # an empty database
 
 
-def newest_step() -> str:
-    """The newest step by the names of the files, which are v0001_… and so on in their order."""
+def latest_revision() -> str:
+    """The latest revision by file names, which are v0001_… and so on."""
     return max(match[1] for path in _STEPS.iterdir() if (match := re.match(r"v(\d+)_.*\.py$", path.name)))
 
 
 def head_revision() -> str:
-    """The newest step this version knows."""
+    """The latest revision according to Alembic."""
     from alembic.script import ScriptDirectory
 
     revision = ScriptDirectory.from_config(_config()).get_current_head()
@@ -85,14 +88,14 @@ def head_revision() -> str:
 
 
 def current_revision(connection: Connection) -> str | None:
-    """The step the database is at; None for an empty one."""
+    """The revision of a database; None if it is empty."""
     from alembic.migration import MigrationContext
 
     return MigrationContext.configure(connection).get_current_revision()
 
 
 def schema_differences(url: str) -> list[object]:
-    """What separates the migrated database from the tables in ``models``; empty when they agree."""
+    """Differences between a migrated database and the tables in ``models``; empty if they agree."""
     from alembic.autogenerate import compare_metadata
     from alembic.migration import MigrationContext
 
@@ -110,6 +113,6 @@ def _config() -> Config:
     from alembic.config import Config
 
     config = Config()
-    # % would start an interpolation in the configuration file's syntax.
+    # % starts an interpolation in Alembic's configuration.
     config.set_main_option("script_location", str(Path(migrations.__file__).parent).replace("%", "%%"))
     return config

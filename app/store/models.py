@@ -1,4 +1,4 @@
-"""The tables. ``migrations/`` builds them; a test compares the two."""
+"""Table definitions. ``migrations/`` creates them; a test compares the two."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ NAMING = {
 
 
 class UtcDateTime(TypeDecorator[datetime]):
-    """An aware time, kept in UTC to the microsecond on databases with and without time zones."""
+    """A timezone-aware time, stored in UTC to the microsecond on databases with and without time zones."""
 
     impl = DateTime(timezone=True)
     cache_ok = True
@@ -52,15 +52,15 @@ class UtcDateTime(TypeDecorator[datetime]):
         return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)
 
 
-def _index_where_given(column: str) -> Index:
-    given = text(f"{column} IS NOT NULL")
-    # Migrations make the indexes. postgresql_where would import that dialect wherever runs are kept.
-    return Index(None, column, "id", sqlite_where=given)
+def _partial_index(column: str, *columns: str) -> Index:
+    not_null = text(f"{column} IS NOT NULL")
+    # Migrations create the indexes. postgresql_where would import that dialect even for SQLite.
+    return Index(None, *(columns or (column, "id")), sqlite_where=not_null)
 
 
 metadata = MetaData(naming_convention=NAMING)
 
-# JSON parts are binary: what was answered is what is kept, byte for byte, on every database.
+# JSON parts are binary, so that the bytes that were returned are stored exactly on every database.
 runs = Table(
     "runs",
     metadata,
@@ -88,16 +88,16 @@ runs = Table(
     Column("figure_name", String(64)),
     Column("figure", Float),
     Column("owner", String(36)),
-    # Every filter of the listing walks its index in the order of the ids, newest first.
+    # Every filter of a listing scans its index in id order, newest first.
     Index(None, "kind", "id"),
     Index(None, "mode", "id"),
     Index(None, "status", "id"),
-    # Runs without a name, a batch or a verdict stay out of these.
-    _index_where_given("name"),
-    _index_where_given("batch_id"),
-    _index_where_given("holds"),
-    _index_where_given("figure"),
-    _index_where_given("owner"),
+    # partial indexes, without the runs that have no such value
+    _partial_index("name"),
+    _partial_index("batch_id"),
+    _partial_index("holds"),
+    _partial_index("figure"),
+    _partial_index("owner"),
     Index(None, "created_at"),
     Index(None, "spec_hash"),
 )
@@ -116,7 +116,7 @@ idempotency_keys = Table(
     Index(None, "run_id"),
 )
 
-# A run that was promised by a 202, until it ends: which process works on it, and until when that holds.
+# Leases of runs accepted with 202 and not ended yet: the process working on each, and the expiry.
 promises = Table(
     "promises",
     metadata,
@@ -150,7 +150,7 @@ audit = Table(
     Column("row_hash", String(64), nullable=False),
 )
 
-# One row: how many runs there must be, counted by a trigger, and what readiness writes to see whether it can.
+# One row: the number of runs inserted, counted by a trigger, and a counter that readiness probes write.
 ledger = Table(
     "ledger",
     metadata,
@@ -191,7 +191,7 @@ batches = Table(
     Index(None, "status", "number"),
 )
 
-# What was sent, in the order it was sent: blocks of items, compressed.
+# Input: compressed blocks of items, in the order received.
 batch_blocks = Table(
     "batch_blocks",
     metadata,
@@ -202,7 +202,7 @@ batch_blocks = Table(
     Column("digest", LargeBinary, nullable=False),
 )
 
-# What is to be done: ranges of items within one block, each waiting, leased, done or cancelled.
+# Work: ranges of items within one block, each waiting, leased, done or cancelled.
 batch_chunks = Table(
     "batch_chunks",
     metadata,
@@ -217,7 +217,8 @@ batch_chunks = Table(
     Index(None, "batch", "state", "first"),
 )
 
-# What came out: one row per ended item, its parts compressed together with the batch's dictionary.
+# Output: one row per ended item, compressed with the batch's dictionary. ``asked`` is part of the hash of the request,
+# kept only where equal items are looked up; a match is confirmed by comparing the specs.
 batch_items = Table(
     "batch_items",
     metadata,
@@ -229,7 +230,9 @@ batch_items = Table(
     Column("figure", Float),
     Column("content", LargeBinary, nullable=False),
     Column("digest", LargeBinary, nullable=False),
+    Column("asked", BigInteger),
     Index(None, "batch", "status", "index"),
+    _partial_index("asked", "batch", "asked"),
     sqlite_with_rowid=False,
 )
 

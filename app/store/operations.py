@@ -1,4 +1,4 @@
-"""The writes, as operations on a connection inside a transaction that the writer owns."""
+"""Writes of runs, as operations that the writer runs in its transactions."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from datetime import datetime
 from sqlalchemy import Connection, delete, insert, select, update
 
 from app.store.errors import DamagedRecord, IdempotencyConflict, UnknownRun
+from app.store.maintenance import lowest_id_at
 from app.store.models import idempotency_keys, promises, runs
 from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, StoredResponse
 from app.store.rows import check, response_to_row, row_to_response, row_to_run, run_to_row
-from app.store.upkeep import oldest_id
 
 INSERT_RUN = insert(runs)
 INSERT_RESPONSE = insert(idempotency_keys)
@@ -20,7 +20,7 @@ INSERT_RESPONSE = insert(idempotency_keys)
 
 @dataclass(frozen=True)
 class Put:
-    """Insert a run. Many in one group go to the database in one call."""
+    """Insert a run; several in one group are inserted in one call."""
 
     record: RunRecord
 
@@ -35,10 +35,10 @@ class Put:
 
 @dataclass(frozen=True)
 class PutOnce:
-    """Insert a run and the answer kept under its idempotency key.
+    """Insert a run and the response stored under its idempotency key.
 
-    Returns None when both are in, or the answer of the request that used the key first; then nothing is
-    inserted.
+    Returns None after inserting; if the key was used before by the same request, inserts nothing and returns the stored
+    response. Raises IdempotencyConflict if it was used by another request.
     """
 
     record: RunRecord
@@ -49,7 +49,7 @@ class PutOnce:
         first = find_response(connection, self.response.key, self.response.request_hash, self.since)
         if first is not None:
             return first
-        # One that has expired makes room.
+        # an expired one is replaced
         connection.execute(delete(idempotency_keys).where(idempotency_keys.c.key == self.response.key))
         connection.execute(INSERT_RUN, run_to_row(self.record))
         connection.execute(INSERT_RESPONSE, response_to_row(self.response, self.record))
@@ -58,7 +58,7 @@ class PutOnce:
 
 @dataclass(frozen=True)
 class Advance:
-    """Move an open run on: to running, or to its end, and its promise's. Returns False if the run had ended already."""
+    """Mark an open run as running, or end it and its lease. Returns False if it had ended. Raises UnknownRun."""
 
     run_id: str
     change: Finish | None
@@ -71,20 +71,20 @@ class Advance:
         if record.status not in OPEN_STATUSES:
             return False
         _rewrite(connection, _changed(record, self.change))
-        promised = promises.c.run_id == self.run_id
+        leased = promises.c.run_id == self.run_id
         if self.change is None:
-            connection.execute(update(promises).where(promised).values(attempts=promises.c.attempts + 1))
+            connection.execute(update(promises).where(leased).values(attempts=promises.c.attempts + 1))
         else:
-            connection.execute(delete(promises).where(promised))
+            connection.execute(delete(promises).where(leased))
         return True
 
 
 def find_response(
     connection: Connection, key: str, request_hash: str, since: datetime | None = None
 ) -> StoredResponse | None:
-    """The answer kept under the key for a run made ``since`` then; a conflict if the key is another request's."""
+    """The response stored under a key for a run made after ``since``. Raises IdempotencyConflict, DamagedRecord."""
     row = connection.execute(select(idempotency_keys).where(idempotency_keys.c.key == key)).mappings().first()
-    if row is None or (since is not None and row["run_id"] < oldest_id(since)):
+    if row is None or (since is not None and row["run_id"] < lowest_id_at(since)):
         return None
     check(idempotency_keys.name, "key", row)
     if row["request_hash"] != request_hash:

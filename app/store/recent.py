@@ -1,4 +1,4 @@
-"""Which specs were asked for lately: the question that nearly always has the answer "no", without a query."""
+"""A cache of recent spec hashes, which answers "not seen" without a query."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Iterable
 
 
 class RecentSpecs:
-    """The hashes of the specs asked for last, the newest ``capacity`` of them.
+    """The ``capacity`` most recent spec hashes.
 
-    A spec that is not among them is solved anew, which is right in any case; one that is among them may have an answer
-    in the store. So a night of different designs costs no lookups, and memory stays bounded (about 200 bytes a hash).
+    A miss only means solving again, which is always correct; a hit means that the store may hold an answer. Streams of
+    distinct requests thus cost no lookups, in bounded memory (about 200 bytes per hash).
     """
 
     def __init__(self, capacity: int) -> None:
@@ -21,13 +21,13 @@ class RecentSpecs:
         return spec_hash in self._hashes
 
     def add(self, spec_hash: str) -> None:
-        """Note a spec as the newest."""
+        """Add a hash as the most recent."""
         self._hashes[spec_hash] = None
         self._hashes.move_to_end(spec_hash)
         if len(self._hashes) > self._capacity:
             self._hashes.popitem(last=False)
 
     def fill(self, spec_hashes: Iterable[str]) -> None:
-        """Note many, the oldest first."""
+        """Add several, oldest first."""
         for spec_hash in spec_hashes:
             self.add(spec_hash)

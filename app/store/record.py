@@ -1,4 +1,4 @@
-"""The stored run and its companions: plain frozen data, JSON parts as the exact bytes that were answered."""
+"""Records of stored runs: frozen data, JSON parts as the exact bytes that were returned."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ ANSWERED_STATUSES = (RunStatus.SUCCEEDED, RunStatus.INFEASIBLE)
 
 @dataclass(frozen=True)
 class RunRecord:
-    """One run as stored, whatever its outcome.
+    """A stored run, whatever its outcome.
 
-    ``spec``, ``result``, ``problem``, ``effects``, ``accuracy``, ``timing``, ``verdict`` are UTF-8 JSON, kept and
-    returned byte for byte; ``holds`` is the verdict's own, None where there is no verdict; ``figure`` is the number of
-    the result that matters most, ``figure_name`` its name, None where there is none. ``created_at`` must be aware; it
-    is kept in UTC to the microsecond. ``spec_hash`` comes from ``app.store.hashing.spec_hash``. ``source_run_ids``
-    names the runs that fed this one. ``owner`` is the id of the key that asked for it, None where none was needed.
+    ``spec``, ``result``, ``problem``, ``effects``, ``accuracy``, ``timing`` and ``verdict`` are UTF-8 JSON, stored and
+    returned byte for byte. ``holds`` is the verdict's, None without one; ``figure`` is the headline number of the
+    result and ``figure_name`` its name, None if there is none. ``created_at`` must be timezone-aware; it is stored in
+    UTC to the microsecond. ``spec_hash`` comes from ``app.store.hashing.spec_hash``. ``source_run_ids`` are the runs
+    this one takes data from. ``owner`` is the id of the key that requested it, None without access control.
     """
 
     id: str
@@ -61,7 +61,7 @@ class RunRecord:
 
 @dataclass(frozen=True)
 class Finish:
-    """How an open run ends: everything that was unknown while it was queued."""
+    """The final state of a run: everything unknown while it was queued."""
 
     status: str
     result: bytes | None = None
@@ -77,7 +77,7 @@ class Finish:
 
 @dataclass(frozen=True)
 class RunSummary:
-    """A line of the listing: the run without its JSON parts."""
+    """A run in a listing: without its JSON parts."""
 
     id: str
     kind: str
@@ -97,8 +97,11 @@ class RunSummary:
 
 @dataclass(frozen=True)
 class RunFilter:
-    """Conditions that all hold; None does not restrict. ``name`` matches exactly, ``text`` anywhere in the name without
-    regard to case, ``created_after`` and ``created_before`` are exclusive."""
+    """Conditions combined with AND; None does not restrict.
+
+    ``name`` matches exactly, ``text`` any part of the name, case-insensitively; ``created_after`` and
+    ``created_before`` are exclusive.
+    """
 
     kind: str | None = None
     mode: str | None = None
@@ -112,7 +115,7 @@ class RunFilter:
 
 
 class RunOrder(StrEnum):
-    """How a listing is sorted. By name or figure only runs that have one are listed."""
+    """Sort order of a listing. By name or figure, only runs that have one are listed."""
 
     NEWEST = "newest"
     OLDEST = "oldest"
@@ -123,8 +126,8 @@ class RunOrder(StrEnum):
 
 @dataclass(frozen=True)
 class RunPage:
-    """Runs in the order asked for; ``next_cursor`` is None on the last page. ``damaged`` are the ids of runs that
-    belong here too, but whose rows no longer say what was written."""
+    """A page of runs; ``next_cursor`` is None on the last page, ``damaged`` the ids of runs of this page whose rows do
+    not match their hashes."""
 
     items: tuple[RunSummary, ...]
     next_cursor: str | None
@@ -133,7 +136,7 @@ class RunPage:
 
 @dataclass(frozen=True)
 class StoredResponse:
-    """An HTTP answer kept under an idempotency key, to be given again byte for byte."""
+    """An HTTP response stored under an idempotency key, to be replayed byte for byte."""
 
     key: str
     request_hash: str
@@ -149,10 +152,7 @@ def utc_now() -> datetime:
 
 
 def new_run_id() -> str:
-    """A UUID of version 7 (RFC 9562): 48 bits of Unix milliseconds, then 74 random bits.
-
-    Sortable by time to the millisecond, and no easier to guess than 74 random bits.
-    """
+    """A UUIDv7 (RFC 9562): 48 bits of Unix milliseconds and 74 random bits; sorts by time to the millisecond."""
     milliseconds = time.time_ns() // 1_000_000
     random_bits = int.from_bytes(os.urandom(10), "big")
     high = (milliseconds << 16) | 0x7000 | ((random_bits >> 62) & 0x0FFF)

@@ -1,4 +1,4 @@
-"""The store as the rest of the service sees it: put, finish, find, list."""
+"""The store's interface for the rest of the service: put, finish, find, list."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from app.store.batch_reads import find_batch, get_item_run, list_item_runs
 from app.store.batch_records import BatchRecord
 from app.store.engine import make_engine
 from app.store.errors import DamagedRecord, InvalidCursor, UnknownRun
-from app.store.faults import FileWatch, StoreFault, Trouble, told
+from app.store.faults import FaultKind, FileWatch, StoreFault, raising_faults
+from app.store.maintenance import ExpireKeys, Probe
 from app.store.models import runs
 from app.store.operations import Advance, Put, PutOnce, find_response
-from app.store.promises import Promise
 from app.store.recent import RecentSpecs
 from app.store.record import (
     ANSWERED_STATUSES,
@@ -38,92 +38,96 @@ from app.store.record import (
     utc_now,
 )
 from app.store.rows import SUMMARY_FIELDS, is_intact, row_to_run, row_to_summary
-from app.store.upkeep import Expire, Probe
+from app.store.run_leases import InsertLeased
 from app.store.viewer import Viewer, own_key, viewer
 from app.store.writer import GroupWriter, Operation
 
 T = TypeVar("T")
 
 MAX_PAGE = 200
-"""The most runs that one page of the listing holds."""
+"""Maximum number of runs on a page."""
 
-RECENT = 20_000
-"""How many specs back a repeated one is recognised."""
+RECENT_SPECS = 20_000
+"""Number of recent specs among which repeated ones are recognised."""
 
-DEADLINE_S = 5.0
-"""So long a read may take with its wait for a thread."""
-PROBE_S = 2.0
-"""So often readiness tries a write, however often it is asked."""
+READ_TIMEOUT_S = 5.0
+"""Timeout of a read, including the wait for a thread."""
+PROBE_INTERVAL_S = 2.0
+"""Minimum interval between write probes of readiness checks."""
 
-Seen = Callable[[float, StoreFault | None], None]
-
-
-def nobody(_seconds: float, _fault: StoreFault | None) -> None:
-    """Hears nothing."""
+CommitListener = Callable[[float, StoreFault | None], None]
 
 
-READERS = 4
+def ignore_commit(_seconds: float, _fault: StoreFault | None) -> None:
+    """No-op listener."""
+
+
+READER_THREADS = 4
+"""Each thread holds at most one connection."""
 ID_LENGTH = 36
-"""Threads for reads; each holds at most one connection."""
+"""Length of a UUID in text form."""
 
 
 class RunStore:
     """Durable runs in one database, migrated beforehand with ``app.store.migrate.upgrade``.
 
-    Every ``await`` on a write returns after the commit is durable. Writes of one store go through one thread
-    and share commits; reads run on a few threads beside it. ``close`` commits what waits.
+    An awaited write returns after its commit is durable. Writes go through one thread and share commits; reads use a
+    small thread pool. ``close`` commits pending writes.
     """
 
     def __init__(
-        self, url: str, write_capacity: int = 4096, keys_kept: timedelta | None = None, seen: Seen = nobody
+        self,
+        url: str,
+        write_capacity: int = 4096,
+        key_lifetime: timedelta | None = None,
+        on_commit: CommitListener = ignore_commit,
     ) -> None:
-        """``keys_kept`` is how long idempotency keys are good, None for ever; ``seen`` hears what each group of writes
-        took, and what was wrong with it."""
+        """``key_lifetime``: how long idempotency keys are valid, None for ever; ``on_commit`` receives each write
+        group's duration and fault. Raises StoreFault."""
         self._engine = make_engine(url)
-        with told():
+        with raising_faults():
             self._engine.connect().close()
         self._watch = FileWatch(self._engine.url)
-        self._kept, self._hears = keys_kept, seen
+        self._key_lifetime, self._on_commit = key_lifetime, on_commit
         self._fault: StoreFault | None = None
-        self._probed = -PROBE_S
-        self._writer = GroupWriter(self._engine, write_capacity, check=self._watch.check, seen=self._written)
-        self._readers = ThreadPoolExecutor(READERS, thread_name_prefix="store-reader")
-        self._recent = RecentSpecs(RECENT)
+        self._probed = -PROBE_INTERVAL_S
+        self._writer = GroupWriter(self._engine, write_capacity, check=self._watch.check, on_commit=self._committed)
+        self._readers = ThreadPoolExecutor(READER_THREADS, thread_name_prefix="store-reader")
+        self._recent = RecentSpecs(RECENT_SPECS)
         self._recent.fill(reversed(self.read(_newest_specs)))
 
     # -- writes ---------------------------------------------------------------------------------------------
 
     async def put(self, record: RunRecord, response: StoredResponse | None = None) -> StoredResponse | None:
-        """Insert a run, with the answer to keep under its idempotency key if it has one.
+        """Insert a run, with the response to store under its idempotency key, if any.
 
-        Returns None once the run is durable. Where an earlier or simultaneous request with the same key and
-        body was first, nothing is inserted and that request's answer is returned; with another body,
-        IdempotencyConflict is raised.
+        Returns None once the run is durable. If a request with the same key and body was first, inserts nothing and
+        returns its response; raises IdempotencyConflict if it had another body.
         """
         first = await self._writer.submit(_insertion(record, response, self._since()))
         self._recent.add(record.spec_hash)
         return first
 
-    async def promise(
+    async def put_leased(
         self, record: RunRecord, response: StoredResponse | None, owner: str, lease_s: float
     ) -> StoredResponse | None:
-        """``put`` of an open run that ``owner`` works on: see ``app.store.promises``."""
-        first = await self._writer.submit(Promise(_insertion(record, response, self._since()), owner, lease_s))
+        """``put`` of an open run leased by ``owner``; see ``app.store.run_leases``."""
+        first = await self._writer.submit(InsertLeased(_insertion(record, response, self._since()), owner, lease_s))
         self._recent.add(record.spec_hash)
         return first
 
     def put_and_wait(self, record: RunRecord, response: StoredResponse | None = None) -> StoredResponse | None:
-        """``put`` for code without an event loop (the command line)."""
+        """Blocking ``put`` for code without an event loop."""
         first = self._writer.submit_and_wait(_insertion(record, response, self._since()))
         self._recent.add(record.spec_hash)
         return first
 
     async def start(self, run_id: str) -> bool:
-        """Queued → running. False if the run had ended already (cancelled, say)."""
+        """Queued → running. False if the run had already ended, for example by cancellation."""
         return await self._writer.submit(Advance(run_id, None))
 
     async def finish(self, run_id: str, end: Finish) -> bool:
-        """Queued or running → its end, in one transaction. False, and no change, if the run had ended already."""
+        """Queued or running → ended, in one transaction. False, without a change, if it had already ended."""
         return await self._writer.submit(Advance(run_id, end))
 
     async def write(self, operation: Operation) -> Any:
@@ -131,13 +135,13 @@ class RunStore:
         return await self._writer.submit(operation)
 
     def write_and_wait(self, operation: Operation) -> Any:
-        """The same for code without an event loop."""
+        """Blocking ``write`` for code without an event loop."""
         return self._writer.submit_and_wait(operation)
 
     # -- reads ----------------------------------------------------------------------------------------------
 
     async def get(self, run_id: str) -> RunRecord:
-        """The run, or UnknownRun, also where the viewer must not see it."""
+        """The run with this id. Raises UnknownRun, also if the viewer may not see it, and DamagedRecord."""
         who = viewer.get()
         record = await self._read(lambda connection: _get(connection, run_id))
         if not who.everything and record.owner != who.owner:
@@ -145,14 +149,14 @@ class RunStore:
         return record
 
     async def find_response(self, key: str, request_hash: str) -> StoredResponse | None:
-        """The answer kept under an idempotency key, None if the key is new, IdempotencyConflict if it is another's."""
+        """The response stored under an idempotency key, None for a new key. Raises IdempotencyConflict."""
         own = own_key(key)
         return await self._read(lambda connection: find_response(connection, own, request_hash, self._since()))
 
     async def find_answer(self, spec_hash: str, solver_name: str, solver_version: str) -> RunRecord | None:
-        """The newest undamaged run that this very solver answered (succeeded or infeasible) for the same spec.
+        """The newest intact run of the same spec answered (succeeded or infeasible) by the same solver version.
 
-        Only the ``RECENT`` newest specs are looked for, and only among the viewer's own runs.
+        Searches only the ``RECENT_SPECS`` newest specs and the viewer's own runs.
         """
         if spec_hash not in self._recent:
             return None
@@ -166,10 +170,10 @@ class RunStore:
         limit: int = 50,
         order: RunOrder = RunOrder.NEWEST,
     ) -> RunPage:
-        """A page of runs in that order. Runs that arrive between two pages shift nothing; limit is 1…200.
+        """A page of runs in the given order; runs inserted between two pages shift nothing. ``limit`` is 1…200.
 
-        The items of a batch are listed where the filter names it, else only what was asked for by itself.
-        Raises InvalidCursor for a cursor that no page of this store carried.
+        Items of a batch are listed only if the filter names the batch. Raises InvalidCursor for a cursor that this
+        store did not issue.
         """
         after = _decode_cursor(cursor, order) if cursor is not None else None
         size = max(1, min(limit, MAX_PAGE))
@@ -177,42 +181,42 @@ class RunStore:
         return await self._read(lambda connection: _list(connection, wanted, after, size, order, who))
 
     async def ping(self) -> None:
-        """Raise StoreFault unless the database answers, holds the tables, takes writes and is not known to be damaged.
+        """Raise StoreFault unless the database answers, has the tables, accepts writes and is not known to be damaged.
 
-        A write is tried every few seconds, and each time while the last one failed.
+        A write is attempted every few seconds, and on every call after a failed one.
         """
         fault = self._fault
-        if fault is not None and fault.trouble is Trouble.DAMAGED:
+        if fault is not None and fault.kind is FaultKind.DAMAGED:
             raise fault
-        if fault is not None or time.monotonic() - self._probed >= PROBE_S:
+        if fault is not None or time.monotonic() - self._probed >= PROBE_INTERVAL_S:
             await self._writer.submit(Probe())
             self._probed = time.monotonic()
         await self._read(lambda connection: connection.execute(select(runs.c.id).limit(1)).first())
 
     async def expire_keys(self) -> int:
-        """Delete idempotency keys that are good no longer; how many."""
+        """Delete expired idempotency keys; returns their number."""
         since, deleted = self._since(), 0
-        while since is not None and (count := await self._writer.submit(Expire(since))):
+        while since is not None and (count := await self._writer.submit(ExpireKeys(since))):
             deleted += count
         return deleted
 
     def _since(self) -> datetime | None:
-        """From when on runs' idempotency keys are good; None: from the first."""
-        return None if self._kept is None else utc_now() - self._kept
+        """Creation time from which idempotency keys are still valid; None if they do not expire."""
+        return None if self._key_lifetime is None else utc_now() - self._key_lifetime
 
-    def _written(self, seconds: float, fault: StoreFault | None) -> None:
-        self._note(fault)
-        self._hears(seconds, fault)
+    def _committed(self, seconds: float, fault: StoreFault | None) -> None:
+        self._record_fault(fault)
+        self._on_commit(seconds, fault)
 
-    def _note(self, fault: StoreFault | None) -> None:
-        """Keep what is wrong until a write succeeds; damage does not heal."""
-        if self._fault is None or self._fault.trouble is not Trouble.DAMAGED:
+    def _record_fault(self, fault: StoreFault | None) -> None:
+        """Remember a fault until a write succeeds; damage is permanent."""
+        if self._fault is None or self._fault.kind is not FaultKind.DAMAGED:
             self._fault = fault
 
-    # -- life -----------------------------------------------------------------------------------------------
+    # -- lifecycle ------------------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """Commit everything that waits, then let go of the database."""
+        """Commit pending writes and close the database."""
         self._writer.close()
         self._readers.shutdown()
         self._engine.dispose()
@@ -226,29 +230,29 @@ class RunStore:
         self.close()
 
     async def query(self, query: Callable[[Connection], T]) -> T:
-        """``read`` on one of the threads for reads."""
+        """``read`` in the thread pool."""
         return await self._reading(query)
 
     def _reading(self, query: Callable[[Connection], T]) -> asyncio.Future[T]:
-        # The thread looks with the eyes of whoever asks.
+        # the thread acts as the caller's viewer
         context = contextvars.copy_context()
         return asyncio.get_running_loop().run_in_executor(self._readers, context.run, self.read, query)
 
     async def _read(self, query: Callable[[Connection], T]) -> T:
         try:
-            return await asyncio.wait_for(self._reading(query), DEADLINE_S)
+            return await asyncio.wait_for(self._reading(query), READ_TIMEOUT_S)
         except TimeoutError:
-            raise StoreFault(Trouble.BUSY, "reads wait too long") from None
+            raise StoreFault(FaultKind.BUSY, "reads timed out in the queue") from None
 
     def read(self, query: Callable[[Connection], T]) -> T:
-        """Run a query of this package on a connection of its own. Raises StoreFault."""
+        """Run a query on a connection of its own. Raises StoreFault."""
         self._watch.check()
         try:
-            with told(), self._engine.connect() as connection:
+            with raising_faults(), self._engine.connect() as connection:
                 return query(connection)
         except StoreFault as fault:
-            if fault.trouble is Trouble.DAMAGED:
-                self._note(fault)
+            if fault.kind is FaultKind.DAMAGED:
+                self._record_fault(fault)
             raise
 
 
@@ -259,11 +263,11 @@ def _insertion(record: RunRecord, response: StoredResponse | None, since: dateti
 
 
 def _get(connection: Connection, run_id: str) -> RunRecord:
-    # What is no id is not asked for: not every database bears every character.
+    # Anything else is no id; not every database accepts every character.
     known = len(run_id) == ID_LENGTH and run_id.isprintable()
     try:
         row = connection.execute(select(runs).where(runs.c.id == run_id)).mappings().first() if known else None
-    except (ValueError, TypeError, AttributeError) as error:  # a time that is no time any more
+    except (ValueError, TypeError, AttributeError) as error:  # an invalid timestamp
         raise DamagedRecord(runs.name, run_id) from error
     if not known:
         raise UnknownRun(run_id)
@@ -271,7 +275,7 @@ def _get(connection: Connection, run_id: str) -> RunRecord:
 
 
 def _newest_specs(connection: Connection) -> list[str]:
-    return list(connection.scalars(select(runs.c.spec_hash).order_by(runs.c.id.desc()).limit(RECENT)))
+    return list(connection.scalars(select(runs.c.spec_hash).order_by(runs.c.id.desc()).limit(RECENT_SPECS)))
 
 
 def _find_answer(
@@ -290,7 +294,7 @@ def _find_answer(
         .limit(1)
     )
     row = connection.execute(query).mappings().first()
-    # A damaged row must not spread into new answers.
+    # A damaged row must not be copied into new answers.
     return row_to_run(row) if row is not None and is_intact(runs.name, row) else None
 
 
@@ -301,7 +305,7 @@ _KEYS = {
     RunOrder.LEAST: (runs.c.figure, False),
     RunOrder.GREATEST: (runs.c.figure, True),
 }
-"""By which column each order sorts, and whether downward; the id decides between equals."""
+"""Sort column of each order, and whether descending; ties are broken by id."""
 
 
 def _list(
@@ -315,16 +319,16 @@ def _list(
     batch = None if wanted.batch_id is None else find_batch(connection, wanted.batch_id)
     if batch is not None:
         return _list_batch(connection, batch, wanted, after, size, order)
-    column, downward = _KEYS[order]
+    column, descending = _KEYS[order]
     query = _filtered(select(runs), wanted)
     if not who.everything:
         query = query.where(runs.c.owner == who.owner)
     if column is not runs.c.id:
         query = query.where(column.is_not(None))
     if after is not None:
-        query = query.where(_beyond(column, downward, after))
+        query = query.where(_beyond(column, descending, after))
     ends = (runs.c.id,) if column is runs.c.id else (column, runs.c.id)
-    query = query.order_by(*(end.desc() if downward else end.asc() for end in ends))
+    query = query.order_by(*(end.desc() if descending else end.asc() for end in ends))
     rows = connection.execute(query.limit(size + 1)).mappings().all()
     items, damaged = [], []
     for row in rows[:size]:
@@ -354,11 +358,11 @@ def _list_batch(
     return RunPage(items, _encode_cursor(keys.get(order, last.id), last.id))
 
 
-def _beyond(column: ColumnElement, downward: bool, after: tuple[str | float, str]) -> ColumnElement[bool]:
+def _beyond(column: ColumnElement, descending: bool, after: tuple[str | float, str]) -> ColumnElement[bool]:
     if column is runs.c.id:
-        return column < after[1] if downward else column > after[1]
+        return column < after[1] if descending else column > after[1]
     here = tuple_(column, runs.c.id)
-    return here < after if downward else here > after
+    return here < after if descending else here > after
 
 
 def _filtered(query: Select, wanted: RunFilter) -> Select:
@@ -381,7 +385,8 @@ def _encode_cursor(key: str | float, run_id: str) -> str:
 
 
 def _decode_cursor(cursor: str, order: RunOrder) -> tuple[str | float, str]:
-    """The key and the id of the last run of the page before. Raises InvalidCursor for one of another order too."""
+    """Sort key and id of the last run of the previous page. Raises InvalidCursor, also for a cursor of another
+    order."""
     kept = {RunOrder.NAME: str, RunOrder.LEAST: float, RunOrder.GREATEST: float}.get(order)
     try:
         text = base64.b64decode(cursor + "=" * (-len(cursor) % 4), altchars=b"-_", validate=True).decode()

@@ -1,7 +1,7 @@
-"""Check that the store still says what was written: every hash again, every JSON part, the schema, the file.
+"""Verify a store: row hashes, JSON parts, schema, file.
 
-A bit that flips inside a row passes SQLite's own integrity check; the row hash sees it. The database counts every run
-that is put in, so the number of those that were deleted by anybody but `prune` is seen too.
+SQLite's own integrity check misses a flipped bit inside a row; the row hash detects it. A trigger counts inserted runs,
+so deletions by anything other than `prune` are detected too.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _BATCHES = (batches, batch_blocks, batch_chunks, batch_items)
 
 @dataclass(frozen=True)
 class Report:
-    """What was read and what is wrong with it."""
+    """Number of rows read, and what is wrong with them."""
 
     runs: int = 0
     idempotency_keys: int = 0
@@ -53,8 +53,8 @@ class Report:
 
 
 def verify(url: str) -> Report:
-    """Read the whole store once. Damage is reported, never raised; a database that cannot be opened is damage too."""
-    engine = make_engine(url, patient=True)
+    """Read the whole store once. Damage is reported, never raised, even if the database cannot be opened."""
+    engine = make_engine(url, long_running=True)
     counts = dict.fromkeys((table.name for table in _TABLES), 0)
     damages: list[Damage] = []
     items = 0
@@ -89,7 +89,7 @@ def verify(url: str) -> Report:
 
 
 def _tolerate_broken_text(connection: Connection) -> None:
-    """Let bytes that are no UTF-8 any more come through as surrogates, so that they are hashed and reported."""
+    """Decode invalid UTF-8 to surrogates, so that such rows are hashed and reported."""
     if connection.dialect.name == "sqlite":
         driver = connection.connection.driver_connection
         assert driver is not None
@@ -109,7 +109,7 @@ def _schema_damages(connection: Connection) -> Iterator[Damage]:
 
 
 def _rows(connection: Connection, table: Table) -> Iterator[RowMapping | Damage]:
-    """Every row in pages by key; where a page cannot be read, its rows one by one."""
+    """All rows in pages by key; rows of an unreadable page are read one by one."""
     key = table.primary_key.columns[0]
     keys = list(connection.execute(select(key).order_by(key)).scalars())
     for first in range(0, len(keys), PAGE):
@@ -126,7 +126,7 @@ def _rows_one_by_one(connection: Connection, table: Table, keys: list[str]) -> I
     for each in keys:
         try:
             yield connection.execute(select(table).where(key == each)).mappings().one()
-        # A time that is no time any more fails in the type's own parser, with whatever that raises.
+        # An invalid timestamp fails in the column type's parser, with any exception.
         except Exception as error:
             yield Damage(table.name, _printable(each), f"the row cannot be read: {error}")
 
@@ -134,25 +134,25 @@ def _rows_one_by_one(connection: Connection, table: Table, keys: list[str]) -> I
 def _row_damages(table: Table, row: RowMapping) -> Iterator[Damage]:
     key = _printable(row[table.primary_key.columns[0].name])
     if not _hash_agrees(table, row):
-        yield Damage(table.name, key, "the content does not agree with its row hash")
+        yield Damage(table.name, key, "the content does not match its row hash")
     for name in JSON_COLUMNS:
         if name in table.columns and row[name] is not None and not _is_json(row[name]):
-            yield Damage(table.name, key, f"{name} is no valid JSON")
+            yield Damage(table.name, key, f"{name} is not valid JSON")
     if table is runs and not _spec_hash_agrees(row):
-        yield Damage(table.name, key, "the spec does not agree with its spec hash")
+        yield Damage(table.name, key, "the spec does not match its spec hash")
 
 
 def _hash_agrees(table: Table, row: RowMapping) -> bool:
     try:
         return is_intact(table.name, row)
-    except (TypeError, ValueError):  # a value of a type that no row is written with
+    except (TypeError, ValueError):  # a column of a type that is never written
         return False
 
 
 def _spec_hash_agrees(row: RowMapping) -> bool:
     try:
         return spec_hash(row["kind"], row["mode"], row["spec"]) == row["spec_hash"]
-    except (TypeError, ValueError, RecursionError):  # no JSON, or text that is no UTF-8 any more
+    except (TypeError, ValueError, RecursionError):  # invalid JSON or UTF-8
         return False
 
 
@@ -165,14 +165,14 @@ def _is_json(content: Any) -> bool:
 
 
 def _missing(connection: Connection) -> Iterator[Damage]:
-    # In one statement, for a service may put in runs meanwhile.
-    there = select(func.count()).select_from(runs).scalar_subquery()
-    lost = connection.execute(select(ledger.c.runs - there)).scalar()
+    # In one statement, because a running service may insert runs meanwhile.
+    present = select(func.count()).select_from(runs).scalar_subquery()
+    lost = connection.execute(select(ledger.c.runs - present)).scalar()
     if lost is None:
         yield Damage(ledger.name, None, "the count of runs is missing")
     elif lost:
-        told = f"{lost} runs are missing that were stored" if lost > 0 else f"{-lost} runs were never counted"
-        yield Damage(runs.name, None, told)
+        what = f"{lost} runs are missing that were stored" if lost > 0 else f"{-lost} runs were never counted"
+        yield Damage(runs.name, None, what)
 
 
 def _file_damages(engine: Engine, connection: Connection) -> Iterator[Damage]:
@@ -182,7 +182,7 @@ def _file_damages(engine: Engine, connection: Connection) -> Iterator[Damage]:
         if line != "ok":
             yield Damage("", None, f"SQLite's integrity check: {line}")
     for table, rowid, parent, _ in connection.execute(text("PRAGMA foreign_key_check")):
-        yield Damage(str(table), str(rowid), f"refers to a row of {parent} that is not there")
+        yield Damage(str(table), str(rowid), f"refers to a row of {parent} that does not exist")
 
 
 def _printable(value: Any) -> str:

@@ -1,7 +1,6 @@
-"""Whose runs a reader sees: kept beside the code that reads, so that no reader can forget to ask.
+"""Visibility of runs, enforced in the store: every read and write of runs applies the current viewer.
 
-Every read and write of runs looks here by itself. Nothing is set on the command line, at the start and in the service's
-own work: they see all.
+The default, in force on the command line, at start-up and in the service's own work, sees everything.
 """
 
 from __future__ import annotations
@@ -14,19 +13,19 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Viewer:
-    """``owner`` is whose runs new ones are; ``everything`` is whether others' are seen too."""
+    """``owner`` is assigned to new runs; ``everything``: runs of other owners are visible too."""
 
     owner: str | None = None
     everything: bool = True
 
 
 viewer: ContextVar[Viewer] = ContextVar("viewer", default=Viewer())  # noqa: B039 (frozen)
-"""Who looks, in this task and those that come from it."""
+"""The viewer of the current task and of the tasks it creates."""
 
 
 @contextmanager
 def seeing_as(owner: str | None) -> Iterator[None]:
-    """Look with the eyes of an owner, for work that is done for him later; without an owner, with everybody's."""
+    """Act as an owner, for work done later on their behalf; None acts without restriction."""
     token = viewer.set(Viewer(owner, everything=owner is None))
     try:
         yield
@@ -35,6 +34,7 @@ def seeing_as(owner: str | None) -> Iterator[None]:
 
 
 def own_key(key: str) -> str:
-    """An idempotency key as it is kept: everybody's are his own. No header, so no key, has a line end."""
+    """An idempotency key as stored, scoped to its owner. A header has no newline, so keys of different owners cannot
+    collide."""
     owner = viewer.get().owner
     return key if owner is None else f"{owner}\n{key}"

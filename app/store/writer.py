@@ -18,22 +18,22 @@ from sqlalchemy.exc import IntegrityError
 
 from app.store.engine import WRITE
 from app.store.errors import StoreClosed
-from app.store.faults import StoreFault, Trouble, collided, fault_of
+from app.store.faults import FaultKind, StoreFault, fault_of, is_write_conflict
 
-_ATTEMPTS = 3
-"""So often a write is tried that another process comes in the way of."""
-_WAITED_FOR = (Trouble.BUSY, Trouble.UNREACHABLE)
+_MAX_ATTEMPTS = 3
+"""Maximum attempts of a write that conflicts with another process."""
+_TIMEOUT_KINDS = (FaultKind.BUSY, FaultKind.UNREACHABLE)
 
 Operation = Callable[[Connection], Any]
-"""A write: runs inside a transaction, returns what the submitter gets after the commit.
+"""A write: runs inside a transaction and returns the value that the submitter gets after the commit.
 
-It may be run again after a rollback, so it must change nothing but the database. A class of operations may
-offer ``together(connection, operations) -> list of results`` for neighbours of its kind in one group.
+It may be re-run after a rollback, so it must have no other side effects. A class of operations may define
+``together(connection, operations) -> list of results`` to run adjacent operations of a group in one call.
 """
 
 
 @dataclass(eq=False)
-class _Ticket:
+class _Submission:
     operation: Operation
     loop: asyncio.AbstractEventLoop | None
     future: Any
@@ -42,11 +42,11 @@ class _Ticket:
 
 
 class GroupWriter:
-    """Runs write operations on one thread, committing all that wait together.
+    """Runs write operations on one thread and commits all waiting ones together.
 
-    A submitter hears back only after the commit that holds its rows is durable. An operation that fails is
-    rolled back and reported alone: its neighbours are run again without it. At most ``capacity`` operations
-    of the event loop wait at once; further submitters wait their turn.
+    A submission completes only after its commit is durable. An operation that fails is rolled back and reported alone;
+    the others of its group are run again. At most ``capacity`` submissions of the event loop are queued; further ones
+    wait.
     """
 
     def __init__(
@@ -55,12 +55,13 @@ class GroupWriter:
         capacity: int = 4096,
         group_limit: int = 256,
         check: Callable[[], None] = lambda: None,
-        seen: Callable[[float, StoreFault | None], None] = lambda _seconds, _fault: None,
+        on_commit: Callable[[float, StoreFault | None], None] = lambda _seconds, _fault: None,
     ) -> None:
-        """``check`` raises where writes would be lost; ``seen`` hears what each group took, and what was wrong."""
-        self._engine, self._check, self._seen = engine, check, seen
+        """``check`` raises if writes would be lost; ``on_commit`` receives the duration of each group and its fault, if
+        any."""
+        self._engine, self._check, self._on_commit = engine, check, on_commit
         self._group_limit = group_limit
-        self._waiting: deque[_Ticket] = deque()
+        self._waiting: deque[_Submission] = deque()
         self._wake = threading.Condition()
         self._closed = False
         self._slots = asyncio.Semaphore(capacity)
@@ -68,31 +69,31 @@ class GroupWriter:
         self._thread.start()
 
     async def submit(self, operation: Operation) -> Any:
-        """Run the operation and wait for its commit. Cancelling the wait does not take the write back."""
+        """Run the operation and wait for its commit. Cancelling the wait does not undo the write."""
         async with self._slots:
             loop = asyncio.get_running_loop()
             future: asyncio.Future[Any] = loop.create_future()
-            self._enqueue(_Ticket(operation, loop, future))
+            self._enqueue(_Submission(operation, loop, future))
             return await future
 
     def submit_and_wait(self, operation: Operation) -> Any:
-        """The same for code without an event loop."""
+        """Blocking ``submit`` for code without an event loop."""
         future: Future[Any] = Future()
-        self._enqueue(_Ticket(operation, None, future))
+        self._enqueue(_Submission(operation, None, future))
         return future.result()
 
     def close(self) -> None:
-        """Take no more, commit everything that waits, end the thread."""
+        """Refuse new writes, commit the waiting ones, and stop the thread."""
         with self._wake:
             self._closed = True
             self._wake.notify()
         self._thread.join()
 
-    def _enqueue(self, ticket: _Ticket) -> None:
+    def _enqueue(self, submission: _Submission) -> None:
         with self._wake:
             if self._closed:
                 raise StoreClosed("the store is closing")
-            self._waiting.append(ticket)
+            self._waiting.append(submission)
             self._wake.notify()
 
     def _run(self) -> None:
@@ -106,29 +107,30 @@ class GroupWriter:
                 group = [self._waiting.popleft() for _ in range(count)]
             began = time.monotonic()
             self._write(group)
-            fault = _told_as_faults(group)
-            if fault is not None and fault.trouble in _WAITED_FOR:
-                # It was waited for long enough: whoever came meanwhile would only wait as long for the same.
-                group += self._give_up(fault)
-            self._seen(time.monotonic() - began, fault)
+            fault = _classify_errors(group)
+            if fault is not None and fault.kind in _TIMEOUT_KINDS:
+                # The timeout has passed once already: fail the writes queued meanwhile instead of letting each wait as
+                # long.
+                group += self._fail_waiting(fault)
+            self._on_commit(time.monotonic() - began, fault)
             _deliver(group)
 
-    def _give_up(self, fault: StoreFault) -> list[_Ticket]:
+    def _fail_waiting(self, fault: StoreFault) -> list[_Submission]:
         with self._wake:
             late = list(self._waiting)
             self._waiting.clear()
-        for ticket in late:
-            ticket.error = fault
+        for submission in late:
+            submission.error = fault
         return late
 
-    def _write(self, group: list[_Ticket]) -> None:
+    def _write(self, group: list[_Submission]) -> None:
         if len(group) > 1 and self._write_together(group):
             return
-        for ticket in group:
-            self._write_alone(ticket)
+        for submission in group:
+            self._write_alone(submission)
 
-    def _write_together(self, group: list[_Ticket]) -> bool:
-        """True if the group's fate is settled; False if one operation failed and each must stand alone."""
+    def _write_together(self, group: list[_Submission]) -> bool:
+        """Run a group in one transaction; False if an operation failed and each must be run alone."""
         settled = True
         try:
             self._check()
@@ -136,81 +138,80 @@ class GroupWriter:
                 try:
                     _operate(connection, group)
                 except BaseException as error:
-                    # What is wrong with the database is wrong for each of them; two groups that each hold what the
-                    # other wants come through one by one.
-                    settled = fault_of(error) is not None and not collided(error)
+                    # A database fault concerns every operation of the group. After a write conflict, running them one
+                    # by one resolves a deadlock between two groups.
+                    settled = fault_of(error) is not None and not is_write_conflict(error)
                     raise
             self._check()
         except BaseException as error:
-            # BEGIN or COMMIT failed: the database itself is in trouble, and trying one by one would only
-            # make every submitter wait for the same answer.
+            # BEGIN or COMMIT failed: a database fault, which retries one by one would only meet again and again.
             if settled:
-                for ticket in group:
-                    ticket.error = error
+                for submission in group:
+                    submission.error = error
         return settled
 
-    def _write_alone(self, ticket: _Ticket) -> None:
-        for left in reversed(range(_ATTEMPTS)):
-            ticket.value, ticket.error = None, None
+    def _write_alone(self, submission: _Submission) -> None:
+        for left in reversed(range(_MAX_ATTEMPTS)):
+            submission.value, submission.error = None, None
             try:
                 self._check()
                 with self._engine.connect().execution_options(**WRITE) as connection, connection.begin():
-                    ticket.value = ticket.operation(connection)
+                    submission.value = submission.operation(connection)
                 self._check()
                 return
             except BaseException as error:
-                ticket.error = error
-                # Another process may have committed the same key in between: the next attempt sees it.
-                if not left or not (isinstance(error, IntegrityError) or collided(error)):
+                submission.error = error
+                # Another process may have committed the same key in between; the next attempt sees it.
+                if not left or not (isinstance(error, IntegrityError) or is_write_conflict(error)):
                     return
 
 
-def _operate(connection: Connection, group: list[_Ticket]) -> None:
-    """Run every operation of the group in order, neighbours of one kind together where their kind can."""
-    for kind, neighbours in groupby(group, key=lambda ticket: type(ticket.operation)):
-        tickets = list(neighbours)
+def _operate(connection: Connection, group: list[_Submission]) -> None:
+    """Run the operations of a group in order, adjacent ones of a class with ``together`` in one call."""
+    for kind, neighbours in groupby(group, key=lambda submission: type(submission.operation)):
+        submissions = list(neighbours)
         together = getattr(kind, "together", None)
         if together is not None:
-            values = together(connection, [ticket.operation for ticket in tickets])
+            values = together(connection, [submission.operation for submission in submissions])
         else:
-            values = [ticket.operation(connection) for ticket in tickets]
-        for ticket, value in zip(tickets, values, strict=True):
-            ticket.value = value
+            values = [submission.operation(connection) for submission in submissions]
+        for submission, value in zip(submissions, values, strict=True):
+            submission.value = value
 
 
-def _told_as_faults(group: list[_Ticket]) -> StoreFault | None:
-    """Tell what drivers raised as faults; the first one, None if there is none."""
+def _classify_errors(group: list[_Submission]) -> StoreFault | None:
+    """Replace driver errors by faults; return the first fault, if any."""
     first = None
-    for ticket in group:
-        fault = None if ticket.error is None else fault_of(ticket.error)
+    for submission in group:
+        fault = None if submission.error is None else fault_of(submission.error)
         if fault is not None:
-            ticket.error = fault
+            submission.error = fault
             first = first or fault
     return first
 
 
-def _deliver(group: list[_Ticket]) -> None:
-    loops: dict[asyncio.AbstractEventLoop, list[_Ticket]] = {}
-    for ticket in group:
-        if ticket.loop is None:
-            _resolve(ticket)
+def _deliver(group: list[_Submission]) -> None:
+    loops: dict[asyncio.AbstractEventLoop, list[_Submission]] = {}
+    for submission in group:
+        if submission.loop is None:
+            _resolve(submission)
         else:
-            loops.setdefault(ticket.loop, []).append(ticket)
-    for loop, tickets in loops.items():
-        # A loop that ended has nobody left to tell; the rows are durable all the same.
+            loops.setdefault(submission.loop, []).append(submission)
+    for loop, submissions in loops.items():
+        # A closed loop has no one to notify; the rows are durable nevertheless.
         with suppress(RuntimeError):
-            loop.call_soon_threadsafe(_resolve_all, tickets)
+            loop.call_soon_threadsafe(_resolve_all, submissions)
 
 
-def _resolve_all(tickets: list[_Ticket]) -> None:
-    for ticket in tickets:
-        _resolve(ticket)
+def _resolve_all(submissions: list[_Submission]) -> None:
+    for submission in submissions:
+        _resolve(submission)
 
 
-def _resolve(ticket: _Ticket) -> None:
-    if ticket.future.done():
+def _resolve(submission: _Submission) -> None:
+    if submission.future.done():
         return
-    if ticket.error is not None:
-        ticket.future.set_exception(ticket.error)
+    if submission.error is not None:
+        submission.future.set_exception(submission.error)
     else:
-        ticket.future.set_result(ticket.value)
+        submission.future.set_result(submission.value)

@@ -19,13 +19,15 @@ from app.batches.results import MEDIA_TYPES, Format, Wanted, points
 from app.batches.service import Asked, BatchService
 from app.batches.sweep import SAMPLED, Combine, Sweep
 from app.batches.view import batch_json
-from app.designs.kind import Mode
+from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS
+from app.designs.units import split_unit
 from app.errors import Problem
 from app.store.batch_reads import BatchFilter
 from app.store.batch_records import ACTIVE
 from app.store.errors import UnknownBatch
 from app.web.rendering import page
+from app.words.fields import named, plain
 from app.words.languages import gettext
 
 router = APIRouter(include_in_schema=False)
@@ -221,7 +223,37 @@ async def map_points(
     service = _service(request)
     batch = await service.get(batch_id)
     wanted = Wanted(fields=tuple(filter(None, dict.fromkeys((x, y, colour, *beside.split(",")[:_MOST_BESIDE])))))
-    return await points(service.store, batch, wanted)
+    told = await points(service.store, batch, wanted)
+    return {**told, "words": _map_words(KINDS[batch.kind], told)}
+
+
+def _map_words(kind: Kind, told: dict[str, Any]) -> dict[str, str]:
+    """What axes and colours are called in the language spoken: varied fields as in the form, all else by name."""
+    words = {name: _named(gettext(kind.form.label(_without_index(name))), name) for name in told["varied"]}
+    words |= {name: _named(named(name.rpartition(".")[2])[0], name) for name in told["results"]}
+    values = {value for point in told["points"] for value in point[2:] if isinstance(value, (str, bool))}
+    return {
+        **words,
+        **{str(value).lower() if isinstance(value, bool) else value: _value(value) for value in values},
+        **{name: plain(name) for name in ("governed_by", "status", "holds")},
+    }
+
+
+def _without_index(name: str) -> str:
+    return ".".join(part for part in name.split(".") if not part.isdigit())
+
+
+def _named(words: str, name: str) -> str:
+    """With the unit that the name ends in; an end of a range by its number."""
+    unit, index = split_unit(_without_index(name).rpartition(".")[2])[1], name.rpartition(".")[2]
+    words = f"{words} {int(index) + 1}" if index.isdigit() else words
+    return f"{words}, {unit}" if unit else words
+
+
+def _value(value: str | bool) -> str:
+    if isinstance(value, bool):
+        return gettext("yes") if value else gettext("no")
+    return named(value)[0]
 
 
 @router.post("/batches/{batch_id}/cancel")

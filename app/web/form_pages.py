@@ -9,11 +9,11 @@ from typing import Any
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import JSONResponse, RedirectResponse
 
-from app.access.forgery import FIELD
+from app.access.csrf import FIELD
 from app.api.bodies import parse
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS
-from app.edge.departure import while_here
+from app.edge.disconnect import cancel_on_disconnect
 from app.errors import Problem, busy
 from app.jobs.errors import Busy
 from app.store.record import RunFilter, RunStatus
@@ -114,7 +114,7 @@ async def _texts_of_run(
     request: Request, kind: Kind, mode: Mode, run_id: str, example: dict[str, str]
 ) -> dict[str, str]:
     service: Service = request.app.state.service
-    run = json.loads(await service.shown(run_id))
+    run = json.loads(await service.as_json(run_id))
     if run["kind"] != kind.slug or run["mode"] not in kind.jobs:
         raise Problem(409, "Another form", f"the run is of {run['kind']}, {run['mode']}")
     asked: dict[str, str] = {}
@@ -150,7 +150,7 @@ async def submit(request: Request, slug: str, mode: str = "design", was: str | N
     try:
         asked = _asked(kind, chosen, form.value(texts))
         work = service.submit_within(kind, chosen, asked, request.app.state.settings.form_patience_s)
-        run_id = await while_here(request.receive, work)
+        run_id = await cancel_on_disconnect(request.receive, work)
     except Problem as problem:
         return await _shown(request, kind, chosen, texts, placed(form, texts, problem), 422)
     except Busy as error:
@@ -192,7 +192,7 @@ async def answer(request: Request, slug: str, mode: str = "check") -> Response:
     service: Service = request.app.state.service
     try:
         work = service.answer(kind, chosen, _asked(kind, chosen, form.value(texts)))
-        run = await while_here(request.receive, work)
+        run = await cancel_on_disconnect(request.receive, work)
     except Problem as problem:
         faults = placed(form, texts, problem)
         return JSONResponse({"faults": faults.at, "others": faults.elsewhere}, 422)

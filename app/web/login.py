@@ -8,9 +8,9 @@ from fastapi import APIRouter, Form, Request, Response
 from fastapi.responses import RedirectResponse
 
 from app.access.caller import caller
-from app.access.keys import KeyRing, digest_of
-from app.access.sessions import COOKIE, LIFE_S, Sessions, token_of
-from app.store.keys import Note
+from app.access.keys import KeyCache, digest_of
+from app.access.sessions import COOKIE, Sessions, token_of
+from app.store.keys import WriteAudit
 from app.web.rendering import page
 
 router = APIRouter(include_in_schema=False)
@@ -35,17 +35,18 @@ async def log_in(
     next: Annotated[str, Form(max_length=2000)] = "/",
 ) -> Response:
     """Begin a session, and go where one wanted to."""
-    ring: KeyRing = request.app.state.keys
+    ring: KeyCache = request.app.state.keys
     sessions: Sessions = request.app.state.sessions
     found = await ring.find(digest_of(key.strip()))
     store = request.app.state.service.store
     if found is None:
         return page(request, "login.html", 401, refused=True, next=_local(next))
-    await store.write(Note(found.id, "login", caller.get().address))
+    await store.write(WriteAudit(found.id, "login", caller.get().address))
     token, _ = sessions.begin(found.digest)
     response = RedirectResponse(_local(next), status_code=303)
     secure = request.url.scheme == "https"
-    response.set_cookie(COOKIE, token, max_age=LIFE_S, httponly=True, samesite="strict", secure=secure, path="/")
+    life_s = int(sessions.life_s)
+    response.set_cookie(COOKIE, token, max_age=life_s, httponly=True, samesite="strict", secure=secure, path="/")
     return response
 
 

@@ -9,7 +9,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from app.designs.registry import KINDS
 from app.errors import Problem
-from app.jobs.warming import in_words
+from app.jobs.warming import format_status
 from app.store.record import RunFilter
 from app.submission import Service
 from app.web.languages import COOKIE, UNITS_COOKIE
@@ -27,7 +27,11 @@ async def start(request: Request) -> HTMLResponse:
     """What there is to design, and what was designed last."""
     service: Service = request.app.state.service
     latest = await service.store.list_runs(RunFilter(), None, 20)
-    warming = [in_words(warmth) for warmth in service.executor.warmths if warmth.state != "warm"]
+    warming = [
+        (KINDS[status.kind], format_status(status))
+        for status in service.executor.warmup_status
+        if status.state != "warm"
+    ]
     drawings = {slug: drawn(kind, kind.example(list(kind.jobs)[-1]))[0] for slug, kind in KINDS.items()}
     return page(request, "start.html", runs=latest.items, warming=warming, drawings=drawings)
 

@@ -11,13 +11,13 @@ from fastapi.responses import HTMLResponse
 from fastapi.templating import Jinja2Templates
 from markupsafe import Markup
 
-from app.access.forgery import FIELD
+from app.access.csrf import FIELD
 from app.access.sessions import session
 from app.designs.registry import KINDS
 from app.words import units, verdicts
 from app.words.fields import named, plain
 from app.words.languages import LANGUAGES, gettext, language, ngettext
-from app.words.solver_texts import spoken
+from app.words.solver_texts import is_foreign, spoken
 
 STATIC = Path(__file__).parent / "static"
 POLICY = (
@@ -54,7 +54,7 @@ def label(name: str) -> dict[str, str]:
 def foreign(text: str) -> Markup:
     """The attribute that says that a text made elsewhere is English, where the page is not and the catalogue has no
     translation."""
-    return Markup(' lang="en"') if language() != "en" and spoken(text) == text else Markup()
+    return Markup(' lang="en"') if is_foreign(text) else Markup()
 
 
 def first_upper(text: str) -> str:

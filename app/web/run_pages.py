@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 
+from app.designs.accuracy import STEPS
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, modes_of, plots_for
 from app.store.errors import UnknownRun
@@ -24,17 +25,18 @@ from app.words.effects import effect_rows
 from app.words.inputs import groups
 from app.words.languages import gettext as _
 from app.words.shaping import loosened, sentences
+from app.words.solver_texts import spoken
 
 router = APIRouter(include_in_schema=False)
 _ON_A_PAGE = 50
-_SAID_ELSEWHERE = ("value", "value_unit")
+_SAID_ELSEWHERE = ("value", "value_unit", "reference", "reference_accuracy")
 """Results that stand on the page under a better name."""
 
 
 async def run_of(request: Request, run_id: str) -> dict[str, Any]:
     """A run as its JSON tells it. Raises UnknownRun."""
     service: Service = request.app.state.service
-    return json.loads(await service.shown(run_id, whole=True))
+    return json.loads(await service.as_json(run_id, complete=True))
 
 
 @router.get("/runs")
@@ -111,6 +113,7 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
         kind=kind,
         result=result,
         numbers=numbers,
+        steps={step: spoken(step) for step in STEPS},
         open=run["status"] in OPEN_STATUSES,
         plots=captioned(run["kind"], plots_for(kind, run)) if succeeded else [],
         studied=own and succeeded and Mode.ACCURACY in modes_of(kind),

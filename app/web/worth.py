@@ -11,7 +11,7 @@ from fastapi.responses import HTMLResponse
 from app.api.bodies import parse
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
-from app.edge.departure import while_here
+from app.edge.disconnect import cancel_on_disconnect
 from app.errors import Problem
 from app.jobs.errors import Busy
 from app.submission import Service
@@ -36,7 +36,7 @@ async def _sensitivity(request: Request, slug: str, figure: dict[str, float], ea
     kind = KINDS[slug]
     try:
         asked = parse(kind.jobs[Mode.DESIGN].request, json.dumps({**each.spec, "name": ""}).encode())
-        again = await while_here(request.receive, service.answer(kind, Mode.DESIGN, asked))
+        again = await cancel_on_disconnect(request.receive, service.answer(kind, Mode.DESIGN, asked))
     except (Problem, Busy):
         return None
     if again.status != "succeeded" or again.result is None:

@@ -7,13 +7,13 @@ from collections.abc import Iterable
 from app.words.languages import gettext
 
 CAPTIONS = {
-    "error-against-time": "What accuracy costs: greatest error against time, of every setting",
+    "error-against-time": "Greatest error against computing time, of every setting",
     "effects": "What each effect may change at most, against the tolerance for what is left out",
     "stability-map": "The strip against its buckling boundary",
     "forces-over-angle": "Forces over the cycle",
     "stresses-over-angle": "Stress of both fibres over the cycle, at the section that governs",
-    "stress-along-strip": "Between which values the fibres' stress moves, along the strip",
-    "feasible-region": "What may be built, and where the design lies in it",
+    "stress-along-strip": "Range of the fibres' stress over the cycle, along the strip",
+    "feasible-region": "Feasible region, and the design in it",
     "bore": "The pin cut along its axis, to scale",
     "forces": "Bending moment and shear force along the pin",
     "stress": "Equivalent stress along the pin, against the allowable",
@@ -22,12 +22,12 @@ CAPTIONS = {
     "mechanism": "The mechanism to scale, through one cycle",
     "transfer": "u31 over the crank angle, with the blow",
     "loads": "Crank torque and pin force over the cycle",
-    "front": "What the objective costs in another quantity",
+    "front": "Trade-off of the objective against another quantity",
     "pressure-over-angle": "Pressure over the crank angle",
     "indicator-diagram": "Indicator diagram: pressure over the volume",
     "torque-over-angle": "Torque on the crank over the cycle, and its mean",
     "crank-pin-polar": "Load on the crank pin, turning with the crank",
-    "two-harmonic-effect": "What the textbooks' two harmonics get wrong",
+    "two-harmonic-effect": "Error of the textbooks' two-harmonic formulas",
 }
 OF_A_KIND = {
     ("flexible-rod", "forces-over-angle"): "Axial force in the strip and side force on the piston over the cycle"

@@ -9,14 +9,13 @@ from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
-from app.designs.drawing import Drawing
+from app.designs.drawing import Drawing, worded
 from app.designs.kind import Kind
 from app.designs.pictures.drawing_svg import drawing_svg
 from app.words.captions import PARTS
-from app.words.languages import gettext as _
+from app.words.languages import gettext
 from app.words.units import System, system, told
 
-SENTENCES = re.compile(r"(?<=\.) ")
 _FIGURE = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\d.°])")
 
 
@@ -47,21 +46,16 @@ def _drawn(drawing: Drawing | None) -> Drawn:
 
 
 def in_words(drawing: Drawing) -> Drawing:
-    """The drawing with its words in the language spoken; a dimension's symbol is a word if it has several letters."""
+    """The drawing in the units in use, with its words in the language spoken."""
+    return worded(_measured(drawing) if system() is System.INCH else drawing, gettext)
+
+
+def _measured(drawing: Drawing) -> Drawing:
     return replace(
         drawing,
-        title=_(drawing.title),
-        caption=" ".join(_(_scale(each)) for each in SENTENCES.split(drawing.caption)),
-        notes=tuple(replace(note, words=_(note.words)) for note in drawing.notes),
-        dimensions=tuple(replace(each, words=_dimension(each.words)) for each in drawing.dimensions),
+        caption=drawing.caption.replace("mm, to scale", "inches, to scale"),
+        dimensions=tuple(
+            replace(each, words=_FIGURE.sub(lambda figure: f"{told(float(figure[0]), 'mm'):.5g}", each.words))
+            for each in drawing.dimensions
+        ),
     )
-
-
-def _scale(sentence: str) -> str:
-    return sentence.replace("mm, to scale", "inches, to scale") if system() is System.INCH else sentence
-
-
-def _dimension(words: str) -> str:
-    words = _FIGURE.sub(lambda figure: f"{told(float(figure[0]), 'mm'):.5g}", words)
-    symbol, _space, value = words.rpartition(" ")
-    return f"{_(symbol)} {value}" if len(symbol) > 2 else words

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from app.designs.form import COMMON, FormWords, looked_up
+from app.designs.form import COMMON, FormWords, look_up
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, job_of
 from app.designs.units import split_unit
@@ -42,7 +42,7 @@ def groups(run: Mapping[str, Any]) -> list[Group]:
     kind = KINDS[run["kind"]]
     spec = run["spec"].get("spec", run["spec"]) if run["mode"] == Mode.ACCURACY else run["spec"]
     model = _model(run, spec)
-    titles = [*dict.fromkeys([*kind.form.sections, _MORE, *COMMON.sections])]
+    titles = [*dict.fromkeys([*kind.form.sections, MORE, *COMMON.sections])]
     found: dict[str, list[Input]] = {title: [] for title in titles}
     for path, value, own in _leaves(_ordered(spec, model), model):
         if value is not None and value != [] and path != ("name",):
@@ -50,12 +50,13 @@ def groups(run: Mapping[str, Any]) -> list[Group]:
     return [Group(_(title.removeprefix("+")), tuple(items)) for title, items in found.items() if items]
 
 
-_MORE = "More"
+MORE = "More"
+"""The section of what no section has."""
 
 
 def _section(words: FormWords, name: str) -> str:
     sections = {**words.sections, **COMMON.sections}
-    return next((title for title, names in sections.items() if name in names), _MORE)
+    return next((title for title, names in sections.items() if name in names), MORE)
 
 
 def differing(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[tuple[Input, str, str]]:
@@ -115,11 +116,11 @@ def _input(kind: Kind, path: _Path, value: Any, own: str) -> Input:
         place = ".".join(plain[:-1])
     unit = split_unit(plain[-1])[1] or split_unit(plain[0])[1]
     numbered = [part for part in path[1:] if part.isdigit()]
-    help = looked_up(words.helps, COMMON.helps, place)
+    help = look_up(words.helps, COMMON.helps, place)
     return Input(
         ".".join(path),
         " ".join([_(words.label(place)), *numbered]),
-        f"{_shown(value, looked_up(words.options, COMMON.options, place) or {}, unit)} {unit_shown(unit)}".rstrip(),
+        f"{_shown(value, look_up(words.options, COMMON.options, place) or {}, unit)} {unit_shown(unit)}".rstrip(),
         _(own.replace("null:", "empty:") if help is None else help),
     )
 

@@ -24,7 +24,7 @@ def sentences(run: Mapping[str, Any], worths: Mapping[str, float] | None = None)
         {"name": _allowed(item["name"]), "worth": _worth(_short(item["name"]), item["sensitivity"], objective)}
         for item in result.get("active_constraints") or ()
     ]
-    used_up = _("just met; a looser one would give a better design")
+    used_up = _("fully used; a looser limit would give a better design")
     for name, criterion in _spent(run).items():
         worth = used_up
         if criterion is not None and name in (worths or {}):

@@ -1,1 +1,1 @@
-"""Promises held against thousands of random scenes: honest estimates of the error, and effects chosen rightly."""
+"""Statistical tests on thousands of random scenes: error estimates, selection of effects, and certificates."""

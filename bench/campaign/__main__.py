@@ -1,13 +1,14 @@
-"""`make campaign`: hold the promises against random scenes of every kind and write docs/campaign.md.
+"""`make campaign`: test estimates, effect choices and certificates on random scenes of every kind, and write
+docs/campaign.md.
 
 python -m bench.campaign [--scenes N] [--designs N] [--minutes M] [--limit S] [--processes P] [KIND ...]
 
-Each kind stops at so many scenes or minutes, and at so many designs or minutes, whichever comes first; the page says
-how many there were, and how long they took together. A section is written again every minute, the others stay.
+Each kind stops after a number of scenes or minutes, and of designs or minutes, whichever comes first; the page states
+how many there were and how long they took. Sections are updated every minute.
 
-What was judged is kept in `.campaign/`: a campaign that was interrupted, or ran out of its minutes, goes on where it
-stopped when it is started again, as long as the sources that its verdicts depend on are the same; with others it starts
-anew, kind by kind (see ``kept``). The page tells of all scenes asked for that have been judged, in whichever run.
+Results are stored in `.campaign/`: an interrupted campaign is resumed as long as the sources its results depend on are
+unchanged, and restarted kind by kind otherwise (see ``kept``). The page covers all requested scenes judged so far, in
+any run.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
 
-# Before numpy is there, here and in the processes that inherit this: one process a processor, one thread each.
+# Before importing numpy, here and in child processes: one process per processor, one thread each.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from bench.campaign.designs import DESIGNED
@@ -34,17 +35,17 @@ Section = Callable[[str, Sequence[Part], str], str]
 
 SCENES, DESIGNS = 10_000, 2_000
 LIMIT_S = 300.0
-_WRITTEN_EVERY_S = 60.0
+_WRITE_INTERVAL_S = 60.0
 
 
 def run(slug: str, count: int, first: int, limit: float, seconds: float, processes: int) -> None:
-    """One kind, its section written as it grows."""
+    """Run the scenes of a kind, updating its section."""
     known, asked = kept(slug, limit), range(first, first + count)
     _keep(known, judged(slug, _further(known, asked), limit, seconds, processes), slug, asked, section)
 
 
 def run_designs(slug: str, count: int, first: int, limit: float, seconds: float, processes: int) -> None:
-    """A kind's designs, likewise."""
+    """Run the designs of a kind, updating its section."""
     known, asked = kept(slug, limit, "-designs"), range(first, first + count)
     found = judged(slug, _further(known, asked), limit, seconds, processes, batch=1, judge=judge_designed)
     _keep(known, found, slug, asked, designs_section)
@@ -59,7 +60,7 @@ def _keep(known: Kept, judged: Iterator[list[Part]], slug: str, asked: range, se
     last = time.perf_counter()
     for found in judged:
         known.add(found)
-        if time.perf_counter() - last > _WRITTEN_EVERY_S:
+        if time.perf_counter() - last > _WRITE_INTERVAL_S:
             last = time.perf_counter()
             _write(slug, known.parts, asked, section)
     _write(slug, known.parts, asked, section)

@@ -1,14 +1,14 @@
-"""Effects: does leaving out what ``auto`` leaves out stay within the tolerance, and was all that it kept needed?
+"""Selection of effects: does omitting what ``auto`` omits stay within the tolerance, and was everything kept needed?
 
-Every scene is solved with all effects, with those that ``auto`` chooses at each tolerance, and with each of these left
-out in turn. A skip is false when a result that there is with all effects is lost, or differs by more than the
-tolerance; an effect kept is needless when leaving it out as well would have stayed within it and lost no result.
+Every scene is solved with all effects, with those ``auto`` selects at each tolerance, and with each of these omitted in
+turn. An omission is wrong if a result is lost or differs by more than the tolerance; a kept effect is unnecessary if
+omitting it, too, would have stayed within it without losing a result.
 
-Solutions are as exact as the verdict needs: a rough one serves where the difference is above or below the tolerance by
-more than the two solutions say they may be off.
+Solutions are only as accurate as the verdict requires: a rough one suffices if the difference is clearly above or below
+the tolerance.
 
-Where a solution says of itself that it is less exact than was asked, a difference that is no greater than what the two
-solutions may be off tells nothing about effects: such a verdict could not be judged, and is counted apart.
+If a solution reports that it missed its accuracy, a difference within the combined uncertainty is inconclusive; such
+verdicts are counted separately.
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ from solvers.effects import AUTO, choose
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 _TIGHTEST = 1e-9
 _SHARES = (0.2, 1e-2, 1e-3)
-"""Of the tolerance: how exact solutions are asked to be, the next one where the one before leaves the verdict open."""
+"""Accuracies relative to the tolerance, tried in order while the verdict is open."""
 _ROUGH = 1e-3
-"""How exact they first are where an effect that was kept is left out: mostly, that changes a great deal."""
+"""First accuracy for omitting a kept effect, which usually changes a lot."""
 _CLEAR = 0.5
-"""Of the tolerance: a difference below needs no second look by solutions that miss what was asked of them."""
+"""Fraction of the tolerance below which no second solution is needed."""
 _SLACK = 4e-3
-"""What two of the most exact solutions may add to a difference, as a share of the tolerance."""
+"""Combined error of two of the most accurate solutions as a fraction of the tolerance."""
 
 _OF_A_PLACE = frozenset({"stress_amplitude_mpa"})
-"""Told at the section that governs a rod's fatigue, which moves from one to another that is used alike: no effect."""
+"""Reported at the governing section, which may switch between equally loaded ones: not an effect."""
 
 Chosen = frozenset[str]
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """One scene at one tolerance. ``needless`` is None where that was not asked.
+    """One scene at one tolerance. ``needless`` is None if not tested.
 
-    ``doubt`` is what the two solutions compared may be off by their own estimates, as far as these are above what was
-    asked of them: 0 where both are as exact as asked.
+    ``doubt``: combined error of the two compared solutions, as far as it exceeds the requested accuracy; 0 if both are
+    accurate.
     """
 
     tolerance: float
@@ -59,7 +59,7 @@ class Verdict:
 
     @property
     def judged(self) -> bool:
-        """Whether the difference tells: it stays within the tolerance, or is beyond all doubt outside."""
+        """Whether the result is conclusive: within the tolerance, or outside by more than the uncertainty."""
         return self.kept_promise or self.change > self._allowed + self.doubt
 
     @property
@@ -71,7 +71,7 @@ def judge_choice(
     scene: Scene, tolerances: Iterable[float] = TOLERANCES, needless: bool = True
 ) -> tuple[Verdict, ...] | None:
     """Judge a scene's choice of effects at every tolerance; None where it has no answer with all effects."""
-    # From tight to loose: what a tight tolerance was judged by is good enough for a loose one.
+    # From tight to loose, so that accurate solutions are reused.
     tolerances = sorted(tolerances)
     solved = _Solved.of(scene, tolerances[0])
     return None if solved is None else tuple(_verdict(solved, tolerance, needless) for tolerance in tolerances)
@@ -92,7 +92,7 @@ class _Bounded:
 
 @dataclass(frozen=True)
 class _Solution:
-    """The results of an answer, and its own estimate of their error; ``asked`` is the accuracy asked for."""
+    """Results of an answer and their estimated error; ``asked`` is the requested accuracy."""
 
     results: Results
     asked: float
@@ -106,13 +106,13 @@ class _Solution:
         return min(self.asked, self.estimated) <= max(accuracy, _TIGHTEST)
 
     def next_asked(self, accuracy: float) -> float:
-        """What to ask for where this accuracy is wanted: a solution that missed its own gets one more chance."""
+        """The accuracy to request; a solution that missed its own gets one retry."""
         return _TIGHTEST if self.estimated > self.asked else accuracy
 
 
 @dataclass(frozen=True)
 class _Difference:
-    """Of two solutions, and what they may be off together; ``missed`` of that is above what was asked of them."""
+    """A comparison of two solutions and their combined error; ``missed`` is the part above the requested accuracy."""
 
     change: float
     off: float

@@ -1,4 +1,4 @@
-"""Every combination of a scene's effects runs and gives finite results, or says why it cannot."""
+"""Every combination of a scene's effects gives finite results or a reason."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bench.campaign.scenes import Scene
 
 @dataclass(frozen=True)
 class Combinations:
-    """How many combinations of a scene's effects ran, and those that gave no or no finite answer."""
+    """Number of combinations run, and those without a finite answer."""
 
     run: int
     refused: int

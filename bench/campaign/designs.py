@@ -1,18 +1,18 @@
-"""Designs: does a certificate ever lie?
+"""Certificates of designs tested against competitors.
 
-Every kind's random problem is designed at an accuracy drawn for it. Then the answer is put to the kind's check, where
-it must keep its limits and have the objective that the design tells. Rivals, drawn at random over all that is allowed
-and close around the answer, or found by local searches (each kind's ``RIVALS``), are put to the same check: one that
-keeps the limits and is better than the answer by more than its estimate, or than the certificate's bound, shows a lie,
-and so does one that keeps them where the design says that there is none. The same problem designed a thousand times
-tighter must not be better than the bound, nor further away than the estimate.
+Every kind's random problem is designed at a random accuracy. The answer is rechecked: it must meet its limits and have
+the reported objective. Competitors, random over everything allowed and close to the answer, or found by local searches
+(each kind's ``RIVALS``), are put to the same check. A feasible competitor better than the answer by more than its
+estimate, or than the certificate's bound, refutes the certificate; so does any feasible one if the design claims
+infeasibility. The same problem solved a thousand times tighter must not be better than the bound, nor farther away than
+the estimate.
 
-Neighbours are the same problem with one limit a little looser or tighter, and with more allowed (further types, steps,
-any thickness instead of a stock's). Their answers must nest: what keeps the tighter limits competes wherever looser
-ones are asked for, an answer at a looser limit that keeps the tighter one competes there as well, and more room never
-makes an answer worse.
+Neighbours are the same problem with one limit slightly looser or tighter, or with more allowed (further types, steps,
+arbitrary instead of stock thickness). Their answers must nest: a solution of the tighter problem competes in the looser
+one, a solution of the looser one that meets the tighter limit competes there, and relaxation never makes an answer
+worse.
 
-The check is the physics that both share; the search has nothing of the solver's.
+Only the check is shared with the solver; the searches are independent of it.
 """
 
 from __future__ import annotations

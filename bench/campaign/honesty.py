@@ -1,10 +1,10 @@
-"""Honest estimates: is the true error of the main results ever above the estimate, and how far below?
+"""Error estimates: is the true error of the main results ever above the estimate, and how far below?
 
 Every scene is solved at one random accuracy and judged by a solution to 1e-12, every fiftieth one by the kind's
-independent reference, as far as there is such a one. Scenes without an answer are counted, not hidden.
+independent reference where available. Scenes without an answer are counted.
 
-A reference says itself what it may be off. A difference from it that is above what was promised, but by no more than
-that, tells nothing about the promise: such a verdict could not be judged, and is counted apart.
+A reference states its own uncertainty. A difference above the estimate by no more than that is inconclusive; such
+verdicts are counted separately.
 """
 
 from __future__ import annotations
@@ -26,8 +26,7 @@ _PATIENCE = 20.0
 
 @dataclass(frozen=True)
 class Judged:
-    """One scene at one accuracy: what was estimated, and how far the answer is from the reference, which may itself be
-    off by its ``doubt``."""
+    """One scene at one accuracy: estimate, and distance from a reference with uncertainty ``doubt``."""
 
     requested: float
     estimated: float
@@ -46,7 +45,7 @@ class Judged:
 
     @property
     def met(self) -> bool:
-        """Not above the accuracy asked for."""
+        """Not above the requested accuracy."""
         return self.error <= self.requested
 
     @property
@@ -56,7 +55,7 @@ class Judged:
 
     @property
     def told(self) -> bool:
-        """Whether an accuracy that is not met is not claimed either: the answer's own estimate says so."""
+        """Whether a missed accuracy is reported as missed."""
         return self.met or self.estimated > self.requested
 
     @property
@@ -77,10 +76,10 @@ def judge_estimate(scene: Scene) -> Judged | None:
 
 
 def _reference(scene: Scene) -> tuple[Results, float] | None:
-    """The main results by the tightest solution, with the doubt that it has of itself, and of every fiftieth scene by
-    independent means, where they tell them in time.
+    """Main results of the tightest solution with its own uncertainty, and for every fiftieth scene of an independent
+    reference, if available in time.
 
-    None where the tightest solution is refused.
+    None if the tightest solution is refused.
     """
     request = scene.request(accuracy=_TIGHTEST)
     answer = scene.job.run(request)

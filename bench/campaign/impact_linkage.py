@@ -42,7 +42,7 @@ def request(rng: np.random.Generator) -> dict[str, Any]:
     if rng.random() < 0.5:
         body["length_tolerance_mm"] = 10 ** rng.uniform(-3.0, -1.0)
     if rng.random() < 0.5:
-        # A range about the restitution that the mechanism is made for: most of its blows mismatch.
+        # a range around the design restitution, most of whose blows mismatch
         half = min(restitution - 1e-4, 0.95 - restitution) * 10 ** rng.uniform(-6.0, 0.0)
         body["restitution"] = {"low": restitution - half, "high": restitution + half}
     return body

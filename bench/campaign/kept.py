@@ -1,9 +1,9 @@
-"""What a campaign has judged so far, so that one that was interrupted goes on where it stopped.
+"""Stored results of a campaign, for resuming it.
 
-Every batch of parts is added to a file of its kind in `.campaign/`, which git ignores. The file's name carries a
-fingerprint of all that the verdicts depend on: the sources of the judges, of the kind and of what kinds share, and the
-time that a part is given. With other sources the file is another, so that a campaign starts anew; a change in one wing
-leaves what was judged of the others. One campaign of a kind at a time.
+Every batch of results is appended to a file per kind in `.campaign/`, which git ignores. The file name contains a
+fingerprint of everything the results depend on: the sources of the campaign, of the kind and of shared modules, and the
+time limit. Changed sources select another file, so the campaign restarts; changes in one package leave the results of
+the others. Only one campaign per kind may run at a time.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ _ROOT = Path(__file__).parents[2]
 FOLDER = _ROOT / ".campaign"
 _SOURCES = ("solvers", "app/designs", "bench/campaign", "oracles")
 _ROOMS_OF_ALL = frozenset({"references", "examples", "dense", "textbook", "rivals"})
-"""Folders in which every kind has files of its own."""
+"""Folders with files for each kind."""
 _NOT_JUDGING = frozenset({"__main__", "designs_page", "kept", "page", "workers"})
-"""Modules of the campaign that no verdict depends on; pictures are others."""
+"""Modules of the campaign that do not affect results; figures are excluded, too."""
 
 OWN: Mapping[str, frozenset[str]] = {
     "flexible-rod": frozenset({"flexible_rod", "rod", "crank"}),
@@ -31,8 +31,8 @@ OWN: Mapping[str, frozenset[str]] = {
     "crank-dynamics": frozenset({"crank_dynamics", "crank"}),
     "pin-profile": frozenset({"pin_profile", "pin"}),
 }
-"""What the modules and packages of one kind are named, alone or before a `_`; a rod stands on the crank's motion. All
-others are shared."""
+"""Names of modules and packages that belong to one kind, alone or before a `_`; the rod also uses the crank's
+kinematics. All others are shared."""
 
 _LENGTH, _CHECK = 8, 4
 
@@ -51,9 +51,9 @@ def fingerprint(slug: str, limit: float, root: Path = _ROOT) -> str:
 
 
 def _owner(place: Path) -> str:
-    """The name that tells the kind: the first below a folder of sources, or below a room that all kinds have.
+    """The part of a path that identifies the kind: the first name below a source folder or a shared folder.
 
-    Names farther down tell nothing: a linkage may have a crank's torque of its own.
+    Deeper names are ignored: a linkage may have a module named after the crank.
     """
     folder = next(folder for folder in _SOURCES if place.is_relative_to(folder))
     below = place.relative_to(folder).parts
@@ -84,7 +84,7 @@ class Kept:
         return frozenset(part.seed for part in self.parts)
 
     def add(self, parts: list[Part]) -> None:
-        """Keep the parts of whole seeds. Raises OSError where they cannot be written; what was kept stays."""
+        """Append the results of complete seeds. Raises OSError if they cannot be written; earlier results remain."""
         batch = pickle.dumps(parts)
         self._path.parent.mkdir(parents=True, exist_ok=True)
         self._path.touch()
@@ -97,8 +97,7 @@ class Kept:
 
 
 def kept(slug: str, limit: float, what: str = "") -> Kept:
-    """What was judged of a kind by the sources as they are, with so many seconds for each part; ``what`` is empty for
-    its scenes."""
+    """The file of a kind for the current sources and time limit; ``what`` is empty for scenes."""
     return Kept(FOLDER / f"{slug}{what}.{fingerprint(slug, limit)}")
 
 

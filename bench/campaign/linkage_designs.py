@@ -1,5 +1,5 @@
-"""Random design problems of the impact linkage, and linkages that compete with the answer: every type over its free
-ratio and, where that is free, its size, scanned and searched locally on the check (``oracles.rivals.linkage``)."""
+"""Random design problems of the impact linkage, and competing linkages: every type over its free ratio and, if free,
+its size, scanned and searched locally on the check (``oracles.rivals.linkage``)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ RIVALS = (
     f"steps along the limits, and local searches on the check: {SEARCHES}"
 )
 _MOST = 0.9e6
-"""What a request may ask for, with room for limits that are loosened."""
+"""Upper limit of the API, with reserve for relaxed limits."""
 _READ = {
     "box_area": "box_area_mm2",
     "longest_link": "longest_link_mm",
@@ -39,21 +39,21 @@ _READ = {
     "blow_frequency": "blow_frequency_hz",
 }
 _SOUGHT = ("impact_speed", "blow_frequency")
-"""Objectives that leave the motion open."""
+"""Objectives for which the motion is free."""
 _UNITS = {"box_area": SQUARE_MILLI, "longest_link": MILLI, "enclosing_radius": MILLI}
 _GREATEST = {
     "longest_link_mm": "longest_link_mm",
     "enclosing_radius_mm": "enclosing_radius_mm",
     "pin_force_n": "max_pin_force_n",
 }
-"""Results and the limits on them."""
+"""Results and their limits."""
 _LOOSER = {"min_link_mm": -1, "width_mm": 1, "height_mm": 1, **dict.fromkeys(_GREATEST.values(), 1)}
 
 
 @dataclass(frozen=True)
 class LinkageProblem:
-    """A design request: the type and the free ratio are sought, with a tool at its own radius, or the speed or the
-    frequency open, the size as well."""
+    """A design request: type and free ratio are variables, with a tool at a given radius, or speed or frequency and
+    thus the size variable as well."""
 
     body: Body
     restitution: float
@@ -69,7 +69,7 @@ class LinkageProblem:
 
     @property
     def _sized(self) -> bool:
-        """Whether speed and frequency fix the size of every member."""
+        """Whether speed and frequency determine the size."""
         return self.body["objective"] not in _SOUGHT and self.body.get("tool_radius_mm") is None
 
     def objective(self, result: Body) -> float | None:
@@ -88,7 +88,7 @@ class LinkageProblem:
         return {k: v for k, v in self.body.items() if k not in ("types", "objective")}
 
     def rivals(self, rng: np.random.Generator, answer: Answer, field: Field) -> None:
-        """Every type over all that is free."""
+        """Every type over all free parameters."""
         request = DesignRequest.model_validate_json(json.dumps(self.body))
         problem = request.problem()
         own = linkage.design(problem).value if answer.status == "succeeded" else None
@@ -96,7 +96,7 @@ class LinkageProblem:
         for best in rivals(problem, own, field.strength or SEARCHES, rng, _SCANNED):
             field.tried += best.tried
             if best.cost is not None:
-                # Of a hunt for any linkage within the limits the cost says nothing.
+                # a search for any feasible linkage has no cost
                 value = math.exp(best.cost) / unit if own is not None else 1.0
                 field.enter(value, f"{best.kind}, {best.found_by}")
 
@@ -111,7 +111,7 @@ class LinkageProblem:
             least, greatest = limits["transmission_angle_deg"]
             angle = result["transmission_angle_deg"]
             found += [excess(least, angle), excess(angle, greatest)]
-        # A request's numbers and a mechanism's lengths are decimal: what they are off by counts for nothing.
+        # requests are decimal: rounding of lengths is disregarded
         return max(max(found) - _DECIMAL, 0.0)
 
     def neighbours(self, steps: Sequence[float]) -> Iterator[tuple[str, float, LinkageProblem]]:
@@ -127,7 +127,7 @@ _DECIMAL = 1e-11
 
 
 def problem(rng: np.random.Generator) -> LinkageProblem:
-    """A blow, some of the types, one objective; limits about what a random linkage has."""
+    """A blow, some types, one objective; limits around a random linkage's results."""
     body = impact_linkage.request(rng)
     job = IMPACT_LINKAGE.jobs[Mode.CHECK]
     own = job.run(job.request.model_validate_json(json.dumps({**body, "effects": "all"}))).result
@@ -150,7 +150,7 @@ def problem(rng: np.random.Generator) -> LinkageProblem:
             if rng.random() < 0.7:
                 limits[f"{side}_mm"] = min(own["box_mm"][side] * rng.uniform(0.8, 1.6), _MOST)
     if rng.random() < 0.2:
-        # About what the random linkage strikes with, so that there is a member of its type.
+        # around the random linkage's restitution, so that its type has a member
         bare["tool_radius_mm"] = min(own["lengths_mm"]["rocker"] * rng.uniform(0.8, 1.25), _MOST)
     if bare["objective"] in _SOUGHT or bare.get("tool_radius_mm"):
         limits.setdefault("longest_link_mm", min(own["longest_link_mm"] * rng.uniform(0.7, 1.5), _MOST))

@@ -1,11 +1,11 @@
-"""Rivals that want to win: neighbours at other limits, and local searches on the check itself.
+"""Competitors: answers of neighbouring problems, and local searches on the check.
 
-The neighbour's trick costs nothing to think of: where a limit is a little looser the answer must not be heavier, and an
-answer at a looser limit that keeps the tighter one competes with the tighter answer. Local searches (SLSQP,
-Nelder-Mead) start from the answer and from others about it and see nothing but the check.
+If a limit is slightly looser, the answer must not be heavier; and an answer at a looser limit that meets the tighter
+one competes with the tighter answer. Local searches (SLSQP, Nelder-Mead) start from the answer and others around it and
+only use the check.
 
-``beaten`` is by what share the best rival that keeps every limit lies beyond the certificate's bound (0: none does),
-``better`` by what share beyond the answer.
+``beaten``: relative distance of the best feasible competitor beyond the certificate's bound (0: none); ``better``:
+beyond the answer.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Judged:
-    """Of some rivals: how many there were and how many kept the limits, and what the best of them shows."""
+    """Statistics of competitors: number, feasible ones, and what the best shows."""
 
     tried: int = 0
     kept: int = 0
@@ -73,7 +73,7 @@ def pin_keeps(check: pin.PinCheck, outer: float, limits: pin.Limits, slack: floa
 
 
 def pin_neighbours(problem: pin.PinProblem, accuracy: float = 1e-8, steps: Sequence[float] = STEPS) -> Judged:
-    """Answers at looser and tighter limits, each limit by itself, against the answer and the answer against them."""
+    """Answers with each limit relaxed or tightened, compared with the answer."""
     own = pin.design(problem, accuracy=accuracy)
     judged, outer = Judged(), problem.scene.geometry.outer_diameter
     if own.value is None:
@@ -100,7 +100,7 @@ def pin_neighbours(problem: pin.PinProblem, accuracy: float = 1e-8, steps: Seque
 
 
 def _corners(problem: pin.PinProblem, outcome: Outcome[pin.PinDesign]) -> tuple[np.ndarray, np.ndarray]:
-    """Places and bores of the half that a rival's shape is told by."""
+    """Positions and bores that define a competitor's shape over one half."""
     middle = 0.5 * problem.scene.geometry.length
     if outcome.value.corners is not None:
         x, bore = np.array(outcome.value.corners).T

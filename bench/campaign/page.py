@@ -1,4 +1,4 @@
-"""docs/campaign.md: one section a kind, each with the day and the number of scenes of its own run."""
+"""docs/campaign.md: one section per kind, each with the date and number of scenes of its run."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ every combination of effects. A scene that takes too long is counted and named.
 Designs have seeds of their own: random forms, objectives and limits. Every answer is checked anew, designed once more a
 thousand times tighter, and meets rivals that want to win: local searches on the check, its neighbours at limits a
 little looser and tighter, and the answers of problems that allow more. What a certificate may say is told in
-[decision 12](decisions/0012-what-a-certificate-may-say.md).
+[decision 12](decisions/0012-certificates.md).
 
 A campaign that is interrupted goes on where it stopped, as long as the sources that its verdicts depend on stay the
 same.
@@ -46,7 +46,7 @@ hold them to independent computations, their uncertainties included.
 
 
 def section(slug: str, parts: Sequence[Part], day: str) -> str:
-    """A kind's part of the page; ``day`` is that of the last of its runs."""
+    """A kind's section; ``day`` is the date of its last run."""
     of = {name: [p for p in parts if p.name == name] for name in (ESTIMATE, CHOICE, COMBINATIONS)}
     lines = [f"## {KINDS[slug].title}", "", _extent(of[ESTIMATE], day, sum(p.seconds for p in parts)), ""]
     lines += ["| promise | held | seeds where it was not |", "|---|---|---|", *_promises(of), ""]
@@ -89,7 +89,7 @@ def row(promise: str, total: int, seeds: Iterable[int]) -> str:
 
 
 def shown(seeds: Iterable[int]) -> str:
-    """The first of the seeds, each once."""
+    """The first seeds, without duplicates."""
     names = sorted(set(seeds))
     return ", ".join(map(str, names[:_SHOWN])) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
 
@@ -117,7 +117,7 @@ def _shares(slug: str, of: dict[str, list[Part]]) -> str:
 
 
 def _in_doubt(of: dict[str, list[Part]]) -> Iterator[str]:
-    """What no solution is exact enough to judge: neither held nor broken."""
+    """Inconclusive verdicts."""
     estimates, choices = judged_of(of[ESTIMATE]), judged_of(of[CHOICE])
     doubted = "but not above that and what the reference says it may be off"
     yield from _unjudged(
@@ -150,7 +150,7 @@ def troubles(parts: Sequence[Part]) -> Iterator[str]:
 
 
 def written(page: str, text: str) -> str:
-    """The page with the section of a text's title set anew, the others as they were."""
+    """Replace the section with the text's title; the others are unchanged."""
     known = {title: body for title, body in re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL)}
     sections = {name: f"## {name}\n{body}" for name, body in known.items()} | {text[3 : text.index("\n")]: text}
     titles = [title for s in DRAWN for title in (KINDS[s].title, f"{KINDS[s].title}: designs")]

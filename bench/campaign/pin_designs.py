@@ -1,5 +1,5 @@
-"""Random design problems of the pin and the bushing, and shapes that compete with the answer: all that the form allows,
-searched locally on the check (``oracles.rivals.pin``)."""
+"""Random design problems of pins and bushings, and competing shapes: everything the form allows, searched locally on
+the check (``oracles.rivals.pin``)."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _WIDER = {
     "double_cone": ("cone_cylinder",),
     "cone_cylinder": ("free",),
 }
-"""Forms that hold every shape of a form, those of more steps among them."""
+"""Forms that include another form, those with more steps among them."""
 
 
 @dataclass(frozen=True)
@@ -79,14 +79,14 @@ class PinProblem:
         if not self._seeks_outside:
             bare.pop("bore_mm", None)
         if 1 < x.size < _FINE:
-            # A check looks at its stations, and a cone may touch the least wall between two of them.
+            # the check evaluates stations, and a cone may touch the minimum wall between two of them
             parts = [np.linspace((a, d), (b, e), _FINE) for a, b, d, e in zip(x, x[1:], size, size[1:], strict=False)]
             x, size = np.concatenate([part for part in parts if part[0, 0] < part[-1, 0]]).T
         points = [{"x_mm": a, self._name: d} for a, d in zip(x.tolist(), size.tolist(), strict=True)]
         return {**bare, "profile": points}
 
     def rivals(self, rng: np.random.Generator, answer: Answer, field: Field) -> None:
-        """Local searches, in metres; what they find is put to the check."""
+        """Local searches in metres, whose results are rechecked."""
         g = self.body["geometry"]
         length = 2 * g["boss_length_mm"] + g["small_end_length_mm"] + 2 * g["gap_mm"]
         if answer.status != "succeeded":
@@ -116,7 +116,7 @@ class PinProblem:
 
     @property
     def _other(self) -> float:
-        """The diameter that is given [mm]."""
+        """The given diameter [mm]."""
         return self.body["bore_mm"] if self._seeks_outside else self.body["geometry"]["outer_diameter_mm"]
 
     def neighbours(self, steps: Sequence[float]) -> Iterator[tuple[str, float, PinProblem]]:
@@ -159,8 +159,8 @@ def _columns(points: list[Body], name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def problem(rng: np.random.Generator) -> PinProblem:
-    """A pin or a bushing under a load that a solid one bears, with limits about what it can keep; one pin in eight is
-    put to the edge of what a solid pin bears, on either side of it."""
+    """A pin or bushing with a load that a solid one bears, and limits around what it can meet; one pin in eight is
+    close to the limit of a solid pin, on either side."""
     body = pin_profile.request(rng)
     body.pop("profile", None)
     job = PIN_PROFILE.jobs[Mode.CHECK]
@@ -170,7 +170,7 @@ def problem(rng: np.random.Generator) -> PinProblem:
         solid["bore_mm"] = 0.5 * body["geometry"]["outer_diameter_mm"]
     body["bore_mm"] = solid["bore_mm"] if outside else None
     own = job.run(job.request.model_validate_json(json.dumps(solid))).result
-    # Strength is used in proportion to the force.
+    # utilisation is proportional to the force
     part = rng.uniform(0.02, 0.98) / own["strength_utilisation"]
     body["load"]["force_n"] *= part
     limits = body["limits"]
@@ -180,7 +180,7 @@ def problem(rng: np.random.Generator) -> PinProblem:
         limits["max_deflection_um"] = own["deflection_um"] * part * 10 ** rng.uniform(0.01, 0.7)
     if rng.random() < 0.3:
         limits["max_ovalization_um"] = own["ovalization_um"] * part * 10 ** rng.uniform(0.1, 1.5)
-    # From a stream of its own, so that what else is drawn stays the same.
+    # a separate random stream, so that all other draws are unaffected
     other = rng.spawn(1)[0]
     if other.random() < 0.15:
         limits["max_ring_stress_mpa"] = own["ovalization_stress_max_mpa"] * part * 10 ** other.uniform(0.1, 1.0)

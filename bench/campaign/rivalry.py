@@ -1,4 +1,4 @@
-"""What a random design problem of a kind tells a campaign, and how its rivals are put to the check."""
+"""Interface of a kind's random design problems, and how competitors are checked."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ Body = dict[str, Any]
 
 @dataclass
 class Field:
-    """The rivals of an answer: ``check`` is from a check request, with the answer's own effects, to the checked result,
-    None where it has none; what keeps the limits counts, by its objective as made small.
+    """Competitors of an answer.
 
-    ``tried`` counts all that were looked at, ``best`` is the least objective, ``by`` what found it; ``strength`` is how
-    hard local searches try, None as hard as the kind's campaign does.
+    ``check`` maps a check request, with the answer's effects, to the checked result, None without one; feasible
+    competitors count by their objective as minimised. ``tried``: number evaluated; ``best``: lowest objective; ``by``:
+    the search that found it; ``strength``: effort of the local searches, None for the kind's default.
     """
 
     problem: Problem
@@ -32,7 +32,7 @@ class Field:
     by: str = ""
 
     def check(self, body: Body, by: str = "random") -> Body | None:
-        """Put a part to the check."""
+        """Check a competitor."""
         self.tried += 1
         result = self.checked(body)
         if result is not None and self.problem.broken(result) <= 0.0:
@@ -42,13 +42,13 @@ class Field:
         return result
 
     def enter(self, value: float, by: str) -> None:
-        """A rival that was checked elsewhere and keeps the limits."""
+        """Add a feasible competitor that was checked elsewhere."""
         if value < self.best:
             self.best, self.by = value, by
 
 
 class Problem(Protocol):
-    """A random design problem, and how other ways of solving it are told."""
+    """A random design problem, and how to compare solutions."""
 
     @property
     def body(self) -> Body:
@@ -60,44 +60,43 @@ class Problem(Protocol):
 
     @property
     def sign(self) -> int:
-        """+1 where the objective is made small, -1 where it is made great."""
+        """+1 if the objective is minimised, -1 if it is maximised."""
 
     def objective(self, result: Body) -> float | None:
-        """What is wanted, of a checked result or a design's."""
+        """The objective value of a checked result or a design."""
 
     def given(self, answer: Answer) -> Body | None:
-        """The check request of a design's answer; None where no check can be told of it to all digits."""
+        """The check request for a design's answer; None if it cannot be expressed exactly."""
 
     def rivals(self, rng: np.random.Generator, answer: Answer, field: Field) -> None:
-        """Enter what the form and the bounds allow; each counts if it keeps the limits."""
+        """Add all competitors allowed by form and bounds; feasible ones count."""
 
     def broken(self, result: Body) -> float:
-        """By what share the worst of the limits is missed; 0 where all are kept."""
+        """Relative violation of the most violated limit; 0 if all are met."""
 
     def neighbours(self, steps: Sequence[float]) -> Iterator[tuple[str, float, Problem]]:
-        """The same problem with one limit looser (a share above 0) or tighter (below) by these steps, and the limit's
+        """Variants with one limit relaxed (positive) or tightened (negative) by these relative steps, with the limit's
         name."""
 
     def wider(self) -> Iterator[Problem]:
-        """Problems that allow all that this one allows, and more: their answers must not be worse."""
+        """Relaxations of this problem, whose answers must not be worse."""
 
 
 def excess(value: float | None, limit: float | None) -> float:
-    """By what share a value exceeds its limit; nothing does where none of the two is asked."""
+    """Relative excess of a value over its limit; none if either is missing."""
     if limit is None or value is None:
         return 0.0
     return max(value / limit - 1.0, 0.0) if limit > 0 else (0.0 if value <= 0 else math.inf)
 
 
 STEPS = (1e-4, 1e-3, 1e-2)
-"""How much looser and tighter the limits of neighbours are."""
+"""Relative changes of the neighbours' limits."""
 
 
 def loosened(
     body: Body, group: str, names: Mapping[str, int], steps: Sequence[float]
 ) -> Iterator[tuple[str, float, Body]]:
-    """Bodies with one limit of a group changed; ``names`` tells of each +1 where a greater value is looser, -1 where a
-    smaller one is."""
+    """Requests with one limit of a group changed; ``names`` gives +1 if a larger value is looser, -1 otherwise."""
     for name, sign in names.items():
         limit = body[group].get(name)
         for step in steps if limit else ():

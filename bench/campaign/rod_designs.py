@@ -1,7 +1,7 @@
-"""Random design problems of the flexible rod, and strips that compete with the answer: random ones, and those that
-local searches on the check find.
+"""Random design problems of the flexible rod, and competing strips: random ones, and results of local searches on the
+check.
 
-The limits are a random strip's own results with room to spare, or, in one of six, more than that strip can give.
+The limits are a random strip's own results with some reserve, or, in one of six, beyond what that strip achieves.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _LEAST = {
     "yield_safety": "min_yield_safety",
 }
 _LEAST_LIMIT = 1e-6
-"""No request may ask for less."""
+"""Lower limit of the API."""
 _LOOSER = {**dict.fromkeys(_LEAST.values(), -1), "max_contact_pressure_mpa": 1, "max_friction_power_w": 1}
 _GREATEST = {"contact_pressure_max_mpa": "max_contact_pressure_mpa", "friction_power_w": "max_friction_power_w"}
 
@@ -70,7 +70,7 @@ class RodProblem:
         return {**self.machine, "dimensions": answer.result["dimensions"]}
 
     def rivals(self, rng: np.random.Generator, answer: Answer, field: Field) -> None:
-        """Strips anywhere within the bounds, and about the answer ever more closely; then local searches."""
+        """Strips anywhere within the bounds and increasingly close to the answer; then local searches."""
         low, high = np.log(np.array([self.body["bounds"][name] for name in _SIZES]).T)
         found = None if answer.status != "succeeded" else answer.result["dimensions"]
         near = None if found is None else np.log([found[name] for name in _SIZES])
@@ -88,7 +88,7 @@ class RodProblem:
         self._search(rng, answer, near, field)
 
     def _check(self, dimensions: Body) -> Body:
-        """The check of a strip; logarithms and back may pass a bound by a rounding."""
+        """Check a strip; the logarithmic round trip may exceed a bound by rounding."""
         bounds = self.body["bounds"]
         within = {n: min(max(dimensions[n], bounds[n][0]), bounds[n][1]) for n in _SIZES}
         return {**self.machine, "dimensions": within}
@@ -109,7 +109,7 @@ class RodProblem:
         compete(hunt, first, core_optimum(problem, selection), rough, field.strength or SEARCHES, rng)
 
     def _seen(self, result: Body | None) -> Look:
-        """What a search needs of a checked result."""
+        """Evaluation of a checked result for the searches."""
         asked = self.body["requirements"]
         if result is None or (result["fatigue_safety"] is None and result["stability_safety"] is None):
             result = dict.fromkeys([*_LEAST, *_GREATEST, *_READ.values()])
@@ -135,7 +135,7 @@ class RodProblem:
         found += [excess(result[name], asked.get(limit)) for name, limit in _GREATEST.items()]
         if result["stability_safety"] is not None and result["stability_safety"] <= 1.0:
             found.append(math.inf)
-        # A search first goes where no such thickness is to be had.
+        # searches first ignore the stock of thicknesses
         stock, h = self.body.get("stock_h_mm"), result["dimensions"]["h_mm"]
         if stock and not any(math.isclose(h, one, rel_tol=1e-9) for one in stock):
             found.append(math.inf)
@@ -147,7 +147,7 @@ class RodProblem:
 
     @property
     def _steps(self) -> list[tuple[str, float]]:
-        """Names of the sizes that come in steps [mm], with the steps."""
+        """Sizes on a grid [mm], with their steps."""
         return [(f"{name}_mm", step) for name, step in (self.body.get("step_mm") or {}).items() if step]
 
 
@@ -156,7 +156,7 @@ def _log(value: float | None, other: float | None, missing: float = math.nan) ->
 
 
 def problem(rng: np.random.Generator) -> RodProblem:
-    """A problem about a random strip in its machine, drawn anew until that strip bears its load."""
+    """A problem around a random strip in its machine, redrawn until the strip bears its load."""
     job = FLEXIBLE_ROD.jobs[Mode.CHECK]
     while True:
         machine: dict[str, Any] = flexible_rod.request(rng)
@@ -183,7 +183,7 @@ def problem(rng: np.random.Generator) -> RodProblem:
     body = {**machine, "requirements": requirements, "bounds": bounds, "objective": str(rng.choice(objectives))}
     if rng.random() < 0.2:
         body["stock_h_mm"] = sorted(rng.uniform(*bounds["h_mm"], 6).tolist())
-    # From a stream of its own, so that what else is drawn stays the same.
+    # a separate random stream, so that all other draws are unaffected
     other = rng.spawn(1)[0]
     if other.random() < 0.15:
         body["step_mm"] = {n: (bounds[f"{n}_mm"][1] - bounds[f"{n}_mm"][0]) / other.uniform(4.0, 40.0) for n in "bl"}

@@ -1,4 +1,4 @@
-"""Random requests of every kind, and what a campaign needs to put them to the service's own jobs."""
+"""Random requests of every kind, run through the service's jobs."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ DRAWN: Mapping[str, Callable[[np.random.Generator], Body]] = {
     "crank-dynamics": crank_dynamics.request,
     "pin-profile": pin_profile.request,
 }
-"""For every kind, how a random check (or analysis) request is made."""
+"""Generator of a random check (or analysis) request per kind."""
 
 _SHARES: Mapping[str, Callable[[Body], Results]] = {"impact-linkage": impact_linkage.shares}
-"""What results that are only there when they are large enough stand for, where a kind has such."""
+"""Values of results that exist only above a threshold, per kind."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A random request of a kind; the seed makes it again."""
+    """A random request of a kind, reproducible from its seed."""
 
     kind: Kind
     seed: int
     body: Body
 
     def __reduce__(self) -> tuple[Callable[..., Scene], tuple[str, int, Body]]:
-        """To other processes a kind goes by its name."""
+        """pickle the kind by name"""
         return _of_kind, (self.kind.slug, self.seed, self.body)
 
     @property
@@ -50,11 +50,11 @@ class Scene:
         return self.kind.jobs[self.mode]
 
     def request(self, **settings: Any) -> Any:
-        """The request with some of its common fields set anew."""
+        """The request with some common fields replaced."""
         return self.job.request.model_validate_json(json.dumps({**self.body, **settings}))
 
     def solve(self, **settings: Any) -> Answer:
-        """The answer to such a request."""
+        """Solve such a request."""
         return self.job.run(self.request(**settings))
 
     def results(self, answer: Answer) -> Results:
@@ -69,17 +69,17 @@ def _of_kind(slug: str, seed: int, body: Body) -> Scene:
 
 
 def scene_of(slug: str, seed: int) -> Scene:
-    """The random scene of a kind that belongs to a seed."""
+    """The scene of a seed."""
     return Scene(KINDS[slug], seed, DRAWN[slug](np.random.default_rng(seed)))
 
 
 def scenes(slug: str, count: int, first_seed: int = 0) -> Iterator[Scene]:
-    """So many random scenes of a kind, each from a seed of its own."""
+    """Random scenes of a kind, one per seed."""
     return (scene_of(slug, seed) for seed in range(first_seed, first_seed + count))
 
 
 def greatest_change(found: Results, exact: Results) -> float:
-    """The greatest relative difference over the results; inf where one exists on one side only."""
+    """Maximum relative difference of the results; inf if one exists on one side only."""
     if found.keys() != exact.keys():
         return math.inf
     return max((abs(found[n] - x) / abs(x) if x else abs(found[n]) for n, x in exact.items()), default=0.0)

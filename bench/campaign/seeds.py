@@ -1,4 +1,4 @@
-"""One seed of a kind, judged in every respect that it is drawn for, each within a bounded time."""
+"""Evaluation of one seed of a kind in all respects, each with a time limit."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from bench.campaign.honesty import judge_estimate
 from bench.campaign.scenes import scene_of
 
 COMBINED_EVERY = 50
-"""Of the seeds, those whose scenes are solved with every combination of effects."""
+"""Interval of seeds whose scenes are solved with every combination of effects."""
 STRONG_EVERY = 5
-"""Of the designs, those that meet rivals at their strongest; the others meet fewer."""
+"""Interval of designs with the strongest competitors; the others have fewer."""
 NEEDLESS_EVERY: Mapping[str, int] = {"flexible-rod": 10}
-"""Where a scene's effects are many and dear, whether one was needless is a share that a part of the scenes tells."""
+"""Interval of scenes for testing unnecessary effects, for kinds with many expensive ones."""
 
 ESTIMATE, CHOICE, COMBINATIONS, DESIGN = "estimate", "effects", "combinations", "design"
 
 
 @dataclass(frozen=True)
 class Part:
-    """One respect of one seed. ``verdict`` is None where there is no answer to judge.
+    """One aspect of one seed. ``verdict`` is None if there is no answer to judge.
 
-    ``trouble`` says that it took too long, or which error it ended in; empty where it came to its end.
+    ``trouble``: a timeout or error; empty if completed.
     """
 
     seed: int
@@ -40,12 +40,12 @@ class Part:
 
 
 class _TooLong(BaseException):
-    """No ``except Exception`` on the way must swallow it."""
+    """A BaseException, so that no ``except Exception`` swallows it."""
 
 
 @contextmanager
 def _limited(seconds: float) -> Iterator[None]:
-    """Ends whatever takes longer; in a process's main thread only."""
+    """A time limit; in a process's main thread only."""
 
     def ring(_signal: int, _frame: FrameType | None) -> None:
         raise _TooLong
@@ -60,7 +60,7 @@ def _limited(seconds: float) -> Iterator[None]:
 
 
 def judge_seed(slug: str, seed: int, limit: float) -> list[Part]:
-    """Everything that a seed's scene of a kind is judged by; ``limit`` [s] bounds each part."""
+    """All aspects of a seed's scene; ``limit`` [s] bounds each."""
     scene, needless = scene_of(slug, seed), seed % NEEDLESS_EVERY.get(slug, 1) == 0
     judges: dict[str, Callable[[], object | None]] = {
         ESTIMATE: lambda: judge_estimate(scene),
@@ -72,7 +72,7 @@ def judge_seed(slug: str, seed: int, limit: float) -> list[Part]:
 
 
 def judge_designed(slug: str, seed: int, limit: float) -> list[Part]:
-    """The design problem of a seed, against its rivals, within ``limit`` [s]."""
+    """The design problem of a seed with its competitors, within ``limit`` [s]."""
     return [_part(seed, DESIGN, lambda: judge_design(slug, seed, quick=seed % STRONG_EVERY != 0), limit)]
 
 

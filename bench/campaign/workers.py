@@ -1,4 +1,4 @@
-"""Seeds over all processors, in order, until they or the time run out."""
+"""Seeds on all processors in order, until seeds or time run out."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bench.campaign.seeds import Part, judge_seed
 Judge = Callable[[str, int, float], list[Part]]
 
 _IN_HAND = 3
-"""Batches given to each process ahead of its work; those are still judged when the time is over."""
+"""Batches queued per process; those are still judged when the time is up."""
 
 
 def _judge(judge: Judge, slug: str, seeds: list[int], limit: float) -> list[Part]:
@@ -37,8 +37,8 @@ def judged(
     clock: Callable[[], float] = time.perf_counter,
     judge: Judge = judge_seed,
 ) -> Iterator[list[Part]]:
-    """The seeds' parts, batch by batch as they are finished. Seeds are begun in order, so that those begun are the
-    first ones; none is begun after so many ``seconds``."""
+    """Yield the seeds' results in batches as they finish. Seeds are started in order; none is started after
+    ``seconds``."""
     processes = processes or os.cpu_count() or 1
     ended, waiting = clock() + seconds, _batches(seeds, batch)
     with ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn")) as pool:

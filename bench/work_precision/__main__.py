@@ -17,7 +17,7 @@ from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 
-# Before numpy is there: times are the processor's, and one thread's are everybody's.
+# before importing numpy: times are processor times of a single thread
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from bench.work_precision import crank_dynamics, flexible_rod, flexible_rod_effects, impact_linkage, pin_profile
@@ -43,10 +43,10 @@ ratios less. Any request of your own is put to the same question by `POST /api/v
 
 
 def section(slug: str, count: int) -> str:
-    """A kind measured over so many cases; writes its diagram."""
+    """Measure a kind over some cases and write its diagram."""
     kind = KINDS[slug]
     cases = kind.cases(min(count, kind.CASES))
-    # References are nobody's time: they may use all processors, before anything is measured.
+    # References are not timed and may use all processors, before measurements start.
     with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:
         exact = list(pool.map(kind.reference, cases, chunksize=4))
     curves = measure(list(kind.methods()), cases, exact)

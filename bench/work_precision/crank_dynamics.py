@@ -34,7 +34,8 @@ _LADDER = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 _DENSE = 72_000
 _BESIDE = 1e-12
 _CANCELLED = 1e-2
-"""Machines whose mean torque is less than this of its mean magnitude are left out: its relative error says little."""
+"""Machines whose mean torque is less than this fraction of its mean magnitude are excluded: its relative error is not
+meaningful."""
 
 Array = np.ndarray
 
@@ -179,7 +180,7 @@ def reference(case: CrankCase) -> Results:
 
 
 def cases(count: int) -> list[CrankCase]:
-    """So many random machines, a quarter of them hard, whose mean torque is no small difference of large ones."""
+    """Random machines, a quarter of them hard, whose mean torque does not cancel."""
     found: list[CrankCase] = []
     for scene in scenes("crank-dynamics", 10 * count, first_seed=50_000):
         case = CrankCase(scene)

@@ -1,4 +1,4 @@
-"""From methods and cases to curves: every method at each of its settings, over the same cases, in one run."""
+"""Work-precision curves: every method at each of its settings over the same cases."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from typing import Generic, TypeVar
 Case = TypeVar("Case")
 Results = Mapping[str, float]
 
-LEAST_ERROR = 1e-17
-"""Where an error of zero is drawn."""
+MIN_ERROR = 1e-17
+"""Position of a zero error in the plot."""
 
 
 @dataclass(frozen=True)
 class Method(Generic[Case]):
-    """A way to the results: its name, its settings from loose to tight, and over how many of the cases it is run.
+    """A method: name, settings from loose to tight, and number of cases.
 
-    A setting gives the results by name, and raises ArithmeticError where it finds none. It is judged by those that it
-    gives. ``part`` names the part of a page that it belongs to, where a page has parts with results of their own.
+    A setting returns results by name, or raises ArithmeticError; it is judged by the results it returns. ``part`` names
+    its part of a page with several sets of results.
     """
 
     name: str
@@ -32,7 +32,8 @@ class Method(Generic[Case]):
 
 @dataclass(frozen=True)
 class Point:
-    """One setting: medians over the cases of time [s] and of the greatest relative error, the worst, the failures."""
+    """A setting: median time [s] and median maximum relative error over the cases, the worst error, and the
+    failures."""
 
     setting: str
     time: float
@@ -49,7 +50,7 @@ class Curve:
     part: str = ""
 
     def cheapest(self, error: float) -> Point | None:
-        """The cheapest setting that reaches an error in the median."""
+        """The cheapest setting with this median error."""
         return min((p for p in self.points if p.error <= error), key=lambda p: p.time, default=None)
 
 

@@ -33,7 +33,7 @@ _GRIDS = ((12, 3), (24, 4), (36, 5), (90, 11), (360, 41), (1440, 161))
 
 
 class RodCase:
-    """A random machine under Schmidt's load, and a model of its own."""
+    """A random machine under Schmidt's load, and its dense model."""
 
     def __init__(self, scene: Scene) -> None:
         asked = scene.request()
@@ -58,7 +58,7 @@ class RodCase:
 
 
 def cases(count: int) -> list[RodCase]:
-    """So many random machines under Schmidt's load, a quarter of them hard, all far enough from buckling to bend."""
+    """Random machines under Schmidt's load, a quarter of them hard, all far enough from buckling."""
     found: list[RodCase] = []
     for scene in scenes("flexible-rod", 10 * count, first_seed=50_000):
         # A strip beyond buckling has no stresses to be judged.

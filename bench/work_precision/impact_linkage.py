@@ -31,7 +31,7 @@ _CORE = {"include": ["envelope"], "exclude": ["impact_dynamics", "coupler_elasti
 _LADDER = (1e-2, 1e-6, 1e-12)
 _DIGITS = 40
 _NEAR = 0.7
-"""How near to the greatest sample a peak has to come to be closed in on."""
+"""Fraction of the largest sample above which a peak is refined."""
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -48,7 +48,7 @@ class LinkageCase:
 
 
 def cases(count: int) -> list[LinkageCase]:
-    """So many random linkages, a quarter of them hard, each made for one restitution."""
+    """Random linkages, a quarter of them hard, each designed for one restitution."""
     return [LinkageCase(_sharp(scene)) for scene in scenes("impact-linkage", count, first_seed=50_000)]
 
 

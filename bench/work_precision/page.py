@@ -1,4 +1,4 @@
-"""docs/accuracy.md and its diagrams, from measured curves: one section a kind, each with the day of its own run."""
+"""docs/accuracy.md and its diagrams from measured curves: one section per kind, each with the date of its run."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, decades_around
-from bench.work_precision.curves import LEAST_ERROR, Curve, Point
+from bench.work_precision.curves import MIN_ERROR, Curve, Point
 
 _COLORS = (BLUE, RED, GREEN, "#9a6700", "#7b3fa0", GREY)
 _TARGETS = (1e-3, 1e-6, 1e-9)
@@ -21,14 +21,14 @@ def diagram(title: str, curves: Sequence[Curve]) -> str:
     chart = Chart(
         title,
         decades_around([p.time * 1e3 for p in points]),
-        decades_around([max(p.error, LEAST_ERROR) for p in points]),
+        decades_around([max(p.error, MIN_ERROR) for p in points]),
         "time per case, median, ms",
         "greatest relative error, median",
         legend=list(legend.items()),
     )
     for curve, color, dashes in drawn:
         found = [p for p in curve.points if _answered(p)]
-        xs, ys = [p.time * 1e3 for p in found], [max(p.error, LEAST_ERROR) for p in found]
+        xs, ys = [p.time * 1e3 for p in found], [max(p.error, MIN_ERROR) for p in found]
         chart.line(xs, ys, color, dashes)
         for x, y in zip(xs, ys, strict=True):
             chart.mark(x, y, "", color)
@@ -36,7 +36,7 @@ def diagram(title: str, curves: Sequence[Curve]) -> str:
 
 
 def _styled(curves: Sequence[Curve]) -> Iterator[tuple[Curve, str, str]]:
-    """A color for every part of a page, whose peers are dashed; where there are no parts, for every curve."""
+    """A colour per part of a page, with peers dashed; without parts, per curve."""
     parts = list(dict.fromkeys(curve.part or curve.name for curve in curves))
     for curve in curves:
         own = curve is next(c for c in curves if (c.part or c.name) == (curve.part or curve.name))
@@ -84,7 +84,7 @@ def _reached(part: str, curves: Sequence[Curve]) -> Iterator[str]:
 
 
 def written(page: str, head: str, order: Sequence[str], sections: Mapping[str, str]) -> str:
-    """The page with these sections, by title, set anew, the others as they were."""
+    """Replace these sections by title; the others are unchanged."""
     old = re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL)
     known = {title: f"## {title}\n{body}" for title, body in old} | sections
     return "\n".join([head, *(known[title].rstrip() + "\n" for title in order if title in known)])

@@ -58,7 +58,7 @@ class PinCase:
 
 
 def _panels(g: pin.Geometry, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Midpoints and widths of about so many panels of the half, equal between the places where loads begin."""
+    """Midpoints and widths of about ``count`` panels of the half, equal between load boundaries."""
     half = 0.5 * g.length
     edges = sorted({0.0, g.boss_length, g.boss_length + g.gap, half})
     x, h = [], []

@@ -1,6 +1,6 @@
-"""A request as a dialog shows it: which fields there are for the forms that are chosen, and what they make together.
+"""The model of a request form: fields for the selected alternatives, and the resulting request.
 
-It is made from what the service tells of a kind and from an example; standard library only.
+Built from the service's description of a kind and an example; standard library only.
 """
 
 from __future__ import annotations
@@ -9,10 +9,10 @@ import copy
 
 
 class Form:
-    """The fields of a kind and mode, with the values of a request to begin with.
+    """The fields of a kind and mode, initialised from a request.
 
-    ``chosen`` has, for every place where one of several forms can be taken (load, material, form of the bore), the
-    one that is; `choose` takes another, whose fields then begin empty. `keep` is what was typed, by the fields' paths.
+    ``chosen`` maps every place with alternatives (load, material, bore form) to the selected one; `choose` selects
+    another, whose fields are then empty. `keep` stores entered values by field path.
     """
 
     def __init__(self, fields, request):
@@ -24,7 +24,7 @@ class Form:
         self._settle()
 
     def _settle(self):
-        """Every place that exists under the forms chosen has its form; fields stand behind what they depend on."""
+        """Select an alternative wherever one is needed under the current selection."""
         for field in self._fields:
             path = field["path"]
             if self.is_switch(field) and path not in self.chosen and self._applies(field) and field["choices"]:
@@ -34,7 +34,7 @@ class Form:
         return all(self.chosen.get(path) == choice for path, choice in _conditions(field))
 
     def _told(self, field):
-        """The form that the request has."""
+        """The alternative used by the request."""
         value, choices = self.value(field["path"]), field["choices"]
         if value is None:
             return field["default"] if field["default"] in choices else choices[0]
@@ -52,12 +52,12 @@ class Form:
         return choices[0]
 
     def is_switch(self, field):
-        """Whether other fields depend on it, so that it cannot be empty; a plain number may be one of several forms."""
+        """Whether other fields depend on it, so that it must not be empty."""
         path = field["path"]
         return path in self._switches and all(needed != path for needed, _ in _conditions(field))
 
     def shown(self):
-        """The fields that there are now, in order; items of lists belong to their list, an unused choice to nobody."""
+        """The current fields in order; items of lists belong to their list, unselected alternatives are left out."""
         found = []
         for field in self._fields:
             if "[]" not in field["path"] and self._applies(field):
@@ -65,7 +65,7 @@ class Form:
         return found
 
     def value(self, path):
-        """What the field holds: as it was typed, as the request has it, or nothing."""
+        """The field's value: as entered, from the request, or empty."""
         if path in self._typed:
             return self._typed[path]
         if any(path == left or path.startswith(left + ".") for left in self._left):
@@ -78,11 +78,11 @@ class Form:
         return here
 
     def keep(self, values):
-        """Take what was typed: values by path."""
+        """Store entered values by path."""
         self._typed.update(values)
 
     def choose(self, path, choice):
-        """Take another form at a place; what the request had there is left."""
+        """Select an alternative; the request's values there are dropped."""
         if self.chosen.get(path) == choice:
             return
         field = next(f for f in self._fields if f["path"] == path)
@@ -94,7 +94,7 @@ class Form:
         self._settle()
 
     def request(self):
-        """The request as the fields have it; an empty one is a field not given."""
+        """The resulting request; empty fields are omitted."""
         made = copy.deepcopy(self._request)
         for left in self._left:
             _put(made, left, None)
@@ -112,12 +112,12 @@ class Form:
 
 
 def _conditions(field):
-    """(path, choice) of every form that the field needs."""
+    """(path, alternative) of every selection the field depends on."""
     return [tuple(part.split("=", 1)) for part in field["when"].split(", ") if part]
 
 
 def _put(request, path, value):
-    """Set a value at a dotted path, or take it away if it is None."""
+    """Set the value at a dotted path, or remove it if it is None."""
     *above, last = path.split(".")
     here = request
     for name in above:

@@ -1,6 +1,6 @@
-"""Crankwright in FreeCAD: ask the service, put its answer into a sheet, and build the part that the sheet drives.
+"""Crankwright in FreeCAD: send a request, write the result into a spreadsheet, and build the part driven by it.
 
-Standard library and FreeCAD only. `Service` is the way to the service; `build` makes a run's objects in a document.
+Standard library and FreeCAD only. `Service` is the API client; `build` creates a run's objects in a document.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _SECONDS = 60
 
 
 class Refused(Exception):
-    """The service said no; ``errors`` has an entry for every bad field."""
+    """An error response; ``errors`` has an entry per invalid field."""
 
     def __init__(self, problem):
         self.errors = problem.get("errors") or []
@@ -29,7 +29,7 @@ class Refused(Exception):
 
 
 class Service:
-    """A running service. ``key`` is an API key where keys are in force."""
+    """A service, with an API ``key`` if required."""
 
     def __init__(self, url="http://127.0.0.1:8000", key=""):
         if urllib.parse.urlsplit(url).scheme not in ("http", "https"):
@@ -59,25 +59,25 @@ class Service:
         raise Refused({"detail": "the service did not answer in time"})
 
     def kinds(self):
-        """The kinds that have a part to build."""
+        """Kinds with a part to build."""
         found = json.loads(self._ask("/api/v1/kinds"))["items"]
         return [kind for kind in found if set(PATHS) & set(kind["modes"])]
 
     def kind(self, name):
-        """All that can be asked of a kind: its requests field by field, with an example."""
+        """Description of a kind: its requests field by field, with an example."""
         return json.loads(self._ask("/api/v1/kinds/" + urllib.parse.quote(name, safe="")))
 
     def solve(self, kind, mode, request):
-        """The run of a design or a check."""
+        """Run a design or a check."""
         return json.loads(self._ask(f"/api/v1/{PATHS[mode]}/{kind}", request))
 
     def parameters(self, run):
-        """(name, quantity, comment) of the part, as the service writes them for FreeCAD."""
+        """(name, quantity, comment) of the part's parameters in FreeCAD's format."""
         text = self._ask(run["links"]["exports"]["parameters"] + "?for=freecad").decode()
         return [tuple(line.split("\t")) for line in text.splitlines() if line]
 
     def export(self, run, name):
-        """One of the run's files."""
+        """An exported file."""
         return self._ask(run["links"]["exports"][name])
 
 
@@ -89,7 +89,7 @@ def _problem(error):
 
 
 def verdict(run):
-    """The sentence that matters most."""
+    """The one-sentence summary."""
     if run.get("verdict"):
         return run["verdict"]["summary"]
     if run["status"] == "infeasible":
@@ -101,7 +101,7 @@ def verdict(run):
 
 
 def fill_sheet(document, parameters):
-    """The spreadsheet that drives the model: a name, a quantity with that name as its alias, a comment."""
+    """The spreadsheet driving the model: name (also the alias), quantity, comment."""
     sheet = document.getObject(SHEET) or document.addObject("Spreadsheet::Sheet", SHEET)
     sheet.clearAll()
     for row, (name, quantity, comment) in enumerate(parameters, start=1):
@@ -114,7 +114,7 @@ def fill_sheet(document, parameters):
 
 
 def build(document, run, parameters):
-    """The part's objects in the document, driven by its sheet; the solids that matter."""
+    """Create the part's objects, driven by the spreadsheet; returns the main solids."""
     for old in [each for each in document.Objects if each.Name.startswith("Crankwright")]:
         if document.getObject(old.Name):
             document.removeObject(old.Name)
@@ -128,7 +128,7 @@ def build(document, run, parameters):
 
 
 def _driven(document, kind, name, **expressions):
-    """An object whose properties follow the sheet; ``name`` in an expression is an alias of it."""
+    """Add an object with expressions as properties; ``name`` in them refers to a spreadsheet alias."""
     made = document.addObject(kind, "Crankwright" + name)
     made.Label = name
     for property, expression in expressions.items():
@@ -149,7 +149,7 @@ def _strip(document, _run, _names):
 
 
 def _turned(document, run, names):
-    """Outside less bore: cylinders and cones where the shape is straight, else the found curve turned."""
+    """Outer body minus bore: cylinders and cones for straight spans, otherwise the revolved curve."""
     straight = {"bore_1_from_mm", "outer_1_from_mm"} & names or {"bore_mm", "outer_diameter_mm"} <= names
     if run["result"].get("contour") and not straight:
         return [_curved(document, run)]
@@ -164,7 +164,7 @@ def _turned(document, run, names):
 
 
 def _sizes(document):
-    """The numbers of the sheet by their aliases."""
+    """The spreadsheet's values by alias."""
     sheet = document.getObject(SHEET)
 
     def size(name):
@@ -209,7 +209,7 @@ def _stack(document, label, word, even, names, size):
 
 
 def _curved(document, run):
-    """The free curve: exact, and as fixed as the optimum is; the sheet tells its sizes."""
+    """The optimised curve as a fixed sketch; the spreadsheet shows its dimensions."""
     import FreeCAD
     import Part
 
@@ -282,7 +282,7 @@ _BUILDERS = {"flexible-rod": _strip, "pin-profile": _turned, "impact-linkage": _
 
 
 def density(run, service):
-    """Of the part's material [kg/m^3]; None where the run tells none."""
+    """Density of the part's material [kg/m^3]; None if the run has none."""
     material = run["spec"].get("material") or {}
     if material.get("name"):
         listed = json.loads(service._ask("/api/v1/materials"))["items"]

@@ -1,13 +1,13 @@
-"""A part from the service without a window: `freecadcmd headless.py`, told what to do by variables.
+"""Build a part in FreeCAD without a GUI: `freecadcmd headless.py`, configured by environment variables.
 
-CRANKWRIGHT_URL      the service, http://127.0.0.1:8000 unless told otherwise
-CRANKWRIGHT_KEY      an API key, where keys are in force
+CRANKWRIGHT_URL      the service, default http://127.0.0.1:8000
+CRANKWRIGHT_KEY      an API key, if required
 CRANKWRIGHT_KIND     flexible-rod, pin-profile or impact-linkage
-CRANKWRIGHT_MODE     design (the default) or check
-CRANKWRIGHT_REQUEST  a file with the request as JSON; without one, the kind's own example
-CRANKWRIGHT_OUT      where the model goes, without an ending: .FCStd and .step are added
+CRANKWRIGHT_MODE     design (default) or check
+CRANKWRIGHT_REQUEST  a file with the request as JSON; default: the kind's example
+CRANKWRIGHT_OUT      output path without suffix: .FCStd and .step are added
 
-The last line is CRANKWRIGHT-OK and what was made, or CRANKWRIGHT-FAILED and why: the program itself ends with 0 always.
+The last line is CRANKWRIGHT-OK and the files, or CRANKWRIGHT-FAILED and the error; the exit code is always 0.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""Runs, and the answers kept under idempotency keys."""
+"""Runs, and responses stored under idempotency keys."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The verdict on a run, and whether it holds, for which runs are looked up.
+"""Verdicts of runs, and an indexed column for whether they hold.
 
-Both are null of runs made before, of analyses and of what has no answer. Going down drops them: a run that has a
-verdict then no longer agrees with its row hash, which says rightly that something of it is lost.
+Both are null for existing runs, analyses and runs without a result. The downgrade drops them; the row hash of a run
+with a verdict then no longer matches, which correctly reports the loss.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""The figure that matters of a run, by which a listing is sorted: what a design was after, a part's mass.
+"""The headline number of a run, for sorting listings: a design's objective, a part's mass.
 
-Null of runs made before, and of what has none. Going down drops it, and the row hash then says that something is lost.
+Null for existing runs and runs without one. The downgrade drops it; the row hash then correctly reports the loss.
 """
 
 from __future__ import annotations

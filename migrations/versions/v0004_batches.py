@@ -1,6 +1,6 @@
-"""Batches: what was sent, which pieces of it are done, and one row per item.
+"""Batches: input blocks, chunks of work, and one row per item.
 
-Going down drops every batch with its items.
+The downgrade drops all batches with their items.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Keys and owners, what was done with them, and how many runs there must be.
+"""API keys, owners, the audit log, and a ledger of the number of runs.
 
-The database itself counts every run that is put in, whoever does it, so that one that vanished is missed. Going down
-drops owners: a run that has one then no longer agrees with its row hash, which says rightly that something is lost.
+A trigger counts every inserted run, so that missing ones are detected. The downgrade drops owners; the row hash of a
+run with an owner then correctly reports the loss.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Who works on a run that was promised by a 202, and until when that holds without a sign of life.
+"""Leases of runs accepted with 202: the process working on each, and the expiry.
 
-The runs that are open when this step is taken belong to nobody: the next process takes them up.
+Runs that are open at the migration have expired leases, so that the next process takes them over.
 """
 
 from __future__ import annotations

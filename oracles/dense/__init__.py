@@ -1,1 +1,1 @@
-"""Results at many angles and sections, for comparison and for optimizers that know nothing of the subject."""
+"""Densely sampled models, for comparison and for general-purpose optimizers."""

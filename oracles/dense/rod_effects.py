@@ -1,15 +1,16 @@
-"""The rod with its effects, densely sampled: closed forms in numpy at any angles and sections, Schmidt's load only.
+"""The rod with its effects, densely sampled: closed forms in numpy at arbitrary angles and sections, Schmidt's load
+only.
 
     psi = C S1(z) + D S2(z),  V' = psi/m - g D,  q_s = q/m,  m = 1 + g q,  q = P/EI,  S_k = z^k c_k(-q_s z^2)
 
-shear               g = EI/(kGA); without it g = 0
-friction_feedback   P = P0 + sign(s) mu (4/pi) int |q_wall| ds, the root next to P0, by a bracketing solver
+shear               g = EI/(kGA); g = 0 without it
+friction_feedback   P = P0 + sign(s) mu (4/pi) int |q_wall| ds, the root closest to P0, by a bracketing solver
 large_displacement  theta_3'' - q theta_3 - k_3 = f = -q theta^3/6 - k theta^2/2 with theta = V', k = Q/EI, by variation
                     of constants: theta_3' = A S0 + k_3 S1 + int_0^z S0(z - x) f(x) dx, the integral by Gauss' rule
-rod_inertia         ``rod_vibration``
+rod_inertia         see ``rod_vibration``
 
-Extremes are taken from a grid and then from ever smaller windows around its best points; the friction power by Gauss'
-rule between the corners of the wall force. Validity: strips that do not buckle, sqrt(q) l up to about 12.
+Extremes are taken from a grid and refined in successively smaller windows around its best points; the friction power by
+Gauss' rule between the corners of the wall force. Validity: strips that do not buckle, sqrt(q) l up to about 12.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ _ROUNDS, _SHRINK = 18, 0.4
 
 
 def stumpff(t: Array) -> tuple[Array, Array, Array, Array]:
-    """c0 … c3 by complex trigonometry, t of either sign; c3 by its series where it would be a difference."""
+    """c0 … c3 by complex trigonometry for t of either sign; c3 by its series where the difference would cancel."""
     x = np.sqrt(t + 0j)
     safe = np.where(np.abs(x) < 1e-8, 1.0, x)
     c1 = np.where(np.abs(x) < 1e-8, 1.0, np.sin(safe) / safe).real
@@ -58,8 +59,8 @@ def families(q: Array, z: Array) -> tuple[Array, Array, Array, Array]:
 
 @dataclass(frozen=True)
 class Bent:
-    """The strip at some angles, every field (angles,): phi [rad], P [N], s [m], q_s [1/m^2], m, s C [1/m], s D [1/m^2];
-    A [1/m] and k_3 [1/m^2] of the large displacement; T [N] and M0 [N m] with all effects."""
+    """The strip's state at n angles, each field of shape (n,): phi [rad], P [N], s [m], q_s [1/m^2], m, s C [1/m], s D
+    [1/m^2]; A [1/m] and k_3 [1/m^2] of the large displacement; T [N] and M0 [N m] with all effects."""
 
     angle: Array
     force: Array
@@ -76,7 +77,7 @@ class Bent:
 
 @dataclass(frozen=True)
 class RodModel:
-    """A strip in its machine with some effects by name, on top of gas load, beam-column and friction."""
+    """A strip in its machine with the given effects, in addition to gas load, beam-column and friction."""
 
     scene: Scene
     strip: Dimensions
@@ -97,7 +98,7 @@ class RodModel:
         return self.scene.mechanism.rod_length - self.strip.l
 
     def gas_force(self, angle: Array) -> Array:
-        """P0 [N] of Schmidt's cycle against its mean."""
+        """P0 [N] of Schmidt's cycle against its mean pressure."""
         load = self.scene.load
         back = load.p_min * (1 + load.delta) / math.sqrt(1 - load.delta**2)
         pressure = load.p_min * (1 + load.delta) / (1 - load.delta * np.cos(angle - load.theta))
@@ -123,20 +124,20 @@ class RodModel:
         return np.where(both, 0.5 * (couple + side**2 / np.where(both, couple, 1.0)), side)
 
     def friction(self, force: Array, stroke: Array) -> Array:
-        """What friction adds to the axial force where that is ``force`` [N]."""
+        """Friction's contribution to the axial force when that is ``force`` [N]."""
         _, m, clamp, shear = self.constants(force, self.compliance)
         side, moment = -self.stiffness * m * shear * stroke, self.stiffness * clamp * stroke
         return np.sign(stroke) * self.scene.piston.friction_coefficient * 4.0 / math.pi * self.wall(side, moment)
 
     def axial_force(self, angle: Array) -> Array:
-        """P [N], friction closed in where it acts back: from P0 outward in growing steps, then bracketed."""
+        """P [N] with friction feedback: from P0 outward in growing steps, then bracketed."""
         before, stroke = self.gas_force(angle), self.stroke(angle)
         if "friction_feedback" not in self.effects:
             return before
         first = self.friction(before, stroke)
         idle = np.abs(first) <= 1e-15 * np.abs(before)
         first = np.where(idle, 1.0, first)
-        # In shares of the first step, so that one tolerance serves all angles.
+        # in units of the first step, so that one tolerance fits all angles
         found = elementwise.bracket_root(self._gap, 0.0, 1.0, args=(before, stroke, first), factor=1.3)
         root = elementwise.find_root(
             self._gap, found.bracket, args=(before, stroke, first), tolerances={"xatol": 1e-15, "xrtol": 4e-16}
@@ -149,7 +150,7 @@ class RodModel:
         return x - self.friction(before + x * first, stroke) / first
 
     def bent(self, angle: Array, force: Array | None = None) -> Bent:
-        """The strip at the angles (n,), under the axial force [N] of this model or another."""
+        """The state at the angles (n,), under this model's axial force [N] or a given one."""
         force, stroke = self.axial_force(angle) if force is None else force, self.stroke(angle)
         scaled, m, clamp, shear = self.constants(force, self.compliance)
         clamp, shear = clamp * stroke, shear * stroke
@@ -225,14 +226,14 @@ class RodModel:
 
     @cached_property
     def motion(self) -> PeriodicMotion:
-        """The moving strip under this model's axial force; shear's deflection, which the force does not bend, moves
-        it too."""
+        """The moving strip under this model's axial force; shear deflection, independent of the force, moves as
+        well."""
         return periodic_motion(self)
 
     # Judged results
 
     def severity(self, high: Array, low: Array) -> Array:
-        """What Serensen's safety divides into the fatigue limit."""
+        """Serensen's equivalent stress, by which the fatigue limit is divided."""
         m = self.scene.material
         return m.fatigue_reduction * 0.5 * (high - low) + m.mean_stress_sensitivity * np.maximum(
             0.5 * (high + low), 0.0
@@ -270,7 +271,7 @@ class RodModel:
         return self.scene.material.fatigue_limit / worst
 
     def _climbed(self, fibre: int, section: float, values: Array) -> float:
-        """The severity's peak beside a section of the grid: windows of sections and of the angles of both extremes."""
+        """The peak near a grid section, in shrinking windows of section and of both extremes' angles."""
         step, width = TURN / ANGLES, self.strip.l / (SECTIONS - 1)
         highs, lows, best = _tops(values) * step, _tops(-values) * step, 0.0
         offsets = np.linspace(-1.0, 1.0, 9)
@@ -305,7 +306,7 @@ class RodModel:
         return wall * np.abs(speed)
 
     def corners(self, at: Callable[[Array], Bent]) -> Array:
-        """Angles at which the piston begins or ceases to bear on both walls."""
+        """Angles at which contact changes between one wall and both."""
         piston = self.scene.piston
 
         def excess(angle: Array) -> Array:
@@ -313,7 +314,7 @@ class RodModel:
             couple = 6.0 * (bent.moment + bent.side * piston.clamp_offset) / piston.skirt_length
             return np.stack([couple - bent.side, couple + bent.side])
 
-        # Closer beside the dead centres, where a moving strip's reactions pass through zero one after the other.
+        # denser near the dead centres, where a moving strip's reactions vanish one after the other
         near = np.geomspace(1e-9, 0.05, 120)
         grid = np.concatenate([np.arange(ANGLES) * TURN / ANGLES + 1e-4, *(c + s * near for c in (0.0, math.pi, TURN)
                                for s in (1, -1))])  # fmt: skip
@@ -327,18 +328,18 @@ class RodModel:
         return np.array(sorted(found))
 
     def still(self, angle: Array) -> Bent:
-        """The linear quasi-static strip, whose reactions friction feeds back."""
+        """The linear quasi-static strip, whose reactions determine the friction."""
         return RodModel(self.scene, self.strip, self.effects & {"shear", "friction_feedback"}).bent(angle)
 
 
 def _tops(values: Array) -> Array:
-    """Places of the humps of a periodic row that come close to its greatest."""
+    """Indices of local maxima of a periodic row close to its greatest value."""
     humps = (values >= np.roll(values, 1)) & (values >= np.roll(values, -1))
     return np.flatnonzero(humps & (values >= values.max() - 2e-3 * np.ptp(values)))
 
 
 def _zoomed(function: Callable[[Array], Array], grid: Array) -> float:
-    """The maximum over the turn, from its values on the grid."""
+    """The maximum over the cycle, starting from the grid's values."""
     step, places, offsets = TURN / ANGLES, _tops(grid) * TURN / ANGLES, np.linspace(-1.0, 1.0, 9)
     best = float(grid.max())
     for _ in range(_ROUNDS):

@@ -1,1 +1,1 @@
-"""Rivals of designs that want to win: local searches on the check itself."""
+"""Competing designs: local searches that only use the check."""

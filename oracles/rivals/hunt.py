@@ -1,5 +1,5 @@
-"""What a hunt for a better part has seen: every part looked at is a rival, and the best one that keeps all limits is
-remembered, whichever search came past it."""
+"""State of a search for a better part: every evaluated part is a candidate, and the best feasible one is remembered
+across searches."""
 
 from __future__ import annotations
 
@@ -13,28 +13,27 @@ import numpy as np
 Array = np.ndarray
 
 DIFFERENCE = 3e-6
-"""Step of the differences in the logarithms. The check's errors, mostly below 1e-9, spoil a slope by less than a
-thousandth; a greater step would straddle the corners of the limits."""
+"""Step of the finite differences in the logarithms. The check's errors, mostly below 1e-9, change a slope by less than
+1e-3; a larger step would straddle corners of the limits."""
 PUSH = 3e-9
-"""By how much searches keep clear of the limits, so that where they end is within them."""
+"""Safety distance from the limits, so that end points are feasible."""
 PENALTY = 1000.0
-"""What a limit missed costs, against the objective; near the greatest fatigue safety that there is, multipliers exceed
-100."""
+"""Penalty factor of violated limits; near the maximum possible fatigue safety, multipliers exceed 100."""
 _LOST = 1.0
-"""How far beyond its limit a result counts that does not exist, beyond what stability alone says."""
+"""Violation assigned to a missing result, in addition to the stability's."""
 _LITTLE, _PULLS = 1e-4, 3
-"""What is little of a limit missed, and how often the end of a search is pulled in."""
+"""Small violation, and number of attempts to repair a search's end point."""
 PULLS = 3 * _PULLS
-"""The most looks that this takes."""
+"""Maximum evaluations for the repair."""
 _SAME = 1e-9
 _REMEMBERED = 400
-"""Parts within the limits, the last ones, toward which others are pulled in."""
+"""Number of recent feasible parts used for repairs."""
 
 
 @dataclass(frozen=True)
 class Look:
-    """What a check says of a part: the logarithm of the objective, as made small, and by how much, as logarithms, each
-    limit is kept (negative: missed). Not finite where there is no such result."""
+    """An evaluated part: logarithm of the objective (as minimised) and logarithmic margins of the limits (negative:
+    violated). Not finite if there is no result."""
 
     cost: float
     margins: Array
@@ -46,8 +45,8 @@ class Look:
 
 @dataclass(frozen=True)
 class Space:
-    """Bounds of the sizes, all above 0 [any unit], and the values to be had of those that are not free, else None (no
-    grids at all: every size is free)."""
+    """Bounds of the positive sizes [any unit], and the allowed values of those on a grid, None for the others (no grids
+    at all: every size is continuous)."""
 
     lower: Array
     upper: Array
@@ -55,7 +54,7 @@ class Space:
 
     @property
     def free(self) -> tuple[int, ...]:
-        """The sizes that have any room, on a grid or not."""
+        """Indices of sizes that can vary, on a grid or not."""
         return tuple(int(i) for i in np.flatnonzero(self.upper > self.lower))
 
     @property
@@ -63,7 +62,7 @@ class Space:
         return tuple(i for i, grid in enumerate(self.grids) if grid is not None)
 
     def sizes(self, logs: Array) -> tuple[Array, bool]:
-        """The sizes, within bounds to the last digit, and whether they can be had."""
+        """The sizes clipped to the bounds, and whether they are on the grid."""
         sizes = np.clip(np.exp(logs), self.lower, self.upper)
         had = True
         for i in self.stepped:
@@ -76,12 +75,12 @@ class Space:
 
 
 class Spent(Exception):
-    """A search has had its evaluations."""
+    """The search has used up its evaluations."""
 
 
 @dataclass
 class Hunt:
-    """The parts looked at so far. ``seeking`` False asks for any part within the limits, whatever it costs."""
+    """The parts evaluated so far. With ``seeking`` False, any feasible part is accepted, regardless of its cost."""
 
     space: Space
     look: Callable[[Array], Look]
@@ -97,15 +96,15 @@ class Hunt:
     _worst_cost: float = -math.inf
 
     def allow(self, evaluations: int, way: str) -> None:
-        """What the next search is called, and what it may use; the lead is the best that it will have come to."""
+        """Start the next search with a name and a budget of evaluations."""
         self._left, self.way, self.lead = evaluations, way, None
 
     def allow_more(self, evaluations: int) -> None:
-        """So many more for the same search."""
+        """Extend the budget of the current search."""
         self._left = evaluations
 
     def at(self, logs: Array) -> Look:
-        """The look at a part, with finite numbers where there is none."""
+        """Evaluate a part, with finite substitutes for missing values."""
         sizes, had = self.space.sizes(logs)
         key = sizes.tobytes()
         if key in self._known:
@@ -135,7 +134,7 @@ class Hunt:
         return Look(cost if self.seeking else 0.0, margins)
 
     def slopes(self, logs: Array, free: tuple[int, ...], difference: float = DIFFERENCE) -> tuple[Array, Array]:
-        """Slopes of the cost and of the margins (limits × free sizes) by one-sided differences, within the bounds."""
+        """One-sided differences of cost and margins (limits x free sizes), within the bounds."""
         here, cost, margins = self.at(logs), [], []
         for i in free:
             step = difference if logs[i] + difference <= math.log(self.space.upper[i]) else -difference
@@ -147,8 +146,8 @@ class Hunt:
         return np.array(cost), np.array(margins).T
 
     def pull_in(self) -> None:
-        """From the lead, where it misses a limit by little, toward the part within the limits that promises most where
-        the way there crosses the last of them."""
+        """Repair a slightly infeasible best part by moving toward the most promising feasible one until the last limit
+        is met."""
         for _ in range(_PULLS):
             if self.lead is None or not 0.0 < (seen := self.at(self.lead[1])).violation < _LITTLE:
                 return

@@ -1,9 +1,9 @@
-"""Rivals of a linkage's design: every allowed type over its free ratio, and over its size where that is free too, by
-scans and local searches that see nothing but the figures of the check.
+"""Competitors of a linkage design: all allowed types over their free ratio, and over size if free, by scans and local
+searches that only use the check.
 
-The free ratio is written least (1 + m). Designs keep m within ``Family.range``; rivals go a thousand times closer to
-both of its ends, since a certificate speaks of what lies there as well. What has not the restitution asked for is no
-rival: all that have it are members of these families.
+The free ratio is min (1 + m). Designs keep m within ``Family.range``; competitors go a thousand times closer to both
+ends, because the certificate covers those as well. Linkages without the requested restitution do not compete; all that
+have it belong to these families.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.optimum.family import Family
 
 _BEYOND = 1e3
-"""So much closer to the ends of a type's range than designs go."""
+"""Factor by which the range is extended toward its ends."""
 _SIZES = 1e3
-"""How much smaller and larger than the answer rivals may be, where the size is free."""
+"""Range of sizes relative to the answer, if the size is free."""
 _BEST_OF_SCAN = 3
 _LEAST_ANGLE = 1e-9
 
@@ -35,12 +35,12 @@ def _links(check: linkage.LinkageCheck) -> tuple[float, float, float, float]:
 
 
 def cost_of(problem: linkage.LinkageProblem, value: float) -> float:
-    """The logarithm of the objective, as made small."""
+    """Logarithm of the objective as minimised."""
     return problem.objective.sign * math.log(value)
 
 
 def look_at(problem: linkage.LinkageProblem, family: Family, bar: FourBar, scale: float) -> Look:
-    """What the check says of a member of a size."""
+    """Evaluate a member at a given size."""
     scene = problem.subproblem.settled(scale, bar.end)
     mechanism = linkage.Mechanism(bar, scale / (float(bar.ratios.rocker) * bar.end), Closure(family.kind, 0.0, 0.0))
     found = linkage.check(scene, mechanism, problem.limits, _needed(problem), demands=problem.demands()).value
@@ -51,13 +51,13 @@ def look_at(problem: linkage.LinkageProblem, family: Family, bar: FourBar, scale
 
 
 def _needed(problem: linkage.LinkageProblem) -> linkage.EffectSelection:
-    """The effects that limits and objective call for, and no other: none of them changes what these read."""
+    """The effects required by limits and objective; the others do not change these results."""
     needed = frozenset(demand.effect for demand in problem.demands())
     return linkage.EffectSelection(needed, frozenset(effect.name for effect in linkage.EFFECTS) - needed)
 
 
 def margins(limits: linkage.Limits, found: linkage.LinkageCheck) -> Array:
-    """By how much, as logarithms, a checked linkage keeps each limit; NaN where there is nothing to read."""
+    """Logarithmic margins of the limits; NaN for missing results."""
     out = [1.0 if found.rotatable else math.nan]
     if limits.min_link > 0.0:
         out.append(math.log(min(_links(found)) / limits.min_link))
@@ -79,7 +79,7 @@ def margins(limits: linkage.Limits, found: linkage.LinkageCheck) -> Array:
 
 @dataclass(frozen=True)
 class Way:
-    """A type's members: bounds of (m, V), or of the one that is free, and the member of each."""
+    """A type's members: bounds of (m, V), or of the free one, and the member for each value."""
 
     family: Family
     space: Space
@@ -87,7 +87,7 @@ class Way:
 
 
 def ways(problem: linkage.LinkageProblem, scale: float) -> Iterator[Way]:
-    """All types; ``scale`` is the answer's V [m], or one about which sizes are sought."""
+    """All types; ``scale`` is the answer's V [m], or the centre of the size range."""
     subproblem = problem.subproblem
     for kind in problem.kinds:
         family = Family(kind, problem.scene.restitution.gain)
@@ -110,7 +110,7 @@ def _way(family: Family, ends: tuple[tuple[float, float], ...], member: Callable
 
 @dataclass(frozen=True)
 class Best:
-    """What a hunt through one type came to: the least cost, None where nothing keeps the limits."""
+    """Result of a search within one type: the lowest cost, None if nothing is feasible."""
 
     cost: float | None
     kind: str
@@ -125,8 +125,8 @@ def rivals(
     rng: np.random.Generator,
     scan: int = 40,
 ) -> Iterator[Best]:
-    """The best of every type: a scan of ``scan`` members, its best brackets closed in on, steps along the limits, and
-    local searches from the answer and others; ``strength`` is shared among the types."""
+    """The best of every type: a scan of ``scan`` members with refinement, steps along the limits, and local searches
+    from the answer and others; ``strength`` is shared among the types."""
     bar, scale = None, problem.scene.impact_speed / problem.scene.crank_speed
     if answer is not None:
         bar = answer.check.mechanism.bar
@@ -162,7 +162,7 @@ _RATIO = {"lambda0": "base", "lambda2": "coupler"}
 
 
 def _scanned(hunt: Hunt, count: int, rng: np.random.Generator) -> list[Array]:
-    """The best of many members, those of one free parameter closed in on between their neighbours."""
+    """The best of many members; for a single free parameter, refined between neighbours."""
     low, high = np.log(hunt.space.lower), np.log(hunt.space.upper)
     grid = low + (high - low) * rng.uniform(0.0, 1.0, (count, low.size))
     if low.size == 1:

@@ -1,8 +1,8 @@
-"""Rivals of a pin's or a bushing's design: local searches that see nothing but the figures of the check.
+"""Competitors of a pin or bushing design: local searches that only use the check.
 
-A shape is told by walls t = D - d (twice the wall) at places of a half, or of the whole. All that a form allows is
-searched: sizes and places of steps; both ends of a cone, which may narrow or widen, and where it stops; waves of a free
-bore, with halves that are not alike, with a stiff collar anywhere, with a stiff middle.
+A shape is given by t = D - d (twice the wall) at positions of a half or of the whole. Everything a form allows is
+searched: sizes and positions of steps; both ends of a cone, which may narrow or widen, and its length; waves of a free
+bore, asymmetric halves, a stiff collar anywhere, a stiff middle.
 """
 
 from __future__ import annotations
@@ -26,24 +26,25 @@ from solvers.pin.section.variables import solidity_of
 
 ACCURACY = 1e-8
 _THINNEST, _THICKEST = 1e-7, 4.0
-"""Of the answer's walls: the least that searches look at (of the thickest), the greatest of a bushing's."""
+"""Limits of the searched walls relative to the answer's: the minimum (of the thickest), and the maximum of a
+bushing."""
 _WAVES, _FEW = 7, 5
 _STEEPEST = 1.5
-"""Of waves: by how much a wall may be scaled, as a logarithm."""
+"""Maximum logarithmic scaling of a wall by waves."""
 _ON_EDGE = 1e-4
 _MISSED = math.nan
 
 
 @dataclass(frozen=True)
 class Shape:
-    """Walls t = D - d [m] at places [m] that do not fall, straight between two; two at one place are a step."""
+    """t = D - d [m] at non-decreasing positions [m], linear in between; two at one position are a step."""
 
     x: Array
     wall: Array
 
 
 class Figures(NamedTuple):
-    """Of a shape, None where one does not exist: the greatest ovalization and hoop stress are the ring's."""
+    """Results of a shape, None if undefined; maximum ovalization and hoop stress are the ring's."""
 
     mass: float
     use: float | None
@@ -53,25 +54,25 @@ class Figures(NamedTuple):
 
 
 class Part(Protocol):
-    """What searches need of a pin or a bushing."""
+    """Interface of a pin or bushing for searches."""
 
     limits: pin.Limits
     half: float
 
     @property
     def thickest(self) -> float:
-        """The greatest t [m] that there is; inf where there is none."""
+        """The maximum t [m]; inf if there is none."""
 
     def size(self, wall: Array) -> Array:
-        """What a profile tells [m], a bore or an outer diameter, of t."""
+        """The profile's diameter [m], of bore or outside, for t."""
 
     def figures(self, profile: pin.Profile) -> Figures:
-        """What the check says."""
+        """Evaluate a profile."""
 
 
 @dataclass(frozen=True)
 class Pin:
-    """A pin, its figures by the parts of the check that searches need: a third of its time."""
+    """A pin, evaluated with only those parts of the check that searches need, in a third of its time."""
 
     problem: pin.PinProblem
     physics: Physics
@@ -145,7 +146,7 @@ def pin_of(problem: pin.PinProblem, selection: EffectSelection) -> Pin:
 
 
 def look_at(part: Part, shape: Shape) -> Look:
-    """What the check says of a shape."""
+    """Evaluate a shape."""
     limits, x, wall = part.limits, shape.x, shape.wall
     profile = pin.Profile(tuple(x.tolist()), tuple(part.size(wall).tolist()))
     mass, use, deflection, oval, stress = part.figures(profile)
@@ -172,7 +173,7 @@ def _kept(value: float | None, limit: float) -> float:
 
 @dataclass(frozen=True)
 class Way:
-    """Some parameters of a form: their bounds, the shape of them, and those of the answer."""
+    """A parametrisation of a form: bounds, shape, and the answer's parameters."""
 
     name: str
     space: Space
@@ -181,7 +182,7 @@ class Way:
 
 
 def ways(part: Part, form: str, steps: int, answer: Shape) -> Iterator[Way]:
-    """All parametrisations of a form that searches use; ``answer`` is the half of it."""
+    """All parametrisations of a form used by searches; ``answer`` is one half."""
     most = part.thickest if math.isfinite(part.thickest) else _THICKEST * float(answer.wall.max())
     least = min(max(2.0 * part.limits.min_wall, _THINNEST * most), 0.999 * most)
     if form == "constant":
@@ -196,7 +197,7 @@ def ways(part: Part, form: str, steps: int, answer: Shape) -> Iterator[Way]:
 
 
 def _of_steps(part: Part, steps: int, answer: Shape, least: float, most: float) -> Way:
-    """Sizes, then places as shares of the half."""
+    """Sizes, then positions as fractions of the half."""
     new = np.flatnonzero(np.diff(answer.wall) > 0.0) + 1
     sizes = np.concatenate([answer.wall[:1], answer.wall[new]])[:steps]
     places = (answer.x[new] / part.half)[: steps - 1]
@@ -213,7 +214,7 @@ def _of_steps(part: Part, steps: int, answer: Shape, least: float, most: float) 
 
 
 def _of_cone(part: Part, cylinder: bool, answer: Shape, least: float, most: float) -> Way:
-    """t at the end and in the middle, and the share of the half that the cone takes."""
+    """t at the end and in the middle, and the cone's fraction of the half."""
     stop = answer.x[np.flatnonzero(answer.wall == answer.wall[-1])[0]] / part.half if cylinder else 1.0
     lower, upper = np.array([least, least, 1e-3 if cylinder else 1.0]), np.array([most, most, 1.0])
     found = np.clip(np.array([answer.wall[0], answer.wall[-1], max(stop, 1e-3)]), lower, upper)
@@ -225,7 +226,7 @@ def _of_cone(part: Part, cylinder: bool, answer: Shape, least: float, most: floa
 
 
 def _of_waves(part: Part, one_way: bool, answer: Shape, least: float, most: float) -> Iterator[Way]:
-    """The answer's walls, scaled by waves between knots."""
+    """The answer's walls scaled by waves between knots."""
     half, x, wall = part.half, answer.x, answer.wall
     scale = math.exp(_STEEPEST)
 
@@ -263,14 +264,14 @@ def _of_waves(part: Part, one_way: bool, answer: Shape, least: float, most: floa
 
 
 def _with_collar(shape: Shape, begin: float, end: float, wall: float) -> Shape:
-    """At least this wall from one place to another, with a step at each."""
+    """Enforce a minimum wall over an interval, with a step at each end."""
     x, own = shape.x, shape.wall
     places = np.array([p for p in (begin, end) if x[0] < p < x[-1]])
     if not begin < end or not places.size:
         return shape
     at = np.interp(places, x, own)
     raised = np.where((x > begin) & (x < end), np.maximum(own, wall), own)
-    # Of the two points at a place, the plain one lies outside.
+    # Of two coincident points, the original one lies outside.
     outside = np.where(places == begin, -1, 1)
     order = np.lexsort((np.concatenate([np.zeros(x.size), outside, -outside]), np.concatenate([x, places, places])))
     return Shape(
@@ -280,7 +281,7 @@ def _with_collar(shape: Shape, begin: float, end: float, wall: float) -> Shape:
 
 @dataclass(frozen=True)
 class Best:
-    """What a hunt through one parametrisation came to: the best shape that keeps the limits, None where none does."""
+    """Result of a search in one parametrisation: the best feasible shape, None if there is none."""
 
     shape: Shape | None
     by: str
@@ -305,7 +306,7 @@ def rival_shapes(
 
 
 def _drawn(way: Way, first: Array, rng: np.random.Generator) -> Array:
-    """Parameters about the answer's, or anywhere."""
+    """Random parameters around the answer, or anywhere."""
     low, high = np.log(way.space.lower), np.log(way.space.upper)
     if rng.random() < 0.5:
         return np.clip(first + 10 ** rng.uniform(-3.0, 0.0) * rng.standard_normal(first.size), low, high)

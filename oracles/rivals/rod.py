@@ -1,9 +1,9 @@
-"""Rivals of a rod's design: local searches on the project's own check, with the very effects of the answer.
+"""Competitors of a rod design: local searches on the project's own check, with exactly the answer's effects.
 
-They start from the answer, from strips a few percent along the limits that hold it, from the optimum of the core's
-physics, and from random strips that keep the limits, or nearly. A rival counts where the check, to ``ACCURACY``, finds
-every requirement met, and wins where its objective is better than the answer's by more than the answer estimates, and
-the check itself may be off.
+They start from the answer, from strips a few per cent along its active limits, from the optimum of the core physics,
+and from random strips that are feasible or nearly so. A competitor counts if the check, at ``ACCURACY``, finds all
+requirements met; it wins if its objective is better than the answer's by more than the answer's estimated error and the
+check's own.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ ACCURACY = 1e-8
 CORE = frozenset({"reciprocating_inertia", "beam_column", "friction"})
 ROUGH = 1e-3
 _PER_START = 12
-"""Random strips looked at, by the core's physics, for every one that a search starts from."""
+"""Random strips evaluated with the core physics per start of a search."""
 _MANY = 8
 _NO_LOAD = 10.0
-"""By how much, as a logarithm, a safety is kept that there is no load for."""
+"""Logarithmic margin of a safety without a load."""
 
 _LEAST: dict[str, Callable[[rod.RodCheck], float | None]] = {
     "min_fatigue_safety": lambda check: check.stresses.fatigue_safety,
@@ -48,13 +48,13 @@ STRONG = Strength(20, most=4000)
 
 @dataclass(frozen=True)
 class Contest:
-    """What became of the rivals of an answer.
+    """Result of the competition against an answer.
 
-    gain         by what share of its objective the best rival is better (negative: worse; -inf: none keeps the limits;
-                 inf: one does, where the answer is that none can)
-    estimated    what the answer estimates: its own error
-    missed       by what share the answer misses a requirement, checked anew
-    rival        the best one, and its objective, and the way that found it
+    gain         relative improvement of the objective by the best competitor (negative: worse; -inf: none is feasible;
+                 inf: one is, although the answer is infeasible)
+    estimated    the answer's own error estimate
+    missed       relative violation of a requirement by the answer, rechecked
+    rival        the best competitor, its objective, and the search that found it
     """
 
     gain: float
@@ -71,13 +71,13 @@ class Contest:
 
 
 def settled(effects: tuple[EffectReport, ...]) -> rod.EffectSelection:
-    """The selection that runs just the effects that a manifest says ran."""
+    """The selection that activates exactly the effects of a manifest."""
     active = frozenset(e.name for e in effects if e.state is EffectState.ACTIVE)
     return rod.EffectSelection(active, frozenset(e.name for e in effects) - active)
 
 
 def space_of(problem: rod.RodProblem) -> Space:
-    """The sizes that a problem allows."""
+    """The sizes allowed by a problem."""
     bounds = problem.bounds
     lower = np.array([bounds.b[0], bounds.h[0], bounds.l[0]])
     upper = np.array([bounds.b[1], bounds.h[1], min(bounds.l[1], problem.scene.mechanism.rod_length)])
@@ -100,7 +100,7 @@ def looker(
     accuracy: float = ACCURACY,
     criterion: FatigueCriterion | None = None,
 ) -> Callable[[Array], Look]:
-    """What the check says of sizes (b, h, l) [m] by a problem's objective and requirements."""
+    """An evaluator of sizes (b, h, l) [m] with a problem's objective and requirements."""
     asked = problem.requirements
 
     def look(sizes: Array) -> Look:
@@ -112,8 +112,7 @@ def looker(
 
 
 def margins(asked: rod.Requirements, found: rod.RodCheck) -> Array:
-    """By how much, as logarithms, each requirement is kept; NaN where the strip buckles and there is nothing to read.
-    The last is that it does not."""
+    """Logarithmic margins of the requirements, the last one for stability; NaN for a buckled strip."""
     stands = found.stresses is not None
     out = []
     for name, read in _LEAST.items():
@@ -131,13 +130,13 @@ def margins(asked: rod.Requirements, found: rod.RodCheck) -> Array:
 
 
 def log_cost(problem: rod.RodProblem, found: rod.RodCheck) -> float:
-    """The logarithm of the objective, as made small; inf where it cannot be read."""
+    """Logarithm of the objective as minimised; inf if undefined."""
     reads_stresses = problem.objective.name not in ("mass", "stability_safety")
     if reads_stresses and found.stresses is None:
         return math.inf
     value = problem.objective.read(found)
     if not value:
-        # A safety without a load to fail under; a friction without friction.
+        # a safety without a load, or friction power without friction
         return -1e3
     return problem.objective.sign * math.log(value)
 
@@ -150,7 +149,7 @@ def contest(
     accuracy: float = ACCURACY,
     criterion: FatigueCriterion | None = None,
 ) -> Contest:
-    """Put an answer to its rivals."""
+    """Run the competition against an answer."""
     selection = settled(outcome.effects)
     look, found = looker(problem, selection, accuracy, criterion), outcome.status is Status.SUCCEEDED
     hunt = Hunt(space_of(problem), look, seeking=found)
@@ -179,7 +178,8 @@ def compete(
     strength: Strength,
     rng: np.random.Generator,
 ) -> None:
-    """Search from the answer, a strip along its limits, the core's optimum, more along the limits, random strips."""
+    """Search from the answer, from strips along its limits, the core optimum, more strips along the limits, and random
+    strips."""
     near = [] if first is None else [first, *along(hunt, first, rng, 1)]
     if first is not None:
         step_along_limits(hunt, first)
@@ -193,13 +193,13 @@ def compete(
 
 
 def core_of(selection: rod.EffectSelection) -> rod.EffectSelection:
-    """Of the effects selected, those of the core's physics alone."""
+    """The selected effects restricted to the core physics."""
     active = selection.include & CORE
     return rod.EffectSelection(active, frozenset(e.name for e in rod.EFFECTS) - active)
 
 
 def core_optimum(problem: rod.RodProblem, selection: rod.EffectSelection) -> Array | None:
-    """Logarithms of the sizes that the core's physics wants, if there are such."""
+    """Logarithmic sizes of the core physics' optimum, if any."""
     try:
         core = rod.design(problem, core_of(selection))
     except InvalidInput:
@@ -211,8 +211,7 @@ def core_optimum(problem: rod.RodProblem, selection: rod.EffectSelection) -> Arr
 
 
 def _random(space: Space, rough: Callable[[Array], Look], rng: np.random.Generator, count: int) -> list[Array]:
-    """Random strips over the whole bounds; of every dozen the one that keeps the limits best, or is the best that keeps
-    them."""
+    """Random strips within the bounds; of every dozen, the best feasible one or the least infeasible."""
     out = []
     for _ in range(count):
         drawn = rng.uniform(np.log(space.lower), np.log(space.upper), (_PER_START, 3))

@@ -1,14 +1,12 @@
-"""Local searches for a better part, over the logarithms of its sizes, on nothing but what a check says.
+"""Local searches over logarithmic sizes that only use the check.
 
-Four ways, each from a start of its own:
+Four methods, each with its own starts: SLSQP with one-sided differences, fast if every limit is smooth; COBYQA, which
+models values only; the Nelder-Mead simplex on the penalised cost, without derivatives; and sequential linear
+programming in a trust region, with all tangents seen in it. The last one handles corners: a fatigue safety is a minimum
+over sections and fibres, and where two govern, one gradient is not enough.
 
-SLSQP with one-sided differences, quick where every limit is smooth; COBYQA, which models values alone; Nelder and
-Mead's simplex on the cost with a penalty for limits missed, which asks for no slope at all; and linear programs within
-a trust region, which keep every tangent seen within it. The last is for corners: a fatigue safety is the least over
-sections and fibres, and where two of them govern, one gradient tells half of the truth.
-
-Sizes that come in steps or from a stock are first searched as if they did not, then on their grid: the sizes that stay
-free are searched anew at every neighbour, until none is better.
+Sizes on a grid or from a stock are first relaxed, then fixed to neighbouring grid values, optimising the continuous
+sizes for each, until no neighbour is better.
 """
 
 from __future__ import annotations
@@ -24,23 +22,23 @@ from scipy.optimize import NonlinearConstraint, linprog, minimize
 from oracles.rivals.hunt import PENALTY, PULLS, PUSH, Array, Hunt, Look, Spent
 
 _DIFFERENCES = (3e-7, 3e-5)
-"""Steps of the differences of the linear programs, which go along with their reach."""
+"""Finite-difference steps of the linear programs, growing with the trust region."""
 _LEAST_REACH, _LEAST_GAIN = 1e-6, 1e-9
 _CURVED = 0.02
-"""Tangents are kept where a curvature of order 1 makes them wrong by less than this share of the reach."""
+"""Tangents are kept while a curvature of order 1 changes them by less than this fraction of the trust region."""
 _STRADDLED = 30.0
-"""More curvature, as logarithms, than limits have."""
+"""An upper bound on the logarithmic curvature of limits."""
 _POLISH = 1e-3
-"""Reach of the linear programs that bring the end of another search back within its limits."""
+"""Trust region of the linear programs that repair another search's end point."""
 
 Tangent = tuple[Array, Look, Array, Array]
-"""A part (in logarithms), what is seen there, and the slopes of cost and margins."""
+"""A part (logarithmic), its evaluation, and the gradients of cost and margins."""
 Way = Callable[[Hunt, Array, tuple[int, ...], float], Array]
-"""From a start (in logarithms), over some of the sizes, with a first reach: where it ended."""
+"""A search from a start (logarithmic) over some of the sizes with an initial step; returns its end point."""
 
 
 def slsqp(hunt: Hunt, start: Array, free: tuple[int, ...], reach: float) -> Array:
-    """scipy's SLSQP; ``reach`` is its own business."""
+    """scipy's SLSQP; ``reach`` is ignored."""
 
     def whole(x: Array) -> Array:
         logs = start.copy()
@@ -83,7 +81,7 @@ def cobyqa(hunt: Hunt, start: Array, free: tuple[int, ...], reach: float) -> Arr
 
 
 def nelder_mead(hunt: Hunt, start: Array, free: tuple[int, ...], reach: float) -> Array:
-    """scipy's Nelder-Mead on the merit, from a simplex whose edges are the reach."""
+    """scipy's Nelder-Mead on the penalised cost, from a simplex of edge length ``reach``."""
     index = list(free)
 
     def whole(x: Array) -> Array:
@@ -91,7 +89,7 @@ def nelder_mead(hunt: Hunt, start: Array, free: tuple[int, ...], reach: float) -
         logs[index] = x
         return hunt.clipped(logs)
 
-    # Toward the farther bound, so that the simplex is not flat where a size lies on the nearer one.
+    # toward the farther bound, so that the simplex does not degenerate at the nearer one
     room = np.log(hunt.space.upper[index]) - start[index] > start[index] - np.log(hunt.space.lower[index])
     edges = np.diag(np.where(room, reach, -reach))
     found = minimize(
@@ -104,15 +102,16 @@ def nelder_mead(hunt: Hunt, start: Array, free: tuple[int, ...], reach: float) -
 
 
 def linear_programs(hunt: Hunt, start: Array, free: tuple[int, ...], reach: float) -> Array:
-    """min max_k (c_k + g_k d_k) + M t under m_k + J_k d_k + t >= 0 for all tangents k seen near, |d| <= reach.
+    """min max_k (c_k + g_k d_k) + M t under m_k + J_k d_k + t >= 0 for all nearby tangents k, |d| <= reach.
 
-    One step may lead uphill: a curved limit is missed by the first step along it, and kept again after the second.
+    A single uphill step is allowed: a curved limit is violated by the first step along it and met again after the
+    second.
     """
     index, here, strayed, rng = list(free), hunt.clipped(start), False, np.random.default_rng(0)
     best, value = here, hunt.merit(here)
 
     def tangent() -> Tangent:
-        """Taken a little aside: at a corner itself, each difference may see another side of it."""
+        """Evaluated slightly off the point: exactly at a corner, each difference may see a different side."""
         difference = min(max(0.01 * reach, _DIFFERENCES[0]), _DIFFERENCES[1])
         aside = here.copy()
         aside[index] += 10.0 * difference * rng.uniform(-1.0, 1.0, len(free))
@@ -141,8 +140,7 @@ def linear_programs(hunt: Hunt, start: Array, free: tuple[int, ...], reach: floa
 
 
 def _programmed(hunt: Hunt, seen: list[Tangent], here: Array, index: list[int], reach: float) -> tuple[float, Array]:
-    """The merit that the linear program promises, and its step; in units of the reach, so that a solver's tolerances
-    are shares of it."""
+    """The predicted merit and the step, in units of the trust region, so that solver tolerances are relative to it."""
     level, near = hunt.at(here).cost, []
     for number, (point, *_) in enumerate(seen):
         far = np.abs(point - here).max()
@@ -151,7 +149,7 @@ def _programmed(hunt: Hunt, seen: list[Tangent], here: Array, index: list[int], 
     rows, right = [], []
     for point, look, cost, margins in near or seen[-1:]:
         apart = (here - point)[index]
-        # The step d, the cost's greatest tangent, and the slack t.
+        # the step d, the maximum tangent of the cost, and the slack t
         rows.append(np.concatenate([cost, [-1.0, 0.0]]))
         right.append((level - look.cost - cost @ apart) / reach)
         rows += [np.concatenate([-slope, [0.0, -1.0]]) for slope in margins]

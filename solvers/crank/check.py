@@ -12,17 +12,16 @@ import numpy as np
 from solvers.accuracy import require_accuracy
 from solvers.crank.cycle.forces import Array, Cycle, Forces
 from solvers.crank.cycle.textbook_error import TierErrors, tier_errors
-from solvers.crank.cycle.worst_instants import TEXTBOOK, TORQUE, Greatest, Worst, alone, greatest, worst_instants
+from solvers.crank.cycle.worst_instants import Worst, worst_instants
 from solvers.crank.effects import choose_for, compose
-from solvers.crank.engine.cylinders import together
 from solvers.crank.engine.shared_crank_pin import SharedPin, require_pairs, shared_pin
-from solvers.crank.engine.speed_fluctuation import CANCELLED, GasWork, SpeedSwing, gas_work, speed_swing
+from solvers.crank.engine.speed_fluctuation import SpeedSwing, speed_swing
 from solvers.crank.engine.unbalance import Balance, balance
 from solvers.crank.gas.cylinder import Cylinder
 from solvers.crank.gas.unrolled_pressure import Curve, Pressure
 from solvers.crank.motion.slider_crank import ExactMotion
-from solvers.crank.problem import LOADS, OF_THE_ROD
 from solvers.crank.scene import SINGLE, Scene
+from solvers.crank.whole_cycle import whole_cycle
 from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.outcome import Accuracy, Outcome, Status
@@ -133,26 +132,16 @@ def analyse_unrolled(
     if composition.offset != scene.mechanism.offset:
         curve = known[scene.pressure, scene.mechanism.motion(with_offset=False), scene.cylinder]
     cycle, tolerance = Cycle(scene, composition, curve), _SHARE * accuracy
-    engine, by_itself = composition.engine or SINGLE, alone(cycle.gas)
-
-    single = len(engine.phases) == 1
-    found = greatest(cycle.machine, cycle.gas, by_itself, range(TEXTBOOK if single else TORQUE), tolerance)
-    group = by_itself if single else together(cycle.gas, engine.phases)
-    torque = found if single else greatest(cycle.machine, cycle.gas, group, range(TORQUE, TEXTBOOK), tolerance)
-    work = gas_work(cycle, tolerance)
-    swing = speed_swing(cycle, engine, group, torque, work, tolerance)
-    if swing.error > tolerance * swing.work_fluctuation > 0.0:
-        # All cylinders together may run much more evenly than one.
-        work = gas_work(cycle, tolerance, swing.work_fluctuation / (4.0 * len(engine.phases)))
-        swing = speed_swing(cycle, engine, group, torque, work, tolerance)
-    torque_mean = work.whole / scene.cylinder.period
+    engine = composition.engine or SINGLE
+    found = whole_cycle(cycle, engine, tolerance)
+    torque_mean, swing = found.shaft.whole / scene.cylinder.period, speed_swing(cycle, engine, found.shaft)
     value = CrankDynamics(
         cycle=cycle,
         series_angles=series_angles,
         tier_tolerance=max(tolerance, _TIER_TOLERANCE),
         torque_mean=torque_mean,
         indicated_power=torque_mean * cycle.machine.speed,
-        worst=worst_instants(found, cycle),
+        worst=worst_instants(found.loads, scene.cylinder.period),
         swing=swing,
         balance=None if composition.engine is None else balance(cycle, engine),
         shared_pin=shared_pin(cycle, engine, tolerance),
@@ -163,26 +152,10 @@ def analyse_unrolled(
         value=value,
         effects=choice.manifest,
         accuracy=Accuracy(
-            accuracy,
-            max(_estimated(found, work, swing), _ROUNDING),
-            {"pieces": int(cycle.gas.stroke.size), "nodes": int(work.nodes)},
+            accuracy, max(found.error, _ROUNDING), {"pieces": found.pieces, "nodes": int(found.shaft.nodes)}
         ),
         timing={"solve_s": time.perf_counter() - started},
     )
-
-
-def _estimated(found: Greatest, work: GasWork, swing: SpeedSwing) -> float:
-    """The greatest relative error of loads, mean torque, work between the extremes of the speed, and torque."""
-    loads = slice(len(LOADS))
-    scale = np.abs(found.value[loads])
-    scale[OF_THE_ROD] = np.maximum(scale[OF_THE_ROD], CANCELLED * scale[OF_THE_ROD].max())
-    shares = (
-        (work.error, max(abs(work.whole), CANCELLED * work.magnitude)),
-        (swing.error, swing.work_fluctuation),
-        (swing.torque_error, max(abs(swing.torque_max), abs(swing.torque_min))),
-    )
-    others = max(error / whole for error, whole in (*shares, (0.0, 1.0)) if whole)
-    return max(float(np.max(found.error[loads] / np.where(scale > 0.0, scale, 1.0))), others)
 
 
 def _warnings(scene: Scene, swing: SpeedSwing) -> tuple[str, ...]:

@@ -26,8 +26,9 @@ from solvers.outcome import Outcome
 
 Array = NDArray[np.float64]
 
-_NEAR = 1e-2
-"""Next to the least free ratio differences are taken exactly, number by number."""
+_NEAR = 1e-3
+"""So far from the least free ratio, relative to it, its distance keeps twelve digits; nearer it is taken exactly,
+number by number."""
 _ORIENTATION = 1e-13
 
 
@@ -150,7 +151,7 @@ def _ratios(kind: ChangePoint, restitution: Array, parameter: Array) -> Ratios:
     found = {
         n: np.array(np.broadcast_to(v, parameter.shape), float) for n, v in vars(kind.family(gain, parameter)).items()
     }
-    for i in np.flatnonzero(parameter < np.maximum(gain.square, gain.value) * (1.0 + _NEAR)).tolist():
+    for i in np.flatnonzero(np.abs(parameter / kind.least_parameter(gain) - 1.0) < _NEAR).tolist():
         exact = kind.family(Gain(float(restitution[i])), float(parameter[i]))
         for name, values in found.items():
             values[i] = getattr(exact, name)

@@ -20,13 +20,12 @@ from solvers.linkage.mechanism.closure import Closure, window
 from solvers.linkage.mechanism.kinematics import of_family
 from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.problem import Limits
-from solvers.linkage.result import LinkageCheck, Strike
+from solvers.linkage.result import TRANSFER_POINTS, LinkageCheck, Strike
 from solvers.linkage.scene import Scene
 from solvers.linkage.warnings import warnings_of
 from solvers.outcome import Accuracy, Outcome, Status
 
 Array = NDArray[np.float64]
-TRANSFER_POINTS = 181
 _ROUNDING = 1e-14
 """Relative error of what is in closed form."""
 PLAIN = Limits()
@@ -140,16 +139,10 @@ def check_with(
 
 def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: float | None, greatest: float) -> Strike:
     bar = mechanism.bar
-    if confined is None:
-        angles = np.linspace(0.0, 2.0 * math.pi, TRANSFER_POINTS)
-    else:
-        # The last step before the wall is left out: u31 has no bound there.
-        run = np.linspace(0.0, confined, TRANSFER_POINTS // 2 + 1)[:-1]
-        angles = np.concatenate([run, 2.0 * math.pi - run[::-1]])
-    # Angles beyond pi are counted back from the end of the cycle, which they reach exactly.
-    transfer = bar.transfer(np.where(angles > math.pi, np.minimum(angles - 2.0 * math.pi, -1e-300), angles))
     made = bar.restitution
     return Strike(
+        mechanism=mechanism,
+        confined=confined,
         start=bar.start,
         end=bar.end,
         restitution=made,
@@ -157,7 +150,5 @@ def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: f
         impact_speed=scene.tool_speed(mechanism),
         transmission_angle=float(bar.transmission_angle(math.pi)),
         peaks=loads,
-        angles=angles,
-        transfer=transfer,
         greatest=greatest if confined is None else math.inf,
     )

@@ -144,11 +144,11 @@ def _warned(value: LinkageCheck, family: Family, best: Proven, gap: float) -> Li
         kept = 1.0 / (1.0 - min(best.gap, 0.5)) - 1.0
         endless = best.q > low or family.kind.least_margin(family.gain) != NEAREST
         where = "links without end" if endless else "the parallelogram"
-        said.append(
-            f"the best mechanism lies where designs end, next to {where}: farther out at most {kept:.1e} of the "
-            "objective would be gained"
-            + ("; a limit on the size would give a mechanism that can be built" if endless else "")
+        told = (
+            f"the best mechanism lies at the edge of the search, next to {where}: farther out at most {kept:.1e} of "
+            "the objective would be gained"
         )
+        said.append(f"{told}; a limit on the size would give a mechanism that can be built" if endless else told)
     elif best.gap > 2.0 * max(gap, _WIDE):
         said.append(f"a better mechanism is excluded only to {best.gap:.1e}")
     return replace(value, warnings=(*value.warnings, *said)) if said else value

@@ -174,10 +174,8 @@ class ImpactSpeed(Objective):
     grows = True
 
     def cost(self, quantities: Quantities) -> Array:
-        scene = quantities.subproblem.scene
-        radius = scene.tool_radius
-        stroke = quantities.scale[1] if radius is None else radius * quantities.end_high
-        return 1.0 / (scene.crank_speed * stroke)
+        stroke = quantities.subproblem.stroke(quantities.scale[1], quantities.end_high)
+        return 1.0 / (quantities.subproblem.scene.crank_speed * stroke)
 
     def read(self, check: LinkageCheck, scene: Scene) -> float:
         return scene.impact_speed
@@ -193,10 +191,8 @@ class BlowFrequency(Objective):
     slows = True
 
     def cost(self, quantities: Quantities) -> Array:
-        scene = quantities.subproblem.scene
-        radius = scene.tool_radius
-        stroke = quantities.scale[0] if radius is None else radius * quantities.end_low
-        return 2.0 * math.pi * stroke / scene.impact_speed
+        stroke = quantities.subproblem.stroke(quantities.scale[0], quantities.end_low)
+        return 2.0 * math.pi * stroke / quantities.subproblem.scene.impact_speed
 
     def read(self, check: LinkageCheck, scene: Scene) -> float:
         return scene.blow_frequency
@@ -248,8 +244,12 @@ class Subproblem:
 
     def settled(self, scale: float, end: float) -> Scene:
         """The scene with the speed or the frequency that a member of scale V and of this |u31(2 pi)| has."""
+        return self.objective.settled(self.scene, self.stroke(scale, end))
+
+    def stroke(self, scale: Array | float, end: Array | float) -> Array | float:
+        """What the blow's speed is over the crank's angular speed [m]: V, or |u31(2 pi)| times the tool radius."""
         radius = self.scene.tool_radius
-        return self.objective.settled(self.scene, scale if radius is None else radius * end)
+        return scale if radius is None else radius * end
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,17 +16,19 @@ from solvers.linkage.steady_state.periodic_solution import Running
 from solvers.linkage.swept_area.bounding_box import Box
 
 Array = NDArray[np.float64]
+TRANSFER_POINTS = 181
 
 
 @dataclass(frozen=True)
 class Strike:
     """What a mechanism that closes does at the blow.
 
-    |u31| after and before it, R_k, the speed of the tool [m/s], nu in mid-cycle [rad], peak loads, and u31 over the
-    cycle: crank angles [rad] and values; where the crank does not turn fully only those it reaches, in two runs.
-    ``greatest`` is the greatest |u31| of the cycle.
+    |u31| after and before it, R_k, the speed of the tool [m/s], nu in mid-cycle [rad], peak loads. ``greatest`` is the
+    greatest |u31| of the cycle; ``confined`` as in ``LinkageCheck``.
     """
 
+    mechanism: Mechanism
+    confined: float | None
     start: float
     end: float
     restitution: float
@@ -32,9 +36,25 @@ class Strike:
     impact_speed: float
     transmission_angle: float
     peaks: Peaks | None
-    angles: Array
-    transfer: Array
     greatest: float
+
+    @cached_property
+    def angles(self) -> Array:
+        """Crank angles [rad] over the cycle; where the crank does not turn fully only those it reaches, in two runs."""
+        if self.confined is None:
+            return np.linspace(0.0, 2.0 * math.pi, TRANSFER_POINTS)
+        # The last step before the wall is left out: u31 has no bound there.
+        run = np.linspace(0.0, self.confined, TRANSFER_POINTS // 2 + 1)[:-1]
+        return np.concatenate([run, 2.0 * math.pi - run[::-1]])
+
+    @cached_property
+    def transfer(self) -> Array:
+        """u31 at these angles."""
+        # Angles beyond pi are counted back from the end of the cycle, which they reach exactly.
+        angles = self.angles
+        return self.mechanism.bar.transfer(
+            np.where(angles > math.pi, np.minimum(angles - 2.0 * math.pi, -1e-300), angles)
+        )
 
 
 @dataclass(frozen=True)

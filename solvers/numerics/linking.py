@@ -14,11 +14,12 @@ from contextlib import contextmanager
 from functools import cache, wraps
 from typing import Any, TypeVar
 
+from solvers.numerics import remembering
+
 R = TypeVar("R")
 
-_NEEDED = ("finalize", "_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals",
-           "_verify_declare_only_symbols", "_get_module_for_linking", "_get_compiled_object",
-           "serialize_using_object_code", "codegen")  # fmt: skip
+_NEEDED = ("finalize", "_optimize_functions", "_finalize_dynamic_globals", "_get_module_for_linking",
+           "_get_compiled_object", "serialize_using_object_code", "codegen")  # fmt: skip
 _ENTRY, _ENVIRONMENT = "_ZN7cpython", "_ZN08NumbaEnv"
 """What the names of the functions that Python calls, and of every function's environment, begin with."""
 
@@ -44,7 +45,7 @@ def _linking() -> Iterator[None]:
     if library is None or not hasattr(generator, "_library_class"):
         yield
         return
-    with global_compiler_lock, _no_entry_from_c(cpu_target.target_context):
+    with global_compiler_lock, _no_entry_from_c(cpu_target.target_context), remembering.types_of_operators():
         before = generator._library_class
         generator._library_class = library
         try:
@@ -66,6 +67,7 @@ def _no_entry_from_c(context: Any) -> Iterator[None]:
 @cache
 def _library() -> type | None:
     """numba's library of code, which leaves alone what has no entry of its own."""
+    from llvmlite.binding import Linkage
     from numba.core.codegen import JITCodeLibrary
 
     if not all(hasattr(JITCodeLibrary, name) for name in _NEEDED):
@@ -75,32 +77,31 @@ def _library() -> type | None:
         _inner = False
 
         def finalize(self) -> None:
-            self._inner = not any(
-                function.name.startswith(_ENTRY) and not function.is_declaration
-                for function in self._final_module.functions
-            )
-            super().finalize()
+            self._inner = not any(function.name.startswith(_ENTRY) for function in _defined(self._final_module))
+            if self._inner:
+                self._finalize_dynamic_globals()
+                self._finalized = True
+            else:
+                self._linking_libraries = _reached(self)
+                super().finalize()
 
-        def _optimize_final_module(self) -> None:
-            if not self._inner:
-                super()._optimize_final_module()
-
-        def _finalize_final_module(self) -> None:
-            if not self._inner:
-                super()._finalize_final_module()
-                return
-            self._finalize_dynamic_globals()
-            self._verify_declare_only_symbols()
-            self._finalized = True
+        def _optimize_functions(self, module: Any) -> None:
+            module.data_layout = self._codegen._data_layout
+            passes, builder = self._codegen._function_pass_manager()
+            for function in _defined(module):
+                passes.run(function, builder)
 
         def _get_module_for_linking(self) -> Any:
-            module = super()._get_module_for_linking()
-            if self._inner:
+            if not self._inner:
+                return super()._get_module_for_linking()
+            for function in _defined(self._final_module):
+                if function.linkage == Linkage.external:
+                    function.linkage = "linkonce_odr"
+            for variable in self._final_module.global_variables:
                 # What numba keeps for a function's use of Python, and would look up again wherever it is loaded.
-                for variable in module.global_variables:
-                    if variable.name.startswith(_ENVIRONMENT) and not variable.is_declaration:
-                        variable.linkage = "internal"
-            return module
+                if variable.name.startswith(_ENVIRONMENT) and not variable.is_declaration:
+                    variable.linkage = "internal"
+            return self._final_module
 
         def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
             """As numba's, which keeps the intermediate code beside: nothing links what has an entry, names will do."""
@@ -113,11 +114,35 @@ def _library() -> type | None:
     return Library
 
 
+def _defined(module: Any) -> list[Any]:
+    return [function for function in module.functions if not function.is_declaration]
+
+
+def _reached(library: Any) -> list[Any]:
+    """All that a library calls, directly or not: what an inner one calls is linked where that is, and once.
+
+    A caller comes before what it calls, for LLVM leaves out what nothing has called so far.
+    """
+    found: dict[Any, None] = {}
+
+    def look_into(calling: Any) -> None:
+        for called in calling._linking_libraries:
+            if called not in found:
+                found[called] = None
+                if getattr(called, "_inner", False):
+                    look_into(called)
+                # Last among the known as soon as all that it calls are there: read backwards, it is ahead of them.
+                found[called] = found.pop(called)
+
+    look_into(library)
+    return [*reversed(found)]
+
+
 def _names_alone(module: Any) -> bytes:
     """A module that defines the same entries, with nothing in them."""
     from llvmlite.binding import parse_assembly
 
-    entries = [f.name for f in module.functions if f.name.startswith(_ENTRY) and not f.is_declaration]
+    entries = [function.name for function in _defined(module) if function.name.startswith(_ENTRY)]
     return parse_assembly("\n".join(f'define void @"{name}"() {{ ret void }}' for name in entries)).as_bitcode()
 
 

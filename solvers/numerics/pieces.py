@@ -1,4 +1,4 @@
-"""Pieces of a range between breaks."""
+"""Subdivision of intervals."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Array = NDArray[np.float64]
 
 
 def subdivide(breaks: Array, longest: float) -> Array:
-    """The breaks, and as many points between them as keep every piece no longer than ``longest``."""
+    """The breaks, with points inserted so that no interval is longer than ``longest``."""
     parts = np.maximum(np.ceil(np.diff(breaks) / longest).astype(int), 1)
     index = np.repeat(np.arange(parts.size), parts)
     step = np.arange(index.size) - np.repeat(np.cumsum(parts) - parts, parts)

@@ -1,6 +1,6 @@
-"""How many threads linear algebra takes: one, where matrices are small.
+"""Number of BLAS threads: one, because matrices are small.
 
-A second thread gains nothing on vectors of some ten thousand numbers, and on a busy machine waiting for it makes a
+A second thread gains nothing for vectors of about ten thousand numbers, and on a busy machine waiting for it makes a
 solution ten times slower.
 """
 
@@ -15,14 +15,14 @@ from threadpoolctl import ThreadpoolController
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Hold the process's BLAS to one thread meanwhile."""
+    """Limit BLAS to one thread within the block."""
     with _libraries().limit(limits=1, user_api="blas"):
         yield
 
 
 @cache
 def _libraries() -> ThreadpoolController:
-    # Finding the loaded libraries takes some milliseconds, and they stay the same once scipy is imported.
+    # Finding the loaded libraries takes milliseconds; they do not change after scipy is imported.
     import scipy.linalg  # noqa: F401
 
     return ThreadpoolController()

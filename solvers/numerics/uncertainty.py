@@ -1,6 +1,7 @@
-"""Standard uncertainties: linear propagation, and Monte Carlo where the linear one fails.
+"""Standard uncertainties: linear propagation, and Monte Carlo where it is not valid.
 
-Source: JCGM 100 (GUM) for the linear law, JCGM 101 for Monte Carlo. Inputs are independent and normal.
+Source: JCGM 100 (GUM) for linear propagation, JCGM 101 for Monte Carlo. Inputs are independent and normally
+distributed.
 """
 
 from __future__ import annotations
@@ -14,19 +15,19 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Function = Callable[[dict[str, NDArray]], dict[str, NDArray]]
-"""From named inputs to named outputs, all arrays of one shape; built of operations that complex numbers allow."""
+"""Named input arrays -> named output arrays of the same shape; built from operations that support complex numbers."""
 
 COMPLEX_STEP = 1e-100
 DRAWS = 100_000
 _SEED = 20260101
 _NO_SPREAD = 1e-12
 LINEAR_WITHIN = 0.1
-"""By how much Monte Carlo and the linear law may differ before Monte Carlo is believed."""
+"""Relative difference up to which linear propagation is preferred to Monte Carlo."""
 
 
 @dataclass(frozen=True)
 class Propagated:
-    """Standard uncertainty by output, how it was found, and, by Monte Carlo, the middle 95 % of each output."""
+    """Standard uncertainty of each output, the method, and for Monte Carlo the central 95 % interval."""
 
     standard: Mapping[str, float]
     method: str
@@ -34,7 +35,7 @@ class Propagated:
 
 
 def sensitivities(function: Function, values: Mapping[str, float]) -> dict[str, dict[str, float]]:
-    """d output/d input at the values, by the complex step: exact to rounding. {output: {input: derivative}}."""
+    """d output/d input by the complex step, exact to rounding: {output: {input: derivative}}."""
     names = list(values)
     matrix = np.eye(len(names)) * 1j * COMPLEX_STEP
     inputs = {name: values[name] + matrix[i] for i, name in enumerate(names)}
@@ -56,7 +57,7 @@ def linear(function: Function, values: Mapping[str, float], standard: Mapping[st
 def monte_carlo(
     function: Function, values: Mapping[str, float], standard: Mapping[str, float], draws: int = DRAWS
 ) -> dict[str, NDArray]:
-    """The outputs for random inputs; the same seed every time, so that the same request has one answer."""
+    """Outputs for random inputs; a fixed seed makes results reproducible."""
     normal = _normal(len(values), draws)
     known = {name: standard.get(name, 0.0) for name in values}
     inputs = {n: v + known[n] * normal[i] if known[n] else np.float64(v) for i, (n, v) in enumerate(values.items())}
@@ -70,7 +71,7 @@ def _normal(inputs: int, draws: int) -> NDArray:
 
 
 def propagate(function: Function, values: Mapping[str, float], standard: Mapping[str, float]) -> Propagated:
-    """The linear law where Monte Carlo agrees with it within a tenth, else Monte Carlo."""
+    """Linear propagation if Monte Carlo agrees within a tenth, otherwise Monte Carlo."""
     straight = linear(function, values, standard)
     drawn = monte_carlo(function, values, standard)
     spread = {name: float(np.std(found)) for name, found in drawn.items()}

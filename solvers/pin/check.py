@@ -148,10 +148,10 @@ def on_profile(
         doubt = deflection_doubt(program, walls)
         rough = doubt.sum() > 0.1 * accuracy
         rise = risen(stations, program.uses(walls))
-        between = rise > 0.1 * accuracy
-        if not (rough or between.any()) or stations.x.size > _MOST_STATIONS:
+        if not (rough or rise.max() > 0.1 * accuracy) or stations.x.size > _MOST_STATIONS:
             break
-        stations = refined(program, between | (rough & (doubt > 0.05 * accuracy / stations.left.size)))
+        excess = doubt * (stations.left.size / (0.05 * accuracy)) if rough else np.zeros_like(doubt)
+        stations = refined(program, np.maximum(excess, rise / (0.1 * accuracy)), walls)
     return program, walls, max(float(doubt.sum()), float(rise.max()))
 
 

@@ -23,7 +23,6 @@ from solvers.pin.optimum.infeasibility import Diagnosis, diagnose
 from solvers.pin.optimum.program import Program, refined
 from solvers.pin.problem import PinProblem
 from solvers.pin.result import PinCheck
-from solvers.pin.section.flexibility import cowper
 from solvers.pin.shapes.constant import lightest_constant
 from solvers.pin.shapes.contour import Cubic, contour
 from solvers.pin.shapes.free import FREE
@@ -96,7 +95,7 @@ def design(
             timing={"solve_s": time.perf_counter() - started},
         )
     (program, best, doubt), (shown, walls, places, made) = found
-    relaxed = replace(program, limits=replace(limits, max_slope=None))
+    relaxed = program if limits.max_slope is None else replace(program, limits=replace(limits, max_slope=None))
     constant = lightest_constant(relaxed, accuracy)
     free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
     unit = program.mass_unit
@@ -160,8 +159,7 @@ def _as_made(
     """The shape found on stations of its own, its corners among them, by the law that a check uses; what figures
     there are off."""
     if best.corners is None:
-        law = cowper(problem.scene.material.poisson)
-        return replace(program, law=law), program.sought.walls(program, best.solidity), (), 0.0
+        return program, program.sought.walls(program, best.solidity), (), 0.0
     given = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
     whole = given.along(problem.scene.geometry.length)
     shown, walls, doubt = on_profile(problem.scene, whole, problem.criterion, physics, accuracy)
@@ -197,7 +195,7 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
         program = assemble(scene, problem.limits, problem.criterion, physics, stations)
         if np.isnan(program.lower).any():
             return None
-        doubt = program.stations.doubt(program.lower)
+        doubt, rough_in = program.stations.doubt(program.lower), program.lower
         volume = program.volume(program.lower)
         rough = doubt.sum() > wanted * volume
         if not rough:
@@ -206,7 +204,7 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
                 best = problem.form.find(program, gap)
                 if best is None:
                     return None
-                volume = best.volume
+                volume, rough_in = best.volume, best.solidity
                 if best.doubt is not None:
                     doubt = np.maximum(doubt, best.doubt)
                 told = float(doubt.sum()) / volume if volume > 0 else 0.0
@@ -221,7 +219,8 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
                 doubt = volume * figures
         if stations.x.size > most:
             break
-        stations = refined(program, doubt > 0.5 * wanted * volume / stations.left.size)
+        excess = doubt * (stations.left.size / (0.5 * wanted * max(volume, 1e-300)))
+        stations = refined(program, excess, rough_in)
     if result is None:
         best = problem.form.find(program, accuracy)
         result = None if best is None else (program, best, float(doubt.sum()) / max(volume, 1e-300))

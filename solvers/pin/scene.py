@@ -21,8 +21,30 @@ def require_positive(owner: object, prefix: str, *names: str) -> None:
         require(math.isfinite(value) and value > 0, f"{prefix}.{name}", "must be positive", "(0, inf)")
 
 
+class _Lengths:
+    """What a pin and a bushing have alike along their length."""
+
+    boss_length: float
+    small_end_length: float
+    gap: float
+
+    @property
+    def length(self) -> float:
+        """[m]"""
+        return self.places[-1][0]
+
+    @property
+    def places(self) -> tuple[tuple[float, float], ...]:
+        """See ``piston_pin.pin_places``."""
+        return pin_places(self.boss_length, self.small_end_length, self.gap)
+
+    def _require_lengths(self) -> None:
+        require_positive(self, "geometry", "boss_length", "small_end_length")
+        require(math.isfinite(self.gap) and self.gap >= 0, "geometry.gap", "must not be negative", "[0, inf)")
+
+
 @dataclass(frozen=True)
-class Geometry:
+class Geometry(_Lengths):
     """Outer diameter D, boss length a, small-end length b, gap delta between them; the pin is L = 2a + b + 2 delta."""
 
     outer_diameter: float
@@ -31,17 +53,8 @@ class Geometry:
     gap: float = 0.0
 
     def __post_init__(self) -> None:
-        require_positive(self, "geometry", "outer_diameter", "boss_length", "small_end_length")
-        require(math.isfinite(self.gap) and self.gap >= 0, "geometry.gap", "must not be negative", "[0, inf)")
-
-    @property
-    def length(self) -> float:
-        return self.places[-1][0]
-
-    @property
-    def places(self) -> tuple[tuple[float, float], ...]:
-        """See ``piston_pin.pin_places``."""
-        return pin_places(self.boss_length, self.small_end_length, self.gap)
+        require_positive(self, "geometry", "outer_diameter")
+        self._require_lengths()
 
     def require_size(self, k: int, bore: float) -> None:
         """Refuse the k-th bore of a profile where it leaves no wall."""
@@ -62,7 +75,7 @@ class Geometry:
 
 
 @dataclass(frozen=True)
-class BushingGeometry:
+class BushingGeometry(_Lengths):
     """A bushing's: bore d (0: a shaft); boss length a, small-end length b, gap delta as a pin's. The outer diameter is
     what is sought."""
 
@@ -72,18 +85,8 @@ class BushingGeometry:
     gap: float = 0.0
 
     def __post_init__(self) -> None:
-        require_positive(self, "geometry", "boss_length", "small_end_length")
-        require(math.isfinite(self.gap) and self.gap >= 0, "geometry.gap", "must not be negative", "[0, inf)")
+        self._require_lengths()
         require(math.isfinite(self.bore) and self.bore >= 0, "bore", "must not be negative", "[0, inf)")
-
-    @property
-    def length(self) -> float:
-        return self.places[-1][0]
-
-    @property
-    def places(self) -> tuple[tuple[float, float], ...]:
-        """See ``piston_pin.pin_places``."""
-        return pin_places(self.boss_length, self.small_end_length, self.gap)
 
     def require_size(self, k: int, outer: float) -> None:
         """Refuse the k-th outer diameter of a profile where it leaves no wall."""

@@ -27,8 +27,9 @@ def judge(
     ovalization did not run, the ring is not judged, and a caution says so.
     """
     slack = slack_of(accuracy)
-    slope, along = None, check.along
+    slope = None
     if limits.max_slope is not None:
+        along = check.along
         slope = max(steepest(along.x, along.bore), steepest(along.x, along.outer))
     return Verdict(
         (

@@ -50,9 +50,6 @@ def ring_warnings(scene: Scene, sought: Sought, limits: Limits, x: Array, walls:
     if found.stress_max is None or found.stress_max > allowable * (1.0 + 1e-9):
         thin, where = sought.over_ring_stress(scene, allowable, walls)
         if thin.any():
-            said.append(
-                f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where {where}, "
-                + _span(x[thin])
-                + (" (and mirrored)" if scene.symmetric else "")
-            )
+            span = f"{_span(x[thin])} (and mirrored)" if scene.symmetric else _span(x[thin])
+            said.append(f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where {where}, {span}")
     return said

@@ -1,8 +1,8 @@
-"""The same physics once more, by other means: textbook equations as they stand, in arbitrary precision.
+"""Independent reference implementations: textbook equations in arbitrary precision.
 
-Accuracy studies judge the solvers by them, the hard cases of the tests take their digits from them. Nothing here
-imports a solver: of a scene only its numbers are taken. A model works in the present precision of mpmath, or in the
-numbers of a context: ``mp``, or ``fp`` for floats, in which a search is quick that ``mp`` then finishes.
+Used by accuracy studies to judge the solvers and by tests for reference digits. Nothing here imports a solver; only the
+numbers of a scene are used. A model works in mpmath's current precision, or with the numbers of a context: ``mp``, or
+``fp`` for floats, in which a search is fast before ``mp`` refines it.
 
 Source: F. Johansson et al., mpmath (arbitrary-precision floating-point arithmetic in Python).
 """

@@ -1,7 +1,6 @@
-"""A crank mechanism's cycle by other means: positions from Pythagoras, derivatives from the calculus of the root,
-forces from the angle of the rod, the work of the gas from the antiderivative of the diagram, that of the masses from
-their kinetic energy.
-"""
+"""Reference for a crank mechanism's cycle: positions from Pythagoras, derivatives by differentiating the root,
+forces from the rod angle, the work of the gas from the diagram's antiderivative, that of the masses from their
+kinetic energy."""
 
 from __future__ import annotations
 
@@ -61,7 +60,7 @@ class Motion:
         return self.m.asin(s / self.length), first / c, second / c + s * first**2 / c**3
 
     def angle_of(self, x):
-        """The angle on the way down, from the law of cosines in the triangle r, L, d, taken in half angles."""
+        """The crank angle of the downstroke, from the law of cosines in the triangle r, L, d with half angles."""
         m, height = self.m, self.high - x
         d = m.sqrt(height**2 + self.e**2)
         r, length = self.r, self.length
@@ -97,7 +96,7 @@ def hermite_slopes(x: Sequence[Number], y: Sequence[Number], closed: bool, numbe
 
 
 class Cubic:
-    """A piecewise cubic with its derivative and antiderivative; constant beyond its ends."""
+    """A piecewise cubic with derivative and antiderivative; constant outside its range."""
 
     def __init__(self, x, y, closed=False, numbers=mp) -> None:
         self.x, self.y, self.m, self.zero = x, y, hermite_slopes(x, y, closed, numbers), numbers.mpf(0)
@@ -129,7 +128,8 @@ class Cubic:
 
 
 class Gas:
-    """The pressure over the angle, from a table or a diagram's strokes; ``integrate`` does what has no formula."""
+    """Pressure over the crank angle, from a table or a diagram's strokes; ``integrate`` handles terms without a closed
+    form."""
 
     def __init__(self, case: Case, motion: Motion, area: Number, clearance: Number, integrate: Callable) -> None:
         self.motion, self.area, self.clearance, self.integrate = motion, area, clearance, integrate
@@ -158,7 +158,7 @@ class Gas:
         self.work_to = cache(self._work_to)
 
     def _angles(self, index):
-        """Angles of a stroke's points that lie between its dead centres."""
+        """Angles of a stroke's points between its dead centres."""
         m, found = self.motion, []
         for volume in self.curves[index].x:
             x = (volume - self.clearance) / self.area
@@ -169,7 +169,7 @@ class Gas:
         return found
 
     def at(self, phi, before=False):
-        """p, the magnitude V |dp/dV| or phi |dp/dphi|; ``before`` takes the limit from below at a dead centre."""
+        """p, and the magnitude V |dp/dV| or phi |dp/dphi|; ``before`` takes the left limit at a dead centre."""
         if self.table:
             at = self.start + self.m.fmod(phi - self.start + 4 * self.period, self.period)
             value, slope, _ = self.curves[0].at(at)
@@ -240,7 +240,7 @@ class Machine:
         self.phases = [m.mpf(p) for p in case.get("phases", [0])]
 
     def forces(self, phi, before=False):
-        """{name: (value, sum of magnitudes)} of what the worst instants are taken from, and the torque."""
+        """{name: (value, sum of magnitudes)} of the forces with worst instants, and of the torque."""
         p, steep = self.gas.at(phi, before)
         m, back, motion = self.m, self.x["crankcase_pressure"], self.motion
         gas, gas_size = (p - back) * self.area, (abs(p) + steep + abs(back)) * self.area
@@ -248,11 +248,11 @@ class Machine:
         beta, _, bending = motion.rod_angle(phi)
         axial = gas - self.reciprocating * acceleration
         grip = motion.r * self.omega**2
-        # What the rounding of r, L and e does to the rod's tangent when the rod stands nearly across.
+        # rounding of r, L and e amplified by the rod's tangent when the rod is nearly transverse
         askew = 1 / m.cos(beta) ** 2
         size = gas_size + self.reciprocating * max(abs(acceleration) * askew, grip)
         couple = self.defect * bending * self.omega**2 / (motion.length * m.cos(beta))
-        # The couple's defect is itself a difference, and so is beta''.
+        # the couple's defect and beta'' are differences themselves
         two = self.x["rod"] * self.x["rod_cg"] * (motion.length - self.x["rod_cg"]) + self.x["rod_inertia"]
         turning = (motion.r / motion.length) * self.omega**2 / m.cos(beta) ** 3
         size_across = askew * size * m.tan(abs(beta)) + two * turning / (motion.length * m.cos(beta))
@@ -293,13 +293,13 @@ class Machine:
         return len(self.phases) * self.gas.work_to(start + period) / period
 
     def surplus(self, phi):
-        """Work of all cylinders above the mean torque's, for any phi of the first period [J]."""
+        """Work of all cylinders in excess of the mean torque's, for any phi of the first period [J]."""
         period = self.gas.period
         done = self.m.fsum([self.energy(phi - psi + 2 * period) for psi in self.phases])
         return done - self.mean_surplus() * (phi + 2 * period)
 
     def shifted_breaks(self):
-        """Where a piece of any cylinder's cycle ends, over the first period."""
+        """Breakpoints of all cylinders' cycles over the first period."""
         breaks, period = self.gas.breaks, self.gas.period
         shifted = (breaks[0] + self.m.fmod(b + psi - breaks[0], period) for b in breaks for psi in self.phases)
         found = sorted({breaks[0], *shifted})
@@ -307,7 +307,7 @@ class Machine:
 
 
 def panels(order: int, numbers: Any = mp) -> Callable:
-    """Gauss's rule on equal panels, short against how fast the motion changes."""
+    """Gauss quadrature on equal panels, short compared with the variation of the motion."""
 
     def integrate(f, ends):
         low, high = ends
@@ -325,10 +325,11 @@ WORST = ("rod_compression_max", "side_force_max", "wrist_pin_load_max", "crank_p
 
 
 def cycle(case: Case, watch: Callable[[], None]) -> dict[str, tuple[Number, float]]:
-    """name -> (value, what it may be off, relative) of the worst forces [N], mean torque [N m], indicated power [W] and
-    the work between the extremes of the speed [J].
+    """name -> (value, relative uncertainty) of the worst forces [N], mean torque [N m], indicated power [W] and the
+    work between the speed extremes [J].
 
-    Every piece between breaks is looked at densely in floats; what comes near the top is climbed in many digits.
+    Every interval between breaks is sampled densely in floats; candidates near the maximum are refined in high
+    precision.
     """
     with mp.workdps(DIGITS):
         rough, exact = Machine(case, mp.fp, panels(6, mp.fp)), Machine(case, mp.mp, panels(_ORDER))
@@ -366,7 +367,7 @@ def cycle(case: Case, watch: Callable[[], None]) -> dict[str, tuple[Number, floa
 
 
 def _grids(breaks: Sequence[float], watch: Callable[[], None]) -> list[list[float]]:
-    """Places to look at, piece by piece, both ends of each included."""
+    """Sample points of each interval, including both ends."""
     found, whole = [], breaks[-1] - breaks[0]
     for low, high in pairwise(breaks):
         watch()
@@ -376,7 +377,7 @@ def _grids(breaks: Sequence[float], watch: Callable[[], None]) -> list[list[floa
 
 
 def _greatest(function: Callable, looks: list[tuple[list[float], list[float]]], breaks: Sequence[Number]) -> Number:
-    """The greatest value: climbed wherever floats come near the top, and taken at both sides of the breaks there."""
+    """The maximum: refined wherever floats come close to it, including both sides of the breaks."""
     every = [value for _, row in looks for value in row]
     least = max(every) - _WITHIN * (max(every) - min(every))
     near = [(row[i], grid, i) for grid, row in looks for i in summits(row, 1.0) if row[i] >= least]
@@ -390,7 +391,7 @@ def _greatest(function: Callable, looks: list[tuple[list[float], list[float]]], 
         end = min(breaks, key=lambda b, at=grid[i]: abs(b - at))
         values.append(function(end, i == last))
         inward = (high - low) * (_BESIDE if i == 0 else -_BESIDE)
-        # A break that the function falls away from is its summit; only where it rises further is there more to find.
+        # a break from which the function falls is the maximum; refine only if it rises further
         if function(end + inward) > values[-1]:
             values.append(climb(function, low, (low + high) / 2, high)[1])
     return max(values)

@@ -1,6 +1,5 @@
-"""The impact linkage by other means: ratios from the closure and R_k = R as linear equations, joints from intersecting
-circles, u31 from the joints' velocities, its slope from differences, boxes tried over directions.
-"""
+"""Reference for the impact linkage: ratios from the closure and R_k = R as linear equations, joints by intersecting
+circles, u31 from joint velocities, its slope by differences, boxes by search over directions."""
 
 from __future__ import annotations
 
@@ -15,7 +14,7 @@ _ROUNDS = 45
 _BOX_DIGITS = 30
 
 SIGNS = {"largest_coupler": (1, 1), "largest_rocker": (1, -1), "largest_base": (-1, -1)}
-"""Where crank pin and rocker joint lie at the blow, along the base."""
+"""Directions of crank pin and rocker joint at the blow along the base."""
 
 
 def ratios(kind: str, restitution: float, parameter: float) -> tuple[mp.mpf, mp.mpf, mp.mpf]:
@@ -45,7 +44,7 @@ def rocker_angle(kind: str, links: tuple[mp.mpf, mp.mpf, mp.mpf], phi: mp.mpf) -
         cx = (along * x - side * across * y) / distance
         cy = (along * y + side * across * x) / distance
         found.append(mp.atan2(rocker_sign * cy, rocker_sign * cx))
-    # One branch swings to one side only over the whole cycle; for the rocker's sign see the sign of its motion.
+    # Each branch stays on one side over the whole cycle; the rocker's sign follows from its motion.
     wanted = -1 if kind == "largest_base" else 1
     inside = [angle for angle in found if angle * wanted >= 0]
     return min(inside, key=abs) if len(inside) == 1 else found[0] if not inside else max(inside, key=abs)
@@ -58,19 +57,19 @@ def transfer(kind: str, links: tuple[mp.mpf, mp.mpf, mp.mpf], phi: mp.mpf) -> mp
     swung = rocker_angle(kind, links, phi)
     bx, by = crank_sign * mp.cos(phi), crank_sign * mp.sin(phi)
     rx, ry = rocker_sign * rocker * mp.cos(swung), rocker_sign * rocker * mp.sin(swung)
-    # Rigid coupler: its ends have equal velocities along it.
+    # rigid coupler: equal velocities of its ends along it
     dx, dy = base + rx - bx, ry - by
     return (-by * dx + bx * dy) / (-ry * dx + rx * dy)
 
 
-def _patient() -> None:
+def _no_watch() -> None:
     pass
 
 
 class Mechanism:
-    """A change-point mechanism of unit crank, its energy 1, made for R_k = R."""
+    """A change-point mechanism with unit crank and unit energy, designed for R_k = R."""
 
-    def __init__(self, kind, restitution, parameter, watch=_patient):
+    def __init__(self, kind, restitution, parameter, watch=_no_watch):
         self.watch = watch
         self.kind, self.parameter = kind, parameter
         self.links = ratios(kind, restitution, parameter)
@@ -101,7 +100,7 @@ class Mechanism:
         return 2 / self.end**2 * abs(self.slope(phi)) / lever
 
     def extent(self, alpha):
-        """Width of the sweep along a direction."""
+        """Width of the swept area along a direction."""
         self.watch()
         base, _, rocker = self.links
         _, rocker_sign = SIGNS[self.kind]
@@ -120,12 +119,12 @@ class Mechanism:
         return out
 
     def area(self, alpha, pad=0):
-        """Of the box along a direction, ``pad`` on every side."""
+        """Area of the box along a direction, with ``pad`` on every side."""
         return (self.extent(alpha) + 2 * pad) * (self.extent(alpha + mp.pi / 2) + 2 * pad)
 
 
-def narrowed(f, low, high, rounds):
-    """Greatest value of f in a stretch with one summit: (place, value), by golden sections."""
+def golden_section(f, low, high, rounds):
+    """Maximum of a unimodal f in an interval: (place, value), by golden section."""
     golden = (mp.sqrt(5) - 1) / 2
     a, b = high - golden * (high - low), low + golden * (high - low)
     fa, fb = f(a), f(b)
@@ -145,12 +144,12 @@ def greatest(f, places, rounds):
     values = [f(x) for x in places]
     top = values.index(max(values))
     best = (places[top], values[top])
-    found = narrowed(f, places[max(top - 1, 0)], places[min(top + 1, len(places) - 1)], rounds)
+    found = golden_section(f, places[max(top - 1, 0)], places[min(top + 1, len(places) - 1)], rounds)
     return max(best, found, key=lambda pair: pair[1])
 
 
 def places_over_the_cycle():
-    """Evenly, and crowded about mid-cycle and both ends."""
+    """Uniform, and denser at mid-cycle and at both ends."""
     near = mp.mpf(10) ** -(mp.mp.dps // 6)
     out = {near, 2 * mp.pi - near} | {2 * mp.pi * i / 64 for i in range(1, 64)}
     for k in range(1, 40):
@@ -160,7 +159,7 @@ def places_over_the_cycle():
 
 
 def least_area(mechanism, pad=0):
-    """(direction, area) of the least box."""
+    """(direction, area) of the smallest box."""
     places = [mp.pi / 2 * i / 360 for i in range(361)]
     values = [mechanism.area(x, pad) for x in places]
     floor = min(values)
@@ -169,7 +168,7 @@ def least_area(mechanism, pad=0):
         beside = values[max(i - 1, 0)], values[min(i + 1, len(values) - 1)]
         if value <= floor * mp.mpf("1.01") and value <= min(beside):
             low, high = places[max(i - 1, 0)], places[min(i + 1, len(values) - 1)]
-            at, found = narrowed(lambda x: -mechanism.area(x, pad), low, high, 3 * mp.mp.dps)
+            at, found = golden_section(lambda x: -mechanism.area(x, pad), low, high, 3 * mp.mp.dps)
             best = min([best, (at, -found)] if best else [(at, -found)], key=lambda pair: pair[1])
     return best
 
@@ -177,10 +176,10 @@ def least_area(mechanism, pad=0):
 def strike(
     kind: str, restitution: float, parameter: float, energy: bool, watch: Callable[[], None]
 ) -> dict[str, tuple[Number, float]]:
-    """name -> (value, what it may be off, relative) of a linkage of unit crank.
+    """name -> (value, relative uncertainty) of a linkage of unit crank.
 
-    |u31| after and before the blow and its greatest, R_k, the transmission angle in mid-cycle [rad], the longest link;
-    with ``energy`` the peak torque and pin force for an impact energy of 1.
+    |u31| after and before the blow and its maximum, R_k, the mid-cycle transmission angle [rad], the longest link; with
+    ``energy``, peak torque and pin force for an impact energy of 1.
     """
     with mp.workdps(DIGITS):
         made = Mechanism(kind, restitution, parameter)
@@ -209,7 +208,7 @@ def strike(
 
 
 def box_area(kind: str, restitution: float, parameter: float, pad: Number, watch: Callable[[], None]) -> Number:
-    """Area of the least box around the sweep of a linkage of unit crank and its pads."""
+    """Area of the smallest box around the swept area of a unit-crank linkage and its pads."""
     with mp.workdps(_BOX_DIGITS):
         made = Mechanism(kind, restitution, parameter, watch)
         return least_area(made, mp.mpf(pad))[1]

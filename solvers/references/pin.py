@@ -1,7 +1,6 @@
-"""A piston pin by other means: forces in the textbook's pieces, the criteria's plain stresses in bore ratios, roots by
-bisection and secants, masses by Gauss's rule on pieces that end wherever one demand takes over from another and crowd
-around the weakest section, deflections from the unit load with Cowper's coefficient.
-"""
+"""Reference for a piston pin: the textbook's piecewise forces, the criteria's stresses in bore ratios, roots by
+bisection and secants, masses by Gauss quadrature on intervals that end where the governing demand changes and are
+denser at the weakest section, deflections by the unit-load method with Cowper's coefficient."""
 
 from __future__ import annotations
 
@@ -24,14 +23,14 @@ DIGITS = 34
 _QUICK, _CHECKED = 12, 18
 
 
-def _patient() -> None:
+def _no_watch() -> None:
     pass
 
 
 class Pin:
-    """A case in the numbers of the present precision."""
+    """A case in the current precision."""
 
-    def __init__(self, case: Case, watch: Callable[[], None] = _patient) -> None:
+    def __init__(self, case: Case, watch: Callable[[], None] = _no_watch) -> None:
         self.D, self.a, self.b, self.gap, self.P, self.sigma = (mp.mpf(case[name]) for name in INPUTS)
         self.watch = watch
         self.E, self.nu, self.rho = (mp.mpf(case[n]) for n in ("elastic_modulus", "poisson", "density"))
@@ -41,7 +40,7 @@ class Pin:
         self.wall = cache(self._wall)
 
     def forces(self, x):
-        """Shear force and moment up to the middle, boss, gap and rod in turn."""
+        """Shear force and moment up to the middle, in boss, gap and rod."""
         a, b, gap, P = self.a, self.b, self.gap, self.P
         if x <= a:
             return P * x**2 / (2 * a**2), P * x**3 / (6 * a**2)
@@ -51,11 +50,11 @@ class Pin:
         return P / 2 - P * t / b, P * a / 6 + P / 2 * (x - a) - P * t**2 / (2 * b)
 
     def demands(self, x, number=mp.mpf, root=mp.sqrt, pi=None):
-        """Functions of the bore ratio, above 1 where the section is too weak, each times 1 - ratio^4."""
+        """Functions of the bore ratio, above 1 if the section is too weak, times 1 - ratio^4."""
         return self.demands_of(*self.forces(x), number, root, pi)
 
     def demands_of(self, Q, M, number=mp.mpf, root=mp.sqrt, pi=None):
-        """The same for a shear force and a moment."""
+        """``demands`` for a given shear force and moment."""
         pi = pi or mp.pi
         Q, M = number(Q), number(M)
         Q, D, sigma, nu = abs(Q), number(self.D), number(self.sigma), number(self.nu)
@@ -80,7 +79,7 @@ class Pin:
         return found
 
     def thicknesses(self, x):
-        """The relative wall of every demand: bisection in floats, secants in digits; None beyond the solid."""
+        """The relative wall of every demand: bisection in floats, then secants; None if the solid is too weak."""
         rough = self.demands(x, float, math.sqrt, math.pi)
         return [self.thickness(*pair) for pair in zip(self.demands(x), rough, strict=True)]
 
@@ -92,7 +91,7 @@ class Pin:
             return mp.mpf(0)
 
         def short(w, of=demand):
-            # 1 - (1-w)^4, as a product that keeps thin walls' digits.
+            # 1 - (1-w)^4 as a product, without cancellation for thin walls
             return w * (2 - w) * (1 + (1 - w) ** 2) - of(1 - w)
 
         low, high = min(rough(0.0), rough(1.0)) / 16, 1.0
@@ -114,7 +113,7 @@ class Pin:
         return x1
 
     def _wall(self, x):
-        """The relative wall that every demand and the least wall ask for; None where even the solid is too weak."""
+        """The relative wall required by all demands and the minimum wall; None if even the solid is too weak."""
         self.watch()
         walls = self.thicknesses(x)
         return None if None in walls else max([2 * self.min_wall / self.D, *walls])
@@ -123,7 +122,7 @@ class Pin:
         return max(demand(mp.mpf(0)) for demand in self.demands(x))
 
     def weakest(self):
-        """(place, use) of the solid pin's worst section: golden sections on every piece."""
+        """(place, utilisation) of the solid pin's worst section, by golden section on every interval."""
         self.watch()
         best = (mp.mpf(0), self.use_of_solid(mp.mpf(0)))
         edges = self.load_edges()
@@ -143,7 +142,7 @@ class Pin:
         return best
 
     def pieces(self):
-        """Edges of one half: loads, changes of the governing demand, a crowd around the weakest section."""
+        """Interval edges of one half: loads, changes of the governing demand, refinement at the weakest section."""
         edges = {mp.mpf(0), self.a, self.a + self.gap, self.L / 2}
         place, use = self.weakest()
         if use > mp.mpf("0.9"):
@@ -165,7 +164,7 @@ class Pin:
         return max(range(len(walls) + 1), key=lambda i: [floor, *walls][i])
 
     def change(self, left, right):
-        """Where one demand takes over: bisection."""
+        """Where the governing demand changes, by bisection."""
         first = self.governs(left + (right - left) / 100)
         for _ in range(110):
             middle = (left + right) / 2
@@ -173,7 +172,7 @@ class Pin:
         return (left + right) / 2
 
     def free_mass(self, shares):
-        """Mass of the free bore; pieces as shares of the half, so that a changed input changes them alike."""
+        """Mass of the free bore; intervals as fractions of the half, so that they scale with the inputs."""
         total = mp.mpf(0)
         for x, weight in shares:
             w = self.wall(x)
@@ -185,14 +184,14 @@ class Pin:
         return self.rho * mp.pi * self.D**2 / 4 * self.L * w * (2 - w)
 
     def load_edges(self):
-        """Where loads begin, up to the middle."""
+        """Load boundaries up to the middle."""
         return sorted({mp.mpf(0), self.a, self.a + self.gap, self.L / 2})
 
     def deflection(self, ratio, places, with_shear=True):
-        """Of the middle against the bosses' edges: int M m/(E I) + Q q/(k G A) over one half, twice.
+        """Deflection of the middle relative to the bosses' edges: twice int M m/(E I) + Q q/(k G A) over one half.
 
-        ``ratio`` is the bore's at a place; k is Cowper's of a tube (1966). ``places`` are those of a rule of quadrature
-        with their weights; those inside the bosses count for nothing.
+        ``ratio``: bore ratio over the position; k: Cowper's coefficient of a tube (1966). ``places``: quadrature points
+        with weights; those inside the bosses do not contribute.
         """
         rigidity = self.E / (2 * (1 + self.nu))
         total = mp.mpf(0)
@@ -209,13 +208,13 @@ class Pin:
         return 2 * total
 
     def solid_deflection(self):
-        """The same of the solid pin: polynomials on two pieces."""
+        """Deflection of the solid pin: polynomials on two intervals."""
         edges = [self.a, self.a + self.gap, self.L / 2]
         places = [pair for low, high in pairwise(edges) if high > low for pair in gauss(low, high, 8)]
         return self.deflection(lambda _: mp.mpf(0), places)
 
     def thickest(self, edges):
-        """Where the wall is thickest: edges, and golden sections around the best of a grid."""
+        """Position of the thickest wall: edges, and golden section around the best grid points."""
         grid = sorted({low + (high - low) * i / 8 for low, high in pairwise(edges) for i in range(9)})
         top = max(range(len(grid)), key=lambda i: self.wall(grid[i]))
         left, right = grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)]
@@ -230,14 +229,13 @@ class Pin:
 
 
 Found = dict[str, tuple[Number | None, float]]
-"""name -> (value in SI units, what it may be off, relative)."""
+"""name -> (value in SI units, relative uncertainty)"""
 
 
 def common(case: Case, watch: Callable[[], None]) -> Found:
-    """What no bore has a part in: the solid pin's mass, the greatest moment, the pressures in the small end (even) and
-    at the peak of a boss's triangle, the force that the solid pin carries
-    (where there is a load), and the mass of the constant bore that strength and the least wall allow (None where even
-    the solid pin is too weak)."""
+    """Results independent of the bore: the solid pin's mass, the maximum moment, the pressures in the small end
+    (uniform) and at the peak of a boss's triangle, the force that the solid pin bears (if loaded), and the mass of the
+    constant bore allowed by strength and minimum wall (None if even the solid pin is too weak)."""
     with mp.workdps(DIGITS):
         pin = Pin(case, watch)
         solid = pin.rho * mp.pi * pin.D**2 / 4 * pin.L
@@ -256,7 +254,7 @@ def common(case: Case, watch: Callable[[], None]) -> Found:
 
 
 def free_bore(case: Case, with_shear: bool, watch: Callable[[], None]) -> Found:
-    """Mass and deflection of the lightest bore under strength and the least wall; nothing where there is none."""
+    """Mass and deflection of the lightest bore under strength and minimum wall; empty if there is none."""
     with mp.workdps(DIGITS):
         pin = Pin(case, watch)
         if pin.weakest()[1] > 1:
@@ -271,12 +269,11 @@ def free_bore(case: Case, with_shear: bool, watch: Callable[[], None]) -> Found:
 
 
 def given_bore(case: Case, points: Sequence[tuple[float, float]], with_shear: bool, watch: Callable[[], None]) -> Found:
-    """Mass and deflection with a bore of straight lines between (place, diameter) from end to end, alike in both
-    halves."""
+    """Mass and deflection of a symmetric bore, piecewise linear between (place, diameter) points from end to end."""
     with mp.workdps(DIGITS):
         pin = Pin(case, watch)
         bore = [(mp.mpf(x), mp.mpf(d)) for x, d in points]
-        # Frustums, the bore's from the outside's.
+        # frustums: outside minus bore
         holes = mp.fsum((x1 - x0) * (d0 * d0 + d0 * d1 + d1 * d1) / 3 for (x0, d0), (x1, d1) in pairwise(bore))
         mass = pin.rho * mp.pi / 4 * (pin.D**2 * pin.L - holes)
         if max(d for _, d in bore) >= pin.D:
@@ -297,5 +294,5 @@ def given_bore(case: Case, points: Sequence[tuple[float, float]], with_shear: bo
 
 
 def _checked(values: list[Number]) -> tuple[Number, float]:
-    """The last value, and how far the one before it was from it, relative."""
+    """The last value and its relative difference from the previous one."""
     return values[-1], float(abs(values[-1] - values[-2]) / abs(values[-1])) if values[-1] else 0.0

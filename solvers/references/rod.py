@@ -1,7 +1,6 @@
-"""The flexible rod by other means: V = A (cos Kz - 1) + B (sin Kz - Kz), or its hyperbolic or cubic counterpart, with A
-and B from the two conditions at the head solved as they stand, at as many digits as they cancel and the present ones
-more. Gas load, reciprocating inertia, beam-column, guide and friction.
-"""
+"""Reference for the flexible rod: V = A (cos Kz - 1) + B (sin Kz - Kz), or its hyperbolic or cubic counterpart, with A
+and B from the two head conditions, in the current precision plus the digits lost by cancellation. Gas load,
+reciprocating inertia, beam-column, guide and friction."""
 
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ Case = Mapping[str, Any]
 
 
 class Bent:
-    """The strip at one load, per unit stroke: A and B from the two conditions at the head, solved as they stand."""
+    """The strip at one load, per unit stroke: A and B from the two head conditions."""
 
     def __init__(self, q, l, rod_length):
         x = mp.sqrt(abs(q)) * l
@@ -33,7 +32,7 @@ class Bent:
             self.a, self.b = a22 / det, -a21 / det
 
     def families(self, z):
-        """Both functions that obey the conditions at the clamp, each with three derivatives."""
+        """The two functions that satisfy the clamp conditions, with three derivatives each."""
         q, k = self.q, self.k
         if q == 0:
             return (z**2 / 2, z, mp.mpf(1), mp.mpf(0)), (z**3 / 6, z**2 / 2, z, mp.mpf(1))
@@ -52,7 +51,7 @@ class Bent:
 
 
 def critical_coupling(l, rod_length):
-    """-P_cr/EI: the first zero of the determinant of the same two conditions in compression."""
+    """-P_cr/EI: the first zero of the determinant of the head conditions in compression."""
     beta = l / rod_length
 
     def residual(x):
@@ -64,7 +63,7 @@ def critical_coupling(l, rod_length):
 
 
 def pchip(angle, values):
-    """The monotone cubic of F. N. Fritsch and J. Butland (1984), closed on itself after one turn."""
+    """The periodic monotone cubic of F. N. Fritsch and J. Butland (1984)."""
     n, turn = len(angle), 2 * mp.pi
     width = [(angle[(i + 1) % n] - angle[i]) + (turn if i == n - 1 else 0) for i in range(n)]
     rise = [(values[(i + 1) % n] - values[i]) / width[i] for i in range(n)]
@@ -93,7 +92,7 @@ def pchip(angle, values):
 
 
 class Machine:
-    """A case in the numbers of the present precision."""
+    """A case in the current precision."""
 
     def __init__(self, case: Case) -> None:
         groups = {**case["mechanism"], **case["piston"], **case["material"], **case["dimensions"]}
@@ -180,7 +179,7 @@ class Machine:
         return -self.stiffness * critical_coupling(self.x["l"], self.x["rod_length"])
 
     def angles(self):
-        """Sorted angles of one turn: even ones, and a graded crowd around whatever is sharp."""
+        """Sorted angles of one cycle: uniform, refined around sharp features."""
         out = {2 * mp.pi * i / 72 for i in range(72)}
         if self.load["kind"] == "table":
             out |= {mp.mpf(a) % (2 * mp.pi) for a in self.load["angle"]}
@@ -206,7 +205,7 @@ def natural_frequency(machine: Machine, force: Number, watch: Callable[[], None]
     def determinant(omega: Number) -> Number:
         watch()
         root = mp.sqrt(q * q / 4 + line * omega**2)
-        # Of the two, the one that would be a difference follows from their product.
+        # the root that would cancel follows from their product
         if q >= 0:
             a2 = root + q / 2
             b2 = line * omega**2 / a2

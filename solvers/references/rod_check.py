@@ -1,6 +1,5 @@
-"""A strip's check by other means: extremes of ``solvers.references.rod`` over angles and sections, fatigue by the ray
-to the limiting curve, the mean friction power by quadrature.
-"""
+"""Reference for a strip's check: extremes of ``solvers.references.rod`` over angles and sections, fatigue from the ray
+to the limiting curve, mean friction power by quadrature."""
 
 from __future__ import annotations
 
@@ -17,7 +16,7 @@ from solvers.references.searching import Number, brent, gauss, zero
 DIGITS = 34
 
 Use = Callable[[Number, Number], Number]
-"""Utilisation 1/n of a cycle between a greatest and a least stress."""
+"""Utilisation 1/n of a stress cycle, from its maximum and minimum stress."""
 
 _SHARES = tuple(mp.mpf(i) / 12 for i in range(13)) + tuple(
     side for k in (2, 3) for side in (mp.mpf(10) ** -k, 1 - mp.mpf(10) ** -k)
@@ -29,10 +28,11 @@ _QUICK, _CHECKED = 12, 18
 
 
 def utilisation(name: str, material: Mapping[str, Any]) -> Use:
-    """Where the ray of a stress cycle meets the limiting curve of a convention; compression is not credited.
+    """The utilisation by a fatigue criterion: where the cycle's ray meets the limiting curve; no credit for
+    compression.
 
-    serensen, soderberg, goodman: straight lines; gerber: a parabola; fkm: slope M up to R = 0, M/3 up to R = 1/2, level
-    beyond. The amplitude counts K times.
+    serensen, soderberg, goodman: straight lines; gerber: a parabola; fkm: slope M up to R = 0, M/3 up to R = 1/2,
+    constant beyond. The amplitude is multiplied by K.
     """
     limit, k, psi = (mp.mpf(material[n]) for n in ("fatigue_limit", "fatigue_reduction", "mean_stress_sensitivity"))
 
@@ -66,11 +66,10 @@ STRESSES = ("fatigue_safety", "stress_amplitude", "yield_safety")
 def check(
     case: Case, criterion: str, watch: Callable[[], None], wanted: Container[str]
 ) -> dict[str, tuple[Number | None, float]]:
-    """name -> (value in SI units, what it may be off, relative) of a strip in its machine; of what takes long only
-    what is wanted.
+    """name -> (value in SI units, relative uncertainty) of a strip in its machine; expensive results only if wanted.
 
-    A safety without a load to fail under is None; beyond buckling there are no stresses. Extremes are looked for on
-    graded angles and sections and closed in on by Brent's search.
+    A safety without a load is None; a buckled strip has no stresses. Extremes are located on graded angles and sections
+    and refined with Brent's method.
     """
     with mp.workdps(DIGITS):
         machine = Machine(case)
@@ -105,13 +104,13 @@ def check(
 
 
 class _Look:
-    """Greatest values over a turn."""
+    """Maxima over the cycle."""
 
     def __init__(self, watch: Callable[[], None], angles: Sequence[Number]) -> None:
         self.watch, self.angles = watch, angles
 
     def greatest(self, f: Callable[[Number], Number]) -> tuple[Number, float]:
-        """(value, what it may be off, relative)."""
+        """(value, relative uncertainty)."""
         values = []
         for angle in self.angles:
             self.watch()
@@ -131,7 +130,7 @@ class _Look:
         return best, float(doubt / abs(best)) if best else 0.0
 
     def climb(self, f: Callable[[Number], Number], a: Number, m: Number, b: Number) -> tuple[Number, Number]:
-        """(value, how far it falls within the search's last step); where that is a corner, a far shorter one."""
+        """(value, decrease within the last step); for a corner, with a much smaller last step."""
 
         def watched(place: Number) -> Number:
             self.watch()
@@ -147,12 +146,12 @@ class _Look:
             low, high = max(place - 2 * near, a), min(place + 2 * near, b)
             share *= _NARROW
             place, value = brent(watched, low, place, high, width * share)
-        # Of a parabola's fall at a hundred steps, one step keeps a ten thousandth; of a corner's a hundredth.
+        # At a hundred times the step a parabola falls 1e4 times as far, a corner 1e2 times.
         return value, abs(fall) / (100 if share < _NARROW else 10_000)
 
 
 def _stresses(machine: Machine, use: Use, look: _Look) -> dict[str, tuple[Number | None, float]]:
-    """Both safeties, and the amplitude where fatigue governs."""
+    """Both safeties, and the amplitude at the section governing fatigue."""
     rows = [[_fibres(machine, share, phi, look.watch) for phi in look.angles] for share in sorted(_SHARES)]
     value, doubt, amplitude, vague = _worst(machine, use, rows, look)
     found: dict[str, tuple[Number | None, float]] = {
@@ -174,7 +173,7 @@ def _fibres(machine: Machine, share: Number, phi: Number, watch: Callable[[], No
 def _worst(
     machine: Machine, use: Use, rows: list[list[tuple[Number, Number]]], look: _Look
 ) -> tuple[Number, float, Number, float]:
-    """Greatest utilisation over sections and fibres, what it may be off, the amplitude there, what that may be off."""
+    """Maximum utilisation over sections and fibres and its uncertainty, the amplitude there and its uncertainty."""
     shares, best = sorted(_SHARES), None
     coarse = {
         (layer, i): use(max(s[layer] for s in row), min(s[layer] for s in row))
@@ -194,7 +193,7 @@ def _worst(
         low, high = shares[max(i - 1, 0)], shares[min(i + 1, last)]
         places = [(used(shares[i]), shares[i], mp.mpf(0))]
         inward = shares[i] + (high - low) / 1000 * (1 if i == 0 else -1)
-        # An end that falls away is the summit; only where it rises inward is there more to find.
+        # a falling end is the maximum; refine only if it rises inward
         if 0 < i < last or used(inward) > places[0][0]:
             middle = shares[i] if 0 < i < last else (low + high) / 2
             place, value = brent(used, low, middle, high, (high - low) * mp.mpf(10) ** -8)
@@ -214,7 +213,7 @@ def _worst(
 
 
 def _section(machine: Machine, share: Number, fibre: int, look: _Look) -> tuple[Number, Number, Number]:
-    """Greatest and least stress at a section, and what both may be off together, times the greater of them."""
+    """Maximum and minimum stress at a section, and their combined uncertainty relative to the larger one."""
     stress = cache(lambda phi: machine.stress(share, phi, fibre))
     high, first = look.greatest(stress)
     low, second = look.greatest(lambda phi: -stress(phi))
@@ -222,7 +221,7 @@ def _section(machine: Machine, share: Number, fibre: int, look: _Look) -> tuple[
 
 
 def _power(machine: Machine, look: _Look) -> tuple[Number, float]:
-    """Mean of the friction power over a turn, in pieces that end at the integrand's corners."""
+    """Mean friction power over the cycle, on intervals that end at the integrand's corners."""
 
     def moment(phi: Number) -> Number:
         return machine.clamp_moment(phi) + machine.side_force(phi) * machine.x["clamp_offset"]
@@ -241,7 +240,7 @@ def _power(machine: Machine, look: _Look) -> tuple[Number, float]:
         for f in (excess, machine.side_force, moment):
             if f(low) * f(high) < 0:
                 ends.add(zero(f, low, high))
-        # One wall carries around a zero of the moment, however narrow that stretch is.
+        # around a zero of the moment only one wall is in contact, however narrow that interval is
         if moment(low) * moment(high) < 0 < excess(low) and excess(high) > 0:
             middle = zero(moment, low, high)
             ends |= {zero(excess, low, middle), zero(excess, middle, high)}

@@ -1,4 +1,4 @@
-"""Greatest values of functions in many digits: Brent's search, and dense looks in floats before it."""
+"""Maximisation in arbitrary precision: Brent's method, preceded by dense sampling in floats."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Function = Callable[[Number], Number]
 
 
 def brent(f: Function, a: Number, m: Number, b: Number, tolerance: Number) -> tuple[Number, Number]:
-    """(place, greatest value) of f in (a, b) from an inside point m: golden sections and parabolas.
+    """(place, maximum) of f in (a, b) from an interior point m, by golden section and parabolas.
 
     Source: R. P. Brent, Algorithms for Minimization without Derivatives (1973).
     """
@@ -52,7 +52,7 @@ def brent(f: Function, a: Number, m: Number, b: Number, tolerance: Number) -> tu
 
 
 def climb(f: Function, a: Number, m: Number, b: Number) -> tuple[Number, Number]:
-    """(place, value); a corner, where the value moves with the place itself, is narrowed twice as far."""
+    """(place, value); a corner, where the value is linear in the place, is located twice as precisely."""
     width = b - a
     x, fx = brent(f, a, m, b, width * mp.mpf(10) ** -17)
     near = width * mp.mpf(10) ** -15
@@ -63,7 +63,7 @@ def climb(f: Function, a: Number, m: Number, b: Number) -> tuple[Number, Number]
 
 
 def zero(f: Function, low: Number, high: Number) -> Number:
-    """Where f changes its sign between two places, in the present precision: the Illinois rule.
+    """A sign change of f between two points in the current precision, by the Illinois method.
 
     Source: M. Dowell, P. Jarratt, A modified regula falsi method (1971).
     """
@@ -84,8 +84,7 @@ def zero(f: Function, low: Number, high: Number) -> Number:
 
 
 def summits(values: Sequence[float], within: float) -> list[int]:
-    """Indices of samples that neither neighbour exceeds and that come within a share of the samples' range of the top;
-    the ends count."""
+    """Indices of local maxima within a fraction ``within`` of the samples' range from the maximum; the ends count."""
     top, low = max(values), min(values)
     last = len(values) - 1
     return [
@@ -102,7 +101,7 @@ def _nodes(order: int, precision: int) -> tuple[tuple[Number, Number], ...]:
 
 
 def _legendre(order: int) -> Iterator[tuple[Number, Number]]:
-    """By Newton's method on Legendre's polynomial."""
+    """Newton's method on Legendre polynomials."""
     for i in range(order):
         x = mp.cos(mp.pi * (i + mp.mpf(3) / 4) / (order + mp.mpf(1) / 2))
         for _ in range(10):
@@ -115,6 +114,6 @@ def _legendre(order: int) -> Iterator[tuple[Number, Number]]:
 
 
 def gauss(low: Number, high: Number, order: int) -> list[tuple[Number, Number]]:
-    """Places and weights of Gauss's rule between two places, in the present precision."""
+    """Points and weights of Gauss quadrature on an interval, in the current precision."""
     middle, half = (low + high) / 2, (high - low) / 2
     return [(middle + half * x, half * weight) for x, weight in _nodes(order, mp.mp.prec)]

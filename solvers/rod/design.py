@@ -149,7 +149,7 @@ class _Design:
 
     def manifest(self, strip: Dimensions, chosen: frozenset[str]) -> tuple[EffectReport, ...]:
         """The effects as the answer calls for them; those that only another strip on the way did say so."""
-        why = "called for by a strip that the search came by"
+        why = "needed by a strip that the search evaluated"
         return tuple(
             report._replace(state=EffectState.ACTIVE, why=why)
             if report.name in chosen and report.state is EffectState.SKIPPED
@@ -283,7 +283,7 @@ class _Design:
         self, check: RodCheck, active: tuple[ActiveConstraint, ...], estimated: float, told: Certificate
     ) -> Outcome[RodDesign]:
         if self.out_of_time:
-            said = "the time budget ended the search: this is the best admissible strip found so far"
+            said = "the time budget ended the search: this is the best feasible strip found so far"
             check = replace(check, warnings=(*check.warnings, said))
         return Outcome(
             Status.SUCCEEDED,

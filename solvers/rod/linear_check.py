@@ -1,12 +1,12 @@
 """The check of a strip without corrections of its shape, compiled: rows of inputs in, rows of results out.
 
 Gas and inertia, beam-column, shear and friction that acts back are in the states (``state``); the strip's own inertia
-and large displacement are corrections. In plain bending the shape is the same at all angles,
+and large displacement are corrections. Where the axial force does not bend the strip, its shape goes with the stroke,
 
-    sigma+- = P/(b h) +- (E h/2) kappa(z) s(phi),    V = w(z) s(phi),    kappa linear in z,
+    sigma+- = P/(b h) +- (E h/2) kappa(z) s,    kappa = (L - z)/det,    V = (L z^2/2 - z^3/6 + g z)/det s
 
-so the greatest and the least stress, and every severity that is convex in them, are greatest at an end of the strip;
-and the deflection is greatest where |w| is, at the greatest stroke.
+(``strip.beam_column`` at q = 0). So every severity that is convex in the greatest and the least stress is greatest at
+the clamp, the deflection at the head, and side force, clamp moment and contact load all at the greatest stroke r.
 """
 
 from __future__ import annotations
@@ -18,15 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
-from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, largest
 from solvers.rod.cycle.composition import Composition
 from solvers.rod.cycle.guide_loads import (
+    CLAMP_MOMENT,
+    CONTACT_LOAD,
     GUIDE_READINGS,
+    SIDE_FORCE,
     Guide,
+    couple_of,
     friction_power,
-    magnitude,
     read_guide,
     relative,
 )
@@ -37,7 +39,6 @@ from solvers.rod.cycle.section import (
     FIBRE,
     HIGH_STRESS,
     LOW_STRESS,
-    NEARLY,
     PLACE,
     READINGS,
     STATIONS,
@@ -46,14 +47,20 @@ from solvers.rod.cycle.section import (
     Field,
     read_along,
 )
-from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, MOMENT, SHEAR, SIDE, STROKE, Strip, bend_state
+from solvers.rod.cycle.state import CLAMP, FORCE, MOMENT, ROWS, SHEAR, SIDE, Strip, bend_state
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.scene import Dimensions, Load, Scene
 from solvers.rod.strip.buckling import FIRST_ROOT_LIMITS, first_root
-from solvers.rod.strip.shape import bend
 from solvers.rod.strip.shear import critical_coupling
 from solvers.rod.strip.stiffness import SHEAR_FACTOR
-from solvers.rod.vibration.natural_frequencies import Energies, energies, frequency_under
+from solvers.rod.vibration.natural_frequencies import (
+    FEW_POLYNOMIALS,
+    OF_FEW,
+    POLYNOMIALS,
+    Energies,
+    energies,
+    frequency_under,
+)
 
 Array = NDArray[np.float64]
 
@@ -107,7 +114,7 @@ SHARE = 0.1
 ROUNDING = 1e-14
 REFINEMENTS = 4
 _LOOSE = 1e-4
-LAST_DIGITS, _EPS = 4.0 * float(np.finfo(float).eps), 8.0 * float(np.finfo(float).eps)
+LAST_DIGITS = 4.0 * float(np.finfo(float).eps)
 _CONVEX = 1e-12
 _ROUND = float(FIRST_ROOT_LIMITS[1])
 
@@ -180,7 +187,9 @@ def _check_row(
             pushed, of_pushed = critical, 0.0
     error, mean = max(relative(of_pushed, pushed), relative(of_pulled, pulled)), 0.5 * (pulled - pushed)
     out[0], out[1], out[2], out[3] = 1.0 if stands else 0.0, critical, pushed, pulled
-    out[4] = frequency_under(modes, stiffness, row[10] * b * h, l, length, mean)
+    few = accuracy >= 10.0 * OF_FEW
+    polynomials = FEW_POLYNOMIALS if few else POLYNOMIALS
+    out[4] = frequency_under(modes, stiffness, row[10] * b * h, l, length, mean, polynomials)
     if stands and row[22] != 0.0:
         for _ in range(REFINEMENTS):
             found = _read(drive, strip, row, edges, rule, states, lines, parabola, stations, tolerance, out)
@@ -195,7 +204,7 @@ def _check_row(
             error = max(error, LAST_DIGITS / (1.0 - pushed / critical))
     if critical + mean > 0.0:
         # The frequency goes with the root of what the mean force leaves of the critical one.
-        error = max(error, 0.5 * (of_pulled + of_pushed) / (critical + mean))
+        error = max(error, 0.5 * (of_pulled + of_pushed) / (critical + mean) + (OF_FEW if few else 0.0))
     out[_ERROR], out[_ANGLES], out[_TOLERANCE] = max(error, ROUNDING), states.shape[1], tolerance
 
 
@@ -217,8 +226,12 @@ def _read(
     direct, bending, contact = 1.0 / (row[12] * row[13]), 0.5 * row[9] * row[13], row[21] != 0.0
     force, none, along = states[FORCE], np.empty((0, states.shape[1])), out[_ALONG : _ALONG + READINGS]
     level = force.min() == force.max()
-    if row[18] == 0.0 and row[19] == 0.0 and not level and _is_convex(lines, parabola):
-        error = _along_straight(edges, rule, states, strip, direct, bending, lines, parabola, tolerance, along)
+    straight, most = strip.couples == 0.0, np.empty((ROWS, 1))
+    bend_state(strip, 0.0, drive.crank_radius, most, 0)
+    if straight and not level and _is_convex(lines, parabola):
+        error = _along_straight(edges, rule, states, direct, bending, lines, parabola, tolerance, along)
+        clamp, shear, l = most[CLAMP, 0], most[SHEAR, 0], strip.length
+        along[DEFLECTED] = abs((0.5 * clamp * l + shear * (l * l / 6.0 - strip.compliance)) * l)
     else:
         # A force that nothing changes would hide a small amplitude: the criterion counts its stress by itself.
         mean = direct * force[0] if level else 0.0
@@ -233,7 +246,13 @@ def _read(
         drive.crank_radius / drive.rod_length,
     )  # fmt: skip
     parts, told = np.empty(0), out[_GUIDE : _GUIDE + GUIDE_READINGS]
-    error = max(error, read_guide(edges, rule, guide, None, parts, parts, contact, tolerance, told))
+    if straight:
+        side, moment = most[SIDE, 0], most[MOMENT, 0]
+        told[SIDE_FORCE], told[CLAMP_MOMENT] = abs(side), abs(moment)
+        if contact:
+            told[CONTACT_LOAD] = abs(side) + abs(couple_of(side, moment, strip.lever, strip.offset))
+    else:
+        error = max(error, read_guide(edges, rule, guide, None, parts, parts, contact, tolerance, told))
     if contact:
         out[_POWER], missed = friction_power(edges, rule, guide, tolerance)
         error = max(error, missed)
@@ -251,72 +270,27 @@ def _is_convex(lines: Array, parabola: Array) -> bool:
 
 @kernel
 def _along_straight(
-    edges: Array, rule: Rule, states: Array, strip: Strip, direct: float, bending: float, lines: Array,
-    parabola: Array, tolerance: float, out: Array,
+    edges: Array, rule: Rule, states: Array, direct: float, bending: float, lines: Array, parabola: Array,
+    tolerance: float, out: Array,
 ) -> float:  # fmt: skip
-    """Stresses and deflection in plain bending into ``out`` (READINGS,); the greatest relative error."""
-    n, l = states.shape[1], strip.length
-    bent, turned, sunk, stress = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    best, most, of_best, of_most, amplitude_error = -1.0, 0.0, 0.0, 0.0, 0.0
-    used, of_used = np.empty(4), np.empty(4)
-    for k in range(4):
-        layer, z = k // 2, k % 2 * l
-        bend(states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], l, z, bent, turned, sunk)
-        for i in range(n):
-            stress[i] = direct * states[FORCE, i] + (1.0 - 2.0 * layer) * bending * bent[i]
+    """Stresses at the clamp of a shape that goes with the stroke into ``out`` (READINGS,); the greatest relative
+    error."""
+    best, most, of_best, of_most, amplitude_error, other = -1.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    stress = np.empty(states.shape[1])
+    for layer in range(2):
+        bends = (1.0 - 2.0 * layer) * bending
+        for i in range(stress.size):
+            stress[i] = direct * states[FORCE, i] + bends * states[CLAMP, i]
         low, high, of_low, of_high = _forces(edges, rule, stress, 0.01 * tolerance)
         low = -low
-        used[k] = utilisation_of(high, low, lines, parabola)
-        of_used[k] = utilisation_of(high + of_high, low - of_low, lines, parabola) - used[k]
-        if used[k] > best:
-            best, of_best = used[k], of_used[k]
-            out[UTILISATION], out[HIGH_STRESS], out[LOW_STRESS] = used[k], high, low
-            out[PLACE], out[FIBRE] = z, layer
+        used = utilisation_of(high, low, lines, parabola)
+        of_used = utilisation_of(high + of_high, low - of_low, lines, parabola) - used
+        other = max(other, used + of_used)
+        if used > best:
+            best, of_best = used, of_used
+            out[UTILISATION], out[HIGH_STRESS], out[LOW_STRESS], out[PLACE], out[FIBRE] = used, high, low, 0.0, layer
             amplitude_error = relative(of_high + of_low, 0.5 * (high - low))
         if high > most or -low > most:
             most, of_most = max(high, -low), max(of_high, of_low)
-    for k in range(4):
-        of_best = max(of_best, used[k] + of_used[k] - best)
     out[STRENGTH] = most
-    stroke, of_stroke = magnitude(edges, rule, states[STROKE], None, np.empty(0), 0.01 * tolerance)
-    deflection, of_deflection = _most_sunk(strip, stroke, tolerance)
-    out[DEFLECTED] = deflection
-    missed = max(relative(of_best, best), relative(of_most, most), amplitude_error)
-    return max(missed, relative(of_deflection, deflection), relative(of_stroke, stroke))
-
-
-@kernel
-def _most_sunk(strip: Strip, stroke: float, tolerance: float) -> tuple[float, float]:
-    """The greatest |V| [m] along a strip that no axial force bends, at a stroke [m], and what may be missing."""
-    state, l = np.empty((10, 1)), strip.length
-    bend_state(strip, 0.0, stroke, state, 0)
-    q, clamp, shear, head = state[COUPLING], state[CLAMP], state[SHEAR], state[HEAD]
-    bent, turned, sunk = np.empty(1), np.empty(1), np.empty(1)
-    row, step, top = np.empty(STATIONS), l / (STATIONS - 1), 0.0
-    for j in range(STATIONS):
-        bend(q, clamp, shear, head, l, l * j / (STATIONS - 1), bent, turned, sunk)
-        row[j] = abs(sunk[0])
-        top = max(top, row[j])
-    place, value, points, heights = np.empty(3), np.empty(3), np.empty(5), np.empty(5)
-    found, missing = 0.0, 0.0
-    for j in range(STATIONS):
-        before, here, after = row[abs(j - 1)], row[j], row[j + 1 if j < STATIONS - 1 else j - 1]
-        reach = here + 0.5 * abs(before - 2.0 * here + after)
-        if (j > 0 and here <= before) or here < after or reach < (1.0 - NEARLY) * top:
-            continue
-        low, high = max(j - 1, 0), min(j + 1, STATIONS - 1)
-        place[0], place[1], place[2] = step * low, step * j, step * high
-        value[0], value[1], value[2] = row[low], here, row[high]
-        error = np.inf
-        for _ in range(MOST_ROUNDS):
-            trial_points(place, value, points)
-            for m in range(5):
-                bend(q, clamp, shear, head, l, points[m], bent, turned, sunk)
-                heights[m] = abs(sunk[0])
-            error = narrow(place, value, points, heights)
-            top = max(top, value[1])
-            if error <= tolerance * top or place[2] - place[0] <= _EPS * l:
-                break
-        if value[1] > found:
-            found, missing = value[1], error
-    return found, missing
+    return max(relative(max(of_best, other - best), best), relative(of_most, most), amplitude_error)

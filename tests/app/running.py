@@ -1,4 +1,4 @@
-"""A service in processes of its own, as a person starts it, and a look at which of them live."""
+"""A service in its own processes, started with the command, and helpers to inspect them."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from typing import Any
 
 import httpx
 
-from tests.lifeline import mortal
+from tests.child_processes import die_with_test_runner
 
 ROOT = Path(__file__).parents[2]
+_END_WITH_TESTS = die_with_test_runner()
 
 
 def parents() -> dict[int, int]:
@@ -42,7 +43,7 @@ def descendants(pid: int) -> set[int]:
 
 
 def wait_until(condition: Callable[[], Any], seconds: float = 60.0) -> Any:
-    """What the condition gave when it held; an assertion error when it never did."""
+    """The condition's value once it holds; AssertionError on timeout."""
     end = time.monotonic() + seconds
     while not (given := condition()):
         assert time.monotonic() < end, condition
@@ -50,13 +51,20 @@ def wait_until(condition: Callable[[], Any], seconds: float = 60.0) -> Any:
     return given
 
 
+def _started_by_hand() -> None:
+    """End with the tests; heed Ctrl-C from the start, although children of a shell's background jobs ignore it."""
+    _END_WITH_TESTS()
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 class Running:
-    """``crankwright serve`` on a free port, on a database of its own in the folder where no ``url`` is given; ``cold``
-    gives it an empty kernel cache."""
+    """``crankwright serve`` on a free port, by default with a database in the folder; ``cold``: with an empty kernel
+    cache."""
 
     def __init__(self, folder: Path, cold: bool = False, url: str = "", **settings: object) -> None:
         path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
         environment = {**os.environ, "PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"}
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)  # every start would compile what it imports
         environment |= {f"CRANKWRIGHT_{name.upper()}": str(value) for name, value in settings.items()}
         if cold:
             environment["NUMBA_CACHE_DIR"] = str(folder / "kernels")
@@ -66,7 +74,7 @@ class Running:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", "app.cli", "serve", "--port", "0", "--database-url", database],
                 env=environment, cwd=ROOT, stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
-                preexec_fn=mortal(),
+                preexec_fn=_started_by_hand,
             )  # fmt: skip
 
     def __enter__(self) -> Running:

@@ -14,9 +14,9 @@ from app.settings import Settings
 
 @contextmanager
 def serving(folder: Path, **settings: object) -> Iterator[TestClient]:
-    """A client of the application on a fresh SQLite file; server errors come back as responses."""
+    """A client of the application on a fresh SQLite file; server errors are returned as responses."""
     url = f"sqlite:///{folder}/runs.sqlite3"
-    # Beside other tests, workers that stand back for everybody would never have their turn.
+    # low-priority workers would starve beside other tests
     given = {"workers": 1, "batch_workers": 1, "batch_niceness": 0, "solve_budget_s": 60.0, "form_patience_s": 60.0}
     given |= settings
     app = create_app(Settings(database_url=url, allowed_hosts="testserver", **given))

@@ -1,4 +1,4 @@
-"""The command line, as a script or a person uses it."""
+"""The command line."""
 
 from __future__ import annotations
 
@@ -46,18 +46,18 @@ def test_progress_shows_on_a_terminal_and_nowhere_else():
     for terminal in (True, False):
         written = io.StringIO()
         with shown_progress(Console(file=written, force_terminal=terminal)) as report:
-            report(Progress(3, 40, "the ladder of accuracies"))
-        assert ("the ladder of accuracies" in written.getvalue() and "3/40" in written.getvalue()) == terminal
+            report(Progress(3, 40, "solving at different accuracies"))
+        assert ("solving at different accuracies" in written.getvalue() and "3/40" in written.getvalue()) == terminal
         assert terminal or not written.getvalue()
 
 
-def test_a_study_takes_the_case_itself(call, check_request):
+def test_an_accuracy_study_accepts_a_bare_request(call, check_request):
     answer = call("accuracy", "flexible-rod", check_request)
     assert answer.exit_code == 0
     assert "cheapest that will do" in answer.output
 
 
-def test_an_infeasible_design_is_stored_and_ends_with_three(call, design_request, tmp_path):
+def test_an_infeasible_design_is_stored_and_exits_with_3(call, design_request, tmp_path):
     design_request["requirements"]["min_fatigue_safety"] = 6.0
     answer = call("design", "flexible-rod", design_request)
     assert answer.exit_code == 3
@@ -83,7 +83,7 @@ def test_a_refusal_names_what_is_wrong_and_stores_nothing(call, tmp_path, comman
     assert not (tmp_path / "runs.sqlite3").exists()
 
 
-def test_damage_is_found(call, check_request, tmp_path):
+def test_verify_reports_damage(call, check_request, tmp_path):
     call("check", "flexible-rod", check_request)
     with sqlite3.connect(tmp_path / "runs.sqlite3") as database:
         database.execute("UPDATE runs SET result = CAST(replace(CAST(result AS TEXT), '2', '3') AS BLOB)")
@@ -92,13 +92,13 @@ def test_damage_is_found(call, check_request, tmp_path):
     assert "1 damaged" in answer.output
 
 
-def test_a_file_that_is_not_there(tmp_path):
+def test_a_missing_file(tmp_path):
     answer = runner.invoke(app, ["check", "flexible-rod", str(tmp_path / "none.json")])
     assert answer.exit_code == 2
     assert "cannot be read" in answer.output
 
 
-def test_a_report_is_written_where_it_is_wanted(call, tmp_path):
+def test_a_report_is_written_to_the_given_file(call, tmp_path):
     run = json.loads(call("check", "pin-profile", KINDS["pin-profile"].example(Mode.CHECK), "--json").output)
     database = f"sqlite:///{tmp_path}/runs.sqlite3"
     for name, begin in (("report.pdf", b"%PDF-"), ("report.html", b"<!doctype html>")):

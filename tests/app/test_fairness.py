@@ -1,4 +1,4 @@
-"""A service of processes of its own under a flood: short work goes on, shares are kept, statuses are honest."""
+"""Fairness under load: short jobs proceed, per-caller limits hold, statuses are correct."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 def different(number: int) -> dict:
-    """A check that no earlier answer serves."""
+    """A check with no cached answer."""
     return {**CHECK, "effect_tolerance": 0.01 + number * 1e-6}
 
 
-def test_a_flood_of_studies_leaves_checks_their_worker(service):
+def test_many_studies_leave_a_worker_to_checks(service):
     async def flood() -> tuple[list[httpx.Response], list[httpx.Response], list[float], list[str]]:
         async with httpx.AsyncClient(base_url=service, timeout=60) as client:
             later = [client.post(STUDIES, json=STUDY, headers=LATER) for _ in range(20)]
@@ -70,7 +70,7 @@ def test_a_flood_of_studies_leaves_checks_their_worker(service):
     assert max(seconds) < 10.0
 
 
-def test_a_client_that_goes_away_ends_its_solve_and_stores_nothing(service):
+def test_a_disconnect_cancels_the_solve_and_stores_nothing(service):
     name = "nobody waits for this"
     with httpx.Client(base_url=service, timeout=0.5) as client, pytest.raises(httpx.ReadTimeout):
         client.post(STUDIES, json={"spec": {**STUDY["spec"], "name": name}, "study_budget_s": 15.0})
@@ -82,7 +82,7 @@ def test_a_client_that_goes_away_ends_its_solve_and_stores_nothing(service):
         assert client.get("/api/v1/runs", params={"text": name}).json()["items"] == []
 
 
-def test_one_key_in_flight_is_one_solve_and_one_run(service):
+def test_concurrent_requests_with_one_key_share_a_solve(service):
     design = {**KINDS["flexible-rod"].example(Mode.DESIGN), "name": "once"}
 
     async def fifty() -> list[httpx.Response]:

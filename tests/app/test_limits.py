@@ -1,4 +1,4 @@
-"""Limits as settings: each at its value, and one beyond, through what the service makes of the setting."""
+"""Limits from settings, at their values and one beyond."""
 
 from __future__ import annotations
 
@@ -88,14 +88,14 @@ def headers(client: TestClient, size: int) -> Any:
         ("max_headers", headers, 431, "at most 30 headers"),
     ],
 )
-def test_what_is_sent_is_bounded_to_the_byte(client, setting, send, refused, words):
+def test_request_limits_are_exact(client, setting, send, refused, words):
     assert words not in send(client, SMALL[setting]).text
     beyond = send(client, SMALL[setting] + 1)
     assert beyond.status_code == refused
     assert words in beyond.text
 
 
-def test_so_many_requests_at_once():
+def test_concurrent_requests_are_limited():
     async def waiting(_scope, _receive, send) -> None:
         await asyncio.sleep(0.05)
         await send({"type": "http.response.start", "status": 200, "headers": []})
@@ -117,9 +117,9 @@ def test_so_many_requests_at_once():
 
 
 class Endless:
-    """An executor whose solves take as long as they may."""
+    """An executor whose solves run until cancelled."""
 
-    ready, warmths, background_workers = True, (), 0
+    ready, warmup_status, background_workers = True, (), 0
 
     def __init__(self) -> None:
         self.given: list[float] = []
@@ -141,27 +141,27 @@ def request(mode: Mode) -> Any:
     return job_of(KINDS["pin-profile"], mode).request.model_validate(example_of(KINDS["pin-profile"], mode))
 
 
-async def promise(service: Service, who: str) -> None:
+async def submit_later(service: Service, who: str) -> None:
     caller.set(Caller(who))
     await service.submit_later(KINDS["pin-profile"], Mode.DESIGN, request(Mode.DESIGN), None, "")
 
 
-def test_so_many_promised_runs_in_all_and_of_one(store):
+def test_accepted_runs_are_limited_in_total_and_per_caller(store):
     async def story() -> None:
-        service = Service(store, Endless(), 10.0, ServiceLimits(accepted=3, accepted_of_one=2))
-        await promise(service, "a")
-        await promise(service, "a")
+        service = Service(store, Endless(), 10.0, ServiceLimits(accepted=3, accepted_per_caller=2))
+        await submit_later(service, "a")
+        await submit_later(service, "a")
         with pytest.raises(ShareUsed):
-            await promise(service, "a")
-        await promise(service, "b")
+            await submit_later(service, "a")
+        await submit_later(service, "b")
         with pytest.raises(Busy):
-            await promise(service, "c")
+            await submit_later(service, "c")
         await service.close()
 
     asyncio.run(story())
 
 
-def test_what_is_not_short_begins_again_as_long(store):
+def test_an_overlong_short_job_restarts_as_a_long_one(store):
     async def story() -> list[float]:
         service = Service(store, executor := Endless(), 0.3, ServiceLimits(short_s=0.1))
         run = await service.answer(KINDS["pin-profile"], Mode.CHECK, request(Mode.CHECK))

@@ -1,4 +1,4 @@
-"""The service's log: one form for all records, and no traceback lost on the way to it."""
+"""Logging: one format for all records, and tracebacks of unexpected errors."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ROD = KINDS["flexible-rod"]
 
 @pytest.fixture
 def log() -> Iterator[io.StringIO]:
-    """What is logged during a test, as JSON lines."""
+    """Log records during a test, as JSON lines."""
     stream, root = io.StringIO(), logging.getLogger()
     level, handlers = root.level, list(root.handlers)
     configure(LogFormat.JSON, LogLevel.INFO, stream)
@@ -37,7 +37,7 @@ def records(stream: io.StringIO) -> list[dict]:
     return [json.loads(line) for line in stream.getvalue().splitlines()]
 
 
-def test_records_of_both_kinds_of_logger_have_one_form(log):
+def test_both_logging_libraries_have_one_format(log):
     get_logger("app.here").info("began", run_id="r1")
     logging.getLogger("another.package").warning("it is %s", "late")
     own, foreign = records(log)
@@ -46,7 +46,7 @@ def test_records_of_both_kinds_of_logger_have_one_form(log):
     assert own.keys() - {"run_id"} == foreign.keys()
 
 
-def test_what_is_less_severe_than_the_level_is_left_out(log):
+def test_records_below_the_level_are_dropped(log):
     get_logger("app.here").debug("no")
     logging.getLogger("another.package").debug("no")
     assert records(log) == []
@@ -65,9 +65,9 @@ def test_an_exception_is_written_with_its_traceback(log, form):
 
 
 class Failing:
-    """An executor whose solves all end in the same way."""
+    """An executor whose solves all end the same way."""
 
-    warmths = ()
+    warmup_status = ()
 
     def __init__(self, error: Exception) -> None:
         self._error = error
@@ -92,7 +92,7 @@ def request_of(body: dict):
     return parse(ROD.jobs[Mode.CHECK].request, json.dumps(body).encode())
 
 
-def test_a_failed_solve_leaves_its_traceback_in_the_log_alone(store, log, check_request):
+def test_the_traceback_of_a_failed_solve_is_only_logged(store, log, check_request):
     service = Service(store, Failing(SolveFailed("ValueError", "Traceback: line 7, ValueError: secret")), 10.0)
     run = asyncio.run(service.answer(ROD, Mode.CHECK, request_of(check_request)))
     (told,) = records(log)
@@ -107,12 +107,12 @@ def test_a_crashed_worker_is_logged(store, log, check_request):
     assert told["event"] == "worker_crashed" and "code 9" in told["reason"]
 
 
-def test_what_nobody_foresaw_in_the_background_is_logged(store, log, check_request):
+def test_unexpected_background_errors_are_logged(store, log, check_request):
     service = Service(store, Failing(RuntimeError("secret")), 10.0)
 
     async def later():
         response = await service.submit_later(ROD, Mode.CHECK, request_of(check_request), None, "")
-        await asyncio.gather(*service.promises.solves.values())
+        await asyncio.gather(*service.accepted_runs.solves.values())
         return await store.get(response.run_id)
 
     run = asyncio.run(later())

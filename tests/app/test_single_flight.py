@@ -1,4 +1,4 @@
-"""What is asked for at the same time under one key is done once."""
+"""Deduplication of concurrent requests with the same key."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import asyncio
 
 import pytest
 
-from app.single_flight import Flights
+from app.single_flight import SingleFlight
 from app.store.errors import IdempotencyConflict
 
 
 class Solve:
-    """A solve that takes a moment, and knows how often it began and was given up."""
+    """A solve that counts starts and cancellations."""
 
     def __init__(self) -> None:
         self.begun = self.given_up = 0
@@ -26,12 +26,12 @@ class Solve:
         return object()
 
 
-def test_fifty_at_once_share_one_answer():
+def test_fifty_concurrent_callers_share_one_result():
     async def scenario() -> None:
-        flights, solve = Flights(), Solve()
-        answers = await asyncio.gather(*(flights.once("key", "body", solve) for _ in range(50)))
+        single_flight, solve = SingleFlight(), Solve()
+        answers = await asyncio.gather(*(single_flight.run("key", "body", solve) for _ in range(50)))
         assert solve.begun == 1 and len(set(map(id, answers))) == 1
-        await flights.once("key", "body", solve)
+        await single_flight.run("key", "body", solve)
         assert solve.begun == 2, "what has ended is not under way"
 
     asyncio.run(scenario())
@@ -39,43 +39,45 @@ def test_fifty_at_once_share_one_answer():
 
 def test_another_body_under_the_same_key_is_a_conflict():
     async def scenario() -> None:
-        flights, solve = Flights(), Solve()
-        first = asyncio.create_task(flights.once("key", "body", solve))
+        single_flight, solve = SingleFlight(), Solve()
+        first = asyncio.create_task(single_flight.run("key", "body", solve))
         await asyncio.sleep(0)
         with pytest.raises(IdempotencyConflict):
-            await flights.once("key", "other", solve)
-        await asyncio.gather(first, flights.once("other key", "other", solve))
+            await single_flight.run("key", "other", solve)
+        await asyncio.gather(first, single_flight.run("other key", "other", solve))
         assert solve.begun == 2
 
     asyncio.run(scenario())
 
 
-def test_it_goes_on_as_long_as_anybody_waits():
+def test_the_call_continues_while_anyone_waits():
     async def scenario() -> None:
-        flights, solve = Flights(), Solve()
-        tasks = [asyncio.create_task(flights.once("key", "body", solve)) for _ in range(3)]
+        single_flight, solve = SingleFlight(), Solve()
+        tasks = [asyncio.create_task(single_flight.run("key", "body", solve)) for _ in range(3)]
         await asyncio.sleep(0.01)
         tasks[0].cancel()
         tasks[1].cancel()
         assert await tasks[2] is not None and solve.given_up == 0
-        alone = asyncio.create_task(flights.once("key", "body", solve))
+        alone = asyncio.create_task(single_flight.run("key", "body", solve))
         await asyncio.sleep(0.01)
         alone.cancel()
         await asyncio.sleep(0)
-        assert await flights.once("key", "body", solve) is not None, "whoever comes then begins anew"
+        assert await single_flight.run("key", "body", solve) is not None, "whoever comes then begins anew"
         assert (solve.begun, solve.given_up) == (3, 1)
 
     asyncio.run(scenario())
 
 
-def test_a_failure_is_everybodys():
+def test_a_failure_reaches_all_callers():
     async def fail() -> None:
         await asyncio.sleep(0.01)
         raise ZeroDivisionError
 
     async def scenario() -> None:
-        flights = Flights()
-        found = await asyncio.gather(*(flights.once("key", "body", fail) for _ in range(3)), return_exceptions=True)
+        single_flight = SingleFlight()
+        found = await asyncio.gather(
+            *(single_flight.run("key", "body", fail) for _ in range(3)), return_exceptions=True
+        )
         assert [type(error) for error in found] == [ZeroDivisionError] * 3
 
     asyncio.run(scenario())

@@ -1,4 +1,5 @@
-"""A design's own time budget: within the service's, told to solvers that look at the clock, a limit for all others."""
+"""The time budget of a request: at most the service's, passed to solvers that watch the clock, enforced for all
+others."""
 
 from __future__ import annotations
 
@@ -25,14 +26,14 @@ DESIGNS = [kind for kind in KINDS.values() if Mode.DESIGN in kind.jobs]
 
 @cache
 def example_result() -> dict:
-    """The result of the rod's example."""
+    """The result of the rod example."""
     rod = KINDS["flexible-rod"]
     job = rod.jobs[Mode.DESIGN]
     return job.run(job.request.model_validate(rod.example(Mode.DESIGN))).result
 
 
 class Recording:
-    """An executor that notes what it is given; its answers are as accurate as ``estimated`` says."""
+    """An executor that records its calls; its answers have the accuracy ``estimated``."""
 
     def __init__(self, estimated: float = 0.0, judged: bool = True) -> None:
         self.calls: list[tuple[float | None, float]] = []
@@ -73,7 +74,7 @@ def solve(store, executor, monkeypatch, asked: float | None, best_in_time: bool)
     ("asked", "best_in_time", "told", "killed"),
     [(None, False, None, 10.0), (2.0, False, 2.0, 2.0), (2.0, True, 2.0, 3.0), (None, True, 9.0, 10.0)],
 )
-def test_what_the_solver_is_told_and_when_it_is_killed(store, monkeypatch, asked, best_in_time, told, killed):
+def test_the_solvers_limit_and_the_kill_timeout(store, monkeypatch, asked, best_in_time, told, killed):
     executor = Recording()
     run = solve(store, executor, monkeypatch, asked, best_in_time)
     assert executor.calls == [(told, killed)]
@@ -81,15 +82,15 @@ def test_what_the_solver_is_told_and_when_it_is_killed(store, monkeypatch, asked
 
 
 @pytest.mark.parametrize(("estimated", "solved"), [(1e-9, 1), (1e-3, 2)])
-def test_the_best_found_in_time_is_not_the_answer_to_the_next_request(store, monkeypatch, estimated, solved):
-    """Unless it is as accurate as was asked for, when more time would change nothing."""
+def test_a_result_limited_by_time_is_not_cached(store, monkeypatch, estimated, solved):
+    """Unless it met the requested accuracy, in which case more time would not help."""
     executor = Recording(estimated)
     for _ in range(2):
         solve(store, executor, monkeypatch, 2.0, True)
     assert len(executor.calls) == solved
 
 
-def test_an_answer_of_before_verdicts_is_not_given_again(store, monkeypatch):
+def test_a_cached_answer_without_a_verdict_is_not_reused(store, monkeypatch):
     old, new = Recording(judged=False), Recording()
     runs = [solve(store, executor, monkeypatch, None, True) for executor in (old, new, new)]
     assert [run.verdict for run in runs] == [None, b'{"holds":true}', b'{"holds":true}']
@@ -99,7 +100,7 @@ def test_an_answer_of_before_verdicts_is_not_given_again(store, monkeypatch):
 
 @pytest.mark.parametrize("kind", DESIGNS, ids=lambda kind: kind.slug)
 @pytest.mark.parametrize("seconds", [0.0, -1.0, 61.0, 4000.0])
-def test_no_more_than_the_services_budget_can_be_asked_for(client, kind, seconds):
+def test_a_budget_above_the_services_limit_is_refused(client, kind, seconds):
     body = {**kind.example(Mode.DESIGN), "time_budget_s": seconds}
     answer = client.post(f"/api/v1/designs/{kind.slug}", json=body)
     assert answer.status_code == 422
@@ -112,7 +113,7 @@ def test_a_check_has_no_time_budget(client, check_request):
     assert answer.json()["errors"][0]["pointer"] == "/time_budget_s"
 
 
-def test_a_solver_that_found_nothing_in_time_gives_a_problem():
+def test_no_result_in_time_is_a_problem():
     told = envelope(Outcome(Status.FAILED, None, (), Accuracy(1e-6, 1.0)), {"diagnosis": []})
     assert told.status == "failed" and told.result is None
     assert told.problem["title"] == OUT_OF_TIME and told.problem["status"] == 504
@@ -121,14 +122,14 @@ def test_a_solver_that_found_nothing_in_time_gives_a_problem():
 SLOW = {"front": {"against": "longest_link", "points": 20}, "accuracy": 1e-9}
 
 
-def test_a_design_without_a_clock_fails_when_its_time_is_over(client):
+def test_a_design_that_ignores_the_clock_is_killed(client):
     body = {**KINDS["impact-linkage"].example(Mode.DESIGN), **SLOW, "time_budget_s": 0.01}
     run = client.post("/api/v1/designs/impact-linkage", json=body).json()
     assert run["status"] == "failed" and run["result"] is None
     assert run["problem"]["status"] == 504 and "0.01 s" in run["problem"]["detail"]
 
 
-def test_a_rod_whose_time_is_over_is_the_best_found_so_far(client, design_request):
+def test_a_rod_design_out_of_time_returns_the_best_found(client, design_request):
     requirements = {"min_fatigue_safety": 2.65, "min_stability_safety": 1.8}
     body = {**design_request, "requirements": requirements, "effects": "all", "accuracy": 1e-9, "time_budget_s": 0.02}
     run = client.post("/api/v1/designs/flexible-rod", json=body).json()
@@ -139,7 +140,7 @@ def test_a_rod_whose_time_is_over_is_the_best_found_so_far(client, design_reques
     assert run["result"]["certificate"]["gap"] > 1e-9
 
 
-def test_the_command_line_ends_it_too(tmp_path):
+def test_the_command_line_enforces_the_budget(tmp_path):
     from typer.testing import CliRunner
 
     from app.cli import app

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
-from tests.lifeline import mortal
+from tests.child_processes import die_with_test_runner
 
 FLAGS = [
     "--no-sandbox",
@@ -40,7 +40,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         str(Path(sys.executable).with_name("crankwright")), "serve", "--port", str(port),
         "--database-url", f"sqlite:///{folder}/runs.sqlite3",
     ]  # fmt: skip
-    server = subprocess.Popen(command, stdout=subprocess.DEVNULL, preexec_fn=mortal())
+    server = subprocess.Popen(command, stdout=subprocess.DEVNULL, preexec_fn=die_with_test_runner())
     base = f"http://127.0.0.1:{port}"
     try:
         deadline = time.monotonic() + 60

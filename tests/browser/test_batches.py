@@ -28,5 +28,5 @@ def test_more_than_two_varied_fields_have_axes_side_by_side(address: str, page: 
     expect(page.locator("#map > svg circle")).to_have_count(12)
     # Three varied fields and a result.
     expect(axes.locator("line")).to_have_count(4)
-    expect(axes).to_contain_text("period small end s")
+    expect(axes).to_contain_text("Period, hung at the small end, s")
     expect(axes.locator("a").first).to_have_attribute("href", f"/runs/{batch['id'][:-8]}00000001")

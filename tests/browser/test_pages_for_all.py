@@ -116,5 +116,5 @@ def test_a_study_under_way_and_done(desk, address):
     study = {"spec": KINDS["impact-linkage"].example(Mode.CHECK), "study_budget_s": 2.0}
     run = stored(address, "accuracy/impact-linkage", study, Prefer="respond-async")
     look_at(desk, f"{address}/runs/{run}")
-    desk.wait_for_selector("text=What accuracy costs", timeout=60_000)
+    desk.wait_for_selector("text=Accuracy and computing time", timeout=60_000)
     judge(desk)

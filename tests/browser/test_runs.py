@@ -111,8 +111,8 @@ def test_who_wants_no_motion_gets_none(browser, address):
 def test_a_study_is_watched_to_its_end(sound, address):
     run = solved(address, "checks/pin-profile", example("pin-profile", Mode.CHECK))
     sound.goto(f"{address}/runs/{run['id']}")
-    sound.get_by_role("button", name="What does accuracy cost here?").click()
-    expect(sound.get_by_role("heading", name="What accuracy costs")).to_be_visible(timeout=_A_SOLVE)
+    sound.get_by_role("button", name="Study the accuracy").click()
+    expect(sound.get_by_role("heading", name="Accuracy and computing time")).to_be_visible(timeout=_A_SOLVE)
     expect(sound.locator('figure[data-plot="error-against-time"] img')).to_be_visible()
 
 

@@ -26,7 +26,7 @@ BESIDE_A_QUARTER_TURN = 259, 3343, 4196, 6130, 6544, 7180, 9047
 
 
 @pytest.mark.parametrize("seed", [*range(1000, 1040), *BESIDE_A_QUARTER_TURN])
-def test_nothing_of_a_turn_is_passed_by(seed):
+def test_no_extreme_of_a_cycle_is_missed(seed):
     request = scene_of("impact-linkage", seed).request()
     scene, mechanism = request.mechanism()
     limits = request.limits.to_solver()

@@ -175,7 +175,7 @@ SHEAR_IS_LIMITED_ELSEWHERE = 252, 2320, 2878
 
 
 @pytest.mark.parametrize("seed", [*range(1000, 1050), *SHEAR_IS_LIMITED_ELSEWHERE])
-def test_nothing_of_a_random_pin_is_passed_by(seed):
+def test_no_extreme_of_a_random_pin_is_missed(seed):
     nothing_is_passed_by(scene_of("pin-profile", seed))
 
 
@@ -193,7 +193,7 @@ def pin_of(seed, points):
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_no_groove_with_one_slanting_flank_is_passed_by(seed):
+def test_no_groove_with_one_slanting_flank_is_missed(seed):
     """Beside it the bore is the same in both halves, at its own places too."""
     rng = np.random.default_rng(seed)
     (begin, end), (even, deep) = np.sort(rng.uniform(0.0, 1.0, 2)), np.sort(rng.uniform(0.2, 0.97, 2))
@@ -203,14 +203,14 @@ def test_no_groove_with_one_slanting_flank_is_passed_by(seed):
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_no_taper_of_a_foil_is_passed_by(seed):
+def test_no_taper_of_a_foil_is_missed(seed):
     rng = np.random.default_rng(seed)
     wall = 10 ** rng.uniform(-7.0, -4.0) * (1.0 + 10 ** rng.uniform(-5.0, 0.0) * rng.random(3))
     nothing_is_passed_by(pin_of(seed, zip(np.linspace(0.0, 1.0, 3), 1.0 - wall, strict=True)))
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_no_ring_in_a_taper_is_passed_by(seed):
+def test_no_ring_in_a_taper_is_missed(seed):
     rng = np.random.default_rng(seed)
     nothing_is_passed_by(
         pin_of(seed, [(0.0, rng.uniform(0.3, 0.76)), (rng.uniform(0.1, 0.9), 0.8 - 0.04 * rng.random())])
@@ -218,7 +218,7 @@ def test_no_ring_in_a_taper_is_passed_by(seed):
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_nothing_of_a_random_bushing_is_passed_by(seed):
+def test_no_extreme_of_a_random_bushing_is_missed(seed):
     rng = np.random.default_rng(seed)
     (scene, size, length), points = random_pin(seed), int(rng.integers(1, 6))
     x, bore = np.sort(rng.uniform(0.0, length, points)), size * rng.uniform(0.1, 0.9)

@@ -30,7 +30,7 @@ def sources(tmp_path):
     return tmp_path
 
 
-def test_what_was_added_is_there_again(tmp_path):
+def test_added_results_are_read_back(tmp_path):
     path = tmp_path / "folder" / "parts"
     first = kept.Kept(path)
     assert first.parts == []
@@ -41,7 +41,7 @@ def test_what_was_added_is_there_again(tmp_path):
 
 
 @pytest.mark.parametrize("lost", [1, 20, -1])
-def test_a_batch_cut_short_is_written_over_and_the_others_stay(tmp_path, lost):
+def test_a_truncated_batch_is_overwritten_and_others_are_kept(tmp_path, lost):
     path = tmp_path / "parts"
     kept.Kept(path).add(parts_of(1))
     whole = path.stat().st_size
@@ -54,7 +54,7 @@ def test_a_batch_cut_short_is_written_over_and_the_others_stay(tmp_path, lost):
     assert kept.Kept(path).seeds == {1, 3}
 
 
-def test_a_write_that_fails_spoils_nothing(tmp_path, monkeypatch):
+def test_a_failed_write_keeps_earlier_results(tmp_path, monkeypatch):
     path = tmp_path / "parts"
     known = kept.Kept(path)
     known.add(parts_of(1))
@@ -91,7 +91,7 @@ def test_a_write_that_fails_spoils_nothing(tmp_path, monkeypatch):
         ("app/designs/impact_linkage/mechanism_picture.py", set()),
     ],
 )
-def test_sources_start_those_kinds_anew_whose_verdicts_depend_on_them(sources, source, concerned):
+def test_changed_sources_restart_only_dependent_kinds(sources, source, concerned):
     before = {slug: kept.fingerprint(slug, 300.0, sources) for slug in DRAWN}
     with (sources / source).open("a") as file:
         file.write("# changed\n")
@@ -117,24 +117,24 @@ def test_a_new_file_belongs_to_the_kind_in_whose_folder_it_lies(sources, source,
     assert {slug for slug in DRAWN if kept.fingerprint(slug, 300.0, sources) != before[slug]} == concerned
 
 
-def test_nothing_that_judges_lies_outside_the_fingerprint():
+def test_the_fingerprint_covers_all_judging_sources():
     """All that the campaign and the kinds import of this repository is in the folders that are read."""
     folders = tuple(folder.replace("/", ".") for folder in kept._SOURCES)
     wanted = re.compile(r"^\s*(?:from|import) ((?:app|bench|solvers|tests|oracles)[\w.]*)", re.MULTILINE)
     for folder in ("app/designs", "bench/campaign"):
         for path in (ROOT / folder).rglob("*.py"):
             for name in wanted.findall(path.read_text("utf-8")):
-                # No verdict depends on what is logged.
+                # logging does not affect verdicts
                 assert name.startswith((*folders, "app.logging")), f"{path.name} imports {name}"
 
 
-def test_every_kind_has_its_names_and_more_time_is_another_campaign(sources):
+def test_the_fingerprint_depends_on_kind_and_time_limit(sources):
     assert kept.OWN.keys() == DRAWN.keys()
     assert len({kept.fingerprint(slug, limit, sources) for slug in DRAWN for limit in (1.0, 2.0)}) == 2 * len(DRAWN)
 
 
 @pytest.mark.parametrize("slug", DRAWN)
-def test_a_kind_imports_nothing_that_its_fingerprint_leaves_out(slug):
+def test_the_fingerprint_covers_all_imports(slug):
     """Of solvers: what the kind's own modules name, and what those do in turn."""
     others = frozenset().union(*kept.OWN.values()) - kept.OWN[slug]
     waiting = [p for name in kept.OWN[slug] for p in ROOT.glob(f"solvers/{name}/**/*.py")]
@@ -144,7 +144,7 @@ def test_a_kind_imports_nothing_that_its_fingerprint_leaves_out(slug):
     assert [name for name in others if f"solvers.{name}" in text or f"solvers import {name}" in text] == []
 
 
-def test_a_campaign_goes_on_where_it_stopped(tmp_path, monkeypatch):
+def test_a_campaign_is_resumed(tmp_path, monkeypatch):
     begun = []
 
     def judged(_slug, seeds, _limit, _seconds, _processes):

@@ -1,4 +1,4 @@
-"""Rivals that want to win notice searches broken on purpose: a wrong law, cones of one way, a range that is cut."""
+"""Competitors detect deliberately broken searches: a wrong law, one-directional cones, a truncated range."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def stand(found: Design) -> bool:
     return found.admissible and found.bounded and found.unbeaten and found.honest and found.nested
 
 
-def test_the_papers_pin_stands():
+def test_the_papers_pin_is_not_beaten():
     found = judged("pin-profile", pin_of(PAPERS, {"kind": "stepped", "steps": 2}, max_deflection_um=8.4))
     assert stand(found) and found.neighbours >= 2 and abs(found.closest) < 1e-5
 
@@ -63,7 +63,7 @@ def soften(monkeypatch, module):
     monkeypatch.setattr(module, "cowper", lambda nu: ShearFlexibility(1.1 * true(nu).a, 1.1 * true(nu).b))
 
 
-def test_a_wrong_law_of_a_pin_is_owned_by_the_gap_and_noticed_where_it_is_not(monkeypatch):
+def test_a_wrong_pin_model_is_covered_by_the_gap_or_detected(monkeypatch):
     problem = pin_of(PAPERS, {"kind": "stepped", "steps": 2}, max_deflection_um=9.5)
     soften(monkeypatch, pin_program)
     owned = judged("pin-profile", problem)
@@ -73,14 +73,14 @@ def test_a_wrong_law_of_a_pin_is_owned_by_the_gap_and_noticed_where_it_is_not(mo
     assert not found.bounded and not found.unbeaten and found.better > 1e-3
 
 
-def test_cones_that_only_narrow_are_noticed(monkeypatch):
+def test_missing_widening_cones_are_detected(monkeypatch):
     problem = pin_of(SHORT, {"kind": "double_cone"})
     assert stand(judged("pin-profile", problem))
     monkeypatch.setattr(cones, "WIDENING", cones.NARROWING)
     assert judged("pin-profile", problem).better > 1e-2
 
 
-def test_a_bushing_of_fewer_steps_than_asked_is_noticed(monkeypatch):
+def test_a_bushing_with_too_few_steps_is_detected(monkeypatch):
     geometry = {k: v for k, v in PAPERS["geometry"].items() if k != "outer_diameter_mm"}
     body = {**PAPERS, "geometry": geometry, "variable": "outer", "bore_mm": 12.0}
     problem = pin_of(body, {"kind": "stepped", "steps": 3}, max_deflection_um=8.0)
@@ -92,19 +92,19 @@ def test_a_bushing_of_fewer_steps_than_asked_is_noticed(monkeypatch):
 
 
 @pytest.mark.parametrize("objective", ["pin_force", "peak_torque"])
-def test_a_linkage_stands(objective):
+def test_a_linkage_is_not_beaten(objective):
     found = judged("impact-linkage", LinkageProblem({**BLOW, "types": list(TYPES), "objective": objective}, 0.0739))
     assert stand(found)
 
 
-def test_a_range_cut_is_noticed(monkeypatch):
+def test_a_truncated_range_is_detected(monkeypatch):
     body = {**BLOW, "types": ["largest_rocker"], "objective": "pin_force"}
     monkeypatch.setattr(Family, "tails", ())
     found = judged("impact-linkage", LinkageProblem(body, 0.0739))
     assert not found.bounded and found.better > 1e-4
 
 
-def test_bounds_cut_are_noticed_of_a_rod(monkeypatch):
+def test_truncated_bounds_of_a_rod_are_detected(monkeypatch):
     """Strips are sought a tenth narrower than allowed."""
     example = KINDS["flexible-rod"].example(Mode.DESIGN)
     machine = {name: example[name] for name in ("mechanism", "piston", "load", "material")}

@@ -1,4 +1,4 @@
-"""A share of the campaign: the promises held on a few random scenes of every kind; `make campaign` does thousands."""
+"""A small campaign on a few random scenes of every kind; `make campaign` runs thousands."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ DESIGNS = {"flexible-rod": 2, "impact-linkage": 5, "pin-profile": 7}
 """Scenes that are judged for their effects (of the other kinds 12), and designs."""
 
 
-def test_every_kind_whose_accuracy_is_a_choice_has_its_scenes():
+def test_every_kind_with_selectable_accuracy_has_scenes():
     assert DRAWN.keys() == {slug for slug, kind in KINDS.items() if kind.main_results}
     assert DESIGNED.keys() == {slug for slug, kind in KINDS.items() if Mode.DESIGN in kind.jobs}
 
 
 @pytest.mark.parametrize("slug", DRAWN)
-def test_estimates_are_honest_and_accuracies_met(slug):
+def test_error_estimates_and_accuracies_hold(slug):
     judged = {scene.seed: judge_estimate(scene) for scene in scenes(slug, 16)}
     assert sum(j is not None for j in judged.values()) >= 12
     assert [seed for seed, j in judged.items() if j and not (j.honest and j.honesty_judged)] == []
@@ -37,7 +37,7 @@ def test_estimates_are_honest_and_accuracies_met(slug):
 
 
 @pytest.mark.parametrize("slug", DRAWN)
-def test_auto_keeps_its_promise_and_little_that_is_needless(slug):
+def test_auto_stays_within_the_tolerance_and_keeps_few_unneeded_effects(slug):
     tolerances = (1e-1, 1e-3, 1e-5)
     judged = {s.seed: judge_choice(s, tolerances) for s in scenes(slug, CHOSEN.get(slug, 12), first_seed=500)}
     verdicts = [(seed, v) for seed, found in judged.items() for v in found or ()]
@@ -54,7 +54,7 @@ def test_every_combination_of_effects_runs(slug):
 
 
 @pytest.mark.parametrize("slug", DESIGNED)
-def test_certificates_do_not_lie(slug):
+def test_certificates_hold(slug):
     judged = {seed: judge_design(slug, seed, quick=True) for seed in range(DESIGNS[slug])}
     found = {seed: d for seed, d in judged.items() if d and not d.infeasible}
     assert len(found) >= 2
@@ -86,7 +86,7 @@ def test_a_table_that_jumps_makes_the_strip_ring():
 
 
 @pytest.mark.parametrize(("seed", "tolerance"), [(701, 1e-3), (1351, 1e-1), (608, 1e-1), (6398, 1e-1), (8982, 1e-1)])
-def test_effects_that_enlarge_each_other_are_not_left_out(seed, tolerance):
+def test_effects_that_amplify_each_other_are_kept(seed, tolerance):
     """Scenes that the campaign found: shear in a strip whose inertia and friction feed on it; friction beside a side
     force that nearly vanishes; a strip that its friction buckles; a side force that vanishes far below buckling; and
     friction whose corners make the strip ring."""
@@ -94,7 +94,7 @@ def test_effects_that_enlarge_each_other_are_not_left_out(seed, tolerance):
 
 
 @pytest.mark.parametrize("seed", [887, 5793, 7752])
-def test_a_lopsided_peak_is_no_flatter_than_it_is(seed):
+def test_a_skewed_peak_is_not_underestimated(seed):
     """Scenes that the campaign found: one with the greatest contact pressure 2e-8 too low, told as known to 5e-9."""
     judged = judge_estimate(scene_of("flexible-rod", seed))
     assert judged.honest and judged.met
@@ -110,13 +110,13 @@ def test_a_lopsided_peak_is_no_flatter_than_it_is(seed):
         (math.inf, 0.5, False, True),
     ],
 )
-def test_doubt_excuses_no_more_than_itself(change, doubt, kept, judged):
+def test_uncertainty_is_not_overused(change, doubt, kept, judged):
     verdict = Verdict(1e-3, 1, 1, change, None, doubt)
     assert (verdict.kept_promise, verdict.judged) == (kept, judged)
 
 
 @pytest.mark.parametrize(("estimated", "doubt"), [(1e-9, 0.0), (0.25, 0.5)])
-def test_only_an_estimate_above_what_was_asked_is_a_doubt(monkeypatch, estimated, doubt):
+def test_only_an_estimate_above_the_request_is_uncertainty(monkeypatch, estimated, doubt):
     scene = scene_of("flexible-rod", 500)
     answers = {}
 
@@ -130,7 +130,7 @@ def test_only_an_estimate_above_what_was_asked_is_a_doubt(monkeypatch, estimated
     assert [v.doubt for v in judge_choice(scene, (1e-1,), needless=False)] == [doubt]
 
 
-def test_what_could_not_be_judged_is_counted_apart():
+def test_inconclusive_choices_are_counted_separately():
     verdicts = (Verdict(1e-1, 2, 3, 0.4, (), 0.9), Verdict(1e-2, 2, 3, 0.4, (), 0.0), Verdict(1e-3, 2, 3, 0.0, (), 0.0))
     text = page.section("flexible-rod", [seeds.Part(7, seeds.CHOICE, 1.0, verdicts)], "2026-01-01")
     assert "| `auto` stays within its tolerance of all effects | 1 of 2 | 7 |" in text
@@ -151,7 +151,7 @@ def test_what_could_not_be_judged_is_counted_apart():
         (math.inf, 8e-5, "broken", "broken"),
     ],
 )
-def test_a_reference_judges_no_more_finely_than_it_knows(error, doubt, honest, met):
+def test_a_reference_respects_its_own_uncertainty(error, doubt, honest, met):
     judged = Judged(requested=1e-5, estimated=1e-6, error=error, doubt=doubt)
     for expected, held, told in (
         (honest, judged.honest, judged.honesty_judged),
@@ -160,7 +160,7 @@ def test_a_reference_judges_no_more_finely_than_it_knows(error, doubt, honest, m
         assert ("held" if held else "broken" if told else "not judged") == expected
 
 
-def test_estimates_that_could_not_be_judged_are_counted_apart():
+def test_inconclusive_estimates_are_counted_separately():
     verdicts = [Judged(1e-5, 1e-6, 3e-6, 5e-6), Judged(1e-5, 1e-6, 6e-5, 8e-5), Judged(1e-5, 1e-6, 6e-5, 0.0)]
     text = page.section("pin-profile", [seeds.Part(7 + k, seeds.ESTIMATE, 1.0, v) for k, v in enumerate(verdicts)], "x")
     assert "| the true error is at most the estimate | 0 of 1 | 9 |" in text
@@ -169,14 +169,14 @@ def test_estimates_that_could_not_be_judged_are_counted_apart():
     assert "Could not be judged, estimate: in 1 of the scenes" in text and "(seeds 8)" in text
 
 
-def test_a_pin_that_its_reference_knows_less_well_than_was_asked_is_not_judged():
+def test_a_pin_with_an_uncertain_reference_is_not_judged():
     """A scene that the campaign found: the reference's own doubt is many times the accuracy asked for."""
     judged = judge_estimate(scene_of("pin-profile", 4550))
     assert judged.doubt > 100.0 * judged.requested
     assert not judged.met and not judged.meeting_judged
 
 
-def test_an_accuracy_missed_is_counted_apart_where_the_answer_says_so():
+def test_a_reported_missed_accuracy_is_counted_separately():
     met, told, silent = Judged(1e-6, 1e-7, 1e-8, 0.0), Judged(1e-6, 1e-2, 1e-5, 0.0), Judged(1e-6, 1e-7, 1e-5, 0.0)
     parts = [seeds.Part(n, seeds.ESTIMATE, 1.0, judged) for n, judged in enumerate((met, told, silent))]
     text = page.section("flexible-rod", parts, "2026-01-01")
@@ -185,7 +185,7 @@ def test_an_accuracy_missed_is_counted_apart_where_the_answer_says_so():
     assert "says so" not in page.section("flexible-rod", parts[:1], "2026-01-01")
 
 
-def test_a_scene_that_takes_too_long_is_named(monkeypatch):
+def test_a_scene_that_times_out_is_named(monkeypatch):
     monkeypatch.setattr(seeds, "judge_estimate", lambda _: time.sleep(60.0))
     monkeypatch.setattr(seeds, "judge_choice", lambda _, needless: 1 / 0)
     late, broken = seeds.judge_seed("pin-profile", 1, 0.05)
@@ -195,7 +195,7 @@ def test_a_scene_that_takes_too_long_is_named(monkeypatch):
     assert "Not judged, estimate: took more than 0.05 s (1: 1)." in text
 
 
-def test_a_kind_writes_its_own_section_and_leaves_the_others():
+def test_only_the_kinds_section_is_replaced():
     both = page.written(page.written("", "## Flexible rod\n\nfirst\n"), "## Piston pin\n\nx\n")
     again = page.written(both, "## Flexible rod\n\nsecond\n")
     assert "second" in again and "first" not in again

@@ -1,4 +1,4 @@
-"""The service of the tests on a port, for programs that are not Python or not in this process."""
+"""The test service on a port, for programs outside this process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FreeCAD without a window asks the service, builds the part, and its solid weighs what the result says."""
+"""FreeCAD without a GUI: request, part, and mass compared with the result."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_a_part_is_built_and_driven(client, tmp_path, kind, mode, request_):
     assert (made["driven"] == 0.0) if curve else (made["driven"] > 0.01)
 
 
-def test_what_goes_wrong_is_said_in_the_last_line(client, tmp_path):
+def test_errors_are_reported_in_the_last_line(client, tmp_path):
     with on_a_port(client) as address:
         said = asked(address, tmp_path, "pin-profile", "design", {**PIN, "load": {"force_n": -1}})
         assert said.startswith("CRANKWRIGHT-FAILED")
@@ -71,8 +71,8 @@ def test_what_goes_wrong_is_said_in_the_last_line(client, tmp_path):
         assert "There is no such part" in said
 
 
-def test_the_way_to_the_service_needs_no_freecad(client, monkeypatch):
-    """What the dialog is made from: kinds, fields, an example that solves, parameters."""
+def test_the_api_client_needs_no_freecad(client, monkeypatch):
+    """Data for the dialog: kinds, fields, a valid example, parameters."""
     monkeypatch.syspath_prepend(str(FOLDER))
     import crankwright_freecad as cw
 
@@ -103,14 +103,14 @@ def _form(monkeypatch, slug, mode):
 @pytest.mark.parametrize(
     ("slug", "mode"), [(kind.slug, mode) for kind in KINDS.values() for mode in kind.jobs if mode != Mode.ANALYSIS]
 )
-def test_the_dialogs_form_means_the_example_it_begins_with(monkeypatch, slug, mode):
+def test_the_initial_form_yields_the_example(monkeypatch, slug, mode):
     job = KINDS[slug].jobs[mode]
     made = job.request.model_validate(_form(monkeypatch, slug, mode).request())
     assert made == job.request.model_validate(KINDS[slug].example(mode))
 
 
 def test_forms_are_switched_in_the_dialog(monkeypatch):
-    """What was typed stays, what belongs to the form left goes, and the request is one that the service takes."""
+    """Entered values are kept, those of the previous alternative are dropped, and the request is valid."""
     form = _form(monkeypatch, "flexible-rod", Mode.CHECK)
     assert form.chosen["load.kind"] == "schmidt" and form.chosen["material"] == "custommaterial"
     form.keep({"mechanism.speed_hz": 40.0})

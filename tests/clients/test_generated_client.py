@@ -1,4 +1,4 @@
-"""What the OpenAPI document is for: a client that a generator makes of it without a word of warning designs a part."""
+"""A client generated from the OpenAPI document without warnings designs a part."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from app.main import create_app
 _FILES = (
     "image/svg+xml", "application/x-ndjson", "text/csv", "application/vnd.apache.parquet", "text/event-stream",
 )  # fmt: skip
-"""Bytes to a client: the generator knows no type for them."""
+"""Binary media types, for which the generator has no type."""
 _CONFIG = {"content_type_overrides": dict.fromkeys(_FILES, "application/octet-stream"), "post_hooks": []}
 
 

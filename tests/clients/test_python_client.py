@@ -1,4 +1,4 @@
-"""The Python client against the real service, and against one that fails now and then."""
+"""The Python client against the real service, and against an unreliable one."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def ours(client: TestClient) -> Client:
 
 
 def answering(*answers: httpx.Response | Exception) -> tuple[httpx.MockTransport, list[httpx.Request]]:
-    """A service that gives these answers one after the other, and what it was asked."""
+    """A service that returns these responses in turn, and records requests."""
     left, asked = list(answers), []
 
     def handle(request: httpx.Request) -> httpx.Response:
@@ -74,7 +74,7 @@ def test_an_infeasible_design_is_an_answer(ours):
     assert run.status == "infeasible" and run.result["diagnosis"]
 
 
-def test_a_later_run_is_waited_for(ours):
+def test_waiting_for_an_accepted_run(ours):
     run = ours.submit("designs", "pin-profile", KINDS["pin-profile"].example(Mode.DESIGN), later=True)
     assert run.status in ("queued", "running", "succeeded")
     seen = []
@@ -91,7 +91,7 @@ def test_listings_go_through_all_pages(ours):
     assert {line["id"] for line in ours.runs(name="listed by the client", limit=2)} == made
 
 
-def test_a_lost_connection_and_a_full_service_are_tried_again_with_the_same_key():
+def test_temporary_failures_are_retried_with_the_same_key():
     transport, asked = answering(
         httpx.ConnectError("no"),
         httpx.Response(503, headers={"Retry-After": "0"}),
@@ -103,14 +103,14 @@ def test_a_lost_connection_and_a_full_service_are_tried_again_with_the_same_key(
 
 
 @pytest.mark.parametrize("last", [httpx.ReadTimeout("late"), httpx.Response(503)])
-def test_there_is_an_end_to_trying(last):
+def test_retries_are_limited(last):
     transport, asked = answering(httpx.Response(503), httpx.ConnectError("no"), last)
     with Client(transport=transport, retries=QUICK) as client, pytest.raises(NoAnswer, match="3 times"):
         client.check("pin-profile", PIN)
     assert len(asked) == 3
 
 
-def test_a_solve_that_took_too_long_is_not_tried_again():
+def test_a_timed_out_solve_is_not_retried():
     problem = {"status": 504, "title": "Took too long", "detail": "more than 30 s"}
     answer = httpx.Response(504, json=problem, headers={"Content-Type": "application/problem+json"})
     transport, asked = answering(answer)
@@ -152,7 +152,7 @@ def test_the_asynchronous_client_does_the_same(client):
     assert (first, second) == ("succeeded", "succeeded") and listed
 
 
-def test_the_types_are_those_of_the_service():
+def test_the_types_are_up_to_date():
     from scripts.client_types import FILE, types
 
     assert FILE.read_text(encoding="utf-8") == types(), "run python scripts/client_types.py"
@@ -174,7 +174,7 @@ def test_the_readme_runs(ours, monkeypatch, capsys):
     assert capsys.readouterr().out.startswith("It holds")
 
 
-def test_it_needs_nothing_of_the_service():
+def test_it_does_not_import_the_service():
     script = (
         "import sys, crankwright_client; print({name.partition('.')[0] for name in sys.modules} & {'app', 'solvers'})"
     )

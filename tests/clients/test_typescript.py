@@ -1,4 +1,4 @@
-"""TypeScript, too, is made of the OpenAPI document, and a program that uses it is accepted by the compiler."""
+"""TypeScript types generated from the OpenAPI document compile with a program that uses them."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import mpmath as mp
 
-from solvers.references.linkage import SIGNS, Mechanism, greatest, least_area, narrowed, places_over_the_cycle
+from solvers.references.linkage import SIGNS, Mechanism, golden_section, greatest, least_area, places_over_the_cycle
 
 HERE = Path(__file__).parent
 DIGITS, SHOWN = 240, 30
@@ -91,7 +91,7 @@ def near_case(case, torque_angle, force_angle, direction):
         near = mp.mpf(10) ** -6
 
         def least(m):
-            return -narrowed(lambda x: -m.area(x), direction - near, direction + near, 110)[1]
+            return -golden_section(lambda x: -m.area(x), direction - near, direction + near, 110)[1]
 
         out["area"] = least(plain), [least(m) for m in moved]
         return {
@@ -221,7 +221,7 @@ def attained(case):
                 told = measure(p)
                 return -mp.inf if told is None else (-told if longest else told)
 
-            _, reached = narrowed(cost, before, after, 180)
+            _, reached = golden_section(cost, before, after, 180)
             reached = max(reached, cost(places[i]))
             best = reached if best is None else max(best, reached)
         if best is not None:

@@ -128,7 +128,7 @@ def test_cycle(case):
 
 @pytest.mark.parametrize("case", CASES["cycles"], ids=lambda case: case["name"])
 @pytest.mark.parametrize("accuracy", [1e-1, 1e-2, 1e-4, 1e-6])
-def test_a_loose_cycle_is_as_good_as_it_says(case, accuracy):
+def test_a_loose_cycle_meets_its_estimate(case, accuracy):
     reference = REFERENCES[case["name"]]
     outcome, found = answers(case, accuracy)
     for name, value in found.items():

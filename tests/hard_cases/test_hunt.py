@@ -12,14 +12,14 @@ from tests.hard_cases.hunt.search import search
 from tests.hard_cases.rows.section import GOAL
 
 
-def test_a_short_hunt_on_the_strip_finds_nothing_beyond_the_goal():
+def test_a_short_search_on_the_strip_finds_no_error_above_the_goal():
     strip = rod.QUARRIES[0]
     bag = search(strip, 7, math.inf, beginnings=1, generations=3)
     assert bag.scenes >= 60
     assert 0.0 < bag.finds[0].units < GOAL
 
 
-def test_an_error_is_found_and_its_scene_told():
+def test_an_error_is_found_and_its_scene_reported():
     """Errors that grow toward one corner: the worst scene is the one nearest to it, what is not finite is worst."""
 
     def judge(case):
@@ -34,7 +34,7 @@ def test_an_error_is_found_and_its_scene_told():
     assert bag.finds[0].case["x"] > 0.9
 
 
-def test_every_space_of_scenes_is_one_to_its_corners():
+def test_every_space_of_scenes_is_valid_to_its_corners():
     for quarry in (*rod.QUARRIES, *crank.QUARRIES, *pin.QUARRIES, *linkage.QUARRIES):
         for corner in (np.zeros(quarry.dimensions), np.ones(quarry.dimensions)):
             assert quarry.case(corner)

@@ -171,7 +171,7 @@ def test_lengths(case):
 
 
 @pytest.mark.parametrize("case", CASES["designs"], ids=lambda case: case["name"])
-def test_limits_that_no_type_meets(case):
+def test_infeasible_limits(case):
     reference, outcome = REFERENCES[case["name"]], limited(case)
     assert outcome.value is None
     (entry,) = outcome.diagnosis

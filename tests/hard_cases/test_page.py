@@ -39,14 +39,14 @@ def test_every_case_of_the_data_is_on_the_page():
 
 
 @each(SECTIONS)
-def test_every_figure_keeps_the_goal(section):
+def test_every_error_meets_the_goal(section):
     for row, case in zip(shown(section.title), section.cases, strict=True):
         assert float(row[4]) < case.get("within", GOAL), row[0]
         assert ("within" in case) == ("beyond" in case)
 
 
 @each(SECTIONS)
-def test_rows_are_made_as_the_page_has_them(section):
+def test_rows_match_the_page(section):
     """Case, reason and condition number, which no machine's rounding changes."""
     rows = shown(section.title)
     assert list(section.row(section.cases[0]).cells()[:3]) == rows[0][:3]

@@ -156,7 +156,7 @@ def test_a_bore_of_less_than_1e_8_of_the_diameter_is_shown(case):
 
 
 @named(CASES)
-def test_what_the_solid_pin_carries(case):
+def test_the_load_of_the_solid_pin(case):
     reference = REFERENCES[case["name"]]
     limit = pin.force_limit(scene_of(case), pin.CRITERIA[case["pin"]["criterion"]])
     if "force_limit" in reference:
@@ -166,7 +166,7 @@ def test_what_the_solid_pin_carries(case):
 
 
 @named(INFEASIBLE)
-def test_what_no_pin_carries_is_diagnosed(case):
+def test_an_infeasible_load_is_diagnosed(case):
     outcome = designed(case)
     assert outcome.value is None
     (short,) = outcome.diagnosis
@@ -206,7 +206,7 @@ def test_no_ovalization_limit_is_met_by_the_factors_zero(case, ratio):
 
 
 @named([case for case in FEASIBLE if case["pin"]["force"] > 0])
-def test_every_form_answers_and_costs_no_less_than_the_free_one(case):
+def test_no_form_is_lighter_than_the_free_one(case):
     free = designed(case, 1e-4).value.check.mass
     for form in (pin.Free(drillable=True), pin.Constant(), pin.Stepped(3), pin.Cone()):
         outcome = designed(case, 1e-3, form)

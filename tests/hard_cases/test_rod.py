@@ -84,7 +84,7 @@ def test_check(case):
 
 @pytest.mark.parametrize("case", CASES["checks"], ids=lambda case: case["name"])
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-6])
-def test_a_loose_check_is_as_good_as_it_says(case, accuracy):
+def test_a_loose_check_meets_its_estimate(case, accuracy):
     reference = REFERENCES[case["name"]]
     outcome, found = answers(case, accuracy)
     assert found.keys() == reference.keys()
@@ -140,5 +140,5 @@ def fed_back(case):
 
 
 @pytest.mark.parametrize("case", CASES["loops"], ids=lambda case: case["name"])
-def test_friction_fed_back(case):
+def test_friction_feedback(case):
     assert units(fed_back(case), REFERENCES[case["name"]]["axial_force"]) <= LOOP_LIMIT

@@ -1,19 +1,33 @@
-"""Bytes that no client should send, and what must come back: an answer of HTTP, or an end, never a 5xx or silence."""
+"""Bytes that no client should send, and what must come back: an answer of HTTP, or an end, never a 5xx or silence.
+
+    python -m tests.reliability.attacks 100000 .campaign/attacks
+
+sends that many to a service of its own, a thousand a seed. A line of ``parts.jsonl`` tells how a seed went; started
+again, it goes on behind the last line.
+"""
 
 from __future__ import annotations
 
+import base64
 import json
 import random
 import socket
+import sys
 from collections import Counter
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 from app.api.contract import PATHS
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, example_of, modes_of
+from tests.app.running import Running, wait_until
 
 PATIENCE_S = 30.0
+AT_ONCE = 16
+"""Connections of a campaign: most of its time it waits for heads and bodies that do not come."""
+OF_A_SEED = 1000
 _TOKENS = (
     b"NaN", b"-", b"1e999", b"\\ud83d", b'"', b"{", b"]", b"\x00", b"\xff\xfe", b"null", b"[]", b"1" * 400, b"true",
     b"\\u0000", b"\xe2\x80\xae", b"=cmd|", b",", b":", b"e", b"\xed\xa0\x80",
@@ -101,3 +115,30 @@ def good(outcome: str) -> bool:
 
 def told(outcomes: Counter[str]) -> dict[str, Any]:
     return dict(sorted(outcomes.items()))
+
+
+def campaign(number: int, folder: Path) -> list[dict[str, Any]]:
+    """What came back for that many requests, those of before too."""
+    folder.mkdir(parents=True, exist_ok=True)
+    told_to = folder / "parts.jsonl"
+    done = [json.loads(line) for line in told_to.read_text().splitlines()] if told_to.exists() else []
+    seeds = range(len(done), -(-number // OF_A_SEED))
+    with Running(folder, body_idle_s=1, head_timeout_s=1) as running, running.client() as client:
+        wait_until(lambda: running.ready(client), 170.0)
+        address = ("127.0.0.1", client.base_url.port)
+        with ThreadPoolExecutor(AT_ONCE) as threads, told_to.open("a") as sink:
+            found = threads.map(lambda seed: attack(address, seed, OF_A_SEED), seeds)
+            for seed, (outcomes, bad) in zip(seeds, found, strict=True):
+                bad = [base64.b64encode(request).decode() for request in bad]
+                line = {"seed": seed, "outcomes": told(outcomes), "bad": bad}
+                done.append(line)
+                print(json.dumps(line), file=sink, flush=True)
+        assert client.get("/healthz").status_code == 200
+    assert "Traceback" not in running.output.read_text(), running.output
+    return done
+
+
+if __name__ == "__main__":
+    parts = campaign(int(sys.argv[1]), Path(sys.argv[2]))
+    print(told(sum((Counter(part["outcomes"]) for part in parts), Counter())))
+    sys.exit(any(part["bad"] for part in parts))

@@ -21,7 +21,7 @@ from typing import Any
 from app.batches.intake import Lines, header_of
 from app.batches.service import Asked, table_source
 from app.designs.kind import Detail, Mode
-from app.designs.many import accepted, answer_many
+from app.designs.many import answer_many, validated
 from app.designs.registry import KINDS, example_of, job_of
 from app.errors import Problem
 from app.store.batch_inputs import Row, Source, UnreadableRow, packed_rows, unpacked_rows
@@ -50,7 +50,7 @@ def _judge(source: Source, rows: list[Row]) -> int:
             body = source.body(row)
         except (UnreadableRow, RecursionError):
             continue
-        request, refused = accepted(job, body)
+        request, refused = validated(job, body)
         assert (request is None) != (refused is None)
         if refused is not None and refused.problem is not None:
             json.dumps(refused.problem, allow_nan=False)

@@ -5,12 +5,13 @@
 A round sends batches under idempotency keys, again and again until each is acknowledged, and runs that are promised;
 meanwhile it kills at random moments. Then everything acknowledged must be there, whole and once, and no process left.
 A line of ``rounds.jsonl`` tells how each went; of one that failed the folder stays, with its message, its database and
-what its services wrote. Started again, it goes on behind the last line.
+what its services wrote. Started again, it goes on with the rounds that have no line. Three rounds go on at once.
 """
 
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import os
 import random
@@ -22,6 +23,7 @@ import time
 import traceback
 from collections import Counter
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -38,7 +40,7 @@ from app.store.verify import verify
 from tests.app.running import Running, parents, wait_until
 from tests.databases import fresh_database, postgres_server
 
-KILLS_OF_A_ROUND = 20
+KILLS_OF_A_ROUND = 25
 SENDERS = 3
 LEASE_S = 1.0
 BUDGET_S = 300.0
@@ -276,32 +278,41 @@ def one_round(folder: Path, url: str, seed: int, services: int, kills: int) -> d
     return {**round_.killed, **found, "seconds": round(time.monotonic() - began, 1)}
 
 
-def campaign(kills: int, folder: Path, until: float = float("inf")) -> list[dict[str, Any]]:
-    """Rounds until that many kills are done, or the time is over; what the rounds gave, those of before too."""
+def told_round(server: str, folder: Path, seed: int) -> dict[str, Any]:
+    """A round and what came of it; a quarter of them each on SQLite and PostgreSQL, with one service and two."""
+    where, services, on_server = folder / f"round-{seed}", 1 + seed % 2, seed % 4 >= 2
+    database = fresh_database(server) if on_server else contextlib.nullcontext(f"sqlite:///{where}/runs.sqlite3")
+    line = {"seed": seed, "database": "postgresql" if on_server else "sqlite", "services": services}
+    line |= {"kills": KILLS_OF_A_ROUND, "failure": None}
+    shutil.rmtree(where, ignore_errors=True)  # of a campaign that was interrupted
+    with database as url:
+        try:
+            line |= one_round(where, url, seed, services, KILLS_OF_A_ROUND)
+        except Exception:
+            line["failure"] = traceback.format_exc()
+            (where / "failure.txt").write_text(line["failure"])
+    return line
+
+
+def campaign(kills: int, folder: Path, until: float = float("inf"), at_once: int = 3) -> list[dict[str, Any]]:
+    """Rounds, some at once, until that many kills are done or the time is over; what they gave, those of before too."""
     folder.mkdir(parents=True, exist_ok=True)
     told = folder / "rounds.jsonl"
     done = [json.loads(line) for line in told.read_text().splitlines()] if told.exists() else []
-    with postgres_server() as server:
-        while sum(line["kills"] for line in done) < kills and time.time() < until:
-            seed = len(done)
-            where = folder / f"round-{seed}"
-            # A quarter of the rounds each: SQLite and PostgreSQL, one service and two.
-            services, on_server = 1 + seed % 2, seed % 4 >= 2
-            database = (
-                fresh_database(server) if on_server else contextlib.nullcontext(f"sqlite:///{where}/runs.sqlite3")
-            )
-            line = {"seed": seed, "database": "postgresql" if on_server else "sqlite", "services": services}
-            line |= {"kills": KILLS_OF_A_ROUND, "failure": None}
-            with database as url:
-                try:
-                    line |= one_round(where, url, seed, services, KILLS_OF_A_ROUND)
-                except Exception:
-                    line["failure"] = traceback.format_exc()
-                    (where / "failure.txt").write_text(line["failure"])
-            done.append(line)
-            with told.open("a") as sink:
-                sink.write(json.dumps(line) + "\n")
-            print(json.dumps(line), flush=True)
+    begun = {line["seed"] for line in done}
+    seeds = (seed for seed in itertools.count() if seed not in begun)
+    wanted = -(-(kills - sum(line["kills"] for line in done)) // KILLS_OF_A_ROUND)
+    # Threads that live on: what a thread starts ends with it.
+    with postgres_server() as server, ThreadPoolExecutor(at_once) as threads, told.open("a") as sink:
+
+        def one(seed: int) -> dict[str, Any] | None:
+            return told_round(server, folder, seed) if time.time() < until else None
+
+        for ended in as_completed([threads.submit(one, seed) for seed in itertools.islice(seeds, max(0, wanted))]):
+            if (line := ended.result()) is not None:
+                done.append(line)
+                for out in (sink, sys.stdout):
+                    print(json.dumps(line), file=out, flush=True)
     return done
 
 

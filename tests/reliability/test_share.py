@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import random
+import shutil
 import signal
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,11 +19,14 @@ from app.designs.registry import KINDS
 from app.store.verify import verify
 from tests.app.running import Running, wait_until
 from tests.reliability.attacks import attack, told
+from tests.reliability.descriptors import exhaust
+from tests.reliability.disk import cut_and_changed, in_a_faulty_process
 from tests.reliability.fuzz import PARSERS, spoil
 from tests.reliability.kills import one_round
+from tests.reliability.worst import AT_ONCE, measure
 
 CAMPAIGN = bool(os.environ.get("CRANKWRIGHT_CAMPAIGN"))
-RAW, KILLS = (100_000, 60) if CAMPAIGN else (200, 1)
+RAW, KILLS = 200, (60 if CAMPAIGN else 1)
 CHECK = KINDS["crank-masses"].example(Mode.ANALYSIS)
 
 
@@ -34,8 +39,9 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Running,
         yield running, client
 
 
-@pytest.mark.timeout(36_000 if CAMPAIGN else 180)
+@pytest.mark.timeout(180)
 def test_no_bytes_break_it(service):
+    """``python -m tests.reliability.attacks`` sends a hundred thousand."""
     running, client = service
     outcomes, bad = attack(("127.0.0.1", client.base_url.port), 1, RAW)
     print(told(outcomes))
@@ -71,6 +77,23 @@ def test_what_was_acknowledged_survives_kills(tmp_path: Path):
     print(f"{KILLS} kills, {len(acknowledged)} acknowledged runs, none lost")
 
 
+@pytest.mark.timeout(36_000 if CAMPAIGN else 180)
+def test_without_descriptors_it_answers_or_refuses_and_comes_back(tmp_path: Path):
+    told = exhaust(tmp_path, 50 if CAMPAIGN else 2)
+    print(dict(told))
+    assert told["on a connection that is open: 201"] > 0
+
+
+@pytest.mark.timeout(600)
+def test_the_dearest_requests_at_once_leave_the_service_alive(tmp_path: Path):
+    """``python -m tests.reliability.worst 60`` measures; here nothing but that looks come through the flood."""
+    shorter = {} if CAMPAIGN else {"solve_budget_s": 1, "queue_patience_s": 2}
+    idle, busy, told = measure(60.0 if CAMPAIGN else 1.0, tmp_path, **shorter)
+    print(f"idle: {idle}\nbusy: {busy}\n{dict(told)}")
+    assert told.total() >= AT_ONCE and {each[:3] for each in told} <= {"201", "503"}
+    assert busy.at(0.5) < 0.5
+
+
 @pytest.mark.timeout(600)
 def test_batches_and_promises_survive_kills(tmp_path: Path):
     """A short round of what ``python -m tests.reliability.kills`` does a thousand times."""
@@ -87,3 +110,20 @@ def test_no_bytes_break_a_parser(parser):
     understood = spoil(parser, number)
     print(f"{parser}: {number} spoiled examples, {understood} requests understood")
     assert understood > 0
+
+
+@pytest.mark.timeout(36_000 if CAMPAIGN else 180)
+def test_a_journal_that_is_cut_or_changed_gives_a_whole_prefix(tmp_path: Path):
+    places = 900 if CAMPAIGN else 25
+    tried = cut_and_changed(places, tmp_path)
+    print(dict(tried))
+    assert tried.total() == places and len(tried) == 3
+
+
+@pytest.mark.skipif(sys.platform != "linux" or shutil.which("cc") is None, reason="fails calls of Linux's C library")
+@pytest.mark.timeout(36_000 if CAMPAIGN else 180)
+def test_a_commit_whose_disk_fails_is_whole_or_not_at_all(tmp_path: Path):
+    """Each input and output of three commits and of the store's end, once in turn; in the suite each seventh."""
+    tried = in_a_faulty_process(1 if CAMPAIGN else 7)
+    print(dict(tried))
+    assert tried["pwrite"] > 5 and tried["fsync"] > 0

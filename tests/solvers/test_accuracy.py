@@ -1,4 +1,4 @@
-"""The error-against-time study on problems whose errors and times are known."""
+"""The work-precision study on problems with known errors and times."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_runs_are_interleaved_after_a_tighter_reference():
     assert bench.order == [1e-6, 1e-2, 1e-4, 1e-2, 1e-4]
 
 
-def test_an_independent_reference_judges_the_tightest_rungs_too():
+def test_an_independent_reference_judges_the_tightest_levels_too():
     known = told({"one": Exact(1.0), "two": Exact(2.0), "none": Exact(None)})
     table = run(Bench(), Meeting(1e-11), (1e-2, 1e-12), reference=known)
     assert table.reference == "known"
@@ -81,21 +81,21 @@ def test_an_independent_reference_judges_the_tightest_rungs_too():
     assert table.recommended.accuracy == 1e-12
 
 
-def test_what_no_independent_reference_tells_the_solver_judges_itself():
+def test_results_without_a_reference_are_judged_by_the_solver():
     table = run(Bench(), Meeting(1e-2), (1e-2, 1e-10, 1e-12), reference=told({"one": Exact(1.0)}))
     assert table.reference == "known; two: the same case solved to 1e-12"
     assert [set(level.errors) for level in table.levels] == [{"one", "two", "none"}, {"one", "two", "none"}, {"one"}]
     assert table.levels[-1].error == pytest.approx(5e-13, rel=1e-2)
 
 
-def test_a_wrong_solver_is_found_out_by_an_independent_reference_alone():
+def test_only_an_independent_reference_detects_a_wrong_solver():
     bench = Bench()
     truth = {"one": Exact(1.25), "two": Exact(2.0), "none": Exact(None)}
     assert run(bench, Meeting(1e-4), (1e-4,), reference=told(truth)).levels[0].errors["one"] == pytest.approx(0.2, 1e-3)
     assert run(bench, Meeting(1e-4), (1e-4,)).levels[0].errors["one"] < 1e-4
 
 
-def test_no_error_is_told_below_what_the_reference_may_be_off():
+def test_errors_are_limited_by_the_references_uncertainty():
     vague = told({"one": Exact(1.0, 1e-5), "two": Exact(2.0), "none": Exact(None)})
     table = run(Bench(), Meeting(1e-4), (1e-3, 1e-8), reference=vague)
     assert [(level.error, level.at_most) for level in table.levels] == [(pytest.approx(5e-4), False), (1e-5, True)]
@@ -106,7 +106,7 @@ def test_no_error_is_told_below_what_the_reference_may_be_off():
     assert "its own estimate 1e-07" in table.reference
 
 
-def test_a_reference_that_takes_too_long_is_given_up():
+def test_a_slow_reference_is_discarded():
     bench = Bench()
 
     def results(watch):
@@ -121,7 +121,7 @@ def test_a_reference_that_takes_too_long_is_given_up():
     assert [level.accuracy for level in table.levels] == [1e-2, 1e-4]
 
 
-def test_a_reference_that_breaks_off_leaves_the_study_to_the_solver():
+def test_a_failing_reference_is_discarded():
     def results(watch):
         raise ZeroDivisionError
 
@@ -142,24 +142,24 @@ def test_long_runs_are_run_less_often():
     assert [level.runs for level in table.levels] == [20, 3]
 
 
-def test_no_solution_begins_that_would_not_end_in_time():
+def test_no_run_is_started_that_would_not_end_in_time():
     table = run(Bench(), Meeting(1e-2), (1e-1, 1e-6), runs=50, time=20.0)
     # One round takes 7, the tighter of the two no third one; the looser goes on.
     assert [(level.accuracy, level.runs) for level in table.levels] == [(1e-1, 8), (1e-6, 2)]
 
 
-def test_the_cheapest_proof_to_an_accuracy_is_named_or_the_closest():
+def test_the_cheapest_sufficient_proof_or_the_closest_is_found():
     levels = run(Bench(), Meeting(1e-2), (1e-2, 1e-4, 1e-6)).levels
     assert closest_proof(levels, 1e-3).accuracy == 1e-4
     assert closest_proof(levels, 1e-12).accuracy == 1e-6
     assert closest_proof((), 1e-3) is None
 
 
-def test_without_one_no_rung_is_judged_by_its_equal():
+def test_without_a_reference_no_level_is_judged_by_an_equal_one():
     assert [level.accuracy for level in run(Bench(), Meeting(1e-2), (1e-2, 1e-10, 1e-12)).levels] == [1e-2, 1e-10]
 
 
-def test_no_solution_begins_after_the_budget_but_the_loosest():
+def test_only_the_loosest_level_runs_after_the_budget():
     table = run(Bench(), Meeting(1e-2), (1e-2, 1e-4), runs=50, time=1e-3)
     assert [(level.accuracy, level.runs) for level in table.levels] == [(1e-2, 1)]
     assert table.recommended is not None

@@ -1,4 +1,4 @@
-"""What effects change and cost, measured on a case whose answer is known."""
+"""Influence and cost of effects, on a case with a known answer."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_runs_are_interleaved():
     assert len(set(machine.solved[:4])) == 4
 
 
-def test_nothing_begins_after_the_budget():
+def test_no_run_is_started_after_the_budget():
     machine = Machine()
     costs = effect_costs(machine.solve, list(WORTH), frozenset(), 3.5, clock=machine.clock)
     # 1 s plain, 3 s with inertia: then the time is over.
@@ -65,7 +65,7 @@ def test_nothing_begins_after_the_budget():
     assert costs[1].time_with is None
 
 
-def test_a_pairing_without_an_answer_is_a_hole():
+def test_a_combination_without_an_answer_has_no_values():
     machine = Machine()
 
     def stubborn(chosen: frozenset[str]) -> Solved | None:

@@ -1,4 +1,4 @@
-"""Choosing effects for a situation: selection, tolerance, demands, manifest."""
+"""Selection of effects: tolerance, demands, manifest."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def names(choice):
     return [effect.name for effect in choice.active]
 
 
-def test_auto_leaves_out_the_smallest_while_their_sum_stays_within_the_tolerance():
+def test_auto_omits_the_smallest_effects_within_the_tolerance():
     assert names(choose(EFFECTS, None, AUTO, 0.01)) == ["large", "unbounded"]
     assert names(choose(EFFECTS, None, AUTO, 0.008)) == ["large", "middle", "unbounded"]
     assert names(choose(EFFECTS, None, AUTO, 0.003)) == ["large", "small", "middle", "unbounded"]
@@ -49,12 +49,12 @@ def test_all_runs_everything_that_is_not_excluded():
     assert names(choose(EFFECTS, None, selection)) == ["large", "small", "unbounded"]
 
 
-def test_the_user_has_the_last_word():
+def test_explicit_choices_take_precedence():
     selection = EffectSelection(include=frozenset({"small"}), exclude=frozenset({"large"}))
     assert names(choose(EFFECTS, None, selection, 0.1)) == ["small", "unbounded"]
 
 
-def test_a_demand_calls_for_its_effect():
+def test_a_demand_activates_its_effect():
     assert "small" in names(choose(EFFECTS, None, AUTO, 0.1, [Demand("small", "max_small")]))
 
 
@@ -79,7 +79,7 @@ def test_impossible_selections_are_refused(selection, field):
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -1.0, math.nan, math.inf, 1.5])
-def test_the_tolerance_must_be_a_share(tolerance):
+def test_the_tolerance_must_be_in_the_unit_interval(tolerance):
     with pytest.raises(InvalidInput):
         choose(EFFECTS, None, AUTO, tolerance)
 
@@ -95,7 +95,7 @@ def test_the_manifest_names_every_effect_with_state_bound_and_reason():
     assert manifest[0].why == "excluded by the request"
 
 
-def test_a_bound_that_decides_nothing_is_computed_when_it_is_read_and_once():
+def test_an_undecisive_bound_is_computed_lazily_and_once():
     asked = []
 
     @dataclass(frozen=True)

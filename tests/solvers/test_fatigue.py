@@ -1,4 +1,4 @@
-"""The fatigue safety on the Haigh plane against the textbooks' own numbers and equations."""
+"""Fatigue safety on the Haigh plane against textbook values and equations."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_the_utilisation_grows_in_proportion_along_a_ray_and_credits_no_compress
     assert utilisation(criterion, 100e6, -200e6) == pytest.approx(1.2 * 100 / 480, rel=1e-12)
 
 
-def test_conventions_stand_in_their_order():
+def test_the_order_of_the_criteria():
     """In tension Soderberg is stricter than Goodman, Goodman than Gerber; the notch factor counts in all."""
     rng = np.random.default_rng(2)
     for amplitude, mean in rng.uniform(1e6, 4e8, (200, 2)):
@@ -106,7 +106,7 @@ def test_the_greatest_magnitude_and_many_cycles_at_once():
 
 
 @pytest.mark.parametrize("name", ["goodman", "gerber"])
-def test_what_needs_the_ultimate_strength_says_so(name):
+def test_a_missing_ultimate_strength_is_reported(name):
     with pytest.raises(InvalidInput, match="ultimate_strength"):
         CRITERIA[name](smooth(480e6))
 

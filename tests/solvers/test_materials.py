@@ -1,4 +1,4 @@
-"""Materials refuse what they cannot mean; the catalogue holds steels."""
+"""Validation of materials, and the catalogue."""
 
 from __future__ import annotations
 

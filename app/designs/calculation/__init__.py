@@ -1,1 +1,1 @@
-"""Calculations as one does them by hand: formulas, the numbers put in, and what comes out, step by step."""
+"""Hand calculations: formulas, substituted numbers and results, step by step."""

@@ -1,7 +1,7 @@
-"""A chain of steps: what is given, then every formula with the printed numbers of the steps before it.
+"""A chain of calculation steps: given values, then formulas evaluated with the printed numbers of earlier steps.
 
-Each result is calculated from the numbers as they are printed, so that whoever follows it with a pocket calculator
-finds the same digits. Where the run tells the same quantity, its figure stands beside the step.
+Each result follows from the numbers as printed, so a pocket calculator reproduces its digits. If the run reports the
+same quantity, its value is shown for comparison.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from app.designs.calculation.expression import calculated, names_in
-from app.designs.calculation.printed import FOUND, GIVEN, NotANumber, Printed, printed
+from app.designs.calculation.printed import INPUT_DIGITS, RESULT_DIGITS, NotANumber, Printed, printed
 
 DEGREE = "°"
-_BELOW = re.compile(r"(?<=[A-Za-z])_\w+")
+_SUBSCRIPTS = re.compile(r"(?<=[A-Za-z])_\w+")
 
 
 @dataclass(frozen=True)
 class Title:
-    """The begin of a part of the calculation."""
+    """A section heading."""
 
     text: str
 
@@ -31,7 +31,7 @@ class Remark:
 
 @dataclass(frozen=True)
 class Given:
-    """A number that the calculation begins with; ``source`` says where it comes from if not from the request."""
+    """An input; ``source`` says where it comes from, if not from the request."""
 
     symbol: str
     words: str
@@ -42,8 +42,11 @@ class Given:
 
 @dataclass(frozen=True)
 class Step:
-    """One formula. ``told`` is what the run itself says of the quantity, in the step's unit; ``again`` is true where
-    the same formula was shown before, with other things below its symbols."""
+    """A formula.
+
+    ``reported`` is the run's value of the quantity in the step's unit; ``again`` marks a formula shown before with
+    other subscripts.
+    """
 
     symbol: str
     formula: str
@@ -52,18 +55,18 @@ class Step:
     result: Printed
     unit: str
     source: str
-    told: float | None = None
+    reported: float | None = None
     again: bool = False
 
     @property
     def ratio(self) -> float | None:
-        """The run's figure over the one by hand."""
-        return None if self.told is None or self.result.shown == 0.0 else self.told / self.result.shown
+        """Ratio of the run's value to the hand calculation."""
+        return None if self.reported is None or self.result.shown == 0.0 else self.reported / self.result.shown
 
 
 @dataclass(frozen=True)
 class Column:
-    """One quantity of a table; one without a formula is given."""
+    """A column of a table; without a formula, an input."""
 
     symbol: str
     words: str
@@ -73,9 +76,11 @@ class Column:
 
 @dataclass(frozen=True)
 class Tabulated:
-    """The same formulas at several places, a row for each; ``first`` is the number of the first row, which stands below
-    the symbols wherever a later step takes one from the table. ``fixed`` are the numbers that all rows share, ``fresh``
-    the symbols whose formulas were not shown before."""
+    """Formulas evaluated at several points, one row each.
+
+    ``first``: number of the first row, used as subscript in later steps. ``fixed``: values shared by all rows.
+    ``fresh``: symbols whose formulas were not shown before.
+    """
 
     columns: tuple[Column, ...]
     rows: tuple[tuple[Printed, ...], ...]
@@ -84,21 +89,21 @@ class Tabulated:
     fresh: frozenset[str]
 
     def numbers(self, row: int) -> dict[str, Printed]:
-        """All that the formulas of a row are calculated with."""
+        """All values available to the formulas of a row."""
         own = zip((column.symbol for column in self.columns), self.rows[row], strict=True)
         return {**self.fixed, **dict(own)}
 
 
 def _shape(symbol: str, formula: str) -> str:
-    """The formula without what stands below its symbols."""
-    return _BELOW.sub("", f"{symbol} = {formula}")
+    """The formula without subscripts."""
+    return _SUBSCRIPTS.sub("", f"{symbol} = {formula}")
 
 
 Item = Title | Remark | Given | Step | Tabulated
 
 
 class _Values(dict[str, float]):
-    """The values of printed numbers."""
+    """Numerical values of printed numbers."""
 
     def __init__(self, known: Mapping[str, Printed]) -> None:
         super().__init__({name: number.value for name, number in known.items()})
@@ -106,7 +111,7 @@ class _Values(dict[str, float]):
 
 @dataclass
 class Chain:
-    """A calculation as it is built up; symbols are looked up by name, angles in radians."""
+    """Builder of a calculation; symbols are looked up by name, angles are in radians."""
 
     items: list[Item] = field(default_factory=list)
     known: dict[str, Printed] = field(default_factory=dict)
@@ -122,18 +127,18 @@ class Chain:
         self.items.append(Remark(text))
 
     def given(
-        self, symbol: str, words: str, value: float, unit: str = "", source: str = "", digits: int = GIVEN
+        self, symbol: str, words: str, value: float, unit: str = "", source: str = "", digits: int = INPUT_DIGITS
     ) -> float:
-        """A number to begin with, an angle (unit °) in radians; the value as it is printed."""
+        """Add an input, an angle (unit °) in radians; returns the printed value."""
         number = printed(value, digits, unit == DEGREE)
         self.items.append(Given(symbol, words, number, unit, source))
         self._know(symbol, number)
         return number.value
 
     def _know(self, symbol: str, number: Printed) -> None:
-        """A symbol has one meaning in a chain."""
+        """Define a symbol; each has only one meaning in a chain."""
         if symbol in self.known:
-            raise ValueError(f"{symbol} is known already")
+            raise ValueError(f"{symbol} is already defined")
         self.known[symbol] = number
 
     def step(
@@ -143,23 +148,23 @@ class Chain:
         words: str,
         unit: str = "",
         source: str = "",
-        told: float | None = None,
-        digits: int = FOUND,
+        reported: float | None = None,
+        digits: int = RESULT_DIGITS,
     ) -> float:
-        """A formula over symbols known so far; the value as it is printed. Raises NotANumber where there is none."""
+        """Add a formula of known symbols; returns the printed value. Raises NotANumber."""
         numbers = {name: self.known[name] for name in names_in(formula)}
         value = calculated(formula, _Values(numbers))
         number = printed(value, digits, unit == DEGREE)
         shape = _shape(symbol, formula)
-        self.items.append(Step(symbol, formula, words, numbers, number, unit, source, told, shape in self._shown))
+        self.items.append(Step(symbol, formula, words, numbers, number, unit, source, reported, shape in self._shown))
         self._shown.add(shape)
         self._know(symbol, number)
         return number.value
 
     def table(self, columns: Sequence[Column], given: Sequence[Sequence[float]], first: int = 0) -> None:
-        """A row for each of the ``given``, whose values are those of the columns without a formula, in their order.
+        """Add a table with a row per entry of ``given``, the values of the columns without a formula.
 
-        Symbols with a row's number below, such as f_3, are known from then on. Raises NotANumber.
+        Defines symbols with the row number as subscript, such as f_3. Raises NotANumber.
         """
         rows = []
         for number, values in enumerate(given, first):
@@ -167,7 +172,7 @@ class Chain:
             for column in columns:
                 known = {**self.known, **row}
                 value = calculated(column.formula, _Values(known)) if column.formula else left.pop(0)
-                row[column.symbol] = printed(value, FOUND, column.unit == DEGREE)
+                row[column.symbol] = printed(value, RESULT_DIGITS, column.unit == DEGREE)
             for symbol, value in row.items():
                 self._know(f"{symbol}_{number}", value)
             rows.append(tuple(row.values()))
@@ -185,7 +190,7 @@ class Chain:
 
     @property
     def sources(self) -> list[str]:
-        """Every source once, in the order in which they are called upon."""
+        """All distinct sources in order of use."""
         found = [item.source for item in self.items if isinstance(item, Step) and item.source]
         return list(dict.fromkeys(found))
 

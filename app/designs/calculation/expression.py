@@ -1,7 +1,7 @@
-"""Formulas: written once as arithmetic, then calculated, and set with symbols or with numbers in any notation.
+"""Formulas: written once as arithmetic, evaluated, and typeset with symbols or numbers.
 
-A formula is an expression such as ``(s_max - s_min) / 2``: + - * / **, the functions below, ``pi``, numbers, and names.
-A name is a symbol with what stands below it after an underscore: ``sigma_a``, ``P_cr``, ``lam``.
+A formula is an expression such as ``(s_max - s_min) / 2``: + - * / **, the functions below, ``pi``, numbers and names.
+A name is a symbol with an optional subscript after an underscore: ``sigma_a``, ``P_cr``, ``lam``.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ _ARITHMETIC: Mapping[type, Callable[[float, float], float]] = {
     ast.Pow: lambda a, b: a**b,
 }
 _SUM, _SIGN, _PRODUCT, _FRACTION, _POWER, _ATOM = range(6)
-"""How strongly a part holds together; one that holds less than its place asks for gets parentheses."""
+"""Operator precedences; an operand of lower precedence is put in parentheses."""
 
 
 class Notation(Protocol):
-    """A way to write mathematics."""
+    """A mathematical notation."""
 
     pi: str
     plus: str
     minus: str
     times: str
-    """A multiplication that is seen."""
+    """visible multiplication sign"""
     apart: str
-    """One that is not: symbols side by side."""
+    """separator of implicit multiplication"""
 
     def number(self, number: Printed) -> str: ...
     def symbol(self, name: str) -> str: ...
@@ -55,19 +55,19 @@ class Notation(Protocol):
 
 @lru_cache(maxsize=1024)
 def parsed(formula: str) -> ast.expr:
-    """The formula as a tree. Raises SyntaxError for what is none."""
+    """Parse a formula. Raises SyntaxError."""
     return ast.parse(formula, mode="eval").body
 
 
 def names_in(formula: str) -> list[str]:
-    """The symbols of a formula, each once, in its order."""
+    """The distinct symbols of a formula in order."""
     called = {id(node.func) for node in ast.walk(parsed(formula)) if isinstance(node, ast.Call)}
     found = [n for n in ast.walk(parsed(formula)) if isinstance(n, ast.Name) and id(n) not in called and n.id != "pi"]
     return list(dict.fromkeys(n.id for n in sorted(found, key=lambda n: (n.lineno, n.col_offset))))
 
 
 def calculated(formula: str, values: Mapping[str, float]) -> float:
-    """The value of a formula. Raises NotANumber where there is none."""
+    """Evaluate a formula. Raises NotANumber for a non-finite result."""
     try:
         return float(_value(parsed(formula), values))
     except (ArithmeticError, ValueError, TypeError) as error:
@@ -88,7 +88,7 @@ def _value(node: ast.expr, values: Mapping[str, float]) -> float:
 
 
 def written(formula: str, notation: Notation, numbers: Mapping[str, Printed] | None = None) -> str:
-    """The formula in a notation: with its symbols, or with numbers in their places."""
+    """Typeset a formula with its symbols, or with numbers substituted."""
     return _Writer(notation, numbers).write(parsed(formula))[0]
 
 
@@ -97,7 +97,7 @@ class _Writer:
         self.to, self.numbers = notation, numbers
 
     def write(self, node: ast.expr) -> tuple[str, int]:
-        """The text of a part and how strongly it holds together."""
+        """Typeset a node; returns text and precedence."""
         if isinstance(node, ast.Constant):
             return self._number(_literal(node.value))
         if isinstance(node, ast.Name):
@@ -129,7 +129,7 @@ class _Writer:
         if strength < _SIGN:
             left, strength = self.to.parenthesis(left), _ATOM
         right = self._within(node.right, _PRODUCT)
-        # A sign in front is the whole product's.
+        # a leading sign belongs to the whole product
         return left + (self.to.times if seen else self.to.apart) + right, min(strength, _PRODUCT)
 
     def _within(self, node: ast.expr, least: int) -> str:
@@ -149,7 +149,7 @@ class _Writer:
 
 
 def _literal(value: float) -> Printed:
-    """A number of the formula itself, as a person writes it."""
+    """A literal of the formula, formatted."""
     digits, _, power = f"{value:g}".partition("e")
     return Printed(digits, int(power or 0))
 

@@ -1,4 +1,4 @@
-"""Where a smooth function of one or two quantities is greatest, closely enough for a calculation to be shown there."""
+"""Location of a smooth function's maximum, with the precision needed for hand calculations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _POINTS, _ROUNDS = 721, 4
 
 
 def greatest_at(function: Callable[[Array], Array], low: float, high: float, points: int = _POINTS) -> float:
-    """The argument of the greatest value found: a first look at many points, then finer and finer about the best."""
+    """The argument of the maximum, by successively refined sampling around the best point."""
     best, reach = 0.5 * (low + high), 0.5 * (high - low)
     for _ in range(_ROUNDS):
         at = np.linspace(max(best - reach, low), min(best + reach, high), points)

@@ -1,23 +1,23 @@
-"""Numbers as they are printed: what a person reads is what the next step is calculated with."""
+"""Rounded numbers as printed, with which later steps are evaluated."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
-GIVEN, FOUND = 10, 6
-"""Significant digits of what was given, and of what is calculated."""
-_SMALL, _GREAT = -4, 7
-"""Powers of ten between which a number is written out."""
+INPUT_DIGITS, RESULT_DIGITS = 10, 6
+"""Significant digits of inputs and of results."""
+_MIN_EXPONENT, _MAX_EXPONENT = -4, 7
+"""Exponents between which a number is printed without a power of ten."""
 
 
 class NotANumber(ArithmeticError):
-    """A step that has no finite value."""
+    """A step without a finite value."""
 
 
 @dataclass(frozen=True)
 class Printed:
-    """A number in print: ``digits`` times ten to the ``power``; an angle in degrees where ``degrees`` is true."""
+    """A printed number: ``digits`` times ten to the ``power``; shown in degrees if ``degrees``."""
 
     digits: str
     power: int = 0
@@ -29,12 +29,12 @@ class Printed:
 
     @property
     def shown(self) -> float:
-        """What is printed, an angle in degrees."""
+        """The printed value, an angle in degrees."""
         return float(f"{self.digits}e{self.power}")
 
     @property
     def value(self) -> float:
-        """What is calculated with, an angle in radians."""
+        """The value used in calculations, an angle in radians."""
         return math.radians(self.shown) if self.degrees else self.shown
 
     def __str__(self) -> str:
@@ -45,10 +45,10 @@ class Printed:
         return f"{text} · 10{str(self.power).translate(str.maketrans('-0123456789', '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'))}"
 
 
-def printed(value: float, digits: int = FOUND, degrees: bool = False) -> Printed:
-    """A value rounded to significant digits; ``value`` in radians where it is to be shown in degrees.
+def printed(value: float, digits: int = RESULT_DIGITS, degrees: bool = False) -> Printed:
+    """Round to significant digits; ``value`` is in radians if it is shown in degrees.
 
-    Raises NotANumber for what is not finite.
+    Raises NotANumber for a non-finite value.
     """
     shown = math.degrees(value) if degrees else float(value)
     if not math.isfinite(shown):
@@ -57,7 +57,7 @@ def printed(value: float, digits: int = FOUND, degrees: bool = False) -> Printed
     power = int(exponent)
     if float(mantissa) == 0.0:
         return Printed("0", 0, degrees)
-    if _SMALL < power < _GREAT:
+    if _MIN_EXPONENT < power < _MAX_EXPONENT:
         text = f"{float(f'{mantissa}e{power}'):.{max(digits - 1 - power, 0)}f}"
         return Printed(text.rstrip("0").rstrip(".") if "." in text else text, 0, degrees)
     return Printed(mantissa.rstrip("0").rstrip("."), power, degrees)

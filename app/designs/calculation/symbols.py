@@ -1,4 +1,4 @@
-"""Names of formulas as symbols: Greek letters by their names, what stands below after the underscore."""
+"""Symbols of names: Greek letters, and subscripts after the underscore."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ _GREEK = {
     "lam": "λ", "mu": "μ", "nu": "ν", "xi": "ξ", "rho": "ρ", "sigma": "σ", "tau": "τ", "phi": "φ", "chi": "χ",
     "psi": "ψ", "omega": "ω", "Delta": "Δ", "Phi": "Φ",
 }  # fmt: skip
-_BELOW = {"lim": "−1", "plus": "+", "minus": "−"}
+_SUBSCRIPTS = {"lim": "−1", "plus": "+", "minus": "−"}
 
 
 def symbol(name: str) -> tuple[str, str]:
-    """A name as its letter and what stands below it."""
+    """Split a name into its letter and subscript."""
     letter, _, below = name.partition("_")
-    parts = [_BELOW.get(part, _GREEK.get(part, part)) for part in below.split("_") if part]
+    parts = [_SUBSCRIPTS.get(part, _GREEK.get(part, part)) for part in below.split("_") if part]
     return _GREEK.get(letter, letter), ",".join(parts)

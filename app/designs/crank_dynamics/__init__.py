@@ -1,1 +1,1 @@
-"""Crank dynamics at the edge: what can be asked, what is answered, and its pictures."""
+"""The kind crank-dynamics: requests, results and plots."""

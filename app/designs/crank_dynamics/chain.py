@@ -1,4 +1,5 @@
-"""The crank mechanism by hand: reduced masses, motion and forces at the instants that load its parts. N, mm, MPa."""
+"""Hand calculation of the crank mechanism: reduced masses, motion, and forces at the instants of maximum load. N, mm,
+MPa."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ _SHOWN = "rod_compression_max"
 
 
 def calculation(run: Mapping[str, Any], chain: Chain) -> None:
-    """Fill the chain of an analysis. Raises NotANumber."""
+    """Add the calculation of an analysis. Raises NotANumber."""
     _Crank(run, chain)
 
 
@@ -58,11 +59,11 @@ class _Crank:
         c.step("lam", "r / L", "ratio of crank and rod", source=TAYLOR)
         c.step("omega", "2 * pi * f", "angular speed", "1/s")
         c.step("A", "pi * D**2 / 4", "piston area", "mm²")
-        told = self.result["stroke_mm"]
+        reported = self.result["stroke_mm"]
         if self.offset:
-            c.step("s", "sqrt((L + r)**2 - e**2) - sqrt((L - r)**2 - e**2)", "stroke", "mm", LECTURES, told)
+            c.step("s", "sqrt((L + r)**2 - e**2) - sqrt((L - r)**2 - e**2)", "stroke", "mm", LECTURES, reported)
         else:
-            c.step("s", "2 * r", "stroke", "mm", TAYLOR, told)
+            c.step("s", "2 * r", "stroke", "mm", TAYLOR, reported)
 
     def _masses(self) -> None:
         c, m, r = self.chain, self.request.masses, self.result
@@ -83,15 +84,15 @@ class _Crank:
         c.step("m_rot", f"m_k + {rods}", "mass that turns", "kg", LECTURES, r["rotating_mass_kg"])
         if m.rod_inertia_kg_m2 is not None:
             c.given("J_0", "the rod's moment of inertia", m.rod_inertia_kg_m2, "kg·m²")
-            told = r["inertia_defect_kg_m2"]
+            reported = r["inertia_defect_kg_m2"]
             formula = "m_r * l_A * (L - l_A) * 1e-6 - J_0"
-            c.step("Delta_J", formula, "what two masses have too much of it", "kg·m²", TAYLOR, told)
+            c.step("Delta_J", formula, "what two masses have too much of it", "kg·m²", TAYLOR, reported)
 
     # One instant with all numbers, then all of them in a table --------------------------------------------------------
 
     @property
     def _formulas(self) -> list[tuple[str, str, str, str]]:
-        """Symbol, formula, words and unit of what follows from angle and pressure."""
+        """Symbol, formula, label and unit of everything that follows from angle and pressure."""
         found = [
             (
                 "beta",
@@ -132,7 +133,7 @@ class _Crank:
         c.title("The same at every instant that loads a part")
         rows = ", ".join(f"{k} {_INSTANTS[w['name']]}" for k, w in enumerate(worst))
         c.remark(rows)
-        # Symbols with the row's number below; the formulas are those above.
+        # symbols with the row number as subscript; the formulas are those above
         columns = [Column("phi", "angle", DEGREE), Column("p", "pressure", "MPa")]
         columns += [Column(symbol, words, unit, formula) for symbol, formula, words, unit in self._formulas]
         c.table(columns, [(math.radians(w["angle_deg"]), w["pressure_mpa"]) for w in worst])
@@ -158,4 +159,6 @@ class _Crank:
         if r["irregularity"] is not None:
             c.given("W", "work between the extremes of the speed (the run)", r["work_fluctuation_j"], "J")
             c.given("J", "the shaft's inertia (the run)", r["shaft_inertia_kg_m2"], "kg·m²")
-            c.step("delta", "W / (J * omega**2)", "irregularity of the speed", source=TAYLOR, told=r["irregularity"])
+            c.step(
+                "delta", "W / (J * omega**2)", "irregularity of the speed", source=TAYLOR, reported=r["irregularity"]
+            )

@@ -1,4 +1,4 @@
-"""The crank, the rod and the cylinder, 50 degrees after the upper dead centre."""
+"""Drawing of crank, rod and cylinder, 50 degrees after the upper dead centre."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from app.designs.drawing import (
 
 _TURNED = math.radians(50.0)
 _CROWN, _SKIRT = 0.35, 0.35
-"""Of the piston above and below its pin, in bores; only drawn, nothing is computed from it."""
+"""Piston height above and below the pin, in bores; illustrative only."""
 
 
 def drawing(request: dict[str, Any]) -> Drawing | None:
-    """The mechanism to scale; the piston's height is only for the eye."""
+    """The mechanism to scale, except for the piston's height."""
     r, rod = length(request, "mechanism.crank_radius_mm"), length(request, "mechanism.rod_length_mm")
     bore, e = length(request, "cylinder.bore_mm"), signed(request, "mechanism.offset_mm") or 0.0
     if not (r and rod and bore) or abs(e) + r >= rod:
@@ -69,6 +69,6 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
         dimensions.append(Dimension(wrist, at, words_of("cg", cg), "y", e + half, 2, "masses.rod_cg_from_pin_mm"))
     return Drawing(
         "Crank, rod and cylinder, to scale", tuple(shapes), tuple(dimensions),
-        caption="50° after the upper dead centre; dashed, the piston's crown there. mm, to scale; the piston's height "
-        "is only for the eye.",
+        caption="50° after the upper dead centre; dashed, the piston's crown there. mm, to scale, except "
+        "for the piston's height.",
     )  # fmt: skip

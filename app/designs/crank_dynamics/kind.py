@@ -1,4 +1,4 @@
-"""Crank dynamics at the edge: results in degrees, megapascals, newtons, and the call into the solver."""
+"""The kind crank-dynamics: result models in degrees, megapascals and newtons, and calls into the solver."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ from solvers.outcome import Outcome
 
 
 class Series(Strict):
-    """One column per quantity; compression of the rod is positive, the radial force points to the shaft."""
+    """Results over the angle, one list per quantity. Rod compression is positive; the radial force points to the
+    shaft."""
 
     angle_deg: list[float]
     pressure_mpa: list[float]
@@ -45,7 +46,7 @@ class Series(Strict):
 
 
 class WorstInstant(Strict):
-    """The instant at which one force is greatest."""
+    """The instant of a force's maximum."""
 
     name: str
     angle_deg: float
@@ -55,7 +56,7 @@ class WorstInstant(Strict):
 
 
 class CyclePoints(Strict):
-    """The pressures as used: what a rod design takes when it names this run as its load."""
+    """The pressures used, for rod designs that reference this run as their load."""
 
     strokes: int
     angle_deg: list[float]
@@ -75,7 +76,7 @@ class Unbalance(Strict):
 
 
 class EngineResult(Strict):
-    """All cylinders together."""
+    """Results of the whole engine."""
 
     mean_torque_nm: float
     torque_max_nm: float
@@ -89,7 +90,7 @@ class EngineResult(Strict):
 
 
 class DynamicsResult(Strict):
-    """Forces over the cycle; torque and power at the top are those of one cylinder, irregularity that of the shaft."""
+    """Forces over the cycle; top-level torque and power are of one cylinder, the irregularity is the shaft's."""
 
     reciprocating_mass_kg: float
     rotating_mass_kg: float
@@ -188,13 +189,13 @@ def _engine(found: crank.CrankDynamics, cylinders: int) -> dict[str, Any] | None
 
 
 def case_of(request: DynamicsRequest) -> crank.Case:
-    """What the solver is asked. Raises InvalidInput for what only it can see."""
+    """The solver's case. Raises InvalidInput for input only the solver can reject."""
     selection, tolerance = request.selection(), request.effect_tolerance
     return crank.Case(request.scene()[0], selection, tolerance, request.accuracy, request.series_angles)
 
 
 def run_dynamics(request: DynamicsRequest) -> Answer:
-    """Analyse the mechanism."""
+    """Analyse a mechanism."""
     try:
         case = case_of(request)
         return _answer(request, case, case.alone())
@@ -203,7 +204,7 @@ def run_dynamics(request: DynamicsRequest) -> Answer:
 
 
 def run_many(requests: Sequence[DynamicsRequest], detail: Detail) -> list[Answer]:
-    """Analyse many mechanisms; what stands over the angle is computed where it is wanted."""
+    """Analyse mechanisms in bulk; results over the angle are computed only for full detail."""
     return bulk_answers(requests, case_of, crank.analyse_many, partial(_answer, detail=detail))
 
 
@@ -212,7 +213,7 @@ def _answer(
 ) -> Answer:
     found, scene = outcome.value, case.scene
     result = _scalars(found, scene)
-    # To know what was repaired it is repaired once more: of sound data, that is nothing.
+    # The repairs are recomputed for the answer; on valid data this does nothing.
     result["repairs"] = repairs_json(request, request.scene()[1]) if request.pressure.repair else []
     if detail is Detail.FULL:
         result |= {"cycle": _cycle(found, scene), "series": _series(found)}
@@ -258,7 +259,7 @@ def _scalars(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:
 
 
 def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
-    """The indicated power; of a study none."""
+    """The indicated power; none for a study."""
     return "indicated_power_w", None if mode is Mode.ACCURACY else result["indicated_power_w"]
 
 

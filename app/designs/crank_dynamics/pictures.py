@@ -1,5 +1,5 @@
-"""Pictures of a crank mechanism's cycle: pressure over the angle, forces over the angle, the crank pin's polar load,
-and what the textbooks' two harmonics get wrong."""
+"""Plots of a crank mechanism's cycle: pressure and forces over the angle, polar diagram of the crank-pin load, and
+errors of the two-harmonic approximation."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Say, around, noted
 from solvers.crank.motion import in_line as kinematics
 from solvers.crank.motion.slider_crank import ExactMotion
 
@@ -22,23 +22,25 @@ def _angles(run: dict[str, Any]) -> tuple[list[float], float]:
     return [*angles, period], period
 
 
-def pressure_over_angle(run: dict[str, Any]) -> str:
+def pressure_over_angle(run: dict[str, Any], say: Say = str) -> str:
     """SVG of p(phi), exact and by Brix's construction, with the dead centres."""
     series, (angles, period) = run["result"]["series"], _angles(run)
     pressure, brix = _closed(series["pressure_mpa"]), series["brix_pressure_mpa"]
     scale = around(pressure)
-    chart = Chart("Pressure over the crank angle", Linear(0.0, period), scale, "crank angle, °", "pressure, MPa")
+    chart = Chart(
+        say("Pressure over the crank angle"), Linear(0.0, period), scale, say("crank angle, °"), say("pressure, MPa")
+    )
     for jump in run["result"]["dead_centre_jumps"]:
         chart.line([jump["angle_deg"]] * 2, [scale.low, scale.high], GREY, dashes="2 4")
     if brix is not None:
         chart.line(angles, _closed(brix), RED, dashes="5 3")
-        chart.words(0.04 * period, scale.low + 0.86 * (scale.high - scale.low), "by Brix's construction", RED)
+        chart.words(0.04 * period, scale.low + 0.86 * (scale.high - scale.low), say("by Brix's construction"), RED)
     chart.line(angles, pressure, BLUE)
-    chart.words(0.04 * period, scale.low + 0.93 * (scale.high - scale.low), "exact", BLUE)
+    chart.words(0.04 * period, scale.low + 0.93 * (scale.high - scale.low), say("exact"), BLUE)
     return chart.svg()
 
 
-def indicator_diagram(run: dict[str, Any]) -> str:
+def indicator_diagram(run: dict[str, Any], say: Say = str) -> str:
     """SVG of pressure over the volume of the cylinder, from the clearance volume on."""
     spec, series = run["spec"], run["result"]["series"]
     m, cylinder = spec["mechanism"], spec["cylinder"]
@@ -50,49 +52,55 @@ def indicator_diagram(run: dict[str, Any]) -> str:
     pressure = _closed(series["pressure_mpa"])
     crankcase = run["result"]["cycle"]["crankcase_pressure_mpa"]
     x, y = around([0.0, *volume]), around([*pressure, crankcase])
-    chart = Chart("Indicator diagram", x, y, "volume, cm³", "pressure, MPa")
+    chart = Chart(say("Indicator diagram"), x, y, say("volume, cm³"), say("pressure, MPa"))
     chart.line([x.low, x.high], [crankcase, crankcase], GREY, dashes="6 4")
-    chart.words(x.low + 0.62 * (x.high - x.low), crankcase, "crankcase", GREY)
+    chart.words(x.low + 0.62 * (x.high - x.low), crankcase, say("crankcase"), GREY)
     chart.area(volume, pressure, BLUE)
     chart.line(volume, pressure, BLUE)
     return chart.svg()
 
 
-def torque_over_angle(run: dict[str, Any]) -> str:
+def torque_over_angle(run: dict[str, Any], say: Say = str) -> str:
     """SVG of one cylinder's torque on the crank, and its mean."""
     (angles, period), torque = _angles(run), _closed(run["result"]["series"]["torque_nm"])
     mean = run["result"]["mean_torque_nm"]
     chart = Chart(
-        "Torque over the crank angle", Linear(0.0, period), around([*torque, 0.0]), "crank angle, °", "torque, N·m"
+        say("Torque over the crank angle"),
+        Linear(0.0, period),
+        around([*torque, 0.0]),
+        say("crank angle, °"),
+        say("torque, N·m"),
     )
     chart.line([0.0, period], [0.0, 0.0], GREY, dashes="2 4")
     chart.line([0.0, period], [mean, mean], RED, dashes="6 4")
-    chart.words(0.02 * period, mean, f"mean {mean:.4g} N·m", RED)
+    chart.words(0.02 * period, mean, say("mean {} N·m").format(f"{mean:.4g}"), RED)
     chart.line(angles, torque, BLUE)
     return chart.svg()
 
 
 _FORCES = (
-    ("gas_force_n", "gas", GREY),
-    ("inertia_force_n", "inertia", GREEN),
-    ("side_force_n", "side", RED),
-    ("tangential_force_n", "tangential", BLUE),
+    ("gas_force_n", noted("gas"), GREY),
+    ("inertia_force_n", noted("inertia"), GREEN),
+    ("side_force_n", noted("side"), RED),
+    ("tangential_force_n", noted("tangential"), BLUE),
 )
 
 
-def forces_over_angle(run: dict[str, Any]) -> str:
+def forces_over_angle(run: dict[str, Any], say: Say = str) -> str:
     """SVG of gas, inertia, side and tangential force over the cycle."""
     series, (angles, period) = run["result"]["series"], _angles(run)
     columns = [[value / 1e3 for value in _closed(series[name])] for name, _, _ in _FORCES]
     scale = around(value for column in columns for value in column)
-    chart = Chart("Forces over the crank angle", Linear(0.0, period), scale, "crank angle, °", "force, kN")
+    chart = Chart(
+        say("Forces over the crank angle"), Linear(0.0, period), scale, say("crank angle, °"), say("force, kN")
+    )
     for row, (column, (_, words, color)) in enumerate(zip(columns, _FORCES, strict=True)):
         chart.line(angles, column, color)
-        chart.words(0.04 * period, scale.low + (0.93 - 0.07 * row) * (scale.high - scale.low), words, color)
+        chart.words(0.04 * period, scale.low + (0.93 - 0.07 * row) * (scale.high - scale.low), say(words), color)
     return chart.svg()
 
 
-def crank_pin_polar(run: dict[str, Any]) -> str:
+def crank_pin_polar(run: dict[str, Any], say: Say = str) -> str:
     """SVG of the load on the crank pin, seen from the crank: tangential across, away from the shaft upwards."""
     result, series = run["result"], run["result"]["series"]
     mechanism = run["spec"]["mechanism"]
@@ -100,26 +108,37 @@ def crank_pin_polar(run: dict[str, Any]) -> str:
     outward = result["rod_mass_at_crank_kg"] * mechanism["crank_radius_mm"] / 1e3 * speed**2
     across = [value / 1e3 for value in _closed(series["tangential_force_n"])]
     up = [(outward - value) / 1e3 for value in _closed(series["radial_force_n"])]
-    # One scale for both axes, so that directions are true: the plot is 470 wide and 308 high.
+    # Equal scales on both axes, so that directions are true: the plot area is 470 by 308.
     tall = around([*up, 0.0])
     wide = around([*across, 0.0])
     step = max((tall.high - tall.low) / 308.0, (wide.high - wide.low) / 470.0)
     x_mid, y_mid = 0.5 * (wide.low + wide.high), 0.5 * (tall.low + tall.high)
     x, y = (Linear(mid - half * step, mid + half * step) for mid, half in ((x_mid, 235.0), (y_mid, 154.0)))
-    chart = Chart("Load on the crank pin, turning with the crank", x, y, "tangential, kN", "away from the shaft, kN")
+    chart = Chart(
+        say("Load on the crank pin, turning with the crank"),
+        x,
+        y,
+        say("tangential, kN"),
+        say("away from the shaft, kN"),
+    )
     chart.line(across, up, BLUE)
     chart.mark(0.0, 0.0, "", GREY)
     worst = next(w for w in result["worst"] if w["name"] == "crank_pin_load_max")
     nearest = min(range(len(across)), key=lambda i: -(across[i] ** 2 + up[i] ** 2))
-    chart.mark(across[nearest], up[nearest], f"{worst['force_n'] / 1e3:.3g} kN at {worst['angle_deg']:.0f}°", RED)
+    chart.mark(
+        across[nearest],
+        up[nearest],
+        say("{} kN at {}°").format(f"{worst['force_n'] / 1e3:.3g}", f"{worst['angle_deg']:.0f}"),
+        RED,
+    )
     return chart.svg()
 
 
-def two_harmonic_effect(run: dict[str, Any]) -> str:
-    """SVG of what Brix's construction and the two-harmonic acceleration get wrong over the cycle, in per cent.
+def two_harmonic_effect(run: dict[str, Any], say: Say = str) -> str:
+    """SVG of the errors of Brix's construction and the two-harmonic acceleration over the cycle, in per cent.
 
-    Displacement of the crank radius, acceleration of its greatest value, pressure (where one is unrolled) of its
-    greatest magnitude; all for the mechanism without its offset.
+    Displacement relative to the crank radius, acceleration to its maximum, pressure (if unrolled from a diagram) to its
+    maximum; all for the mechanism without offset.
     """
     series, (angles, period) = run["result"]["series"], _angles(run)
     mechanism = run["spec"]["mechanism"]
@@ -128,20 +147,20 @@ def two_harmonic_effect(run: dict[str, Any]) -> str:
     moved = (kinematics.brix_displacement(phi, r, length) - kinematics.displacement(phi, r, length)) / r
     hastened = kinematics.two_harmonic_acceleration(phi, r, length, 1.0) - kinematics.acceleration(phi, r, length, 1.0)
     columns = [
-        ("displacement", BLUE, (100.0 * moved).tolist()),
-        ("acceleration", GREEN, (100.0 * hastened / (r * (1.0 + r / length))).tolist()),
+        (noted("displacement"), BLUE, (100.0 * moved).tolist()),
+        (noted("acceleration"), GREEN, (100.0 * hastened / (r * (1.0 + r / length))).tolist()),
     ]
     if series["brix_pressure_mpa"] is not None:
         greatest = max(abs(p) for p in series["pressure_mpa"]) or 1.0
         pairs = zip(series["brix_pressure_mpa"], series["pressure_mpa"], strict=True)
-        columns.append(("pressure", RED, _closed([100.0 * (brix - exact) / greatest for brix, exact in pairs])))
+        columns.append((noted("pressure"), RED, _closed([100.0 * (brix - exact) / greatest for brix, exact in pairs])))
     fitted = around(value for _, _, column in columns for value in column)
-    scale = Linear(fitted.low, fitted.high + 0.35 * (fitted.high - fitted.low))  # Room for the words.
-    title = "What two harmonics get wrong"
-    chart = Chart(title, Linear(0.0, period), scale, "crank angle, °", "error, %")
+    scale = Linear(fitted.low, fitted.high + 0.35 * (fitted.high - fitted.low))  # room for labels
+    title = say("Error of the two-harmonic formulas")
+    chart = Chart(title, Linear(0.0, period), scale, say("crank angle, °"), say("error, %"))
     for row, (words, color, column) in enumerate(columns):
         chart.line(angles, column, color)
-        chart.words(0.04 * period, scale.low + (0.93 - 0.07 * row) * (scale.high - scale.low), words, color)
+        chart.words(0.04 * period, scale.low + (0.93 - 0.07 * row) * (scale.high - scale.low), say(words), color)
     return chart.svg()
 
 

@@ -1,4 +1,4 @@
-"""What crank dynamics are judged by: the cycle of ``solvers.references.crank``."""
+"""Reference solutions of crank dynamics, from ``solvers.references.crank``."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ _NAMES = {
 
 
 def dynamics_reference(request: DynamicsRequest, answer: Answer) -> Reference:
-    """Every main result of an analysis, with the effects that the answer had."""
+    """All main results of an analysis, with the effects of the answer."""
 
     def results(watch: Callable[[], None]) -> dict[str, Exact]:
-        # Imported here: arbitrary precision is of use to studies alone.
+        # imported here because only studies need arbitrary precision
         from solvers.references.crank import cycle
 
         scene, _ = request.scene()

@@ -1,4 +1,4 @@
-"""What can be asked of a crank mechanism's dynamics, in the units of the contract, and the way into SI."""
+"""Requests of crank dynamics in the units of the API, and their conversion to SI."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from app.designs.schema import (
 from solvers import crank
 
 CUBIC_CENTI = 1e-6
-MOST_POINTS = 10_000
+MAX_POINTS = 10_000
 
 
 Volume = Annotated[float, Field(ge=0, le=1e9)]
-"""In cm3: a ship's cylinder holds two million."""
+"""cm³; a marine engine's cylinder has two million"""
 
 
 class Mechanism(Strict):
@@ -52,9 +52,9 @@ class TablePressure(Strict):
     """Pressures at crank angles of one cycle, joined by a monotone periodic cubic."""
 
     kind: Literal["table"]
-    angle_deg: list[Finite] = Field(min_length=3, max_length=MOST_POINTS, description="rising, within one cycle")
-    pressure_mpa: list[Finite] = Field(min_length=3, max_length=MOST_POINTS, description="one for each angle")
-    repair: bool = Field(default=False, description="mend what is wrong with the points, and record it")
+    angle_deg: list[Finite] = Field(min_length=3, max_length=MAX_POINTS, description="rising, within one cycle")
+    pressure_mpa: list[Finite] = Field(min_length=3, max_length=MAX_POINTS, description="one for each angle")
+    repair: bool = Field(default=False, description="repair faulty points, and record what was done")
 
     def to_solver(
         self, cylinder: crank.Cylinder, mechanism: crank.Mechanism
@@ -68,8 +68,8 @@ class TablePressure(Strict):
 class Stroke(Strict):
     """The points of one stroke; volumes with the clearance volume, in either order."""
 
-    volume_cm3: list[Volume] = Field(min_length=2, max_length=MOST_POINTS)
-    pressure_mpa: list[Finite] = Field(min_length=2, max_length=MOST_POINTS, description="one for each volume")
+    volume_cm3: list[Volume] = Field(min_length=2, max_length=MAX_POINTS)
+    pressure_mpa: list[Finite] = Field(min_length=2, max_length=MAX_POINTS, description="one for each volume")
 
 
 class Diagram(Strict):
@@ -81,10 +81,10 @@ class Diagram(Strict):
         max_length=4,
         description="four strokes: intake, compression, expansion, exhaust; two strokes: expansion, compression",
     )
-    repair: bool = Field(default=False, description="mend what is wrong with the points, and record it")
+    repair: bool = Field(default=False, description="repair faulty points, and record what was done")
 
     def diagram(self) -> crank.IndicatorPressure:
-        """The points as they were sent, in SI units."""
+        """The points as sent, in SI units."""
         return crank.IndicatorPressure(
             tuple(
                 crank.Stroke(tuple(v * CUBIC_CENTI for v in s.volume_cm3), tuple(p * MEGA for p in s.pressure_mpa))
@@ -198,7 +198,7 @@ class DynamicsRequest(SolverRequest):
         return found
 
     def scene(self) -> tuple[crank.Scene, tuple[crank.Repair, ...]]:
-        """The machine in SI units, and what was repaired. Raises InvalidInput for what only the solver can see."""
+        """The scene in SI units, and the repairs. Raises InvalidInput for input only the solver can reject."""
         m, c, w = self.mechanism, self.cylinder, self.masses
         mechanism = crank.Mechanism(m.crank_radius_mm * MILLI, m.rod_length_mm * MILLI, m.speed_hz, m.offset_mm * MILLI)
         cylinder = crank.Cylinder(

@@ -1,1 +1,1 @@
-"""Mass reduction at the edge: what can be asked and what is answered."""
+"""The kind crank-masses: mass reduction of a connecting rod."""

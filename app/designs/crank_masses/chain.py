@@ -1,4 +1,4 @@
-"""A rod's masses by hand: from its periods, from what scales read, or by estimate."""
+"""Hand calculation of a rod's masses: from periods, scale readings, or by estimate."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ TWO_MASSES = "C. F. Taylor: The Internal-Combustion Engine in Theory and Practic
 
 
 def calculation(run: Mapping[str, Any], chain: Chain) -> None:
-    """Fill the chain of an analysis. Raises NotANumber."""
+    """Add the calculation of an analysis. Raises NotANumber."""
     spec, result = run["spec"], run["result"]
     {"pendulum": _pendulum, "weighing": _weighing, "estimate": _estimate}[spec["method"]](chain, spec, result)
 
 
 def _swing(c: Chain, spec: Mapping[str, Any], ends: tuple[tuple[str, str, str], ...]) -> None:
-    """The lengths of the simple pendulums; ``ends``: name below, words, field of the period."""
+    """Equivalent simple-pendulum lengths; ``ends``: subscript, label, field of the period."""
     import math
 
     c.given("g", "gravity", spec["gravity_m_s2"], "m/s²")
@@ -37,15 +37,15 @@ def _swing(c: Chain, spec: Mapping[str, Any], ends: tuple[tuple[str, str, str], 
 
 
 def _shared(c: Chain, result: Mapping[str, Any], arm: str) -> None:
-    """Shares and inertia; ``arm`` is the distance of the centre of mass from the edge."""
-    told = result["rod_mass_at_pin_kg"]
-    c.step("m_A", "m_r * (L - l_A) / L", "share at the wrist pin", "kg", TWO_MASSES, told)
+    """Mass shares and inertia; ``arm``: distance of the centre of mass from the knife edge."""
+    reported = result["rod_mass_at_pin_kg"]
+    c.step("m_A", "m_r * (L - l_A) / L", "share at the wrist pin", "kg", TWO_MASSES, reported)
     c.step("m_B", "m_r * l_A / L", "share at the crank pin", "kg", TWO_MASSES, result["rod_mass_at_crank_kg"])
     formula = f"m_r * {arm} * (A_C - {arm}) * 1e-6"
     c.step("J_0", formula, "inertia about the centre of mass", "kg·m²", PENDULUM, result["rod_inertia_kg_m2"])
     formula = "m_r * l_A * (L - l_A) * 1e-6 - J_0"
-    told = result["inertia_defect_kg_m2"]
-    c.step("Delta_J", formula, "what two masses have too much of it", "kg·m²", TWO_MASSES, told)
+    reported = result["inertia_defect_kg_m2"]
+    c.step("Delta_J", formula, "what two masses have too much of it", "kg·m²", TWO_MASSES, reported)
 
 
 def _pendulum(c: Chain, spec: Mapping[str, Any], result: Mapping[str, Any]) -> None:
@@ -75,12 +75,12 @@ def _weighing(c: Chain, spec: Mapping[str, Any], result: Mapping[str, Any]) -> N
     c.given("m_C", "reading at the small end", spec["small_end_reading_kg"], "kg")
     c.given("m_D", "reading at the big end", spec["big_end_reading_kg"], "kg")
     c.title("Centre of mass and shares")
-    c.step("m_r", "m_C + m_D", "mass of the rod", "kg", told=result["rod_mass_kg"])
-    told = result["rod_cg_from_pin_mm"]
-    c.step("l_A", "L * m_D / (m_C + m_D)", "wrist pin to the centre of mass", "mm", TWO_MASSES, told)
+    c.step("m_r", "m_C + m_D", "mass of the rod", "kg", reported=result["rod_mass_kg"])
+    reported = result["rod_cg_from_pin_mm"]
+    c.step("l_A", "L * m_D / (m_C + m_D)", "wrist pin to the centre of mass", "mm", TWO_MASSES, reported)
     if spec["period_small_end_s"] is None:
-        told = result["rod_mass_at_pin_kg"]
-        c.step("m_A", "m_r * (L - l_A) / L", "share at the wrist pin", "kg", TWO_MASSES, told)
+        reported = result["rod_mass_at_pin_kg"]
+        c.step("m_A", "m_r * (L - l_A) / L", "share at the wrist pin", "kg", TWO_MASSES, reported)
         c.step("m_B", "m_r * l_A / L", "share at the crank pin", "kg", TWO_MASSES, result["rod_mass_at_crank_kg"])
         return
     c.given("r_C", "radius of the small end's bore at the edge", spec["small_end_bore_radius_mm"], "mm")

@@ -1,4 +1,4 @@
-"""The rod as it is measured: hung on a knife edge, or lying on two supports."""
+"""Drawing of the rod's measurement: on a knife edge, or on two supports."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from app.designs.drawing import Circle, Dimension, Drawing, Layer, Line, Note, l
 
 
 def drawing(request: dict[str, Any]) -> Drawing | None:
-    """The set-up to scale between the two ends; the rod's breadth is only for the eye."""
+    """The set-up, to scale between the ends; the rod's width is only illustrative."""
     if request.get("method") == "estimate":
         bore = length(request, "bore_mm")
         if not bore:
@@ -35,16 +35,16 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
         Line(((1.5 * small, -0.5 * small), (long - 1.4 * big, -0.7 * small))),
         Line(((-2.2 * small, 0.0), (long + 1.7 * big, 0.0)), Layer.CENTER),
     ]
-    told = Dimension((0.0, 0.0), (long, 0.0), words_of("", long), "x", -1.45 * big, -1, field)
+    dimension = Dimension((0.0, 0.0), (long, 0.0), words_of("", long), "x", -1.45 * big, -1, field)
     if swings:
         shapes += [_edge(small, 0.0, small), _edge(long - big, 0.0, small)]
-        told = Dimension((small, 0.0), (long - big, 0.0), words_of("", long), "x", -1.45 * big, -1, field)
+        dimension = Dimension((small, 0.0), (long - big, 0.0), words_of("", long), "x", -1.45 * big, -1, field)
         words, caption = "small end", "Knife edges carry the rod, one end after the other; turned by 90° to lie here."
-        return Drawing("The rod on its knife edges", tuple(shapes), (told,), _ends(words, long, big), caption)
+        return Drawing("The rod on its knife edges", tuple(shapes), (dimension,), _ends(words, long, big), caption)
     low = -1.45 * big
     shapes += [_support(0.0, low, small), _support(long, low, small)]
     caption = "The rod lies level on two supports under its pin centres, one of them a scale."
-    return Drawing("The rod on two supports", tuple(shapes), (told,), _ends("small end", long, big), caption)
+    return Drawing("The rod on two supports", tuple(shapes), (dimension,), _ends("small end", long, big), caption)
 
 
 def _ends(small_words: str, long: float, big: float) -> tuple[Note, ...]:

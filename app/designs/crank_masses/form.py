@@ -1,4 +1,4 @@
-"""The form of the mass reduction: the order of thought and a designer's words."""
+"""Wording and layout of the form."""
 
 from app.designs.form import FormWords
 

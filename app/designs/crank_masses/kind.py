@@ -1,4 +1,4 @@
-"""Mass reduction at the edge: a rod's masses by swinging, weighing or estimate, in millimetres and kilograms."""
+"""The kind crank-masses: masses by pendulum, weighing or estimate, in millimetres and kilograms."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Gravity = Annotated[float, Field(gt=0, le=100)]
 
 
 def _si(model: BaseModel, units: Mapping[str, tuple[str, float]]) -> dict[str, Any]:
-    """The fields of a model that are there, by the solver's names and in SI."""
+    """The non-null fields of a model under the solver's names, in SI."""
     found = {}
     for field, (name, unit) in units.items():
         value = getattr(model, field, None)
@@ -184,7 +184,7 @@ class MassesRequest(RootModel[_Method]):  # type: ignore[valid-type]
 
 
 class MassesResult(Strict):
-    """What was found, null where the method cannot tell; ``_u`` are standard uncertainties, null where unknown."""
+    """Results, null if the method does not provide them; ``_u``: standard uncertainties, null if unknown."""
 
     rod_cg_from_pin_mm: float | None
     rod_cg_from_pin_mm_u: float | None
@@ -218,7 +218,7 @@ _ROUNDING = 1e-14
 
 
 def run_masses(request: MassesRequest) -> Answer:
-    """Find the masses."""
+    """Solve."""
     asked, started = request.root, time.perf_counter()
     try:
         found = asked.solve()

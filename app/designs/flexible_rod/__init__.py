@@ -1,1 +1,1 @@
-"""The flexible rod at the edge: what can be asked, what is answered, and its pictures."""
+"""The kind flexible-rod: requests, results and plots."""

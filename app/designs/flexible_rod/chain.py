@@ -1,4 +1,4 @@
-"""The strip by hand: gas force, bending as a beam-column, stress, fatigue, stability, contact. N, mm, MPa."""
+"""Hand calculation of the strip: gas force, beam-column bending, stress, fatigue, stability, contact. N, mm, MPa."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ FATIGUE = {
     "fkm": "FKM guideline: Analytical Strength Assessment, mean stress factor",
 }
 FOLLOWED = ("reciprocating_inertia", "beam_column", "friction")
-"""The effects that the calculation has in it."""
+"""Effects covered by the calculation."""
 _TURN = 2.0 * math.pi
-_STRAIGHT = 1e-3
-"""Below this K l the axial force bends nothing that six digits could show."""
+_NEGLIGIBLE_ARGUMENT = 1e-3
+"""Below this K l, bending by the axial force is beyond six digits."""
 
 
 def calculation(run: Mapping[str, Any], chain: Chain) -> None:
-    """Fill the chain of a run with a result. Raises NotANumber."""
+    """Add the calculation of a run with a result. Raises NotANumber."""
     _Rod(run, chain)
 
 
 @dataclass(frozen=True)
 class _Instant:
-    """An angle at which something is greatest; the name stands below every symbol."""
+    """An instant of an extreme value; its name is the subscript of all symbols."""
 
     below: str
     angle: float
@@ -71,7 +71,7 @@ class _Rod:
         self._guide()
 
     def _cycle(self) -> Cycle:
-        """The turn with no more physics than the calculation has: it tells where to look, not what is found there."""
+        """The cycle with only the calculation's physics; it determines instants, not results."""
         kept = frozenset(name for name in FOLLOWED if name in self.active)
         rest = frozenset(e.name for e in EFFECTS) - kept
         scene, strip = self.request.scene(), self.request.strip()
@@ -93,7 +93,7 @@ class _Rod:
         c.step("A", "pi * D**2 / 4", "piston area", "mm²")
         c.step("I", "b * h**3 / 12", "second moment of area, bending in the crank's plane", "mm⁴", SECTION)
         c.step("B", "E * I", "bending stiffness", "N·mm²", SECTION)
-        c.step("m", "rho * b * h * l * 1e-6", "mass of the strip", "g", told=self.result["mass_g"])
+        c.step("m", "rho * b * h * l * 1e-6", "mass of the strip", "g", reported=self.result["mass_g"])
 
     # The axial force at an instant ------------------------------------------------------------------------------------
 
@@ -121,7 +121,7 @@ class _Rod:
         self._force(_Instant("minus", pushed, "the axial force is least"), self.result["axial_force_min_n"])
         self._force(_Instant("plus", pulled, "it is greatest"), self.result["axial_force_max_n"])
 
-    def _force(self, at: _Instant, told: float | None = None) -> None:
+    def _force(self, at: _Instant, reported: float | None = None) -> None:
         c, n, load = self.chain, at.below, self.request.load
         c.given(f"phi_{n}", f"crank angle at which {at.what}", at.angle, DEGREE)
         if load.kind == "schmidt":
@@ -132,7 +132,7 @@ class _Rod:
             c.given(f"p_{n}", "pressure there, read from the load", pressure, "MPa")
         gas = f"-(p_{n} - p_back) * A"
         if not self.inertia:
-            c.step(f"P_{n}", gas, "axial force", "N", PAPER, told)
+            c.step(f"P_{n}", gas, "axial force", "N", PAPER, reported)
             return
         c.step(f"beta_{n}", f"asin(lam * sin(phi_{n}))", "angle of the rod", DEGREE, MOTION)
         formula = (
@@ -140,7 +140,7 @@ class _Rod:
             f" / cos(beta_{n})**3)"
         )
         c.step(f"a_{n}", formula, "acceleration of the piston", "m/s²", MOTION)
-        c.step(f"P_{n}", f"{gas} + m_j * a_{n}", "axial force", "N", PAPER, told)
+        c.step(f"P_{n}", f"{gas} + m_j * a_{n}", "axial force", "N", PAPER, reported)
 
     def _stability(self) -> None:
         c, size = self.chain, self.result["dimensions"]
@@ -154,13 +154,13 @@ class _Rod:
         formula = f"E * {inertia} / 12 * (x / l)**2"
         c.step("P_cr", formula, "critical force", "N", BEAM, self.result["critical_force_n"])
         if self.result["stability_safety"] is not None and c["P_minus"] < 0.0:
-            told = self.result["stability_safety"]
-            c.step("n_st", "P_cr / abs(P_minus)", "stability safety", source=BEAM, told=told)
+            reported = self.result["stability_safety"]
+            c.step("n_st", "P_cr / abs(P_minus)", "stability safety", source=BEAM, reported=reported)
 
     # Bending at an instant --------------------------------------------------------------------------------------------
 
     def _bending(self, at: _Instant) -> str:
-        """The strip's bending at an instant: the name that stands below its symbols."""
+        """Bending at an instant; the name is the subscript."""
         c = self.chain
         for name, angle in self.bent.items():
             if abs(angle - at.angle) < 2e-3:
@@ -169,7 +169,7 @@ class _Rod:
         self.bent[n] = at.angle
         self._force(at)
         c.step(f"s_{n}", f"r * sin(phi_{n})", "lateral stroke of the pin", "mm", PAPER)
-        if self.coupled and math.sqrt(abs(c[f"P_{n}"]) / (c["E"] * c["I"])) * c["l"] > _STRAIGHT:
+        if self.coupled and math.sqrt(abs(c[f"P_{n}"]) / (c["E"] * c["I"])) * c["l"] > _NEGLIGIBLE_ARGUMENT:
             self._coupled(n)
             return n
         c.step(f"d_{n}", "l**3 / 3 + L * (L - l) * l", "determinant, plain bending", "mm³", BEAM)
@@ -197,7 +197,7 @@ class _Rod:
         c.step(f"D_{n}", f"-s_{n} / d_{n} * ({turn})", "its change along the strip", "1/mm²", BEAM)
 
     def _moment(self, symbol: str, n: str, z: str) -> None:
-        """The bending moment at a section, from what is known of the clamp and, in tension, of the head."""
+        """Bending moment at a section, from the clamp's and, in tension, the head's."""
         c, words = self.chain, "bending moment there"
         if c[z] == 0.0:
             c.step(symbol, f"B * C_{n}", words, "N·mm", BEAM)
@@ -238,8 +238,8 @@ class _Rod:
             self._moment(f"M_{n}", at, "z")
             sign = "+" if fibre > 0 else "-"
             c.step(f"sigma_{n}", f"P_{at} / (b * h) {sign} 6 * M_{n} / (b * h**2)", f"{what} stress", "MPa", SECTION)
-        c.step("sigma_a", "(sigma_1 - sigma_2) / 2", "stress amplitude", "MPa", told=r["stress_amplitude_mpa"])
-        c.step("sigma_m", "(sigma_1 + sigma_2) / 2", "mean stress", "MPa", told=r["stress_mean_mpa"])
+        c.step("sigma_a", "(sigma_1 - sigma_2) / 2", "stress amplitude", "MPa", reported=r["stress_amplitude_mpa"])
+        c.step("sigma_m", "(sigma_1 + sigma_2) / 2", "mean stress", "MPa", reported=r["stress_mean_mpa"])
         if r["fatigue_safety"] is not None:
             self._fatigue()
         if r["yield_safety"] is not None:
@@ -249,7 +249,7 @@ class _Rod:
         c, name, material = self.chain, self.result["fatigue_criterion"], self.request.material.to_solver()
         c.given("sigma_lim", "fatigue limit", material.fatigue_limit / MEGA, "MPa")
         c.given("K", "fatigue reduction: notch, size, surface", material.fatigue_reduction)
-        told, source = self.result["fatigue_safety"], FATIGUE[name]
+        reported, source = self.result["fatigue_safety"], FATIGUE[name]
         words = f"fatigue safety ({name.capitalize()})"
         if name in ("serensen", "fkm"):
             c.given("psi", "mean stress sensitivity", material.mean_stress_sensitivity)
@@ -260,19 +260,19 @@ class _Rod:
         if name == "gerber":
             c.step("g", "K * sigma_a / sigma_lim", "share of the amplitude", source=source)
             c.step("w", "max(sigma_m, 0) / sigma_u", "share of the mean", source=source)
-            c.step("n_sigma", "2 / (g + sqrt(g**2 + 4 * w**2))", words, source=source, told=told)
+            c.step("n_sigma", "2 / (g + sqrt(g**2 + 4 * w**2))", words, source=source, reported=reported)
             return
         if name == "fkm":
-            self._fkm(words, source, told)
+            self._fkm(words, source, reported)
             return
         formula = {
             "serensen": "sigma_lim / (K * sigma_a + psi * max(sigma_m, 0))",
             "goodman": "1 / (K * sigma_a / sigma_lim + max(sigma_m, 0) / sigma_u)",
             "soderberg": "1 / (K * sigma_a / sigma_lim + max(sigma_m, 0) / sigma_y)",
         }[name]
-        c.step("n_sigma", formula, words, source=source, told=told)
+        c.step("n_sigma", formula, words, source=source, reported=reported)
 
-    def _fkm(self, words: str, source: str, told: float) -> None:
+    def _fkm(self, words: str, source: str, reported: float) -> None:
         c = self.chain
         c.step("v_1", "(K * sigma_a + psi * sigma_m) / sigma_lim", "use up to R = 0", source=source)
         part = "(1 + psi) / (1 + psi / 3)"
@@ -280,10 +280,10 @@ class _Rod:
         c.step("v_2", formula, "use between R = 0 and R = 1/2", source=source)
         c.step("v_3", f"(1 + psi) * {part} * K * sigma_a / sigma_lim", "use beyond", source=source)
         c.step("v_0", "K * sigma_a / sigma_lim", "use without a mean", source=source)
-        c.step("n_sigma", "1 / max(v_0, min(v_1, min(v_2, v_3)))", words, source=source, told=told)
+        c.step("n_sigma", "1 / max(v_0, min(v_1, min(v_2, v_3)))", words, source=source, reported=reported)
 
     def _yield(self, cycle: Cycle) -> None:
-        """The greatest stress of the whole strip, wherever it is."""
+        """Maximum stress over the strip."""
         c, length = self.chain, cycle.dimensions.l
         angles = np.linspace(0.0, _TURN, 361)
         turn, stations = cycle.at(angles), np.linspace(0.0, length, 61)
@@ -309,8 +309,8 @@ class _Rod:
         c.step("sigma_max", f"P_{at} / (b * h) {sign} 6 * M_y / (b * h**2)", "stress", "MPa", SECTION)
         if "sigma_y" not in c.known:
             c.given("sigma_y", "yield strength", self.request.material.to_solver().yield_strength / MEGA, "MPa")
-        told = self.result["yield_safety"]
-        c.step("n_y", "sigma_y / abs(sigma_max)", "yield safety", told=told)
+        reported = self.result["yield_safety"]
+        c.step("n_y", "sigma_y / abs(sigma_max)", "yield safety", reported=reported)
 
     # The piston in its guide ------------------------------------------------------------------------------------------
 
@@ -336,5 +336,5 @@ class _Rod:
         c.step("T_q", f"-B * D_{at}", "side force", "N", BEAM)
         c.step("M_q", f"B * C_{at} + T_q * e", "moment about the skirt's middle", "N·mm", GUIDE)
         c.step("q_max", "abs(T_q) / L_p + 6 * abs(M_q) / L_p**2", "greatest load per length", "N/mm", GUIDE)
-        told = r["contact_pressure_max_mpa"]
-        c.step("p_max", "4 * q_max / (pi * D)", "greatest contact pressure", "MPa", GUIDE, told)
+        reported = r["contact_pressure_max_mpa"]
+        c.step("p_max", "4 * q_max / (pi * D)", "greatest contact pressure", "MPa", GUIDE, reported)

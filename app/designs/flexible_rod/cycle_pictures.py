@@ -1,4 +1,4 @@
-"""Pictures of a strip through its turn: forces, the stress of its fibres over the angle and along the strip."""
+"""Plots of a strip over the cycle: forces, and fibre stresses over the angle and along the strip."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from app.designs.flexible_rod.request import CheckRequest
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Say, around
 from app.designs.schema import MEGA, MILLI
 from solvers.effects import EffectSelection
 from solvers.rod.cycle.composition import Cycle, Instants
@@ -18,18 +18,18 @@ _ANGLES, _STATIONS = 361, 61
 
 
 def has_stresses(run: dict[str, Any]) -> bool:
-    """Whether the strip stands: beyond buckling there is no shape to draw."""
+    """Whether the strip is stable; a buckled one has no shape to plot."""
     return run["result"]["stress_amplitude_mpa"] is not None
 
 
 def request_of(run: dict[str, Any]) -> CheckRequest:
-    """The check of the strip that a run found or was given."""
+    """The check of the run's strip."""
     spec = {name: value for name, value in run["spec"].items() if name in CheckRequest.model_fields}
     return CheckRequest.model_validate({**spec, "dimensions": run["result"]["dimensions"]})
 
 
 def _turn(run: dict[str, Any]) -> tuple[CheckRequest, Instants]:
-    """The turn with the effects that the run computed, and no others."""
+    """The cycle with exactly the effects of the run."""
     request = request_of(run)
     states = {effect["name"]: effect["state"] == "active" for effect in run["effects"]}
     settled = EffectSelection(
@@ -48,7 +48,7 @@ def _fibres(request: CheckRequest, turn: Instants, stations: np.ndarray) -> tupl
     return (direct + bending) / MEGA, (direct - bending) / MEGA
 
 
-def forces_over_angle(run: dict[str, Any]) -> str:
+def forces_over_angle(run: dict[str, Any], say: Say = str) -> str:
     """SVG of the axial force in the strip and the side force on the piston, with the critical compression."""
     _, turn = _turn(run)
     angles = np.degrees(turn.angle).tolist()
@@ -57,19 +57,19 @@ def forces_over_angle(run: dict[str, Any]) -> str:
     scale = around([*axial, *side, 0.0])
     if critical > scale.low - 0.5 * (scale.high - scale.low):
         scale = around([*axial, *side, 0.0, critical])
-    legend = [("axial force in the strip, tension positive", BLUE), ("side force on the piston", RED)]
-    chart = Chart("Forces over the cycle", _TURN, scale, "crank angle, °", "force, N", legend=legend)
+    legend = [(say("axial force in the strip, tension positive"), BLUE), (say("side force on the piston"), RED)]
+    chart = Chart(say("Forces over the cycle"), _TURN, scale, say("crank angle, °"), say("force, N"), legend=legend)
     chart.line([0.0, 360.0], [0.0, 0.0], GREY, dashes="2 4")
     if critical >= scale.low:
         chart.line([0.0, 360.0], [critical, critical], GREY, dashes="6 4")
-        chart.words(4.0, critical, "buckles", GREY)
+        chart.words(4.0, critical, say("buckles"), GREY)
     chart.line(angles, axial, BLUE)
     chart.line(angles, side, RED)
     return chart.svg()
 
 
-def stresses_over_angle(run: dict[str, Any]) -> str:
-    """SVG of both fibres' stresses at the section that governs, with the mean and the amplitude of the worse one."""
+def stresses_over_angle(run: dict[str, Any], say: Say = str) -> str:
+    """SVG of both fibres' stresses at the governing section, with mean and amplitude of the worse one."""
     request, turn = _turn(run)
     result = run["result"]
     section = result["worst_section_mm"] * MILLI
@@ -77,14 +77,14 @@ def stresses_over_angle(run: dict[str, Any]) -> str:
     angles = np.degrees(turn.angle).tolist()
     mean, amplitude = result["stress_mean_mpa"], result["stress_amplitude_mpa"]
     governs = result["worst_fibre"] or 1
-    names = ["fibre on the outer side, +h/2", "fibre on the inner side, −h/2"]
+    names = [say("fibre on the outer side, +h/2"), say("fibre on the inner side, −h/2")]
     legend = [
-        (name + (", which governs" if governs == sign else ""), color)
+        (say("{}, which governs").format(name) if governs == sign else name, color)
         for name, sign, color in zip(names, (1, -1), (BLUE, GREEN), strict=True)
     ]
-    title = f"Stresses at {result['worst_section_mm']:.4g} mm from the clamp"
+    title = say("Stresses at {} mm from the clamp").format(f"{result['worst_section_mm']:.4g}")
     scale = around([*upper, *lower, mean - amplitude, mean + amplitude])
-    chart = Chart(title, _TURN, scale, "crank angle, °", "stress, MPa", legend=legend)
+    chart = Chart(title, _TURN, scale, say("crank angle, °"), say("stress, MPa"), legend=legend)
     chart.area([0.0, 360.0, 360.0, 0.0], [mean - amplitude] * 2 + [mean + amplitude] * 2, GREY)
     chart.line([0.0, 360.0], [mean, mean], GREY, dashes="6 4")
     chart.words(4.0, mean, f"{mean:.4g} ± {amplitude:.4g}", GREY)
@@ -93,8 +93,8 @@ def stresses_over_angle(run: dict[str, Any]) -> str:
     return chart.svg()
 
 
-def stress_along_strip(run: dict[str, Any]) -> str:
-    """SVG of the least and the greatest stress of the turn along the strip, and where fatigue governs."""
+def stress_along_strip(run: dict[str, Any], say: Say = str) -> str:
+    """SVG of the minimum and maximum stress over the cycle along the strip, and the section governing fatigue."""
     request, turn = _turn(run)
     length = request.strip().l
     stations = np.linspace(0.0, length, _STATIONS)
@@ -102,9 +102,14 @@ def stress_along_strip(run: dict[str, Any]) -> str:
     fibres = _fibres(request, turn, stations)
     bands = [(fibre.min(axis=1).tolist(), fibre.max(axis=1).tolist()) for fibre in fibres]
     scale = around([0.0, *(value for band in bands for edge in band for value in edge)])
-    legend = [("fibre on the outer side", BLUE), ("fibre on the inner side", GREEN)]
+    legend = [(say("fibre on the outer side"), BLUE), (say("fibre on the inner side"), GREEN)]
     chart = Chart(
-        "Stresses along the strip", Linear(0.0, places[-1]), scale, "from the clamp, mm", "stress, MPa", legend=legend
+        say("Stresses along the strip"),
+        Linear(0.0, places[-1]),
+        scale,
+        say("from the clamp, mm"),
+        say("stress, MPa"),
+        legend=legend,
     )
     for (low, high), color in zip(bands, (BLUE, GREEN), strict=True):
         chart.area([*places, *reversed(places)], [*low, *reversed(high)], color)
@@ -112,5 +117,5 @@ def stress_along_strip(run: dict[str, Any]) -> str:
         chart.line(places, high, color)
     worst = run["result"]["worst_section_mm"]
     chart.line([worst, worst], [scale.low, scale.high], RED, dashes="4 3")
-    chart.words(min(worst + 0.01 * places[-1], 0.7 * places[-1]), scale.low, "fatigue governs here", RED)
+    chart.words(min(worst + 0.01 * places[-1], 0.7 * places[-1]), scale.low, say("fatigue governs here"), RED)
     return chart.svg()

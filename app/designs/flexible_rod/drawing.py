@@ -1,4 +1,4 @@
-"""The strip in its machine at the upper dead centre, from the side and from its broad face."""
+"""Drawing of the strip at the upper dead centre, in side and front view."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from app.designs.drawing import (
 
 
 def drawing(request: dict[str, Any]) -> Drawing | None:
-    """From a check: the strip; from a design: the greatest one allowed, the least one dashed."""
+    """The strip of a check; for a design, the largest allowed strip, with the smallest dashed."""
     radius, rod = length(request, "mechanism.crank_radius_mm"), length(request, "mechanism.rod_length_mm")
     diameter, skirt = length(request, "piston.diameter_mm"), length(request, "piston.skirt_length_mm")
     offset = signed(request, "piston.clamp_offset_mm") or 0.0
@@ -85,7 +85,7 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
 
 
 def _sizes(request: dict[str, Any], name: str, bounds: bool) -> list[tuple[float | None, str]]:
-    """One dimension and its field; of a design the least and the greatest."""
+    """A dimension and its field; for a design, its lower and upper bounds."""
     paths = [f"bounds.{name}.0", f"bounds.{name}.1"] if bounds else [f"dimensions.{name}"]
     return [(length(request, path) or None, path) for path in paths]
 

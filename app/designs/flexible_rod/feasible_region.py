@@ -1,5 +1,4 @@
-"""The picture of a design: over free length and thickness, at the width found, what may be built and where the answer
-lies in it."""
+"""Plot of a design's feasible region over free length and thickness, at the width found."""
 
 from __future__ import annotations
 
@@ -10,47 +9,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.designs.flexible_rod.cycle_pictures import request_of
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Say, noted
 from app.designs.pictures.contours import inside, level_lines
 from app.designs.schema import MILLI
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
 
-_SIDE = 7
-"""Lengths and thicknesses, on either side of what was found, at which strips are checked."""
-_BENT = 0.6
-"""d ln h/d ln l of a strip's critical force that stays the same, about."""
-_NOTHING = 1e-3
-"""A margin, in logarithms, that is as good as none: the answer lies on its limits."""
+_POINTS_PER_SIDE = 7
+"""Number of grid points on either side of the design."""
+_STABILITY_SLOPE = 0.6
+"""Approximate d ln h/d ln l at constant critical force."""
+_ZERO_MARGIN = 1e-3
+"""Logarithmic margin treated as zero: the design lies on the limit."""
 _ACCURACY = 1e-2
-_AROUND = (0.7, 1.4)
-"""What is shown of the bounds, times what was found."""
-_MOST = 2.0
-"""Margins, in logarithms, are cut here: what is far from its limit has no line to place."""
+_PLOT_RANGE = (0.7, 1.4)
+"""Plot range relative to the design."""
+_MAX_MARGIN = 2.0
+"""Logarithmic margins are clamped to this; values far from the limit do not affect the contour."""
 
 _LIMITS = (
-    ("min_stability_safety", "stability_safety", "buckling", RED),
-    ("min_fatigue_safety", "fatigue_safety", "fatigue", BLUE),
-    ("min_yield_safety", "yield_safety", "yield", "#8a5a00"),
-    ("max_contact_pressure_mpa", "contact_pressure_max", "contact pressure", GREY),
-    ("max_friction_power_w", "friction_power", "friction power", GREY),
+    ("min_stability_safety", "stability_safety", noted("buckling"), RED),
+    ("min_fatigue_safety", "fatigue_safety", noted("fatigue"), BLUE),
+    ("min_yield_safety", "yield_safety", noted("yield"), "#8a5a00"),
+    ("max_contact_pressure_mpa", "contact_pressure_max", noted("contact pressure"), GREY),
+    ("max_friction_power_w", "friction_power", noted("friction power"), GREY),
 )
 _UNITS = {"max_contact_pressure_mpa": 1e6}
 Array = NDArray[np.float64]
 
 
 def is_design(run: dict[str, Any]) -> bool:
-    """Whether there are bounds, and requirements to find a strip by."""
+    """Whether the run has bounds and requirements."""
     return run["mode"] == "design"
 
 
 def _axis(bounds: list[float], found: float) -> Array:
-    """Places between the bounds, closer to each other near the found one, at which the region may end in a corner."""
-    low, high = max(bounds[0], _AROUND[0] * found), min(bounds[1], _AROUND[1] * found)
+    """Grid points between the bounds, denser near the design, where the region may have a corner."""
+    low, high = max(bounds[0], _PLOT_RANGE[0] * found), min(bounds[1], _PLOT_RANGE[1] * found)
     if high - low < 1e-9 * found:
         low, high = 0.9 * found, 1.1 * found
-    share = np.linspace(0.0, 1.0, _SIDE + 1) ** 2
+    share = np.linspace(0.0, 1.0, _POINTS_PER_SIDE + 1) ** 2
     return np.unique(np.concatenate([found - (found - low) * share, found + (high - found) * share]))
 
 
@@ -59,18 +58,18 @@ def _value(check: rod.RodCheck, name: str) -> float | None:
 
 
 def _margin(check: rod.RodCheck, field: str, name: str, required: float) -> float:
-    """ln of how many times better than required; not a number where the strip buckles and nothing is known."""
+    """Logarithm of the ratio to the requirement; NaN if the strip buckles."""
     if check.stresses is None and name != "stability_safety":
         return math.nan
     reached = _value(check, name)
     if not reached:
-        return _MOST
+        return _MAX_MARGIN
     margin = math.log(reached / (required * _UNITS.get(field, 1.0)))
-    return min(max(-margin if field.startswith("max_") else margin, -_MOST), _MOST)
+    return min(max(-margin if field.startswith("max_") else margin, -_MAX_MARGIN), _MAX_MARGIN)
 
 
-def feasible_region(run: dict[str, Any]) -> str:
-    """SVG of the region in which every requirement holds, with the line on which each ends, and the answer."""
+def feasible_region(run: dict[str, Any], say: Say = str) -> str:
+    """SVG of the feasible region, each requirement's limit, and the design."""
     spec, dimensions = run["spec"], run["result"]["dimensions"]
     asked = {field: spec["requirements"].get(field) for field, *_ in _LIMITS}
     asked["min_fatigue_safety"] = asked["min_fatigue_safety"] or 1.0
@@ -85,10 +84,10 @@ def feasible_region(run: dict[str, Any]) -> str:
     lengths = _axis(spec["bounds"]["l_mm"], dimensions["l_mm"])
     lengths = lengths[lengths <= spec["mechanism"]["rod_length_mm"]]
     low, high = spec["bounds"]["h_mm"]
-    # Bent along the line of equal stability, along which a region often ends in a narrow corner.
+    # The grid follows the line of equal stability, along which the region often ends in a narrow corner.
     levels = _axis([low, high], dimensions["h_mm"])
     thicknesses = np.clip(
-        np.outer(levels, (lengths / dimensions["l_mm"]) ** _BENT), min(low, levels[0]), max(high, levels[-1])
+        np.outer(levels, (lengths / dimensions["l_mm"]) ** _STABILITY_SLOPE), min(low, levels[0]), max(high, levels[-1])
     )
     used = [(field, name, words, color) for field, name, words, color in _LIMITS if asked[field] is not None]
     margins = np.full((len(used), *thicknesses.shape), np.nan)
@@ -102,15 +101,15 @@ def feasible_region(run: dict[str, Any]) -> str:
             for k, (field, name, _, _) in enumerate(used):
                 margins[k, i, j] = _margin(check, field, name, asked[field])
     x, y = Linear(lengths[0], lengths[-1]), Linear(levels[0], levels[-1])
-    title = f"What may be built at b = {dimensions['b_mm']:.4g} mm"
-    legend = [(f"{words}: just what is required", color) for _, _, words, color in used]
-    legend.append(("every requirement holds", GREEN))
+    title = say("Feasible region at b = {} mm").format(f"{dimensions['b_mm']:.4g}")
+    legend = [(say("{}: exactly what is required").format(say(words)), color) for _, _, words, color in used]
+    legend.append((say("every requirement holds"), GREEN))
     by_mass = run["result"]["objective"] == "mass"
     if by_mass:
-        legend.append(("dotted: of the same mass", GREY))
-    chart = Chart(title, x, y, "free length l, mm", "thickness h, mm", legend=legend)
+        legend.append((say("dotted: of the same mass"), GREY))
+    chart = Chart(title, x, y, say("free length l, mm"), say("thickness h, mm"), legend=legend)
     across = np.broadcast_to(lengths, thicknesses.shape)
-    allowed = np.where(np.isnan(margins), -_MOST, margins + _NOTHING).min(axis=0)
+    allowed = np.where(np.isnan(margins), -_MAX_MARGIN, margins + _ZERO_MARGIN).min(axis=0)
     for polygon in inside(across, thicknesses, allowed):
         chart.area(*polygon, color=GREEN)
     for k, (_, _, _, color) in enumerate(used):
@@ -121,5 +120,5 @@ def feasible_region(run: dict[str, Any]) -> str:
         there = (equal >= levels[0]) & (equal <= levels[-1])
         if there.sum() > 1:
             chart.line(lengths[there].tolist(), equal[there].tolist(), GREY, dashes="3 4")
-    chart.mark(dimensions["l_mm"], dimensions["h_mm"], "the design", GREEN)
+    chart.mark(dimensions["l_mm"], dimensions["h_mm"], say("the design"), GREEN)
     return chart.svg()

@@ -1,4 +1,4 @@
-"""The rod's forms: the order of thought and a designer's words."""
+"""Wording and layout of the rod's forms."""
 
 from app.designs.form import FormWords
 from solvers import rod

@@ -1,4 +1,4 @@
-"""The flexible rod at the edge: its results in millimetres, megapascals and watts, and the calls into the solver."""
+"""The kind flexible-rod: result models in millimetres, megapascals and watts, and calls into the solver."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ from solvers.outcome import Outcome
 
 
 class RodResult(Strict):
-    """What a strip does in its machine; null where a result does not exist (no load, no effect, no stability)."""
+    """Results of a strip; null if a result does not exist (no load, effect not computed, unstable)."""
 
     dimensions: Dimensions
     fatigue_safety: float | None
@@ -73,7 +73,7 @@ class RodResult(Strict):
 
 
 def result_of(check: rod.RodCheck, repairs: list[dict[str, str]]) -> dict[str, Any]:
-    """A check in the names and units of the contract."""
+    """A check as JSON."""
     d, s = check.dimensions, check.stresses
     return {
         "dimensions": {"b_mm": d.b / MILLI, "h_mm": d.h / MILLI, "l_mm": d.l / MILLI},
@@ -102,14 +102,14 @@ def result_of(check: rod.RodCheck, repairs: list[dict[str, str]]) -> dict[str, A
 
 
 def case_of(request: CheckRequest) -> rod.Case:
-    """The check that a request asks for. Raises InvalidInput for what only the solver can see."""
+    """The solver's case. Raises InvalidInput for input only the solver can reject."""
     scene = request.scene()
     criterion = CRITERIA[request.fatigue_criterion](scene.material)
     return rod.Case(scene, request.strip(), request.selection(), request.effect_tolerance, request.accuracy, criterion)
 
 
 def run_check(request: CheckRequest) -> Answer:
-    """Evaluate the strip."""
+    """Check a strip."""
     try:
         case = case_of(request)
         return _answer(request, case, case.alone())
@@ -118,7 +118,7 @@ def run_check(request: CheckRequest) -> Answer:
 
 
 def run_checks(requests: Sequence[CheckRequest], _detail: Detail) -> list[Answer]:
-    """Evaluate many strips."""
+    """Check strips in bulk."""
     return bulk_answers(requests, case_of, rod.check_many, _answer)
 
 
@@ -133,7 +133,7 @@ class Active(Strict):
 
 
 class DesignResult(RodResult):
-    """The strip found, the constraints that shape it, and how it is known to be the best."""
+    """The optimal strip, its active constraints, and the certificate."""
 
     objective: str
     active_constraints: list[Active]
@@ -141,7 +141,7 @@ class DesignResult(RodResult):
 
 
 _UNIT_OF_OBJECTIVE = {"mass": MILLI, "contact_pressure": MEGA}
-"""Where the result shows an objective in another unit than SI."""
+"""Units of objectives that are not shown in SI."""
 
 _OF_THE_OBJECTIVE = {"core_optimum", "core_bound"}
 """Evidence of a certificate in the objective's unit."""
@@ -150,11 +150,11 @@ _LIMITS = {
     "max_contact_pressure": ("max_contact_pressure_mpa", MEGA),
     "max_friction_power": ("max_friction_power_w", 1.0),
 }
-"""Requirements whose name in the contract carries a unit."""
+"""API names of requirements with a unit suffix."""
 
 
 def run_design(request: DesignRequest) -> Answer:
-    """Find the strip."""
+    """Design a strip."""
     try:
         problem = request.problem()
         criterion = CRITERIA[request.fatigue_criterion](problem.scene.material)
@@ -176,8 +176,8 @@ def run_design(request: DesignRequest) -> Answer:
         certificate["evidence"] = {n: v / unit if n in _OF_THE_OBJECTIVE else v for n, v in evidence.items()}
     found, repairs = outcome.value, repairs_json(request, request.repairs())
     if found is None:
-        told = {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate, "repairs": repairs}
-        return envelope(outcome, told)
+        result = {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate, "repairs": repairs}
+        return envelope(outcome, result)
     active = [{"name": _LIMITS.get(a.name, (a.name, 1.0))[0], "sensitivity": a.sensitivity} for a in found.active]
     result = {
         **result_of(found.check, repairs),
@@ -204,8 +204,8 @@ MAIN_RESULTS = (
     "natural_frequency_hz",
     "mass_g",
 )
-"""What an accuracy study judges. Not the place of the worst section, which a flat maximum leaves uncertain by the
-square root of its own error, nor the mean stress, which may pass through zero."""
+"""Results judged by an accuracy study. Not the location of the worst section, which a flat maximum leaves uncertain by
+the square root of its error, nor the mean stress, which may be zero."""
 
 _FIGURES = {
     "mass": "mass_g",
@@ -215,11 +215,11 @@ _FIGURES = {
     "fatigue_safety": "fatigue_safety",
     "stability_safety": "stability_safety",
 }
-"""What a result calls an objective."""
+"""Result names of the objectives."""
 
 
 def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
-    """What a design was after; of a check the mass; of a study none."""
+    """The objective of a design, the mass of a check; none for a study."""
     name = _FIGURES[result.get("objective", "mass")]
     return name, None if mode is Mode.ACCURACY else result[name]
 

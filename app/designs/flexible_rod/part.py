@@ -1,4 +1,4 @@
-"""The strip: its free length, with the ends by which it is held shown beside it."""
+"""The strip as a part, with its clamped ends indicated."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from app.designs.drawing import Dimension, Drawing, Layer, Line, Note, Outline, 
 from app.designs.part import Extrusion, Parameter, Part
 from solvers.materials import CATALOGUE
 
-_HELD = 0.14
-"""How much of an end is shown, in free lengths: how far it reaches is the machine's."""
+_CLAMPED_LENGTH = 0.14
+"""Length shown of the clamped ends, in free lengths; their real length depends on the machine."""
 
 
 def has_part(run: Mapping[str, Any]) -> bool:
-    """Whether the run found or was given a strip."""
+    """Whether the run has a strip."""
     return bool(run["status"] == "succeeded" and run["mode"] != "accuracy" and run["result"].get("dimensions"))
 
 
 def part(run: Mapping[str, Any], _angle_deg: float | None = None) -> Part:
-    """The strip as an extrusion of its broad face: x along it from the clamp, y across, z through its thickness."""
+    """The strip as an extrusion: x along it from the clamp, y across, z through the thickness."""
     found = run["result"]["dimensions"]
     b, h, l = (float(found[name]) for name in ("b_mm", "h_mm", "l_mm"))
     corners = ((0.0, -0.5 * b), (l, -0.5 * b), (l, 0.5 * b), (0.0, 0.5 * b))
@@ -47,13 +47,13 @@ def _density(material: Mapping[str, Any]) -> float | None:
 
 
 def _drawing(face: Outline, b: float, h: float, l: float) -> Drawing:
-    """The broad face, and below it the strip from its edge."""
-    held, size = _HELD * l, max(b, l)
+    """Front view, and below it the side view."""
+    held, size = _CLAMPED_LENGTH * l, max(b, l)
     below = -0.5 * b - 0.22 * size - 0.5 * h
     edge = rectangle(0.0, below - 0.5 * h, l, below + 0.5 * h)
     shapes: list[Line | Outline] = [face, edge]
     for start, end in ((-held, 0.0), (l, l + held)):
-        # The strip goes on there; its cut is open.
+        # open cut: the strip continues
         outer = start if end == 0.0 else end
         inner = end if end == 0.0 else start
         for middle, half in ((0.0, 0.5 * b), (below, 0.5 * h)):

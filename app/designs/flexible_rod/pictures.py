@@ -7,31 +7,31 @@ from typing import Any
 
 import numpy as np
 
-from app.designs.pictures.chart import BLUE, RED, Chart, Linear
+from app.designs.pictures.chart import BLUE, RED, Chart, Linear, Say
 from solvers.rod.strip.buckling import critical_parameter
 
-LEAST_RATIO, GREATEST_PARAMETER = 0.1, 16.0
+MIN_RATIO, MAX_PARAMETER = 0.1, 16.0
 
 
-def stability_map(run: dict[str, Any]) -> str:
+def stability_map(run: dict[str, Any], say: Say = str) -> str:
     """SVG of u = L sqrt(P/EI) over l/L: the boundary, and the run's strip under its greatest compression."""
     result, spec = run["result"], run["spec"]
     ratio = result["dimensions"]["l_mm"] / spec["mechanism"]["rod_length_mm"]
-    ratios = np.linspace(LEAST_RATIO, 1.0, 181)
+    ratios = np.linspace(MIN_RATIO, 1.0, 181)
     boundary = critical_parameter(ratios)
     chart = Chart(
-        "Stability map: the strip against its buckling boundary",
-        Linear(LEAST_RATIO, 1.0),
-        Linear(0.0, GREATEST_PARAMETER),
-        "free length / rod length",
+        say("Stability map: the strip and its buckling boundary"),
+        Linear(MIN_RATIO, 1.0),
+        Linear(0.0, MAX_PARAMETER),
+        say("free length / rod length"),
         "L √(P/EI)",
     )
-    chart.area([*ratios, 1.0, LEAST_RATIO], [*boundary, GREATEST_PARAMETER, GREATEST_PARAMETER])
+    chart.area([*ratios, 1.0, MIN_RATIO], [*boundary, MAX_PARAMETER, MAX_PARAMETER])
     chart.line(ratios, boundary, RED)
-    chart.words(0.62, 11.0, "buckles", RED)
+    chart.words(0.62, 11.0, say("buckles"), RED)
     safety = result["stability_safety"]
-    if safety is not None and ratio >= LEAST_RATIO:
-        # P goes with the square of u, so the strip stands at u_cr/sqrt(n).
+    if safety is not None and ratio >= MIN_RATIO:
+        # P is proportional to u^2, so the strip is at u_cr/sqrt(n).
         critical = float(critical_parameter(min(ratio, 1.0)))
         parameter = critical / math.sqrt(safety)
         chart.line([ratio, ratio], [parameter, critical], BLUE, dashes="4 3")

@@ -1,4 +1,4 @@
-"""What checks and designs of a flexible rod are judged by: the strip of ``solvers.references.rod``."""
+"""Reference solutions of checks and designs of a flexible rod, from ``solvers.references.rod``."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _ALL = frozenset(_NAMES)
 _FRICTION = {"contact_pressure_max", "friction_power"}
 _OF_THE_FORCE = {"axial_force_min", "axial_force_max", "natural_frequency", "mass"}
 _STABILITY = {"critical_force", "stability_safety"}
-_LEFT_ALONE = {
+_UNAFFECTED = {
     "reciprocating_inertia": _ALL,
     "beam_column": _ALL,
     "friction": _ALL,
@@ -41,19 +41,19 @@ _LEFT_ALONE = {
     "shear": _OF_THE_FORCE,
     "friction_feedback": {"critical_force", "mass"},
 }
-"""The results that the independent strip still tells where an effect runs: all of them where it knows the effect
-itself, otherwise those that the effect does not change. An effect that is not listed may change any."""
+"""Results that remain valid in the reference model when an effect is active: all if it models the effect, otherwise
+those the effect does not change. An unlisted effect may change any."""
 _LOADS = {rod.SchmidtLoad: "schmidt", rod.TableLoad: "table", rod.ConstantLoad: "constant"}
 
 
 def check_reference(request: CheckRequest, answer: Answer) -> Reference | None:
-    """A check's main results, as far as effects beyond the independent strip have no part in them."""
+    """Main results of a check that the reference model covers."""
     strip = request.strip()
     return _reference(request, (strip.b, strip.h, strip.l), answer, "")
 
 
 def design_reference(request: DesignRequest, answer: Answer) -> Reference | None:
-    """A design's main results, at the dimensions of its own tightest answer."""
+    """Main results of a design, at the dimensions of its own tightest answer."""
     found = answer.result["dimensions"]
     sizes = tuple(found[f"{name}_mm"] * MILLI for name in "bhl")
     return _reference(request, sizes, answer, ", at the dimensions of the tightest solution")
@@ -80,7 +80,7 @@ def _reference(
     }
 
     def results(watch: Callable[[], None]) -> dict[str, Exact]:
-        # Imported here: arbitrary precision is of use to studies alone.
+        # imported here because only studies need arbitrary precision
         from solvers.references.rod_check import check
 
         found = check(case, request.fatigue_criterion, watch, known)
@@ -90,15 +90,15 @@ def _reference(
 
 
 def _known(effects: frozenset[str]) -> list[str]:
-    """Results that the independent strip tells with these effects."""
-    told = _ALL.intersection(*(_LEFT_ALONE.get(name, frozenset()) for name in effects))
+    """Results covered by the reference model with these effects."""
+    covered = _ALL.intersection(*(_UNAFFECTED.get(name, frozenset()) for name in effects))
     if "friction" not in effects:
-        told -= _FRICTION
-    return [name for name in _NAMES if name in told]
+        covered -= _FRICTION
+    return [name for name in _NAMES if name in covered]
 
 
 def _load(load: Any) -> dict[str, Any]:
-    told = asdict(load)
-    if "values" in told:
-        told["pressure"] = told.pop("values")
-    return {"kind": _LOADS[type(load)], **told}
+    covered = asdict(load)
+    if "values" in covered:
+        covered["pressure"] = covered.pop("values")
+    return {"kind": _LOADS[type(load)], **covered}

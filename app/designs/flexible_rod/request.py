@@ -1,4 +1,4 @@
-"""What can be asked of the flexible rod, in the units of the contract, and the way into the solver's SI scene."""
+"""Requests of the flexible rod in the units of the API, and their conversion to SI scenes."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ from solvers.fatigue import CRITERIA
 from solvers.materials import LOSS_FACTOR
 from solvers.rod.load.indicator import fields_of_load
 
-MOST_POINTS = 10_000
-MOST_THICKNESSES = 200
+MAX_POINTS = 10_000
+MAX_THICKNESSES = 200
 
 
 def _pascal(megapascal: float | None) -> float | None:
@@ -55,10 +55,10 @@ class Piston(Strict):
 
 
 class _Load(Strict):
-    """What the loads share: nothing is mended, unless a load says otherwise."""
+    """Base of all loads; by default, nothing is repaired."""
 
     def repairs(self, mechanism: rod.Mechanism, piston: rod.Piston) -> tuple[Repair, ...]:
-        """What was done to the user's points to make them sound for the machine."""
+        """Repairs of the user's points."""
         return ()
 
 
@@ -79,8 +79,8 @@ class TableLoad(_Load):
     """Pressures at crank angles, joined by a monotone periodic cubic."""
 
     kind: Literal["table"]
-    angle_deg: list[Finite] = Field(min_length=3, max_length=MOST_POINTS, description="rising, within one turn")
-    pressure_mpa: list[Finite] = Field(min_length=3, max_length=MOST_POINTS, description="one for each angle")
+    angle_deg: list[Finite] = Field(min_length=3, max_length=MAX_POINTS, description="rising, within one turn")
+    pressure_mpa: list[Finite] = Field(min_length=3, max_length=MAX_POINTS, description="one for each angle")
     back_pressure_mpa: Finite | None = Field(default=None, description="null: the mean of the cycle")
 
     def to_solver(self, mechanism: rod.Mechanism, piston: rod.Piston) -> rod.TableLoad:
@@ -103,9 +103,9 @@ class ConstantLoad(_Load):
 
 
 class RunLoad(RunReference, _Load):
-    """A stored crank-dynamics run: its pressures (two strokes), or the one of a worst instant at all angles.
+    """A stored crank-dynamics run: its pressures (two strokes), or the pressure of a worst instant at all angles.
 
-    The service fills in what it takes from the run.
+    The service fills in the data.
     """
 
     instant: Instant | None = Field(default=None, description="null: all pressures; or the pressure of that instant")
@@ -145,7 +145,7 @@ class RunLoad(RunReference, _Load):
 
 
 class IndicatorLoad(Diagram, _Load):
-    """An indicator diagram of a two-stroke cycle on the piston's own bore, unrolled by the machine's motion."""
+    """An indicator diagram of a two-stroke cycle for the piston's own bore, unrolled with the machine's kinematics."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -282,17 +282,17 @@ class RodRequest(SolverRequest):
         return mechanism, piston
 
     def scene(self) -> rod.Scene:
-        """The machine in SI units. Raises InvalidInput for what only the solver can see."""
+        """The scene in SI units. Raises InvalidInput for input only the solver can reject."""
         mechanism, piston = self._machine()
         return rod.Scene(mechanism, piston, self.load.to_solver(mechanism, piston), self.material.to_solver())
 
     def repairs(self) -> tuple[Repair, ...]:
-        """What was done to the load's points, where that was asked for."""
+        """Repairs of the load's points, if requested."""
         return self.load.repairs(*self._machine())
 
 
 class CheckRequest(RodRequest):
-    """A strip of given dimensions in its machine."""
+    """A check: given dimensions in a machine."""
 
     dimensions: Dimensions
 
@@ -310,7 +310,7 @@ class CheckRequest(RodRequest):
 
 
 class Requirements(Strict):
-    """Least safeties and greatest loads of the piston's guide."""
+    """Minimum safeties and maximum loads on the piston's guide."""
 
     min_fatigue_safety: Positive = Field(default=1.0, description="against fatigue")
     min_stability_safety: float = Field(default=1.0, ge=1, le=1e6, description="against buckling")
@@ -329,19 +329,19 @@ class RodBounds(Strict):
 
 
 class Steps(Strict):
-    """Steps to whose multiples width and free length are rounded; null: not rounded."""
+    """Increments to which width and free length are rounded; null: not rounded."""
 
     b: Positive | None = None
     l: Positive | None = None
 
 
 class DesignRequest(RodRequest, DesignSettings):
-    """The best strip for a machine: requirements, bounds, and what is wanted."""
+    """A design: requirements, bounds and objective."""
 
     requirements: Requirements = Requirements()
     bounds: RodBounds
     stock_h_mm: list[Positive] | None = Field(
-        default=None, min_length=1, max_length=MOST_THICKNESSES, description="the thicknesses to be had; null: any"
+        default=None, min_length=1, max_length=MAX_THICKNESSES, description="the thicknesses to be had; null: any"
     )
     step_mm: Steps = Steps()
     objective: Literal[tuple(rod.OBJECTIVES)] = "mass"  # type: ignore[valid-type]
@@ -357,7 +357,7 @@ class DesignRequest(RodRequest, DesignSettings):
         return found
 
     def problem(self) -> rod.RodProblem:
-        """The design problem in SI units. Raises InvalidInput for what only the solver can see."""
+        """The design problem in SI units. Raises InvalidInput for input only the solver can reject."""
         r, b = self.requirements, self.bounds
         return rod.RodProblem(
             self.scene(),

@@ -1,4 +1,4 @@
-"""What a strip is judged by, in the names and units of the contract."""
+"""Criteria of a strip, in the names and units of the API."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The impact linkage at the edge: what can be asked, what is answered, and its pictures."""
+"""The kind impact-linkage: requests, results and plots."""

@@ -1,4 +1,4 @@
-"""The linkage by hand: ratios, closure, restitution, speed of the blow, box, torque and pin force. N, mm."""
+"""Hand calculation of a linkage: ratios, closure, restitution, impact speed, box, torque and pin force. N, mm."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _CLOSURES = {
     "largest_rocker": ("lam_0 + lam_2 - 1 - lam_3", "lam_0 - 1", "lam_2 - 1", -1.0),
     "largest_base": ("lam_2 + lam_3 - 1 - lam_0", "lam_0 + 1", "1 - lam_2", -1.0),
 }
-"""Surplus of the closure, rocker pivot to crank pin at the blow, N, and σ of the transfer function."""
+"""Closure surplus, distance rocker pivot - crank pin at the blow, N, and σ of the transfer function."""
 
 
 def calculation(run: Mapping[str, Any], chain: Chain) -> None:
-    """Fill the chain of a run with a result. Raises NotANumber."""
+    """Add the calculation of a run with a result. Raises NotANumber."""
     _Linkage(run, chain)
 
 
@@ -54,14 +54,14 @@ class _Linkage:
             for n, name in ((0, "base"), (1, "crank"), (2, "coupler"), (3, "rocker")):
                 c.given(f"l_{n}", name, lengths[name], "mm", digits=12)
             for n in (0, 2, 3):
-                told = r["ratios"][f"lambda{n}"]
+                reported = r["ratios"][f"lambda{n}"]
                 c.step(
                     f"lam_{n}",
                     f"l_{n} / l_1",
                     f"{('base', '', 'coupler', 'rocker')[n]} over crank",
                     "",
                     PAPER,
-                    told,
+                    reported,
                     11,
                 )
         else:
@@ -76,7 +76,7 @@ class _Linkage:
         c, r, asked = self.chain, self.result, self.spec["restitution"]
         c.title("The blow")
         c.step("g", "sqrt(lam_0 * lam_2 / lam_3)", "gain", source=PAPER, digits=9)
-        c.step("R_k", "(g - 1) / (g + 1)", "kinematic restitution", source=PAPER, told=r["kinematic_restitution"])
+        c.step("R_k", "(g - 1) / (g + 1)", "kinematic restitution", source=PAPER, reported=r["kinematic_restitution"])
         ends = (asked["low"], asked["high"]) if isinstance(asked, dict) else (asked, asked)
         if ends[0] == ends[1]:
             c.given("R", "restitution of what is struck", ends[0])
@@ -86,17 +86,17 @@ class _Linkage:
             c.given("R_2", "greatest", ends[1])
             formula = "max(abs(R_1 - R_k), abs(R_2 - R_k))"
         mismatch = r["restitution_mismatch"]
-        told = mismatch if mismatch is not None and mismatch > 1e-3 else None
-        c.step("Delta_R", formula, "worst mismatch of the restitution", "", PAPER, told)
+        reported = mismatch if mismatch is not None and mismatch > 1e-3 else None
+        c.step("Delta_R", formula, "worst mismatch of the restitution", "", PAPER, reported)
         c.step("e", self.reach, "rocker pivot to crank pin at the blow, over crank", "", PAPER, digits=9)
         c.step("u_0", "(g - 1) / e", "u31 just after the blow", "", PAPER, r["u31_start"])
         c.step("u_1", "(g + 1) / e", "u31 just before it", "", PAPER, r["u31_end"], 8)
         if r["rocker_swing_deg"] is not None:
-            told = r["rocker_swing_deg"]
-            c.step("psi", "2 * asin(min(g / lam_0, 1))", "swing of the rocker", DEGREE, DERIVED, told)
-        told = r["transmission_angle_deg"]
-        if told is not None and r["rotatable"]:
-            c.step("nu", "2 * asin(min(g / lam_2, 1))", "transmission angle in mid-cycle", DEGREE, DERIVED, told)
+            reported = r["rocker_swing_deg"]
+            c.step("psi", "2 * asin(min(g / lam_0, 1))", "swing of the rocker", DEGREE, DERIVED, reported)
+        reported = r["transmission_angle_deg"]
+        if reported is not None and r["rotatable"]:
+            c.step("nu", "2 * asin(min(g / lam_2, 1))", "transmission angle in mid-cycle", DEGREE, DERIVED, reported)
 
     def _speed(self) -> None:
         c, r, radius = self.chain, self.result, self.spec["tool_radius_mm"]
@@ -108,10 +108,11 @@ class _Linkage:
         words = "speed of the tool before the blow"
         formula = f"omega * u_1 * {'l_3' if radius is None else 'r_t'} / 1000"
         c.step("v", formula, words, "m/s", PAPER, r["impact_speed_m_s"])
-        c.step("l_max", "max(l_0, l_1, l_2, l_3)", "longest link", "mm", told=r["longest_link_mm"])
+        c.step("l_max", "max(l_0, l_1, l_2, l_3)", "longest link", "mm", reported=r["longest_link_mm"])
 
     def _box(self) -> None:
-        """The extent of the sweep in two directions: the crank's circle, the rocker's pivot, the arc of its end."""
+        """Extent of the swept area in two directions, from the crank's circle, the rocker's pivot and the arc of its
+        end."""
         c, r = self.chain, self.result
         box, bar = r["box_mm"], bar_of(dict(r))
         c.title("The box around all that it sweeps")
@@ -137,12 +138,12 @@ class _Linkage:
             c.step(f"c_{n}", near, "nearest of them", "mm", HULL)
             symbol = "W" if n == "w" else "H"
             c.step(symbol, f"b_{n} - c_{n} + 2 * q", words, "mm", HULL, box[words])
-        c.step("A", "W * H", "area of the box", "mm²", told=r["box_area_mm2"])
+        c.step("A", "W * H", "area of the box", "mm²", reported=r["box_area_mm2"])
 
     # The transfer function and the loads ------------------------------------------------------------------------------
 
     def _point(self, n: str, angle: float, slope: bool) -> None:
-        """u31 at a crank angle, and X of its slope; no difference of near numbers past mid-cycle."""
+        """u31 at a crank angle, and X of its slope; free of cancellation past mid-cycle."""
         c = self.chain
         c.given(f"phi_{n}", "crank angle from the blow", angle, DEGREE)
         c.step(f"c_{n}", f"cos(phi_{n} / 2)", "half angle", digits=9)
@@ -158,11 +159,11 @@ class _Linkage:
         c.step(f"D_{n}", near, "cosine part of the rocker's half angle", "", DERIVED, digits=9)
         c.step(f"A_{n}", over, "numerator", "", DERIVED, digits=9)
         c.step(f"b_{n}", f"(D_{n}**2 + N**2 * {sine}**2) / lam_3", "denominator", "", DERIVED, digits=9)
-        told = None
+        reported = None
         if not slope:
             shown = [s["u31"] for s in self.result["transfer"] if abs(math.radians(s["phi_deg"]) - angle) < 1e-9]
-            told = shown[0] if shown else None
-        c.step(f"u_{n}", f"N * A_{n} / ({root} * b_{n})", "u31 there", "", DERIVED, told, 9)
+            reported = shown[0] if shown else None
+        c.step(f"u_{n}", f"N * A_{n} / ({root} * b_{n})", "u31 there", "", DERIVED, reported, 9)
         if not slope:
             return
         if self.sigma * c[cosine] > 0.0:

@@ -1,4 +1,4 @@
-"""The four links shortly after the blow, and at the blow itself, where they lie in one line."""
+"""Drawing of the four links shortly after the blow, and at the blow, where they are collinear."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ from solvers.errors import InvalidInput
 
 _TURNED = np.radians(56.0)
 _PARAMETERS = (3.0, 6.0, 1.5, 12.0)
-_CLOSED = 1e-3
-"""A closure missed by more is drawn as it stands."""
-_MOST_ROOM = 2.5
-"""The greatest room that is drawn around known links, times what they take."""
+_CLOSURE_TOLERANCE = 1e-3
+"""Above this closure error the linkage is drawn as it is."""
+_MAX_BOX = 2.5
+"""Maximum box drawn around known links, relative to their extent."""
 _LINKS = ("base", "crank", "coupler", "rocker")
 
 
 def drawing(request: dict[str, Any]) -> Drawing | None:
-    """From a check: the linkage; from a design: one that such a blow can have, of the first type allowed."""
+    """The linkage of a check; for a design, an example for this blow, of the first allowed type."""
     try:
         found = _mechanism(request)
     except (InvalidInput, ValueError, ArithmeticError):
@@ -46,7 +46,7 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
     if not all(np.isfinite(value) and 0.0 < value < 1e7 for value in lengths.values()):
         return None
     crank, base = lengths["crank"], lengths["base"]
-    closes = mechanism.closure.relative < _CLOSED
+    closes = mechanism.closure.relative < _CLOSURE_TOLERANCE
     if closes:
         phi = np.linspace(0.0, 2.0 * np.pi, 91)[:-1]
         ways = [crank * points for points in mechanism.bar.joints(phi)]
@@ -66,13 +66,13 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
     shapes += [Line((A, D), Layer.CONTEXT), Line((A, B)), Line((B, C)), Line((C, D))]
     shapes += [Circle(at, pad or 0.012 * size, Layer.CONTEXT) for at in (A, B, C, D)]
     ends = {"base": (A, D), "crank": (A, B), "coupler": (B, C), "rocker": (D, C)}
-    # What a design will find is not told before it has.
+    # The design's result is not anticipated.
     dimensions = [
         Dimension(*ends[name], words_of(name, lengths[name]), "free", path=paths.get(name, ""))
         for name in _LINKS
         if paths
     ]
-    room, more = _room(request, shapes, math.inf if not paths else _MOST_ROOM)
+    room, more = _room(request, shapes, math.inf if not paths else _MAX_BOX)
     return Drawing(
         "The four links, to scale", (*shapes, *room), (*dimensions, *more),
         caption=caption + (" Dashed: at the blow." if ways else " These lengths do not close.") + " mm, to scale.",
@@ -106,15 +106,15 @@ def _mechanism(request: dict[str, Any]) -> tuple[linkage.Mechanism, dict[str, st
                 found = linkage.of_ratio(scene, kind, ratio)
             except InvalidInput:
                 continue
-            told = f"One of the mechanisms for this blow ({kind.name.replace('_', ' ')}); the design finds the best."
+            caption = f"One of the mechanisms for this blow ({kind.name.replace('_', ' ')}); the design finds the best."
             if min(getattr(found.lengths, name) for name in _LINKS) >= least:
-                return found, {}, told
-            fallback = fallback or (found, {}, told)
+                return found, {}, caption
+            fallback = fallback or (found, {}, caption)
     return fallback
 
 
 def _scene(request: dict[str, Any]) -> linkage.Scene | None:
-    """The blow; a size of its own where nothing settles one."""
+    """The scene, with a nominal size if none is given."""
     blow = given(request, "restitution")
     low = length(request, "restitution.low") if isinstance(blow, dict) else length(request, "restitution")
     high = length(request, "restitution.high") if isinstance(blow, dict) else low
@@ -133,7 +133,7 @@ def _scene(request: dict[str, Any]) -> linkage.Scene | None:
 def _room(
     request: dict[str, Any], shapes: list[Line | Circle], most: float
 ) -> tuple[list[Line | Circle], list[Dimension]]:
-    """The box or the pipe that it must keep within, around the middle of what it sweeps."""
+    """The box or pipe limiting the linkage, around the centre of its swept area."""
     wide, high = length(request, "limits.width_mm"), length(request, "limits.height_mm")
     pipe = length(request, "limits.enclosing_radius_mm")
     xs, ys = zip(*_ends(shapes), strict=True)
@@ -141,7 +141,7 @@ def _room(
     own_wide, own_high = max(xs) - min(xs), max(ys) - min(ys)
     out: list[Line | Circle] = []
     dimensions: list[Dimension] = []
-    # Room beside which known links could not be seen is not drawn.
+    # A box so large that the links would not be visible is not drawn.
     seen = most * max(own_wide, own_high)
     if max(wide or 0.0, high or 0.0) > seen:
         wide = high = None

@@ -1,4 +1,4 @@
-"""The linkage's forms: the order of thought and a designer's words."""
+"""Wording and layout of the linkage's forms."""
 
 from typing import Any
 

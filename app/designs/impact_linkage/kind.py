@@ -1,8 +1,9 @@
-"""The impact linkage at the edge: its results in millimetres, degrees and newtons, and the calls into the solver."""
+"""The kind impact-linkage: result models in millimetres, degrees and newtons, and calls into the solver."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from pydantic import Field
@@ -31,10 +32,11 @@ from app.designs.impact_linkage.result import (
     lengths_json,
     ratios_json,
     result_of,
+    transfer_json,
 )
 from app.designs.impact_linkage.verdict import WORDS
 from app.designs.kind import Answer, Detail, Job, Kind, Mode
-from app.designs.progress import Count, Report, to_nobody
+from app.designs.progress import Counter, Report, ignore_progress
 from app.designs.schema import (
     MILLI,
     CertificateResult,
@@ -53,7 +55,7 @@ from solvers.outcome import Outcome
 
 
 def case_of(request: CheckRequest) -> linkage.Case:
-    """The check that a request asks for. Raises InvalidInput for what only the solver can see."""
+    """The solver's case. Raises InvalidInput for input only the solver can reject."""
     scene, mechanism = request.mechanism()
     limits = request.limits.to_solver()
     demands = linkage.demands_of(limits)
@@ -63,7 +65,7 @@ def case_of(request: CheckRequest) -> linkage.Case:
 
 
 def run_check(request: CheckRequest) -> Answer:
-    """Evaluate the linkage."""
+    """Check a linkage."""
     try:
         case = case_of(request)
         return _answer(request, case, case.alone())
@@ -72,18 +74,22 @@ def run_check(request: CheckRequest) -> Answer:
 
 
 def run_checks(requests: Sequence[CheckRequest], detail: Detail) -> list[Answer]:
-    """Evaluate many linkages."""
-    return bulk_answers(requests, case_of, linkage.check_many, _answer, () if detail is Detail.FULL else CHECK_TABLES)
+    """Check linkages in bulk."""
+    return bulk_answers(requests, case_of, linkage.check_many, partial(_answer, detail=detail))
 
 
-def _answer(request: CheckRequest, case: linkage.Case, outcome: Outcome[linkage.LinkageCheck]) -> Answer:
+def _answer(
+    request: CheckRequest, case: linkage.Case, outcome: Outcome[linkage.LinkageCheck], detail: Detail = Detail.FULL
+) -> Answer:
     verdict = linkage.judge(outcome.value, case.scene, outcome.accuracy, case.limits, request.given())
     result = result_of(outcome.value, case.scene, request, request.sized)
+    if detail is Detail.FULL:
+        result["transfer"] = transfer_json(outcome.value.strike)
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 class AlternativeResult(Strict):
-    """The best linkage of a type, or why the type has none."""
+    """The best linkage of a type, or why there is none."""
 
     type: str
     value: float | None = Field(description="of the objective, in the unit of the certificate")
@@ -93,7 +99,7 @@ class AlternativeResult(Strict):
 
 
 class FrontPointResult(Strict):
-    """A linkage of the front: none is better in both quantities, up to the gap."""
+    """A linkage on the front: no other is better in both quantities, up to the gap."""
 
     objective: float
     against: float
@@ -108,7 +114,7 @@ class FrontPointResult(Strict):
 
 
 class FrontResult(Strict):
-    """What the objective costs in another quantity, by rising values of that quantity."""
+    """Trade-off of the objective against another quantity, in increasing order of that quantity."""
 
     objective: str
     objective_unit: str
@@ -118,7 +124,7 @@ class FrontResult(Strict):
 
 
 class DesignResult(LinkageResult):
-    """The linkage found, the limits that shape it, the best of every allowed type, and how it is known to be best."""
+    """The optimal linkage, its active limits, the best of every allowed type, and the certificate."""
 
     objective: str
     value: float
@@ -138,7 +144,7 @@ _UNITS = {
     "impact_speed": ("m/s", 1.0),
     "blow_frequency": ("Hz", 1.0),
 }
-"""Objectives in the units of the contract."""
+"""Units of the objectives in the API."""
 
 _LIMITS = {
     "min_link": ("min_link_mm", MILLI),
@@ -149,16 +155,16 @@ _LIMITS = {
     "max_pin_force": ("max_pin_force_n", 1.0),
     "impact_speed": ("impact_speed_m_s", 1.0),
 }
-"""Requirements whose name in the contract carries a unit."""
+"""API names of requirements with a unit suffix."""
 
 
 def run_design(request: DesignRequest) -> Answer:
-    """Find the linkage, and the front where one is asked for."""
-    return design_in_steps(request, to_nobody)
+    """Design a linkage, with the Pareto front if requested."""
+    return design_in_steps(request, ignore_progress)
 
 
 def design_in_steps(request: DesignRequest, report: Report) -> Answer:
-    """The same; a front, whose every point is a design of its own, tells how far it is."""
+    """``run_design`` with progress reports: every point of a front is a design of its own."""
     try:
         problem = request.problem()
         outcome = linkage.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
@@ -173,6 +179,7 @@ def design_in_steps(request: DesignRequest, report: Report) -> Answer:
         return envelope(outcome, {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate})
     result = {
         **result_of(found.check, found.scene, request),
+        "transfer": transfer_json(found.check.strike),
         "objective": found.objective,
         "value": found.value / unit,
         "value_unit": words,
@@ -198,9 +205,9 @@ def _traded(request: DesignRequest, problem: linkage.LinkageProblem, report: Rep
     if request.front.against == "none":
         return ()
     points = int(request.front.points)
-    count = Count(points, report)
+    count = Counter(points, report)
     count.begin("the front, point by point")
-    return linkage.front(problem, request.front.against, points, solved=count.one)
+    return linkage.front(problem, request.front.against, points, solved=count.increment)
 
 
 def _front(request: DesignRequest, points: tuple[linkage.FrontPoint, ...]) -> dict[str, Any]:
@@ -230,7 +237,7 @@ def _front(request: DesignRequest, points: tuple[linkage.FrontPoint, ...]) -> di
 
 
 CHECK_TABLES = ("transfer",)
-"""What a batch leaves out of the results of checks."""
+"""Results of checks that batches omit."""
 
 MAIN_RESULTS = (
     "u31_start",
@@ -249,8 +256,8 @@ MAIN_RESULTS = (
     "irregularity",
     "motor_power_w",
 )
-"""What an accuracy study judges. Not the box's sides or angle, nor the angles of peaks: where the area or the load is
-flat in them they are uncertain by the square root of its own error."""
+"""Results judged by an accuracy study. Not the box's sides or angle, nor the angles of peaks: where area or load are
+flat in them, they are uncertain by the square root of its error."""
 
 _FIGURES = {
     "box_area": "box_area_mm2",
@@ -264,7 +271,7 @@ _FIGURES = {
 
 
 def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
-    """What a design was after; of a check the longest link, where lengths are known; of a study none."""
+    """The objective of a design, the longest link of a check if lengths are known; none for a study."""
     if mode is Mode.DESIGN:
         return _FIGURES[result["objective"]], result["value"]
     return "longest_link_mm", result.get("longest_link_mm")

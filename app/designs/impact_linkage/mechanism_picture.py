@@ -1,7 +1,7 @@
-"""The mechanism drawn to scale as it lies in its swept box, and moving through its cycle.
+"""Animated drawing of the mechanism to scale in its swept box.
 
-The motion is SMIL, so it runs where the picture is only an image, without a script; what does not animate shows the
-links as they stand shortly after the blow.
+The animation is SMIL, which works in images without scripts; viewers without support show the links shortly after the
+blow.
 """
 
 from __future__ import annotations
@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.designs.impact_linkage.pictures import bar_of
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, opening
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Say, opening
 
 Array = NDArray[np.float64]
 _WIDE, _HIGH, _MARGIN, _TEXT = 560.0, 420.0, 18.0, 26.0
 _FRAMES, _STILL, _SECONDS = 90, 14, 4
+_LETTER = 0.56
+"""Of the size of a line: how wide a letter is at most, on average."""
 
 
 def has_size(run: dict[str, Any]) -> bool:
@@ -25,7 +27,7 @@ def has_size(run: dict[str, Any]) -> bool:
 
 
 class _Place:
-    """From millimetres along the base line to the picture: turned so that the box stands upright, y up."""
+    """Mapping from millimetres to the picture, rotated so that the box is upright, y up."""
 
     def __init__(self, swept: Array, angle: float, pad: float) -> None:
         cos, sin = math.cos(angle), math.sin(angle)
@@ -43,12 +45,12 @@ class _Place:
 
 
 def _moves(name: str, values: Array) -> str:
-    told = ";".join(f"{value:.1f}" for value in values)
-    return f'<animate attributeName="{name}" values="{told}" dur="{_SECONDS}s" repeatCount="indefinite"/>'
+    frames = ";".join(f"{value:.1f}" for value in values)
+    return f'<animate attributeName="{name}" values="{frames}" dur="{_SECONDS}s" repeatCount="indefinite"/>'
 
 
 def _link(ends: tuple[Array, Array], color: str, width: float) -> str:
-    """A line whose ends move: each (2, frames)."""
+    """An animated line; ends of shape (2, frames)."""
     at = dict(zip(("x1", "y1", "x2", "y2"), (*ends[0], *ends[1]), strict=True))
     still = " ".join(f'{name}="{values[min(_STILL, values.size - 1)]:.1f}"' for name, values in at.items())
     moves = "".join(_moves(name, values) for name, values in at.items() if values.size > 1 and np.ptp(values) > 0)
@@ -56,7 +58,7 @@ def _link(ends: tuple[Array, Array], color: str, width: float) -> str:
 
 
 def _joint(place: Array, radius: float, style: str) -> str:
-    """A circle that moves: (2, frames)."""
+    """An animated circle; centre of shape (2, frames)."""
     at = dict(zip(("cx", "cy"), place, strict=True))
     still = " ".join(f'{name}="{values[min(_STILL, values.size - 1)]:.1f}"' for name, values in at.items())
     moves = "".join(_moves(name, values) for name, values in at.items() if values.size > 1 and np.ptp(values) > 0)
@@ -64,12 +66,12 @@ def _joint(place: Array, radius: float, style: str) -> str:
 
 
 def _path(points: Array) -> str:
-    told = "L".join(f"{x:.1f},{y:.1f}" for x, y in points.T)
-    return f'<path d="M{told}" fill="none" stroke="{GREY}" stroke-opacity="0.6" stroke-dasharray="3 3"/>'
+    path = "L".join(f"{x:.1f},{y:.1f}" for x, y in points.T)
+    return f'<path d="M{path}" fill="none" stroke="{GREY}" stroke-opacity="0.6" stroke-dasharray="3 3"/>'
 
 
-def mechanism_picture(run: dict[str, Any]) -> str:
-    """SVG of the mechanism: links, joints with their room, what they sweep, its box, the tool, and the blow."""
+def mechanism_picture(run: dict[str, Any], say: Say = str) -> str:
+    """SVG of the mechanism: links, joints with clearance, swept area, box, tool, and blow."""
     result = run["result"]
     pad = run["spec"]["limits"]["joint_radius_mm"] or 0.0
     crank = result["lengths_mm"]["crank"]
@@ -91,7 +93,7 @@ def mechanism_picture(run: dict[str, Any]) -> str:
     box = result["box_mm"]
     place = _Place(np.hstack([circle, joint, pivots]), math.radians(box["angle_deg"]) if box else 0.0, pad)
     out = [
-        opening("The mechanism to scale in its swept box", _WIDE, place.height),
+        opening(say("The mechanism to scale in its swept box"), _WIDE, place.height),
     ]
     wide, high = (place.high - place.low) * place.scale
     left, top = 0.5 * (_WIDE - wide), _MARGIN
@@ -118,12 +120,12 @@ def mechanism_picture(run: dict[str, Any]) -> str:
         out.append(_joint(at, 4.0, 'fill="#fff" stroke="currentColor" stroke-width="1.5"'))
     if has_blow and confined is None:
         out.append(_flash(c))
-    out.append(_words(place.height, result, box))
+    out.append(_words(place.height, result, box, say))
     return "".join(out) + "</svg>"
 
 
 def standing(lengths: dict[str, float]) -> tuple[Array, Array]:
-    """Crank pin and rocker joint of any four links, the pin half way through the distances that the links allow."""
+    """Positions of crank pin and rocker joint for arbitrary lengths, in the middle of the possible range."""
     base, crank, coupler, rocker = (lengths[name] for name in ("base", "crank", "coupler", "rocker"))
     low, high = max(abs(base - crank), abs(coupler - rocker)), min(base + crank, coupler + rocker)
     apart = 0.5 * (low + high)
@@ -137,7 +139,7 @@ def standing(lengths: dict[str, float]) -> tuple[Array, Array]:
 
 
 def _tool(place: _Place, joint: Array, pad: float) -> str:
-    """A bar across the rocker's way, where it strikes."""
+    """The struck tool: a bar across the rocker's path."""
     away = joint[:, 1] - joint[:, 0]
     away /= np.hypot(*away)
     across = np.array([-away[1], away[0]])
@@ -149,20 +151,25 @@ def _tool(place: _Place, joint: Array, pad: float) -> str:
 
 
 def _flash(joint: Array) -> str:
-    """The blow: a ring that opens and fades where and when it falls."""
+    """The blow: an expanding, fading ring."""
     x, y = joint[:, 0]
-    told = f'dur="{_SECONDS}s" repeatCount="indefinite" keyTimes="0;0.15;1"'
+    timing = f'dur="{_SECONDS}s" repeatCount="indefinite" keyTimes="0;0.15;1"'
     return (
         f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6" fill="none" stroke="{RED}" stroke-width="3" opacity="0">'
-        f'<animate attributeName="opacity" values="1;0;0" {told}/><animate attributeName="r" values="6;30;30" {told}/>'
+        f'<animate attributeName="opacity" values="1;0;0" {timing}/>'
+        f'<animate attributeName="r" values="6;30;30" {timing}/>'
         "</circle>"
     )
 
 
-def _words(height: float, result: dict[str, Any], box: dict[str, float] | None) -> str:
+def _words(height: float, result: dict[str, Any], box: dict[str, float] | None, say: Say) -> str:
     lengths = result["lengths_mm"]
-    told = ", ".join(f"{name} {lengths[name]:.4g}" for name in ("base", "crank", "coupler", "rocker")) + " mm"
+    label = ", ".join(f"{say(name)} {lengths[name]:.4g}" for name in ("base", "crank", "coupler", "rocker")) + " mm"
     if box:
-        told += f" in {box['width']:.4g} × {box['height']:.4g} mm"
+        label = say("{} in {} × {} mm").format(label, f"{box['width']:.4g}", f"{box['height']:.4g}")
     x, y = 0.5 * _WIDE, height - 9.0
-    return f'<text x="{x:.0f}" y="{y:.0f}" text-anchor="middle" fill="currentColor">{told}</text>'
+    # As large as fits, for some languages need more letters.
+    size = min(13.0, (_WIDE - _MARGIN) / (_LETTER * len(label)))
+    return (
+        f'<text x="{x:.0f}" y="{y:.0f}" text-anchor="middle" font-size="{size:.1f}" fill="currentColor">{label}</text>'
+    )

@@ -1,4 +1,4 @@
-"""The four links as flat bars with eyes, assembled at the blow or at any angle of the crank."""
+"""The four links as flat bars with eyes, assembled at the blow or at any crank angle."""
 
 from __future__ import annotations
 
@@ -28,30 +28,30 @@ from app.designs.impact_linkage.swept import outline, segments_of
 from app.designs.part import Extrusion, Parameter, Part, UnfitAngle
 
 LINKS = ("base", "crank", "coupler", "rocker")
-_AROUND = 720
+_POSITIONS = 720
 _EYE = 0.25
-"""Of the shortest link: the eyes' radius where the request gives the joints none."""
-_HOLE, _THICKNESS, _BESIDE = 0.5, 1.0, 0.4
-"""Of the eyes' radius: the holes', the links' thickness; of the shortest link: a hole's radius at most."""
+"""Eye radius relative to the shortest link, if the request does not specify the joints."""
+_HOLE, _THICKNESS, _MAX_HOLE = 0.5, 1.0, 0.4
+"""Hole radius and link thickness relative to the eye radius; maximum hole radius relative to the shortest link."""
 _AT_THE_BLOW = 1e-9
 
 
 def has_part(run: Mapping[str, Any]) -> bool:
-    """Whether the run tells lengths."""
+    """Whether the run has lengths."""
     return bool(run["status"] == "succeeded" and run["mode"] != "accuracy" and run["result"].get("lengths_mm"))
 
 
 def part(run: Mapping[str, Any], angle_deg: float | None = None) -> Part:
-    """The links, each in a layer of its own along z so that none is in another's way; the crank's pivot at 0.
+    """The links, each in its own layer along z so that they do not collide; the crank's pivot is the origin.
 
-    ``angle_deg`` is the crank's, from the blow in the direction of its turn; None: at the blow. Raises UnfitAngle where
-    the crank cannot be there.
+    ``angle_deg`` is the crank angle from the blow in its direction of rotation; None: at the blow. Raises UnfitAngle if
+    the crank cannot reach it.
     """
     result = run["result"]
     lengths = {name: float(result["lengths_mm"][name]) for name in LINKS}
     eye, hole, assumed = _sizes(run["spec"], lengths)
     thickness = _THICKNESS * eye
-    joints, way, told = _standing(result, lengths, angle_deg)
+    joints, way, position = _standing(result, lengths, angle_deg)
     ends = {"base": (0, 3), "crank": (0, 1), "coupler": (1, 2), "rocker": (3, 2)}
     solids, bars = [], []
     for layer, name in enumerate(LINKS):
@@ -71,23 +71,23 @@ def part(run: Mapping[str, Any], angle_deg: float | None = None) -> Part:
         title="Impact linkage",
         solids=tuple(solids),
         parameters=tuple(parameters),
-        drawing=_drawing(bars, joints, way, lengths, eye, hole, told),
-        remarks=(told, "holes and thickness are assumed" + (", the eyes too" if assumed else "")),
+        drawing=_drawing(bars, joints, way, lengths, eye, hole, position),
+        remarks=(position, "holes and thickness are assumed" + (", the eyes too" if assumed else "")),
     )
 
 
 def _sizes(spec: Mapping[str, Any], lengths: Mapping[str, float]) -> tuple[float, float, bool]:
-    """Radii of eyes and holes; whether the request left the eyes open."""
+    """Radii of eyes and holes; whether the eyes are not specified in the request."""
     least = min(lengths.values())
     given = spec["limits"]["joint_radius_mm"] or 0.0
     eye = given or _EYE * least
-    return eye, min(_HOLE * eye, _BESIDE * least), not given
+    return eye, min(_HOLE * eye, _MAX_HOLE * least), not given
 
 
 def _standing(
     result: Mapping[str, Any], lengths: Mapping[str, float], angle_deg: float | None
 ) -> tuple[list[Place], list[tuple[Place, Place]], str]:
-    """The four joints, all places of crank pin and rocker joint, and what is said of them."""
+    """The four joints, all positions of crank pin and rocker joint, and a remark."""
     base = lengths["base"]
     if not result["closure"]["closes"]:
         if angle_deg is not None:
@@ -102,12 +102,12 @@ def _standing(
     phi = math.radians(turned) or _AT_THE_BLOW
     pin, joint = (crank * points[:, 0] for points in bar.joints(phi))
     reach = math.pi if confined is None else math.radians(confined)
-    pins, ends = (crank * points.T for points in bar.joints(np.linspace(-reach, reach, _AROUND)))
-    told = "at the blow" if angle_deg is None else f"{angle:g}° behind the blow"
+    pins, ends = (crank * points.T for points in bar.joints(np.linspace(-reach, reach, _POSITIONS)))
+    position = "at the blow" if angle_deg is None else f"{angle:g}° behind the blow"
     return (
         [(0.0, 0.0), _place(pin), _place(joint), (base, 0.0)],
         [(_place(a), _place(b)) for a, b in zip(pins, ends, strict=True)],
-        told,
+        position,
     )
 
 
@@ -116,7 +116,7 @@ def _place(point: Any) -> Place:
 
 
 def _bar(length: float, eye: float, hole: float) -> tuple[Outline, tuple[Circle, ...]]:
-    """A link along x: round about both joints."""
+    """A link along x, rounded about both joints."""
     pieces = (
         Straight((length, -eye)), Arc((length, eye), 1.0), Straight((0.0, eye)), Arc((0.0, -eye), 1.0),
     )  # fmt: skip
@@ -124,7 +124,7 @@ def _bar(length: float, eye: float, hole: float) -> tuple[Outline, tuple[Circle,
 
 
 def _placed(flat: Outline, shift: Place, angle: float) -> Outline:
-    """An outline of straight lines and arcs, turned and moved."""
+    """Rotate and translate an outline of lines and arcs."""
     cos, sin = math.cos(angle), math.sin(angle)
 
     def to(place: Place) -> Place:
@@ -144,9 +144,9 @@ def _drawing(
     lengths: Mapping[str, float],
     eye: float,
     hole: float,
-    told: str,
+    position: str,
 ) -> Drawing:
-    """The assembly from the front; dashed, the outline of all that the links with their eyes sweep."""
+    """Front view of the assembly, with the swept outline of links and eyes dashed."""
     crank, base = lengths["crank"], lengths["base"]
     shapes: list[Outline | Circle | Line] = [*bars]
     shapes += [Circle(at, hole) for at in joints]
@@ -154,9 +154,10 @@ def _drawing(
     if way:
         shapes.append(Line(tuple(joint for _, joint in way), Layer.CENTER))
         pins, ends = np.array(way).transpose(1, 2, 0)
-        around = outline(segments_of(pins, ends, base), eye).tolist()
-        pieces = tuple(Straight((x, y)) for x, y in (*around[1:], around[0]))
-        shapes.append(Outline(tuple(around[0]), pieces, Layer.HIDDEN))
+        around = outline(segments_of(pins, ends, base), eye)
+        if around is not None:
+            swept = [(float(x), float(y)) for x, y in around]
+            shapes.append(Outline(swept[0], tuple(map(Straight, (*swept[1:], swept[0]))), Layer.HIDDEN))
     below = min(y for shape in shapes for _, y in extent(shape))
     dimensions = []
     for number, name in enumerate(LINKS):
@@ -166,7 +167,8 @@ def _drawing(
         shapes.append(Line(((-1.3 * eye, y), (lengths[name] + 1.3 * eye, y)), Layer.CENTER))
         words = words_of(name, lengths[name])
         dimensions.append(Dimension((0.0, y), (lengths[name], y), words, "x", y + 1.4 * eye, 0, f"{name}_mm"))
+    outlined = "; dashed, the outline of what they sweep" if any(s.layer is Layer.HIDDEN for s in shapes) else ""
     return Drawing(
         "The four links, to scale", tuple(shapes), tuple(dimensions), (),
-        f"The four links {told}; dashed, the outline of what they sweep. Below, each by itself. mm, to scale.",
+        f"The four links {position}{outlined}. Below, each by itself. mm, to scale.",
     )  # fmt: skip

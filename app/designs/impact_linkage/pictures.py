@@ -1,4 +1,4 @@
-"""Pictures of a linkage's cycle: u31 with the blow marked, torque and pin force, and the Pareto front."""
+"""Plots of a linkage's cycle: u31, torque and pin force, and the Pareto front."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Say, around
 from app.designs.schema import MILLI
 from solvers.linkage import KINDS
 from solvers.linkage.loads.torque_and_pin_force import series
 from solvers.linkage.mechanism.kinematics import FourBar, of_lengths
 
 _CYCLE = Linear(0.0, 360.0)
-_CUT = 4.0
-"""Near a crank's wall u31 has no bound; it is shown up to so many times its value at the blow."""
+_CLIP = 4.0
+"""u31 is unbounded near a dead point; it is clipped at this multiple of its value at the blow."""
 
 
 def bar_of(result: dict[str, Any]) -> FourBar:
-    """The mechanism of a run's result, as sharp as a picture needs it."""
+    """The mechanism of a run's result, to plotting precision."""
     ratios = result["ratios"]
     return of_lengths(KINDS[result["type"]], ratios["lambda0"], ratios["lambda2"], ratios["lambda3"])
 
@@ -27,15 +27,15 @@ def has_transfer(run: dict[str, Any]) -> bool:
     return bool(run["result"]["transfer"])
 
 
-def transfer_picture(run: dict[str, Any]) -> str:
-    """SVG of u31 = dphi3/dphi over the crank angle; at the blow it jumps back from its end to its start."""
+def transfer_picture(run: dict[str, Any], say: Say = str) -> str:
+    """SVG of u31 = dphi3/dphi over the crank angle; at the blow it jumps from its end to its start value."""
     result = run["result"]
     phi = [sample["phi_deg"] for sample in result["transfer"]]
     u = [sample["u31"] for sample in result["transfer"]]
-    edge = _CUT * max(abs(u[0]), abs(u[-1]))
+    edge = _CLIP * max(abs(u[0]), abs(u[-1]))
     shown = [min(max(value, -edge), edge) for value in u]
     scale = around([*shown, 0.0])
-    chart = Chart("u31 over the crank angle", _CYCLE, scale, "crank angle from the blow, °", "u31 = dφ₃/dφ")
+    chart = Chart(say("u31 over the crank angle"), _CYCLE, scale, say("crank angle from the blow, °"), "u31 = dφ₃/dφ")
     chart.line([0.0, 360.0], [0.0, 0.0], GREY, dashes="2 4")
     chart.line([360.0, 360.0], [u[-1], u[0]], RED, dashes="5 3")
     middle = next((i for i in range(1, len(phi)) if phi[i] - phi[i - 1] > 45.0), len(phi))
@@ -44,8 +44,8 @@ def transfer_picture(run: dict[str, Any]) -> str:
             chart.line(phi[run_of], shown[run_of])
     chart.mark(0.0, u[0], "", BLUE)
     below = u[0] + (-0.08 if u[0] > 0 else 0.1) * (scale.high - scale.low)
-    chart.words(8.0, below, f"after the blow {u[0]:.4g}", BLUE)
-    chart.mark(360.0, u[-1], f"before the blow {u[-1]:.4g}", RED)
+    chart.words(8.0, below, say("after the blow {}").format(f"{u[0]:.4g}"), BLUE)
+    chart.mark(360.0, u[-1], say("before the blow {}").format(f"{u[-1]:.4g}"), RED)
     return chart.svg()
 
 
@@ -53,18 +53,24 @@ def has_loads(run: dict[str, Any]) -> bool:
     return run["result"]["pin_force_n"] is not None
 
 
-def loads_picture(run: dict[str, Any]) -> str:
+def loads_picture(run: dict[str, Any], say: Say = str) -> str:
     """SVG of crank torque and pin force over the cycle, each relative to its peak."""
     result = run["result"]
     bar, crank = bar_of(result), result["lengths_mm"]["crank"] * MILLI
     degrees = np.linspace(0.0, 360.0, 241)
     torque, force = series(bar, crank, run["spec"]["impact_energy_j"], np.radians(degrees))
-    chart = Chart("Loads over the cycle", _CYCLE, Linear(-1.15, 1.15), "crank angle from the blow, °", "of the peak")
+    chart = Chart(
+        say("Loads over the cycle"),
+        _CYCLE,
+        Linear(-1.15, 1.15),
+        say("crank angle from the blow, °"),
+        say("share of the peak"),
+    )
     chart.line([0.0, 360.0], [0.0, 0.0], GREY, dashes="2 4")
     chart.line(degrees.tolist(), (torque / result["peak_torque_nm"]).tolist(), BLUE)
     chart.line(degrees.tolist(), (force / result["pin_force_n"]).tolist(), RED)
-    chart.words(12.0, -0.92, f"crank torque, to {result['peak_torque_nm']:.4g} N·m", BLUE)
-    chart.words(12.0, -1.07, f"pin force, to {result['pin_force_n']:.4g} N", RED)
+    chart.words(12.0, -0.92, say("crank torque, peak {} N·m").format(f"{result['peak_torque_nm']:.4g}"), BLUE)
+    chart.words(12.0, -1.07, say("pin force, peak {} N").format(f"{result['pin_force_n']:.4g}"), RED)
     return chart.svg()
 
 
@@ -76,19 +82,19 @@ def has_front(run: dict[str, Any]) -> bool:
 _COLORS = {"largest_coupler": BLUE, "largest_rocker": GREEN, "largest_base": RED}
 
 
-def front_picture(run: dict[str, Any]) -> str:
-    """SVG of the front: the objective against the other quantity, every point in the colour of its type."""
+def front_picture(run: dict[str, Any], say: Say = str) -> str:
+    """SVG of the Pareto front, each point in the colour of its type."""
     found = run["result"]["front"]
     across = [point["against"] for point in found["points"]]
     up = [point["objective"] for point in found["points"]]
     x, y = around(across), around(up)
-    labels = [f"{found[name].replace('_', ' ')}, {found[name + '_unit']}" for name in ("against", "objective")]
-    chart = Chart("Pareto front", x, y, *labels)
+    labels = [f"{say(found[name].replace('_', ' '))}, {found[name + '_unit']}" for name in ("against", "objective")]
+    chart = Chart(say("Pareto front"), x, y, *labels)
     chart.line(across, up, GREY, dashes="2 4")
     for point in found["points"]:
         chart.mark(point["against"], point["objective"], "", _COLORS[point["type"]])
     present = [name for name in _COLORS if any(point["type"] == name for point in found["points"])]
     for row, name in enumerate(present):
         at = y.high - (0.07 + 0.07 * row) * (y.high - y.low)
-        chart.words(x.low + 0.6 * (x.high - x.low), at, name.replace("_", " "), _COLORS[name])
+        chart.words(x.low + 0.6 * (x.high - x.low), at, say(name.replace("_", " ")), _COLORS[name])
     return chart.svg()

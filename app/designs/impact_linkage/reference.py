@@ -1,4 +1,4 @@
-"""What checks and designs of a linkage are judged by: the mechanism of ``solvers.references.linkage``."""
+"""Reference solutions of checks and designs of a linkage, from ``solvers.references.linkage``."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _LOADS = {"torque": ("peak_torque_nm", 1.0), "force": ("pin_force_n", 1.0)}
 
 
 def check_reference(request: CheckRequest, answer: Answer) -> Reference | None:
-    """A check's main results, of a linkage that its free ratio describes and whose crank turns fully."""
+    """Main results of a check, if the linkage is described by its free ratio and fully rotatable."""
     if request.type is None or request.ratios is None or request.ratios == type(request.ratios)():
         return None
     ratio = getattr(request.ratios, linkage.KINDS[request.type].parameter)
@@ -37,7 +37,7 @@ def check_reference(request: CheckRequest, answer: Answer) -> Reference | None:
 
 
 def design_reference(request: DesignRequest, answer: Answer) -> Reference | None:
-    """A design's main results, with the type and the free ratio of its own tightest answer."""
+    """Main results of a design, for the type and free ratio of its tightest answer."""
     kind = answer.result["type"]
     ratio = answer.result["ratios"][linkage.KINDS[kind].parameter]
     return _reference(request, kind, ratio, answer, ", with the free ratio of the tightest solution")
@@ -54,7 +54,7 @@ def _reference(request: LinkageRequest, kind: str, ratio: float, answer: Answer,
     restitution = request.range.middle
 
     def results(watch: Callable[[], None]) -> dict[str, Exact]:
-        # Imported here: arbitrary precision is of use to studies alone.
+        # imported here because only studies need arbitrary precision
         from solvers.references.linkage import box_area, strike
 
         found = strike(kind, restitution, ratio, loaded, watch)
@@ -81,7 +81,7 @@ def _reference(request: LinkageRequest, kind: str, ratio: float, answer: Answer,
 
 
 _DIVIDED = 8 * 2.0**-52
-"""What a few floating-point operations on the sizes lose."""
+"""Rounding error of a few operations on the sizes."""
 
 
 def _times(found: tuple[object, float], factor: object) -> tuple[object, float]:

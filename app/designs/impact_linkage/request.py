@@ -1,6 +1,6 @@
-"""What can be asked of the impact linkage, in the units of the contract, and the way into the solver's SI scene.
+"""Requests of the impact linkage in the units of the API, and their conversion to SI scenes.
 
-A form sends every field it shows, so a group whose values are all null is the same as a group left out.
+A form sends every field it shows, so a group of null values is equivalent to an omitted one.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Range = Annotated[list[Angle], Field(min_length=2, max_length=2, description="le
 
 
 class RestitutionRange(Strict):
-    """Where the restitution is not known better: the mechanism is made for the middle."""
+    """A range of restitution coefficients; the mechanism is designed for the middle."""
 
     low: Coefficient
     high: Coefficient
@@ -43,7 +43,7 @@ _Restitution = one_of(
 
 
 class LinkageLimits(Strict):
-    """What the mechanism must keep; null: no such limit."""
+    """Limits of the mechanism; null: none."""
 
     min_link_mm: NotNegative | None = Field(default=0.0, description="least length of any link")
     joint_radius_mm: NotNegative | None = Field(default=0.0, description="room around every joint, added on all sides")
@@ -75,10 +75,10 @@ class LinkageLimits(Strict):
 
 
 class Group(Strict):
-    """Fields that belong together: all of them, or none."""
+    """Fields of which all or none must be given."""
 
     def missing(self) -> list[str]:
-        """The fields left null."""
+        """Names of the null fields."""
         return [name for name in type(self).model_fields if getattr(self, name) is None]
 
     @property
@@ -86,14 +86,14 @@ class Group(Strict):
         return len(self.missing()) < len(type(self).model_fields)
 
     def gaps(self, pointer: str) -> list[Entry]:
-        """An entry for every field left null beside one that is not."""
+        """An entry for every null field if another one is given."""
         if not self.given:
             return []
         return [entry(f"{pointer}/{name}", "is missing beside the others", "a number") for name in self.missing()]
 
 
 class Drive(Group):
-    """A motor with a linear torque-speed line, and the inertia it turns; calls up the effect impact_dynamics."""
+    """A motor with a linear torque-speed curve, and the inertia it drives; activates the effect impact_dynamics."""
 
     stall_torque_nm: Positive | None = Field(default=None, description="torque of the motor, at the crank, standing")
     free_speed_hz: Positive | None = Field(default=None, description="turns per second without load, at the crank")
@@ -105,7 +105,7 @@ class Drive(Group):
 
 
 class LinkageRequest(SolverRequest):
-    """The blow, the drive, and the limits of the mechanism."""
+    """Blow, drive and limits of the mechanism."""
 
     restitution: _Restitution = Field(description="physical coefficient of restitution of what is struck")
     blow_frequency_hz: Positive | None = Field(default=None, description="blows per second, one a turn of the crank")
@@ -139,7 +139,7 @@ class LinkageRequest(SolverRequest):
 
     @property
     def motor(self) -> Drive | None:
-        """The drive where one is given."""
+        """The drive, if given."""
         return self.drive if self.drive is not None and self.drive.given else None
 
     @property
@@ -150,9 +150,9 @@ class LinkageRequest(SolverRequest):
         return linkage.Restitution(float(found), float(found))
 
     def scene(self) -> linkage.Scene:
-        """The blow in SI units; 1 stands for a frequency, a speed or an energy that is not given.
+        """The scene in SI units; frequency, speed and energy default to 1.
 
-        Raises InvalidInput for what only the solver can see.
+        Raises InvalidInput for input only the solver can reject.
         """
         return linkage.Scene(
             self.range,
@@ -189,9 +189,9 @@ class LinkLengths(Group):
 
 
 class CheckRequest(LinkageRequest):
-    """A linkage given by its type and free ratio, then with R_k = R, or by its four lengths.
+    """A check of a linkage given by type and free ratio, then with R_k = R, or by its four lengths.
 
-    Results that a frequency, a speed or an energy would be needed for are null without them.
+    Results that require a missing frequency, speed or energy are null.
     """
 
     type: TypeName | None = Field(default=None, description="null: recognised from the lengths")
@@ -218,13 +218,13 @@ class CheckRequest(LinkageRequest):
 
     @property
     def sized(self) -> bool:
-        """Whether the request settles how large the mechanism is."""
+        """Whether the request determines the size of the mechanism."""
         if (self.lengths_mm is not None and self.lengths_mm.given) or self.tool_radius_mm is not None:
             return True
         return self.blow_frequency_hz is not None and self.impact_speed_m_s is not None
 
     def given(self) -> linkage.Given:
-        """What of the scene the request settles."""
+        """The parts of the scene that the request determines."""
         timed = self.sized and self.blow_frequency_hz is not None
         return linkage.Given(
             size=self.sized,
@@ -234,7 +234,7 @@ class CheckRequest(LinkageRequest):
         )
 
     def mechanism(self) -> tuple[linkage.Scene, linkage.Mechanism]:
-        """The scene and the linkage; with no speed asked for, the scene's is the linkage's own."""
+        """Scene and linkage; without a requested speed, the scene has the linkage's own."""
         scene = self.scene()
         if self.lengths_mm is not None and self.lengths_mm.given:
             kind = None if self.type is None else linkage.KINDS[self.type]
@@ -249,7 +249,7 @@ class CheckRequest(LinkageRequest):
 
 
 class FrontRequest(Strict):
-    """A Pareto front: the best objective for limits on another quantity, from its least value up."""
+    """A Pareto front: the optimal objective for limits on another quantity, from its minimum up."""
 
     against: Literal[("none", *linkage.AGAINST)] = Field(  # type: ignore[valid-type]
         default="none", description="the other quantity"
@@ -258,7 +258,7 @@ class FrontRequest(Strict):
 
 
 class DesignRequest(LinkageRequest, DesignSettings):
-    """The best linkage over the allowed types."""
+    """A design: the best linkage over the allowed types."""
 
     types: list[TypeName] = Field(default=list(TYPES), min_length=1, max_length=3, description="the types allowed")
     objective: Literal[tuple(linkage.OBJECTIVES)] = "box_area"  # type: ignore[valid-type]
@@ -278,13 +278,13 @@ class DesignRequest(LinkageRequest, DesignSettings):
         return found
 
     def given(self) -> linkage.Given:
-        """What of the scene the request settles; a design settles the rest."""
+        """The parts of the scene that the request determines; the design determines the rest."""
         return linkage.Given(
             speed_asked=self.objective != "impact_speed" and self.impact_speed_m_s is not None,
             energy=self.impact_energy_j is not None,
         )
 
     def problem(self) -> linkage.LinkageProblem:
-        """The design problem in SI units. Raises InvalidInput for what only the solver can see."""
+        """The design problem in SI units. Raises InvalidInput for input only the solver can reject."""
         kinds = tuple(kind for name, kind in linkage.KINDS.items() if name in self.types)
         return linkage.LinkageProblem(self.scene(), self.limits.to_solver(), linkage.OBJECTIVES[self.objective], kinds)

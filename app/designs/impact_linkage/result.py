@@ -1,4 +1,4 @@
-"""What a check of a linkage answers, in millimetres, degrees and newtons."""
+"""Results of linkage checks, in millimetres, degrees and newtons."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Lengths(Strict):
 
 
 class Ratios(Strict):
-    """Links over crank."""
+    """Link lengths relative to the crank."""
 
     lambda0: float
     lambda2: float
@@ -34,7 +34,7 @@ class Ratios(Strict):
 
 
 class SweptBox(Strict):
-    """The least box around all that links and joints sweep; ``angle_deg`` from the base line to its width."""
+    """The smallest box around the swept area of links and joints; ``angle_deg`` from the base line to its width."""
 
     width: float
     height: float
@@ -47,7 +47,7 @@ class Sample(Strict):
 
 
 class ClosureResult(Strict):
-    """How well the lengths close; the surplus is 0 for a change-point mechanism."""
+    """Closure of the lengths; the surplus is 0 for a change-point mechanism."""
 
     surplus_mm: float
     relative: float = Field(description="surplus over the longest link")
@@ -55,7 +55,7 @@ class ClosureResult(Strict):
 
 
 class WindowResult(Strict):
-    """What a missed closure does about the blow."""
+    """Effect of a closure error on the blow."""
 
     angle_deg: float = Field(description="half width of the crank angles concerned")
     blocked: bool = Field(description="true: the crank cannot enter; false: the rocker turns back early")
@@ -63,7 +63,7 @@ class WindowResult(Strict):
 
 
 class LinkageResult(Strict):
-    """What a linkage does; null where a result does not exist (it cannot strike, an effect or an input is missing)."""
+    """Results of a linkage; null if a result does not exist (no blow, effect not computed, missing input)."""
 
     type: str
     lengths_mm: Lengths | None
@@ -126,20 +126,26 @@ def _window(found: Window | None) -> dict[str, Any] | None:
 def _strike(strike: Strike | None) -> dict[str, Any]:
     names = ("u31_start", "u31_end", "kinematic_restitution", "restitution_mismatch")
     if strike is None:
-        return dict.fromkeys((*names, "u31_max", "transmission_angle_deg"), None) | {"transfer": []}
-    shown = np.degrees(strike.angles).tolist()
+        return dict.fromkeys((*names, "u31_max", "transmission_angle_deg"), None)
     return {
         **dict(zip(names, (strike.start, strike.end, strike.restitution, strike.mismatch), strict=True)),
         "u31_max": strike.greatest if math.isfinite(strike.greatest) else None,
         "transmission_angle_deg": math.degrees(strike.transmission_angle),
-        "transfer": [{"phi_deg": p, "u31": u} for p, u in zip(shown, strike.transfer.tolist(), strict=True)],
     }
+
+
+def transfer_json(strike: Strike | None) -> list[dict[str, float]]:
+    """u31 over the cycle; empty if there is no blow."""
+    if strike is None:
+        return []
+    shown = np.degrees(strike.angles).tolist()
+    return [{"phi_deg": p, "u31": u} for p, u in zip(shown, strike.transfer.tolist(), strict=True)]
 
 
 def result_of(
     check: linkage.LinkageCheck, scene: linkage.Scene, request: LinkageRequest, sized: bool = True
 ) -> dict[str, Any]:
-    """A check in the names and units of the contract; what the request leaves open is null."""
+    """A check as JSON; results that the request leaves undetermined are null."""
     mechanism, strike, running = check.mechanism, check.strike, check.running
     peaks = (strike and request.impact_energy_j is not None and strike.peaks) or None
     seeks = getattr(request, "objective", None)

@@ -1,68 +1,100 @@
-"""The outline of all that the links sweep: the level line of the distance to them over the whole motion.
+"""Outline of the area swept by the links: a level line of the distance to them over the cycle.
 
-The links at many angles of the crank are line segments; with eyes of radius r they cover the places whose distance d
-to the nearest segment is at most r. Every position is connected and they follow each other, so one closed line bounds
-them on the outside. It is walked along: a step along the line d = r, then Newton's steps back to it, which are exact
-for a distance, p + (r - d) n with n the direction from the nearest point.
+The links at many crank angles are line segments; with eyes of radius r they cover the points whose distance d to the
+nearest segment is at most r. Consecutive positions overlap, so a single closed curve bounds them. It is traced by a
+predictor step along d = r and Newton corrections, which are exact for a distance: p + (r - d) n, with n the direction
+from the nearest point.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-_STEPS, _MOST_STEPS = 400, 20_000
-"""Steps across the extent of the sweep, and of the whole walk at most."""
-_LEAST_RADIUS = 0.02
-"""Of the extent: how far off the links the walk keeps at least."""
+_STEPS, _MAX_STEPS = 300, 20_000
+"""Steps across the extent of the area; maximum steps in total."""
+_MIN_RADIUS = 0.02
+"""Minimum tracing distance from the links, relative to the extent."""
+_REFRESH_STEPS = 10
+"""Steps after which the segments near the current position are selected again."""
 _CORRECTIONS, _CLOSE = 8, 1e-4
-"""Newton's steps at most, several of them in corners that point inward; how close to the line, over r, is on it."""
+"""Maximum Newton corrections (concave corners need several); tolerance relative to r."""
 
 
 def segments_of(pins: Array, joints: Array, base: float) -> Array:
-    """The four links at n positions as segments from start to end, (3 n + 1, 2, 2), from crank pins and rocker joints,
-    (2, n), the crank's pivot at 0 and the rocker's at (base, 0)."""
+    """Line segments of the four links at n positions.
+
+    ``pins`` and ``joints``: crank pins and rocker joints, shape (2, n). The crank's pivot is (0, 0), the rocker's
+    (base, 0). Returns start and end points, shape (3 n + 1, 2, 2).
+    """
     pivot, far = np.zeros_like(pins), np.stack([np.full(pins.shape[1], base), np.zeros(pins.shape[1])])
     bars = np.stack([np.stack(pair) for pair in ((pivot, pins), (pins, joints), (far, joints))])
     moving = np.moveaxis(bars, -1, 1).reshape(-1, 2, 2)
     return np.concatenate([moving, [[[0.0, 0.0], [base, 0.0]]]])
 
 
-def outline(segments: Array, radius: float) -> Array:
-    """Places on the outline around segments, (n, 2, 2), at a distance, counterclockwise: (m, 2).
+def outline(segments: Array, radius: float) -> Array | None:
+    """Points, shape (m, 2), of the counterclockwise outline at distance ``radius`` around ``segments``, shape (n, 2,
+    2); None if the curve does not close.
 
-    They lie within a ten-thousandth of the radius of the line; around thin bars, corners that point inward are cut off:
-    the outline holds all the links there as well. Raises RuntimeError where the walk does not close.
+    Accurate to 1e-4 of the radius; around thin bars concave corners are cut off, so that the outline still contains all
+    links.
     """
-    start, way = segments[:, 0], segments[:, 1] - segments[:, 0]
-    square = np.maximum(np.sum(way * way, axis=1), np.finfo(float).tiny)
-
-    def from_nearest(place: Array) -> tuple[float, Array]:
-        off = place - start
-        off = off - np.clip(np.sum(off * way, axis=1) / square, 0.0, 1.0)[:, None] * way
-        squares = np.sum(off * off, axis=1)
-        nearest = int(np.argmin(squares))
-        distance = float(np.sqrt(squares[nearest]))
-        return distance, off[nearest] / distance
-
     ends = segments.reshape(-1, 2)
     extent = float(np.max(np.ptp(ends, axis=0) + 2.0 * radius))
-    # Around thin bars positions would leave notches between them: the walk keeps farther off and is told at the radius.
-    spare = max(_LEAST_RADIUS * extent - radius, 0.0)
+    # Thin bars leave notches between positions: the curve is traced farther out and then offset inward.
+    spare = max(_MIN_RADIUS * extent - radius, 0.0)
     step, radius = extent / _STEPS, radius + spare
+    near = _Near(segments, _REFRESH_STEPS * step)
     place = first = ends[np.argmin(ends[:, 0])] - np.array([radius, 0.0])
     normal = np.array([-1.0, 0.0])
     walked = [place - spare * normal]
-    for count in range(_MOST_STEPS):
+    for count in range(_MAX_STEPS):
         place = place + step * np.array([-normal[1], normal[0]])
         for _ in range(_CORRECTIONS):
-            distance, normal = from_nearest(place)
+            distance, normal = near.nearest(place)
             if abs(distance - radius) <= _CLOSE * radius:
                 break
             place = place + (radius - distance) * normal
-        if count > 2 and np.hypot(*(place - first)) < step:
+        if count > 2 and math.hypot(*(place - first)) < step:
             return np.array(walked)
         walked.append(place - spare * normal)
-    raise RuntimeError("the outline of the swept area does not close")
+    return None
+
+
+class _Near:
+    """The segments that a walk can come near soon; all of them are looked at again only once it has gone farther.
+
+    Where a place is off by no more than ``reach`` from where they were chosen, a segment that was farther than the
+    nearest by more than twice that is not the nearest, by the triangle's inequality.
+    """
+
+    def __init__(self, segments: Array, reach: float) -> None:
+        way = segments[:, 1] - segments[:, 0]
+        square = np.maximum(np.einsum("ij,ij->i", way, way), np.finfo(float).tiny)
+        self._all = self._few = (segments[:, 0], way, way / square[:, None])
+        self._reach, self._chosen_at = reach, np.full(2, np.inf)
+
+    def nearest(self, place: Array) -> tuple[float, Array]:
+        """The distance to the nearest, and the direction from it."""
+        if not math.hypot(*(place - self._chosen_at)) <= self._reach:
+            distances = np.sqrt(_off(place, *self._all)[1])
+            there = distances <= distances.min() + 2.0 * self._reach
+            self._few, self._chosen_at = tuple(part[there] for part in self._all), place
+        off, squares = _off(place, *self._few)
+        least = int(squares.argmin())
+        distance = math.sqrt(squares[least])
+        return distance, off[least] / distance
+
+
+def _off(place: Array, start: Array, way: Array, unit: Array) -> tuple[Array, Array]:
+    """From the nearest point of every segment to a place, (n, 2), and the squares of their lengths; ``unit`` is the way
+    over its square."""
+    off = place - start
+    share = np.einsum("ij,ij->i", off, unit)
+    off -= np.minimum(np.maximum(share, 0.0), 1.0)[:, None] * way
+    return off, np.einsum("ij,ij->i", off, off)

@@ -1,4 +1,4 @@
-"""What a linkage is judged by, in the names and units of the contract."""
+"""Criteria of a linkage, in the names and units of the API."""
 
 from __future__ import annotations
 

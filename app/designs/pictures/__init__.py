@@ -1,1 +1,1 @@
-"""Charts, and the pictures that every kind has."""
+"""Charts, and the plots shared by all kinds."""

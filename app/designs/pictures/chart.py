@@ -1,13 +1,13 @@
-"""Charts as SVG text: one pair of axes, linear or logarithmic, with lines, areas, marks and words on it.
+"""Charts as SVG: one pair of axes, linear or logarithmic, with lines, areas, markers and labels.
 
-Drawn here rather than by a plotting library, so that a picture takes a millisecond, follows the page's ink in light and
-dark, and is the same bytes for the same run.
+Drawn without a plotting library: a chart takes a millisecond, adapts to light and dark pages, and is byte-identical for
+the same run.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Protocol
@@ -21,12 +21,21 @@ _ON_DARK = {BLUE: "#7fb2f0", RED: "#f2958c", GREEN: "#72cfa4", GREY: "#a3abb8"}
 _DARK = "".join(
     f'[fill="{light}"]{{fill:{dark}}}[stroke="{light}"]{{stroke:{dark}}}' for light, dark in _ON_DARK.items()
 )
+Say = Callable[[str], str]
+"""Translates a picture's English labels; ``str`` leaves them unchanged."""
+
+
+def noted(words: str) -> str:
+    """Mark a label for translation."""
+    return words
+
+
 STYLE = f"<style>svg{{color:#1d2430}}@media (prefers-color-scheme:dark){{svg{{color:#e7e9ee}}{_DARK}}}</style>"
-"""The inks of a picture that stands by itself, light and dark: a program that reads no styles keeps the light ones."""
+"""Light and dark colours of a stand-alone picture; programs without CSS support use the light ones."""
 
 
 def opening(title: str, width: float, height: float, attributes: str = "") -> str:
-    """The begin of a picture: its size, its name for whoever does not see it, its inks."""
+    """The opening of an SVG: size, accessible name and colours."""
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" role="img" class="plot" '
         f'font-family="system-ui, sans-serif" font-size="13"{attributes}><title>{escape(title)}</title>{STYLE}'
@@ -34,7 +43,7 @@ def opening(title: str, width: float, height: float, attributes: str = "") -> st
 
 
 class Scale(Protocol):
-    """From values to the unit interval."""
+    """Maps values to the unit interval."""
 
     def place(self, value: float) -> float: ...
 
@@ -43,7 +52,7 @@ class Scale(Protocol):
 
 @dataclass(frozen=True)
 class Linear:
-    """From ``low`` to ``high`` in equal steps; what lies outside is drawn at the edge."""
+    """Linear scale; values outside are clamped to the edge."""
 
     low: float
     high: float
@@ -60,7 +69,7 @@ class Linear:
 
 @dataclass(frozen=True)
 class Logarithmic:
-    """Powers of ten from ``low`` to ``high``, both positive."""
+    """Logarithmic scale; both limits are positive."""
 
     low: float
     high: float
@@ -77,7 +86,7 @@ class Logarithmic:
 
 @dataclass(frozen=True)
 class Categories:
-    """One place per name, from top to bottom; the value is the name's number."""
+    """One position per name from top to bottom; the value is the name's index."""
 
     names: Sequence[str]
 
@@ -89,7 +98,7 @@ class Categories:
 
 
 def around(values: Iterable[float], margin: float = 0.06) -> Linear:
-    """A linear scale that holds all the values, with a margin; finite even if they are all the same."""
+    """A linear scale with a margin around all values; valid even if they are all equal."""
     found = list(values)
     low, high = min(found), max(found)
     pad = margin * (high - low) or 0.5 * abs(high) or 1.0
@@ -97,14 +106,17 @@ def around(values: Iterable[float], margin: float = 0.06) -> Linear:
 
 
 def decades_around(values: Iterable[float]) -> Logarithmic:
-    """Whole decades that hold all the (positive) values."""
+    """Full decades around all (positive) values."""
     found = [math.log10(value) for value in values]
     return Logarithmic(10.0 ** math.floor(min(found)), 10.0 ** max(math.ceil(max(found)), math.floor(min(found)) + 1))
 
 
 class Chart:
-    """One pair of axes, ``left`` of which is the room for the words beside the upright one; every method adds a layer
-    above the ones before. ``legend`` names the colors below the axes, for lines too close to have words beside them."""
+    """A chart with one pair of axes; each method adds a layer on top.
+
+    ``left`` is the space for the labels of the vertical axis. ``legend`` names the colours below the axes, for lines
+    too close for direct labels.
+    """
 
     def __init__(
         self,
@@ -120,7 +132,7 @@ class Chart:
         self._x, self._y, self._left, self._height = x, y, left, height
         self.height = height + _LEGEND_ROW * len(legend)
         self._layers = [
-            # Where the axes lie, for a cursor that a page draws.
+            # position of the axes, for a page's cursor
             opening(
                 title,
                 WIDTH,
@@ -149,16 +161,16 @@ class Chart:
             self._layers.append(_words(LEFT + 12, f"{down + 4:.1f}", name, "start", color))
 
     def line(self, xs: Sequence[float], ys: Sequence[float], color: str = BLUE, dashes: str = "") -> None:
-        """A line through points."""
+        """Add a polyline."""
         style = f' stroke-dasharray="{dashes}"' if dashes else ""
         self._layers.append(f'<path d="{self._path(xs, ys)}" fill="none" stroke="{color}" stroke-width="2"{style}/>')
 
     def area(self, xs: Sequence[float], ys: Sequence[float], color: str = RED) -> None:
-        """A tinted polygon."""
+        """Add a filled polygon."""
         self._layers.append(f'<path d="{self._path(xs, ys)}Z" fill="{color}" fill-opacity="0.10"/>')
 
     def bar(self, x: float, y: float, color: str = BLUE) -> None:
-        """A bar from the upright axis to a value."""
+        """Add a bar from the vertical axis to a value."""
         width = self._across(x) - self._left
         self._layers.append(
             f'<rect x="{self._left}" y="{self._up(y) - 7:.1f}" width="{width:.1f}" height="14" fill="{color}" '
@@ -166,7 +178,7 @@ class Chart:
         )
 
     def mark(self, x: float, y: float, words: str = "", color: str = BLUE) -> None:
-        """A dot with words beside it, on the side where there is room."""
+        """Add a marker with a label on the side that has room."""
         left = self._x.place(x) > 0.72
         at = self._across(x) + (-12 if left else 12)
         self._layers.append(
@@ -175,15 +187,15 @@ class Chart:
         )
 
     def words(self, x: float, y: float, words: str, color: str = GREY) -> None:
-        """Words at a place."""
+        """Add text."""
         self._layers.append(_words(f"{self._across(x):.1f}", f"{self._up(y) - 5:.1f}", words, "start", color))
 
     def svg(self) -> str:
-        """The picture."""
+        """The chart as SVG."""
         return "".join(self._layers) + "</svg>"
 
     def inner(self) -> str:
-        """What is drawn, for a picture of several."""
+        """The chart's elements, for composing pictures."""
         return "".join(self._layers[1:])
 
     def _across(self, value: float) -> float:
@@ -197,7 +209,7 @@ class Chart:
 
 
 def stacked(title: str, charts: Sequence[Chart]) -> str:
-    """Charts one above the other as one picture."""
+    """Stack charts vertically into one picture."""
     out, down = [opening(title, WIDTH, sum(chart.height for chart in charts))], 0
     for chart in charts:
         out.append(f'<g transform="translate(0 {down})">{chart.inner()}</g>')

@@ -1,4 +1,4 @@
-"""Where a function on a grid is positive, and the lines on which it is zero: linear within the cells of the grid."""
+"""Superlevel sets and zero contours of a function on a grid, linear within the cells."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 _DIGITS = 9
 Points = tuple[list[float], list[float]]
-"""x and y of a polygon or a line."""
+"""x and y of a polygon or polyline"""
 
 
 def inside(x: Array, y: Array, values: Array) -> Iterator[Points]:
-    """Polygons, one for each cell it reaches into, of where ``values`` at places (x, y) is at least zero; all three of
-    the shape of the grid, which may be bent."""
+    """Polygons, one per cell, of the region where ``values`` at points (x, y) is nonnegative. All three have the shape
+    of the grid, which may be curvilinear."""
     for corners in _cells(x, y, values):
         found = []
         for (px, py, pv), (qx, qy, qv) in zip(corners, corners[1:] + corners[:1], strict=True):
@@ -29,14 +29,14 @@ def inside(x: Array, y: Array, values: Array) -> Iterator[Points]:
 
 
 def level_lines(x: Array, y: Array, values: Array) -> list[Points]:
-    """Lines on which ``values`` is zero, pieces joined where they meet; none in cells with what is no number."""
+    """Zero contours of ``values``, joined into polylines; cells with NaN are skipped."""
     pieces = []
     for corners in _cells(x, y, values):
         found = []
         for (px, py, pv), (qx, qy, qv) in zip(corners, corners[1:] + corners[:1], strict=True):
             if (pv >= 0.0) != (qv >= 0.0):
                 t = pv / (pv - qv)
-                # The same place from the cells that share it, whatever the last digits.
+                # rounded so that neighbouring cells yield the same point
                 found.append((round(px + t * (qx - px), _DIGITS), round(py + t * (qy - py), _DIGITS)))
         both = [(found[n], found[n + 1]) for n in range(0, len(found) - 1, 2)]
         pieces += [(begin, end) for begin, end in both if begin != end]
@@ -44,7 +44,7 @@ def level_lines(x: Array, y: Array, values: Array) -> list[Points]:
 
 
 def _cells(x: Array, y: Array, values: Array) -> Iterator[list[tuple[float, float, float]]]:
-    """The corners of every cell in turn, without cells of which a corner is no number."""
+    """Corners of each cell without NaN."""
     for i in range(values.shape[0] - 1):
         for j in range(values.shape[1] - 1):
             around = ((i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j))
@@ -54,7 +54,7 @@ def _cells(x: Array, y: Array, values: Array) -> Iterator[list[tuple[float, floa
 
 
 def _joined(pieces: list[tuple[tuple[float, float], ...]]) -> list[list[tuple[float, float]]]:
-    """Pieces with a common end as one line."""
+    """Join segments with common end points."""
     left, lines = list(pieces), []
     while left:
         line = list(left.pop())

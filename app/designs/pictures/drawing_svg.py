@@ -1,4 +1,4 @@
-"""A drawing as SVG: to scale, its dimensions in the words of the drawing, each marked with its field."""
+"""Drawings as SVG: to scale, dimensioned, each dimension marked with its field."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _HATCH = (
 
 
 class _Sheet:
-    """From millimetres to the picture, and how much of the picture is used."""
+    """Mapping from millimetres to the picture, and the used area."""
 
     def __init__(self, drawing: Drawing) -> None:
         xs, ys = zip(*(place for shape in drawing.shapes for place in extent(shape)), strict=True)
@@ -66,7 +66,7 @@ class _Sheet:
 
 
 def drawing_svg(drawing: Drawing) -> str:
-    """The drawing as SVG, in the color of the text around it; no wider than needed."""
+    """The drawing as SVG in the colour of the surrounding text, cropped to its content."""
     sheet = _Sheet(drawing)
     body = [_shape(sheet, shape) for shape in drawing.shapes]
     body += [_note(sheet, note) for note in drawing.notes]
@@ -79,19 +79,19 @@ def drawing_svg(drawing: Drawing) -> str:
         + "".join(body)
         + "</svg>"
     )
-    # A page may have several drawings of one part; an id stands in it once.
+    # Ids must be unique on a page with several drawings.
     return out.replace("HATCH", f"hatch-{crc32(out.encode()):08x}")
 
 
 def drawing_alone(drawing: Drawing) -> str:
-    """The same as a picture that stands by itself, with inks of its own."""
+    """The drawing as a stand-alone SVG with its own colours."""
     return drawing_svg(drawing).replace("</title>", f"</title>{STYLE}", 1)
 
 
 def drawing_to_scale(drawing: Drawing) -> str:
-    """The drawing as SVG in its true size: a unit is a millimetre, and its shapes are exact to nine digits.
+    """The drawing as SVG at true scale: one unit is a millimetre, coordinates with nine digits.
 
-    Words and dimensions are as large against it as on a page.
+    Text and dimensions keep their size relative to the drawing on a page.
     """
     sheet = _Sheet(drawing)
     marks = [_note(sheet, note) for note in drawing.notes]
@@ -125,7 +125,7 @@ def drawing_to_scale(drawing: Drawing) -> str:
 
 
 def _in_millimetres(style: str, scale: float) -> str:
-    """Widths of strokes and lengths of dashes, told for a page, in the drawing's own unit."""
+    """Convert stroke widths and dash lengths from page units to drawing units."""
     style = style if "stroke-width" in style else f'{style} stroke-width="1"'
     return _STROKES.sub(
         lambda found: found[1] + " ".join(f"{float(n) / scale:.6g}" for n in found[2].split()) + '"', style
@@ -151,7 +151,7 @@ def _shape(sheet: _Sheet, shape: Shape) -> str:
 
 
 def path_of(shape: Line | Outline, to: Callable[[Place], Place], scale: float, digits: str) -> str:
-    """A shape's outline as SVG's path data, its places taken ``to`` the picture, y down."""
+    """SVG path data of a shape, with points mapped by ``to``, y pointing down."""
 
     def at(*places: Place) -> str:
         return " ".join(f"{x:{digits}},{y:{digits}}" for x, y in map(to, places))
@@ -159,18 +159,20 @@ def path_of(shape: Line | Outline, to: Callable[[Place], Place], scale: float, d
     end = "Z" if shape.closed else ""
     if isinstance(shape, Line):
         return f"M{'L'.join(at(place) for place in shape.points)}{end}"
-    told, here = [f"M{at(shape.start)}"], shape.start
+    commands, here = [f"M{at(shape.start)}"], shape.start
     for piece in shape.pieces:
         if isinstance(piece, Arc):
             chord = math.dist(here, piece.end)
             radius = f"{0.25 * chord * (piece.bulge + 1.0 / piece.bulge) * scale:{digits}}".lstrip("-")
-            told.append(f"A{radius} {radius} 0 {int(abs(piece.bulge) > 1.0)} {int(piece.bulge < 0.0)} {at(piece.end)}")
+            commands.append(
+                f"A{radius} {radius} 0 {int(abs(piece.bulge) > 1.0)} {int(piece.bulge < 0.0)} {at(piece.end)}"
+            )
         elif isinstance(piece, Bezier):
-            told.append(f"C{at(piece.first, piece.second, piece.end)}")
+            commands.append(f"C{at(piece.first, piece.second, piece.end)}")
         else:
-            told.append(f"L{at(piece.end)}")
+            commands.append(f"L{at(piece.end)}")
         here = piece.end
-    return "".join(told) + end
+    return "".join(commands) + end
 
 
 def _note(sheet: _Sheet, note: Note) -> str:
@@ -197,7 +199,7 @@ def _dimension(sheet: _Sheet, dimension: Dimension) -> str:
 
 
 def _extension(start: Place, end: Place) -> str:
-    """From the part to a little beyond the dimension's line."""
+    """Extension lines, from the part to slightly beyond the dimension line."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     size = math.hypot(dx, dy)
     if size < 1.0:
@@ -207,7 +209,7 @@ def _extension(start: Place, end: Place) -> str:
 
 
 def _arrows(sheet: _Sheet, start: Place, end: Place) -> str:
-    """The line with its arrows: from outside where there is no room between."""
+    """The dimension line with arrows, placed outside if there is no room."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     size = math.hypot(dx, dy)
     if size < 0.5:
@@ -235,13 +237,13 @@ def _head(tip: Place, ux: float, uy: float) -> str:
 
 
 def _measure(sheet: _Sheet, start: Place, end: Place, dimension: Dimension) -> str:
-    """The words along the line, or beside its end where they are longer than it."""
+    """The text along the line, or beside its end if it is too long."""
     words, size = dimension.words, math.hypot(end[0] - start[0], end[1] - start[1])
     x, y = 0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1])
     long = _LETTER * len(words)
     if long + 4.0 > size:
         if dimension.axis == "y":
-            # Beyond the end that lies higher.
+            # beyond the higher end
             y = min(start[1], end[1]) - 2.0 * _ARROW - 4.0
             anchor = "middle"
             sheet.use(x - 0.5 * long, y - 12.0)

@@ -1,31 +1,33 @@
-"""The picture of a run's effects: how much each may matter, what decided, and, where it was measured, what it did."""
+"""Chart of a run's effects: a-priori bound, decision, and measured change."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Categories, Chart, decades_around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Categories, Chart, Say, decades_around
 
-_LEAST, _GREATEST = 1e-9, 1e1
-"""Bounds are drawn within this range; a bar that reaches the right edge stands for more, or for no bound at all."""
-_ROOM = 165
+_MIN_BOUND, _MAX_BOUND = 1e-9, 1e1
+"""Range of the axis; a bar that reaches the right edge is larger or unbounded."""
+_LABEL_WIDTH = 165
 
 
-def effect_bars(run: dict[str, Any]) -> str:
-    """SVG with one bar per effect, as long as its a-priori bound: blue where it ran, grey where it was left out.
+def effect_bars(run: dict[str, Any], say: Say = str) -> str:
+    """SVG with a bar per effect, as long as its a-priori bound: blue if it was computed, grey if not.
 
-    In a study the measured change is a dot on the bar, with the time that the effect took beside it.
+    In an accuracy study, a dot shows the measured change and a label the time.
     """
     effects = run["effects"]
     bounds = [_drawn(effect["influence"]) for effect in effects]
     costs = {cost["name"]: cost for cost in (run["result"] or {}).get("effect_costs", [])}
     chart = Chart(
-        "Effects: what each may change, and what decided",
+        say("Effects: what each may change at most"),
         decades_around([*bounds, 0.1 * _tolerance(run), 1.0]),
-        Categories([effect["name"].replace("_", " ") for effect in effects]),
-        "bound on the relative change of the results" + (" (dot: measured)" if costs else ""),
+        Categories([say(effect["name"].replace("_", " ")) for effect in effects]),
+        say("bound on the relative change of the results (dot: measured)")
+        if costs
+        else say("bound on the relative change of the results"),
         "",
-        left=_ROOM,
+        left=_LABEL_WIDTH,
     )
     tolerance = _tolerance(run)
     for number, (effect, bound) in enumerate(zip(effects, bounds, strict=True)):
@@ -34,7 +36,7 @@ def effect_bars(run: dict[str, Any]) -> str:
         if cost and cost["change"] is not None:
             chart.mark(_drawn(cost["change"]), number, _price(cost), GREEN)
     chart.line([tolerance, tolerance], [-0.5, len(effects) - 0.5], RED, dashes="4 3")
-    chart.words(tolerance, -0.5, "tolerance", RED)
+    chart.words(tolerance, -0.5, say("tolerance"), RED)
     return chart.svg()
 
 
@@ -44,7 +46,7 @@ def _tolerance(run: dict[str, Any]) -> float:
 
 
 def _drawn(value: float | None) -> float:
-    return _GREATEST if value is None else min(max(value, _LEAST), _GREATEST)
+    return _MAX_BOUND if value is None else min(max(value, _MIN_BOUND), _MAX_BOUND)
 
 
 def _price(cost: dict[str, Any]) -> str:

@@ -1,22 +1,22 @@
-"""The picture of an accuracy study: error against time, both logarithmic."""
+"""Work-precision diagram of an accuracy study: error against time, both logarithmic."""
 
 from __future__ import annotations
 
 from itertools import groupby
 from typing import Any
 
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Scale, decades_around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Say, Scale, decades_around
 
-LEAST_ERROR = 1e-17
-"""Where an error of zero is drawn: below the rounding of any result."""
+MIN_ERROR = 1e-17
+"""Position of a zero error, below the rounding error of any result."""
 
 _NAME_WIDE, _NAME_HIGH = 0.35, 0.05
-"""How much of the chart a name takes."""
+"""Size of a label relative to the chart."""
 
 
-def work_precision(run: dict[str, Any]) -> str:
-    """SVG of the levels from loose to tight: the one that will do in green, the closest proof with its gap, and a hole
-    where a level failed. An error that is lost in what the reference may be off is drawn at that, marked ≤."""
+def work_precision(run: dict[str, Any], say: Say = str) -> str:
+    """SVG of the levels from loose to tight: the recommended one green, the tightest proof with its gap, failed levels
+    as gaps in the line. An error below the reference's uncertainty is drawn at that, marked ≤."""
     result = run["result"]
     levels = sorted(result["levels"], key=lambda level: -level["accuracy"])
     there = [level for level in levels if level["error"] is not None]
@@ -25,19 +25,19 @@ def work_precision(run: dict[str, Any]) -> str:
     across = decades_around([_time(level) for level in there] or [1.0])
     down = decades_around([*map(_error, there), wanted])
     chart = Chart(
-        "What accuracy costs: error against time",
+        say("Error against computing time"),
         across,
         down,
-        "time, median of the runs, ms",
-        "greatest relative error",
+        say("time, median of the runs, ms"),
+        say("greatest relative error"),
     )
     chart.line([across.low, across.high], [wanted, wanted], GREY, dashes="4 3")
-    chart.words(across.low * 1.05, wanted, "asked for")
+    chart.words(across.low * 1.05, wanted, say("asked for"))
     for failed, run_of_levels in groupby(levels, lambda level: level["error"] is None):
         if not failed:
             stretch = list(run_of_levels)
             chart.line([_time(level) for level in stretch], [_error(level) for level in stretch])
-    names = {group[-1]["accuracy"]: _name(group, proven) for group in _groups(there, across, down)}
+    names = {group[-1]["accuracy"]: _name(group, proven, say) for group in _groups(there, across, down)}
     for level in there:
         color = GREEN if level["accuracy"] == chosen else RED if level["accuracy"] == proven else BLUE
         chart.mark(_time(level), _error(level), names.get(level["accuracy"], ""), color)
@@ -45,7 +45,7 @@ def work_precision(run: dict[str, Any]) -> str:
 
 
 def _groups(levels: list[dict[str, Any]], across: Scale, down: Scale) -> list[list[dict[str, Any]]]:
-    """Levels whose names would lie over one another, the slowest of each group last."""
+    """Groups of levels whose labels would overlap, the slowest of each last."""
     groups: list[list[dict[str, Any]]] = []
     for level in sorted(levels, key=_time):
         for group in groups:
@@ -59,14 +59,14 @@ def _groups(levels: list[dict[str, Any]], across: Scale, down: Scale) -> list[li
     return groups
 
 
-def _name(levels: list[dict[str, Any]], proven: float | None) -> str:
-    """The accuracies of a group, and what its proof comes to."""
+def _name(levels: list[dict[str, Any]], proven: float | None, say: Say) -> str:
+    """Label of a group: its accuracies and tightest proof."""
     asked = [level["accuracy"] for level in levels]
     name = f"{max(asked):.0e}" if len(asked) == 1 else f"{max(asked):.0e} … {min(asked):.0e}"
     if all(level["at_most"] for level in levels):
         name = f"≤ {name}"
     gaps = [level["proven_gap"] for level in levels if level["accuracy"] == proven]
-    return f"{name}, {proven:.0e} proven to {gaps[0]:.0e}" if gaps else name
+    return say("{}, {} proven to {}").format(name, f"{proven:.0e}", f"{gaps[0]:.0e}") if gaps else name
 
 
 def _time(level: dict[str, Any]) -> float:
@@ -74,4 +74,4 @@ def _time(level: dict[str, Any]) -> float:
 
 
 def _error(level: dict[str, Any]) -> float:
-    return max(level["error"], LEAST_ERROR)
+    return max(level["error"], MIN_ERROR)

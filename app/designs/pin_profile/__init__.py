@@ -1,1 +1,1 @@
-"""The piston pin and the bushing at the edge: what can be asked, what is answered, and their pictures."""
+"""The kind pin-profile: piston pins and bushings."""

@@ -1,4 +1,4 @@
-"""The pin or the bushing by hand: moment, shear, stresses where they govern, mass, deflection, ring. N, mm, MPa."""
+"""Hand calculation of a pin or bushing: moment, shear, governing stresses, mass, deflection, ring. N, mm, MPa."""
 
 from __future__ import annotations
 
@@ -20,18 +20,19 @@ SIMPSON = "Simpson's rule"
 RING = "A. Kolchin, V. Demidov: Design of Automotive Engines, piston pin"
 FOLLOWED = ("shear_deflection", "ovalization", "contact_pressure")
 _FORMULA_HOLDS = 0.65
-"""d/D up to which the textbook's ring gives every figure; beyond, an elastic ring that nobody sums by hand joins in."""
-_MOST_PARTS = 8
+"""d/D up to which the textbook's ring formulas apply; beyond, an elastic ring correction is needed that is not done by
+hand."""
+_MAX_INTERVALS = 8
 _RINGS = ("thin ring with load factor",)
 
 
 def calculation(run: Mapping[str, Any], chain: Chain) -> None:
-    """Fill the chain of a run with a result. Raises NotANumber."""
+    """Add the calculation of a run with a result. Raises NotANumber."""
     _Pin(run, chain)
 
 
 class _Shape:
-    """Diameters along the part, one-sided where they jump."""
+    """Diameters along the part, with one-sided values at steps."""
 
     def __init__(self, profile: list[Mapping[str, float]], length: float) -> None:
         self.x = np.array([p["x_mm"] for p in profile])
@@ -41,7 +42,7 @@ class _Shape:
 
     @property
     def whole(self) -> bool:
-        """Whether its halves differ: then it is added up from end to end."""
+        """Whether the halves differ, so that integration covers the whole part."""
         there = np.linspace(0.0, 0.5 * self.length, 37)[1:-1]
         apart = [np.abs(np.interp(there, self.x, d) - np.interp(self.length - there, self.x, d)) for d in self._both]
         return bool(max(float(a.max()) for a in apart) > 1e-6 * self.outer.max())
@@ -51,12 +52,12 @@ class _Shape:
         return self.bore, self.outer
 
     def at(self, x: float, side: int = 0) -> tuple[float, float]:
-        """Bore and outer diameter; ``side`` −1 just before, +1 just after a step."""
+        """Bore and outer diameter; ``side`` -1 and +1: just before and after a step."""
         near = x + side * 1e-7 * self.length
         return tuple(float(np.interp(near, self.x, d)) for d in self._both)
 
     def steps(self, end: float) -> list[float]:
-        """Where it jumps, before the end."""
+        """Positions of the steps before the end."""
         jumps = (np.diff(self.x) <= 1e-9 * self.length) & (
             np.abs(np.diff(self.bore)) + np.abs(np.diff(self.outer)) > 1e-9
         )
@@ -113,7 +114,7 @@ class _Pin:
         c.step("Q_max", "P / 2", "shear force in the gap, its greatest", "N", PAPER, self.result["max_shear_n"])
 
     def _internal(self, n: str, x: float) -> None:
-        """Moment and shear force at a place of the nearer half."""
+        """Moment and shear force at a section, from the nearer end."""
         c, (_, boss, end) = self.chain, self.ends
         if x <= boss:
             c.step(f"M_{n}", f"P * x_{n}**3 / (6 * a**2)", "moment, in the boss", "N·mm", PAPER)
@@ -139,15 +140,15 @@ class _Pin:
         for n, x, words in (("m", half, "in the middle"), ("e", self.ends[1], "at the boss's inner edge")):
             if all(abs(x - other[1]) > 1e-3 * self.length for other in places):
                 places.append((n, x, x, words, None))
-        for n, x, from_end, words, told in places:
-            self._section(n, x, from_end, words, told)
+        for n, x, from_end, words, reported in places:
+            self._section(n, x, from_end, words, reported)
         c = self.chain
         c.step("k", "sigma_eq_w / sigma_adm", "use of the allowable stress")
         if self.material.allowable_shear is not None:
             c.given("tau_adm", "allowable shear stress", self.material.allowable_shear / MEGA, "MPa")
             c.step("k_tau", "tau_w / tau_adm", "use of the allowable shear stress, at that place")
 
-    def _section(self, n: str, x: float, from_end: float, words: str, told: float | None) -> None:
+    def _section(self, n: str, x: float, from_end: float, words: str, reported: float | None) -> None:
         c, law = self.chain, self.request.criterion
         c.title(f"Section {words}")
         bore, outer = self._diameters(n, x, from_end)
@@ -174,10 +175,10 @@ class _Pin:
             "tresca_paper": (f"sqrt(sigma_{n}**2 + 4 * tau_{n}**2)", "equivalent stress (third theory, both maxima)"),
             "von_mises": (f"sqrt(sigma_{n}**2 + 3 * tau_{n}**2)", "equivalent stress (von Mises)"),
         }.get(law, (f"max(sigma_{n}, 2 * tau_{n})", "equivalent stress, fibre by fibre"))
-        c.step(f"sigma_eq_{n}", formula, words, "MPa", PAPER, told)
+        c.step(f"sigma_eq_{n}", formula, words, "MPa", PAPER, reported)
 
     def _diameters(self, n: str, x: float, from_end: float) -> tuple[float, float]:
-        """Give the place and the diameter that varies; where it jumps, the one with less wall."""
+        """Add the position and the varying diameter; at a step, the one with the thinner wall."""
         c = self.chain
         if n != "m":
             c.given(f"x_{n}", "its distance from the nearer end", x, "mm")
@@ -189,14 +190,14 @@ class _Pin:
     # Mass and deflection ----------------------------------------------------------------------------------------------
 
     def _parts(self, begin: float, end: float) -> list[tuple[float, float]]:
-        """Parts between which diameters and loads have no corner, as far as they are known."""
+        """Intervals in which diameters and loads are smooth."""
         at = {begin, end, *(x for x in (*self.ends, *self.corners, *self.shape.steps(end)) if begin < x < end)}
         places = sorted(at)
         merged = [places[0]] + [b for a, b in pairwise(places) if b - a > 1e-9 * self.length]
         return list(pairwise(merged))
 
     def _rows(self, parts: list[tuple[float, float]], count: int) -> list[tuple[float, float]]:
-        """Place and varying diameter at so many points of each part."""
+        """Position and varying diameter at ``count`` points of each interval."""
         rows = []
         for begin, end in parts:
             for k, x in enumerate(np.linspace(begin, end, count)):
@@ -208,16 +209,16 @@ class _Pin:
         c, straight = self.chain, bool(self.corners)
         c.title("Mass")
         if not self.outside:
-            told = self.result["solid_mass_g"]
-            c.step("m_s", "rho * pi / 4 * D**2 * L * 1e-6", "mass of the solid pin", "g", told=told)
+            reported = self.result["solid_mass_g"]
+            c.step("m_s", "rho * pi / 4 * D**2 * L * 1e-6", "mass of the solid pin", "g", reported=reported)
         varies, words = ("D", "outer diameter") if self.outside else ("d", "bore")
         if straight and len(self.corners) == 1:
             self._diameter_all_along(varies, words)
-            c.step("m", "rho * pi / 4 * (D**2 - d**2) * L * 1e-6", "mass", "g", told=self.result["mass_g"])
+            c.step("m", "rho * pi / 4 * (D**2 - d**2) * L * 1e-6", "mass", "g", reported=self.result["mass_g"])
             return
         whole = self.shape.whole
         parts = self._parts(0.0, self.length if whole else 0.5 * self.length)
-        if len(parts) > _MOST_PARTS:
+        if len(parts) > _MAX_INTERVALS:
             c.remark("The shape has more parts than a person would add up by hand; its mass is left to the run.")
             return
         count = 3 if straight else 5
@@ -226,9 +227,9 @@ class _Pin:
         c.table(columns, self._rows(parts, count))
         terms = self._simpson("V", "F", len(parts), count, "volume of the part", "mm³")
         factor = "" if whole else "2 * "
-        told = self.result["mass_g"]
+        reported = self.result["mass_g"]
         words = "mass" if whole else "mass, both halves"
-        c.step("m", f"{factor}rho * ({terms}) * 1e-6", words, "g", told=told)
+        c.step("m", f"{factor}rho * ({terms}) * 1e-6", words, "g", reported=reported)
 
     def _diameter_all_along(self, symbol: str, words: str) -> None:
         if symbol not in self.chain.known:
@@ -236,7 +237,7 @@ class _Pin:
             self.chain.given(symbol, f"{words} all along", outer if self.outside else bore, "mm")
 
     def _simpson(self, symbol: str, of: str, parts: int, count: int, words: str, unit: str) -> str:
-        """A step by Simpson's rule for each part of a table; the sum of their symbols."""
+        """Add a Simpson step per interval of a table; returns the sum of their symbols."""
         names = []
         for part in range(parts):
             k = part * count
@@ -250,12 +251,12 @@ class _Pin:
         return " + ".join(names)
 
     def _deflection(self) -> None:
-        c, told = self.chain, self.result["deflection_um"]
+        c, reported = self.chain, self.result["deflection_um"]
         straight = bool(self.corners)
-        if told is None or self.shape.whole:
+        if reported is None or self.shape.whole:
             return
         parts = self._parts(self.ends[1], 0.5 * self.length)
-        if len(parts) > _MOST_PARTS:
+        if len(parts) > _MAX_INTERVALS:
             return
         c.title("Deflection of the middle against the bosses' inner edges (unit load)")
         c.given("E", "elastic modulus", self.material.elastic_modulus / MEGA, "MPa")
@@ -292,7 +293,7 @@ class _Pin:
             c.step(f"y_{part}", formula, "its sum over the part", "mm", SIMPSON)
             names.append(f"y_{part}")
         words = "deflection, both halves" + ("" if straight else "; the rule is coarser than the run's")
-        c.step("y", f"2000 * ({' + '.join(names)})", words, "µm", told=told)
+        c.step("y", f"2000 * ({' + '.join(names)})", words, "µm", reported=reported)
 
     # Ring and pressures -----------------------------------------------------------------------------------------------
 
@@ -301,9 +302,9 @@ class _Pin:
         pressures = r["contact_pressures_mpa"]
         if pressures is not None and not self.outside:
             c.title("Contact pressures")
-            c.step("p_b", "P / (D * b)", "in the small end, mean", "MPa", told=pressures["small_end"])
-            c.step("p_a", "P / (2 * D * a)", "in the bosses, mean", "MPa", told=pressures["boss_mean"])
-            c.step("p_e", "P / (D * a)", "at the bosses' inner edge", "MPa", told=pressures["boss_peak"])
+            c.step("p_b", "P / (D * b)", "in the small end, mean", "MPa", reported=pressures["small_end"])
+            c.step("p_a", "P / (2 * D * a)", "in the bosses, mean", "MPa", reported=pressures["boss_mean"])
+            c.step("p_e", "P / (D * a)", "at the bosses' inner edge", "MPa", reported=pressures["boss_peak"])
         if r["ovalization_um"] is None or self.outside:
             return
         ratio = r["bore_mid_mm"] / self.request.geometry.outer_diameter_mm
@@ -323,14 +324,14 @@ class _Pin:
         c.step("Delta_d", formula, "ovalization", "µm", RING, r["ovalization_um"])
         c.step("f_r", "K * P / (L * D)", "load per area", "MPa", RING)
         c.step("g_r", "(1 + alpha) / (1 - alpha)**2", "factor of the wall", source=RING)
-        told = r["ring_stresses_mpa"]
+        reported = r["ring_stresses_mpa"]
         formula = "f_r * (0.19 * (2 + alpha) * g_r - 1 / (1 - alpha))"
-        c.step("sigma_oa", formula, "hoop stress, outside at the side", "MPa", RING, told["outer_side"])
+        c.step("sigma_oa", formula, "hoop stress, outside at the side", "MPa", RING, reported["outer_side"])
         if ratio < 0.02:
             return
         formula = "-f_r * (0.19 * (1 + 2 * alpha) * g_r / alpha + 1 / (1 - alpha))"
-        c.step("sigma_ia", formula, "inside at the side", "MPa", RING, told["inner_side"])
+        c.step("sigma_ia", formula, "inside at the side", "MPa", RING, reported["inner_side"])
         formula = "-f_r * (0.174 * (2 + alpha) * g_r + 0.636 / (1 - alpha))"
-        c.step("sigma_ot", formula, "outside under the load", "MPa", RING, told["outer_top"])
+        c.step("sigma_ot", formula, "outside under the load", "MPa", RING, reported["outer_top"])
         formula = "f_r * (0.174 * (1 + 2 * alpha) * g_r / alpha - 0.636 / (1 - alpha))"
-        c.step("sigma_it", formula, "inside under the load", "MPa", RING, told["inner_top"])
+        c.step("sigma_it", formula, "inside under the load", "MPa", RING, reported["inner_top"])

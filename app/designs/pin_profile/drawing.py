@@ -1,4 +1,4 @@
-"""The pin or the bushing cut along its axis, with the rod's small end between the piston's bosses."""
+"""Axial section of the pin or bushing, with small end and bosses."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from app.designs.drawing import (
 )
 from app.designs.pin_profile.part import Span, all_along, section, straight_between, walls
 
-_AROUND = 0.4
-"""How far bosses and small end reach beyond the pin, in its diameters."""
+_SURROUNDINGS = 0.4
+"""Radial extent of bosses and small end beyond the pin, in pin diameters."""
 _PIN, _BUSHING = "The pin, cut along its axis, to scale", "The bushing, cut along its axis, to scale"
 Shapes = list[Line | Outline]
 
 
 @dataclass(frozen=True)
 class _Seats:
-    """Along the part: a boss, a gap, the small end, a gap, a boss; mm."""
+    """Seats along the part: boss, gap, small end, gap, boss; mm."""
 
     boss: float
     small_end: float
@@ -50,7 +50,7 @@ class _Seats:
 
     def dimensions(self, reach: float) -> list[Dimension]:
         L, c = self.length, self.boss + self.gap
-        told = [
+        dimensions = [
             Dimension((L - self.boss, -reach), (L, -reach), words_of("boss", self.boss), "x", -reach, -1,
                       "geometry.boss_length_mm"),
             Dimension((c, -reach), (c + self.small_end, -reach), words_of("small end", self.small_end), "x", -reach,
@@ -59,23 +59,23 @@ class _Seats:
         ]  # fmt: skip
         if self.gap:
             edges = (self.boss, -reach), (c, -reach)
-            told.append(Dimension(*edges, words_of("gap", self.gap), "x", -reach, -2, "geometry.gap_mm"))
-        return told
+            dimensions.append(Dimension(*edges, words_of("gap", self.gap), "x", -reach, -2, "geometry.gap_mm"))
+        return dimensions
 
 
 def in_machine(run: Mapping[str, Any]) -> Drawing:
-    """The part of a run with a result, between bosses and small end."""
+    """The run's part between bosses and small end."""
     g, (bore, outside) = run["spec"]["geometry"], walls(run)
     seats = _Seats(g["boss_length_mm"], g["small_end_length_mm"], g["gap_mm"])
     outer = _greatest(outside)
-    reach = (0.5 + _AROUND) * outer
+    reach = (0.5 + _SURROUNDINGS) * outer
     shapes = [*seats.around(outer, reach), *_cut(bore, outside, seats.length)]
     title = _BUSHING if run["spec"]["variable"] == "outer" else _PIN
     return Drawing(title, tuple(shapes), tuple(seats.dimensions(reach)), caption="Cut along the axis. mm, to scale.")
 
 
 def drawing(request: dict[str, Any]) -> Drawing | None:
-    """From a check: the section; from a design: what is given, and the least wall where there is one."""
+    """The section of a check; for a design, the given dimensions, and the minimum wall if any."""
     boss, small_end = length(request, "geometry.boss_length_mm"), length(request, "geometry.small_end_length_mm")
     if not (boss and small_end):
         return None
@@ -89,7 +89,7 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
     D = _greatest(outside) if outside else 2.0 * bore if bushing and bore else 0.0
     if not D:
         return None
-    reach = (0.5 + _AROUND) * D
+    reach = (0.5 + _SURROUNDINGS) * D
     shapes = seats.around(D, reach)
     if outside and inside:
         shapes += _cut(inside, outside, L)
@@ -126,14 +126,14 @@ def _greatest(spans: Sequence[Span]) -> float:
 
 
 def _cut(bore: Sequence[Span], outside: Sequence[Span], L: float) -> Shapes:
-    """Both cut faces, and the ends of the bore."""
+    """Both section faces, and the ends of the bore."""
     shapes: Shapes = [section(bore, outside, L, sign) for sign in (1.0, -1.0)]
     ends = ((0.0, bore[0].first), (L, bore[-1].last))
     return shapes + [Line(((x, -0.5 * d), (x, 0.5 * d))) for x, d in ends if d]
 
 
 def _profile(request: dict[str, Any], name: str, L: float) -> list[Span] | None:
-    """Diameters along the whole part from its points: half a part stands for both halves."""
+    """Diameters along the whole part from its points; half a part is mirrored."""
     points = given(request, "profile")
     if not isinstance(points, list) or not points:
         return None

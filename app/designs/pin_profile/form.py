@@ -1,4 +1,4 @@
-"""The pin's forms: the order of thought and a designer's words."""
+"""Wording and layout of the pin's forms."""
 
 from app.designs.form import FormWords, Switch
 from solvers import pin

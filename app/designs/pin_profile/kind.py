@@ -1,4 +1,4 @@
-"""The piston pin and the bushing at the edge: the calls into the solver, and the kind as the service knows it."""
+"""The kind pin-profile: calls into the solver and the kind's definition."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from solvers.outcome import Outcome
 
 
 def case_of(request: CheckRequest) -> pin.Case:
-    """The check that a request asks for. Raises InvalidInput for what only the solver can see."""
+    """The solver's case. Raises InvalidInput for input only the solver can reject."""
     return pin.Case(
         request.scene(), request.given(), pin.CRITERIA[request.criterion], request.limits.to_solver(),
         request.selection(), request.effect_tolerance, request.accuracy,
@@ -48,7 +48,7 @@ def case_of(request: CheckRequest) -> pin.Case:
 
 
 def run_check(request: CheckRequest) -> Answer:
-    """Evaluate the pin or the bushing."""
+    """Check a pin or bushing."""
     try:
         case = case_of(request)
         return _answer(request, case, case.alone())
@@ -57,19 +57,22 @@ def run_check(request: CheckRequest) -> Answer:
 
 
 def run_checks(requests: Sequence[CheckRequest], detail: Detail) -> list[Answer]:
-    """Evaluate many pins and bushings."""
-    answer = _answer if detail is Detail.FULL else partial(_answer, tables=False)
-    return bulk_answers(requests, case_of, pin.check_many, answer)
+    """Check pins and bushings in bulk."""
+    return bulk_answers(requests, case_of, pin.check_many, partial(_answer, detail=detail))
 
 
-def _answer(_request: CheckRequest, case: pin.Case, outcome: Outcome[pin.PinCheck], tables: bool = True) -> Answer:
+def _answer(
+    _request: CheckRequest, case: pin.Case, outcome: Outcome[pin.PinCheck], detail: Detail = Detail.FULL
+) -> Answer:
     verdict = pin.judge(outcome.value, case.scene, outcome.accuracy, case.limits, outcome.effects)
-    result = {**pin_json(outcome.value), **(profile_json(outcome.value) if tables else {})}
+    result = pin_json(outcome.value)
+    if detail is Detail.FULL:
+        result |= profile_json(outcome.value)
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 def run_design(request: DesignRequest) -> Answer:
-    """Find the pin or the bushing."""
+    """Design a pin or bushing."""
     try:
         problem = request.problem()
         outcome = pin.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
@@ -94,7 +97,7 @@ def run_design(request: DesignRequest) -> Answer:
 
 
 def _claim(request: DesignRequest, outcome: Outcome[Any]) -> Claim:
-    """What the certificate says."""
+    """The certificate's claim."""
     limited = [name for name, limit in request.limits if limit is not None]
     return of_pin(outcome, request.form.kind, request.seeks_outside, limited)
 
@@ -103,18 +106,18 @@ MAIN_RESULTS = (
     "mass_g", "solid_mass_g", "constant_bore_mass_g", "max_moment_nmm", "force_limit_n", "deflection_um",
     "contact_pressures_mpa.small_end", "contact_pressures_mpa.boss_peak",
 )  # fmt: skip
-"""What an accuracy study judges. Not the bore itself: where the mass is flat in it, it is uncertain by the square root
-of the mass's own error."""
+"""Results judged by an accuracy study. Not the bore itself: where the mass is flat in it, it is uncertain by the square
+root of the mass's error."""
 
 TABLES = ("profile",)
-"""What a batch leaves out of its results."""
+"""Results that batches omit."""
 
 GIVEN_RESULTS = ("ovalization_um", "ring_stresses_mpa.inner_side", "ring_stresses_mpa.outer_top")
-"""They follow the bore in the middle."""
+"""Results determined by the bore in the middle."""
 
 
 def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
-    """The mass; of a study none."""
+    """The mass; none for a study."""
     return "mass_g", None if mode is Mode.ACCURACY else result["mass_g"]
 
 

@@ -1,4 +1,4 @@
-"""The pin or the bushing as a turned part: a bore and an outside along its axis, as found or as given."""
+"""The pin or bushing as a turned part: bore and outer contour along its axis."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from app.designs.drawing import (
 from app.designs.part import Parameter, Part, Revolution
 from app.designs.pin_profile.request import material_of
 
-_SAME = 1e-9
-"""Of a length: what no tool tells apart."""
-_MOST_NAMED = 24
-"""Corners that are named as parameters: a profile of thousands is a curve, not a set of parameters."""
+_LENGTH_TOLERANCE = 1e-9
+"""Relative length difference below manufacturing resolution."""
+_MAX_NAMED_CORNERS = 24
+"""Maximum number of corners exported as parameters; a profile with more is a curve."""
 
 
 @dataclass(frozen=True)
 class Span:
-    """A diameter from one place to another: the cubic with these values and slopes at its ends, mm."""
+    """A diameter over an interval: the cubic with these end values and slopes, mm."""
 
     start: float
     end: float
@@ -43,22 +43,22 @@ class Span:
     def straight(self) -> bool:
         rise = self.last - self.first
         off = max(abs(slope * (self.end - self.start) - rise) for slope in (self.slope_first, self.slope_last))
-        return off <= _SAME * max(self.first, self.last)
+        return off <= _LENGTH_TOLERANCE * max(self.first, self.last)
 
     def reversed(self) -> Span:
-        """The same, run through from its end."""
+        """The span in reverse direction."""
         return Span(self.end, self.start, self.last, self.first, self.slope_last, self.slope_first)
 
 
 def has_part(run: Mapping[str, Any]) -> bool:
-    """Whether the run found or was given a part with a wall everywhere."""
+    """Whether the run has a part with a wall everywhere."""
     result = run["result"]
     own = run["status"] == "succeeded" and run["mode"] != "accuracy"
     return bool(own and result.get("profile") and (result.get("least_wall_mm") or 0.0) > 0.0)
 
 
 def part(run: Mapping[str, Any], _angle_deg: float | None = None) -> Part:
-    """The part from its stored result: a revolution about x, which runs from one end of the pin to the other."""
+    """The part of a stored result: a solid of revolution about x, which runs along the pin."""
     result, spec = run["result"], run["spec"]
     g, bushing = spec["geometry"], spec["variable"] == "outer"
     bore, outside = walls(run)
@@ -76,7 +76,7 @@ def part(run: Mapping[str, Any], _angle_deg: float | None = None) -> Part:
 
 
 def walls(run: Mapping[str, Any]) -> tuple[list[Span], list[Span]]:
-    """Bore and outside of a run with a result, from end to end."""
+    """Bore and outer contour of a run with a result."""
     result, spec = run["result"], run["spec"]
     g, bushing = spec["geometry"], spec["variable"] == "outer"
     length = 2.0 * (g["boss_length_mm"] + g["gap_mm"]) + g["small_end_length_mm"]
@@ -86,12 +86,12 @@ def walls(run: Mapping[str, Any]) -> tuple[list[Span], list[Span]]:
 
 
 def all_along(diameter: float, length: float) -> list[Span]:
-    """One diameter from end to end."""
+    """A constant diameter."""
     return [Span(0.0, length, diameter, diameter, 0.0, 0.0)]
 
 
 def _found(result: Mapping[str, Any], spec: Mapping[str, Any], length: float, bushing: bool) -> list[Span]:
-    """The diameter that varies, from end to end, in order."""
+    """The varying diameter along the whole part, in order."""
     name = "outer_diameter_mm" if bushing else "bore_mm"
     if result.get("contour"):
         keys = ("x_from_mm", "x_to_mm", "diameter_from_mm", "diameter_to_mm", "slope_from", "slope_to")
@@ -99,32 +99,32 @@ def _found(result: Mapping[str, Any], spec: Mapping[str, Any], length: float, bu
     points = result.get("corners") or spec.get("profile")
     if points is None:
         plain = spec["geometry"]["outer_diameter_mm"] if bushing else spec.get("bore_mm")
-        # A design of before contours: its table, straight from line to line.
+        # a design of an early version: its table, interpolated linearly
         points = result["profile"] if plain is None or "form" in spec else [{"x_mm": 0.0, name: plain}]
     return _merged(straight_between([(float(p["x_mm"]), float(p[name])) for p in points], length))
 
 
 def straight_between(points: list[Place], length: float) -> list[Span]:
-    """Straight between points; half a pin stands for both halves, and ends go on unchanged."""
+    """Linear interpolation of points; half a pin is mirrored, and the ends are extended."""
     if points[-1][0] <= 0.5 * length * (1.0 + 1e-12):
         points = points + [(length - x, d) for x, d in reversed(points)]
     points = [(0.0, points[0][1]), *((min(x, length), d) for x, d in points), (length, points[-1][1])]
     return [
         Span(a, b, first, last, (last - first) / (b - a), (last - first) / (b - a))
         for (a, first), (b, last) in pairwise(points)
-        if b - a > _SAME * length
+        if b - a > _LENGTH_TOLERANCE * length
     ]
 
 
 def _merged(spans: Sequence[Span]) -> list[Span]:
-    """The same with straight spans in one line joined: one cylinder is one face."""
+    """Merge collinear straight spans, so that one cylinder is one face."""
     found: list[Span] = []
     for span in spans:
         before = found[-1] if found else None
         if before and before.straight and span.straight:
             rise = (span.last - before.first) / (span.end - before.start)
             meets = before.first + rise * (before.end - before.start)
-            near = _SAME * max(before.first, before.last, span.last)
+            near = _LENGTH_TOLERANCE * max(before.first, before.last, span.last)
             if abs(before.last - meets) <= near and abs(span.first - meets) <= near:
                 found[-1] = Span(before.start, span.end, before.first, span.last, rise, rise)
                 continue
@@ -133,11 +133,11 @@ def _merged(spans: Sequence[Span]) -> list[Span]:
 
 
 def _pieces(spans: Sequence[Span], start: Place, sign: float = 1.0) -> Iterator[Piece]:
-    """The spans as pieces of an outline in radii, from ``start`` on, with the steps between them."""
+    """The spans as outline segments in radii from ``start`` on, with steps between them."""
     here = start
     for span in spans:
         first, last = (span.start, 0.5 * sign * span.first), (span.end, 0.5 * sign * span.last)
-        if abs(here[1] - first[1]) > _SAME * max(abs(here[1]), abs(first[1])):
+        if abs(here[1] - first[1]) > _LENGTH_TOLERANCE * max(abs(here[1]), abs(first[1])):
             yield Straight(first)
         if span.straight:
             yield Straight(last)
@@ -150,7 +150,7 @@ def _pieces(spans: Sequence[Span], start: Place, sign: float = 1.0) -> Iterator[
 
 
 def section(bore: Sequence[Span], outside: Sequence[Span], length: float, sign: float = 1.0) -> Outline:
-    """One cut face: along the bore, up, back along the outside."""
+    """One section face: along the bore, up, back along the outer contour."""
     start = (0.0, 0.5 * sign * bore[0].first)
     back = [span.reversed() for span in reversed(outside)]
     corner = (length, 0.5 * sign * back[0].first)
@@ -160,7 +160,7 @@ def section(bore: Sequence[Span], outside: Sequence[Span], length: float, sign: 
 
 @dataclass(frozen=True)
 class Drill:
-    """A bore of one diameter, to a depth from each end."""
+    """A cylindrical bore to a depth from each end."""
 
     diameter: float
     depth: float
@@ -168,14 +168,14 @@ class Drill:
 
 
 def _drills(bore: Sequence[Span], length: float) -> Iterator[Drill]:
-    """From the narrowest, which goes right through; nothing for a bore that drills do not make."""
-    half = [span for span in bore if span.start < 0.5 * length * (1.0 - _SAME)]
+    """Drills from the narrowest, which passes through; none for a bore that cannot be drilled."""
+    half = [span for span in bore if span.start < 0.5 * length * (1.0 - _LENGTH_TOLERANCE)]
     mirrored = [(length - span.end, length - span.start, span.first) for span in reversed(bore)]
     same = all(
         abs(a - span.start) <= 1e-6 * length and abs(d - span.first) <= 1e-6 * span.first
         for (a, _, d), span in zip(mirrored, bore, strict=True)
     )
-    plain = all(abs(span.last - span.first) <= _SAME * span.first and span.straight for span in bore)
+    plain = all(abs(span.last - span.first) <= _LENGTH_TOLERANCE * span.first and span.straight for span in bore)
     falling = all(a.first > b.first for a, b in pairwise(half))
     if not (plain and same and falling and half[-1].first > 0.0):
         return
@@ -209,7 +209,7 @@ def _parameters(
         yield Parameter(other, varied[0].first, "mm", "all along")
         return
     sizes = [d for span in varied for d in (span.first, span.last)]
-    middle = next(span for span in varied if span.end >= 0.5 * length * (1.0 - _SAME))
+    middle = next(span for span in varied if span.end >= 0.5 * length * (1.0 - _LENGTH_TOLERANCE))
     word = "outer" if bushing else "bore"
     yield Parameter(f"{word}_end_mm", varied[0].first, "mm", "diameter at the end")
     yield Parameter(f"{word}_mid_mm", _at(middle, 0.5 * length), "mm", "diameter in the middle")
@@ -218,7 +218,7 @@ def _parameters(
     for number, drill in enumerate(drills, start=1):
         yield Parameter(f"drill_{number}_diameter_mm", drill.diameter, "mm", "through" if drill.through else "")
         yield Parameter(f"drill_{number}_depth_mm", drill.depth, "mm", "through" if drill.through else "from each end")
-    if all(span.straight for span in varied) and len(varied) <= _MOST_NAMED:
+    if all(span.straight for span in varied) and len(varied) <= _MAX_NAMED_CORNERS:
         for number, span in enumerate(varied, start=1):
             yield Parameter(f"{word}_{number}_from_mm", span.start, "mm", "place along the axis")
             yield Parameter(f"{word}_{number}_to_mm", span.end, "mm", "place along the axis")
@@ -237,7 +237,7 @@ def _at(span: Span, x: float) -> float:
 def _drawing(
     bore: Sequence[Span], outside: Sequence[Span], length: float, bushing: bool, drills: Sequence[Drill]
 ) -> Drawing:
-    """Cut along the axis, both faces, the ends of the bore beyond them."""
+    """The axial section with both faces and the bore's ends."""
     D = max(d for span in outside for d in (span.first, span.last))
     shapes: list[Outline | Line] = [section(bore, outside, length, sign) for sign in (1.0, -1.0)]
     shapes += [
@@ -246,7 +246,7 @@ def _drawing(
     steps = [
         (b.start, max(a.last, b.first))
         for a, b in pairwise(bore)
-        if abs(a.last - b.first) > _SAME * max(a.last, b.first)
+        if abs(a.last - b.first) > _LENGTH_TOLERANCE * max(a.last, b.first)
     ]
     shapes += [Line(((x, -0.5 * d), (x, 0.5 * d))) for x, d in steps]
     shapes.append(Line(((-0.05 * length, 0.0), (1.05 * length, 0.0)), Layer.CENTER))
@@ -263,7 +263,7 @@ def _drawing(
         )
     varied = outside if bushing else bore
     if len(varied) > 1 or varied[0].first != varied[0].last:
-        span = next(span for span in varied if span.end >= 0.5 * length * (1.0 - _SAME))
+        span = next(span for span in varied if span.end >= 0.5 * length * (1.0 - _LENGTH_TOLERANCE))
         middle = _at(span, 0.5 * length)
         if middle > 0.0:
             x = 0.5 * length

@@ -1,11 +1,12 @@
-"""Pictures of a pin: the bore to scale, its internal forces, its stress, and its profiles over the load."""
+"""Plots of a pin: bore to scale, internal forces, stress, and profiles over the load."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, around, opening, stacked
+from app.designs.drawing import worded
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Say, around, opening, stacked
 from app.designs.pictures.drawing_svg import drawing_alone
 from app.designs.pin_profile.drawing import in_machine
 from app.designs.pin_profile.request import DesignRequest, material_of
@@ -24,43 +25,43 @@ def _columns(run: dict[str, Any], *names: str) -> list[list[float]]:
     return [[row[name] for row in rows] for name in names]
 
 
-def bore_picture(run: dict[str, Any]) -> str:
-    """SVG of the part cut along its axis, between bosses and small end, to scale."""
-    return drawing_alone(in_machine(run))
+def bore_picture(run: dict[str, Any], say: Say = str) -> str:
+    """SVG of the part's axial section to scale, between bosses and small end."""
+    return drawing_alone(worded(in_machine(run), say))
 
 
-def forces_picture(run: dict[str, Any]) -> str:
-    """SVG of bending moment and shear force along the pin, one above the other, each in its unit."""
+def forces_picture(run: dict[str, Any], say: Say = str) -> str:
+    """SVG of bending moment and shear force along the pin, stacked, each in its unit."""
     x, moment, shear = _columns(run, "x_mm", "moment_nmm", "shear_n")
     along = Linear(0.0, x[-1])
     tables = (
-        ([value / 1e3 for value in moment], "moment M, N·m", BLUE),
-        ([value / 1e3 for value in shear], "shear Q, kN", RED),
+        ([value / 1e3 for value in moment], say("moment M, N·m"), BLUE),
+        ([value / 1e3 for value in shear], say("shear Q, kN"), RED),
     )
     charts = []
     for values, words, color in tables:
-        chart = Chart(words, along, around([0.0, *values]), "x, mm", words, height=230)
+        chart = Chart(words, along, around([0.0, *values]), say("x, mm"), words, height=230)
         chart.line([0.0, x[-1]], [0.0, 0.0], GREY, dashes="2 4")
         chart.area([0.0, *x, x[-1]], [0.0, *values, 0.0], color)
         chart.line(x, values, color)
         charts.append(chart)
-    return stacked("Bending moment and shear force along the pin", charts)
+    return stacked(say("Bending moment and shear force along the pin"), charts)
 
 
 def has_ring(run: dict[str, Any]) -> bool:
     return run["result"]["ring_stresses_mpa"] is not None
 
 
-def ring_picture(run: dict[str, Any]) -> str:
-    """SVG of the section in the middle of the pin, round and as the load presses it, many times exaggerated, with the
-    hoop stresses of its four places."""
+def ring_picture(run: dict[str, Any], say: Say = str) -> str:
+    """SVG of the pin's middle cross-section, round and ovalized (greatly exaggerated), with the hoop stresses at four
+    points."""
     result = run["result"]
     stresses = result["ring_stresses_mpa"]
     outer, bore = result["outer_mid_mm"], result["bore_mid_mm"]
     wide, high, middle = _WIDTH, 380.0, (0.5 * _WIDTH, 190.0)
     scale = 120.0 / (0.5 * outer)
-    squeeze = 12.0 / scale  # The exaggerated change of the radius, the same for every pin.
-    out = [opening("Hoop stress of the ring in the middle of the pin", wide, high)]
+    squeeze = 12.0 / scale  # exaggerated change of radius, the same for every pin
+    out = [opening(say("Hoop stress of the ring in the middle of the pin"), wide, high)]
     turn = [2.0 * math.pi * n / 120 for n in range(120)]
 
     def ring(radius: float, by: float) -> str:
@@ -82,42 +83,48 @@ def ring_picture(run: dict[str, Any]) -> str:
             f'fill="none" stroke="{RED}" stroke-width="2.5"/>'
         )
     right = middle[0] + 140.0
-    told = (
-        ("under the load", "outer_top", "inner_top", 40.0),
-        ("at the side", "outer_side", "inner_side", 182.0),
+    fibres = (
+        (say("under the load"), "outer_top", "inner_top", 40.0),
+        (say("at the side"), "outer_side", "inner_side", 182.0),
     )
-    for words, outside, inside, top in told:
-        lines = (words, f"outside {stresses[outside]:+.4g} MPa", f"inside {stresses[inside]:+.4g} MPa")
+    for words, outside, inside, top in fibres:
+        lines = (
+            words,
+            say("outside {} MPa").format(f"{stresses[outside]:+.4g}"),
+            say("inside {} MPa").format(f"{stresses[inside]:+.4g}"),
+        )
         for row, line in enumerate(lines):
             out.append(f'<text x="{right:.0f}" y="{top + 18 * row:.0f}" fill="currentColor">{line}</text>')
     if result["ovalization_um"] is not None:
+        exaggerated = say("drawn exaggerated")
+        oval = say("ovalized by {} µm").format(f"{result['ovalization_um']:.4g}")
         out.append(
-            f'<text x="16" y="40" fill="currentColor">ovalized by {result["ovalization_um"]:.4g} µm</text>'
-            f'<text x="16" y="58" fill="{GREY}">drawn exaggerated</text>'
+            f'<text x="16" y="40" fill="currentColor">{oval}</text>'
+            f'<text x="16" y="58" fill="{GREY}">{exaggerated}</text>'
         )
     return "".join(out) + "</svg>"
 
 
-def stress_picture(run: dict[str, Any]) -> str:
-    """SVG of the equivalent stress along the pin, and the allowable."""
+def stress_picture(run: dict[str, Any], say: Say = str) -> str:
+    """SVG of equivalent and allowable stress along the pin."""
     rows = [row for row in run["result"]["profile"] if row["equivalent_stress_mpa"] is not None]
     x, stress = [row["x_mm"] for row in rows], [row["equivalent_stress_mpa"] for row in rows]
     allowable = material_of(run["spec"]).allowable_stress / MEGA
     chart = Chart(
-        "Equivalent stress",
+        say("Equivalent stress"),
         Linear(0.0, run["result"]["profile"][-1]["x_mm"]),
         Linear(0.0, 1.08 * max(allowable, *stress)),
-        "x, mm",
-        "equivalent stress, MPa",
+        say("x, mm"),
+        say("equivalent stress, MPa"),
     )
     chart.line([0.0, x[-1]], [allowable, allowable], RED, dashes="6 4")
-    chart.words(0.02 * x[-1], allowable, "allowable", RED)
+    chart.words(0.02 * x[-1], allowable, say("allowable"), RED)
     chart.line(x, stress, BLUE)
     return chart.svg()
 
 
-def load_family(run: dict[str, Any]) -> str:
-    """SVG of free profiles over the load (the paper's figure 5), and of this pin: diameter over half the length."""
+def load_family(run: dict[str, Any], say: Say = str) -> str:
+    """SVG of free profiles over the load (figure 5 of the paper) and of this pin: diameter over half the length."""
     spec = {name: value for name, value in run["spec"].items() if name in DesignRequest.model_fields}
     if run["spec"]["variable"] == "bore":
         spec["bore_mm"] = None
@@ -126,21 +133,21 @@ def load_family(run: dict[str, Any]) -> str:
     if request.seeks_outside:
         scene, force = request.scene(), request.load.force
         profiles = load_sweep(scene, pin.CRITERIA[request.criterion], [share * force for share in _OUTSIDE_LOADS])
-        title, words = "Outsides over the load", "outer diameter, mm"
+        title, words = say("Outsides over the load"), say("outer diameter, mm")
     else:
         scene, force = request.scene(), request.load.force
         greatest = force_limit(scene, pin.CRITERIA[request.criterion])
         profiles = load_sweep(scene, pin.CRITERIA[request.criterion], [share * greatest for share in _LOADS])
-        title, words = "Profiles over the load", "bore, mm"
+        title, words = say("Profiles over the load"), say("bore, mm")
     half = 0.5e3 * scene.geometry.length
     places, own = _columns(run, "x_mm", sought)
     top = max(max(own), *(float(profile.diameter.max()) * 1e3 for profile in profiles))
-    chart = Chart(title, Linear(0.0, half), Linear(0.0, 1.05 * top), "x, mm", words)
+    chart = Chart(title, Linear(0.0, half), Linear(0.0, 1.05 * top), say("x, mm"), words)
     for profile in profiles:
         diameter = profile.diameter * 1e3
         chart.line(list(profile.x * 1e3), list(diameter), GREY)
-        chart.words(0.8 * half, float(diameter[-1]), f"{profile.force / 1e3:.3g} kN", GREY)
+        chart.words(0.8 * half, float(diameter[-1]), say("{} kN").format(f"{profile.force / 1e3:.3g}"), GREY)
     mine = [(p, d) for p, d in zip(places, own, strict=True) if p <= half * (1.0 + 1e-9)]
     chart.line([p for p, _ in mine], [d for _, d in mine], GREEN)
-    chart.words(0.02 * half, 0.0, f"green: this one, {force / 1e3:.4g} kN", GREEN)
+    chart.words(0.02 * half, 0.0, say("green: this one, {} kN").format(f"{force / 1e3:.4g}"), GREEN)
     return chart.svg()

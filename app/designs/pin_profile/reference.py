@@ -1,4 +1,4 @@
-"""What checks and designs of a pin are judged by: the pin of ``solvers.references.pin``."""
+"""Reference solutions of checks and designs of a pin, from ``solvers.references.pin``."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Watch = Callable[[], None]
 
 
 def check_reference(request: CheckRequest, answer: Answer) -> Reference | None:
-    """A check's main results; of a bore that differs between the halves not its deflection. No bushing's."""
+    """Main results of a check, without the deflection of an asymmetric bore; none for bushings."""
     if request.seeks_outside:
         return None
     scene = request.scene()
@@ -38,7 +38,7 @@ def check_reference(request: CheckRequest, answer: Answer) -> Reference | None:
     alike = halves_alike(scene, whole)
 
     def bore(case: dict[str, Any], watch: Watch) -> Found:
-        # Imported here: arbitrary precision is of use to studies alone.
+        # imported here because only studies need arbitrary precision
         from solvers.references.pin import given_bore
 
         found = given_bore(case, points, "shear_deflection" in active(answer), watch)
@@ -48,8 +48,8 @@ def check_reference(request: CheckRequest, answer: Answer) -> Reference | None:
 
 
 def design_reference(request: DesignRequest, answer: Answer) -> Reference | None:
-    """A design's main results: mass and deflection of a free bore that no limit but strength and wall shapes, of the
-    others what no bore has a part in. No bushing's."""
+    """Main results of a design: mass and deflection of a free bore shaped only by strength and minimum wall; for
+    others, the results independent of the bore. None for bushings."""
     if request.seeks_outside:
         return None
 
@@ -64,7 +64,7 @@ def design_reference(request: DesignRequest, answer: Answer) -> Reference | None
 
 
 def _plain(request: PinRequest) -> bool:
-    """Whether nothing but strength and the least wall shapes a bore."""
+    """Whether only strength and minimum wall shape the bore."""
     limits = request.limits
     others = limits.max_deflection_um, limits.max_ovalization_um, limits.max_slope, limits.max_ring_stress_mpa
     return all(limit is None for limit in others)

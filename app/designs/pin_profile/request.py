@@ -1,4 +1,4 @@
-"""What can be asked of the piston pin, in the units of the contract, and the way into the solver's SI scene."""
+"""Requests of the pin in the units of the API, and their conversion to SI scenes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from app.designs.schema import (
 from solvers import pin
 
 MICRO = 1e-6
-MOST_POINTS = 5_000
+MAX_POINTS = 5_000
 FORMS = ("free", "drillable", "constant", "stepped", "double_cone", "cone_cylinder")
 CONES = ("double_cone", "cone_cylinder")
 VARIABLES = ("bore", "outer")
@@ -87,7 +87,7 @@ class PinMaterial(Strict):
 
 
 class PinSteel(Strict):
-    """A steel of the catalogue, and what its designer allows it if that is other than the catalogue's."""
+    """A steel of the catalogue, with an optional allowable stress that overrides the catalogue's."""
 
     name: Literal[tuple(pin.CATALOGUE)] = Field(description="a name of the catalogue")  # type: ignore[valid-type]
     allowable_stress_mpa: Positive | None = Field(default=None, description="null: the catalogue's")
@@ -122,7 +122,7 @@ def material_of(spec: Mapping[str, Any]) -> pin.PinMaterial:
 
 
 class PinLimits(Strict):
-    """What the pin must keep besides strength; null: no such limit."""
+    """Constraints in addition to strength; null: none."""
 
     min_wall_mm: NotNegative | None = Field(default=0.0, description="least wall thickness")
     max_deflection_um: Positive | None = Field(default=None, description="of the middle against the bosses' edges")
@@ -145,7 +145,7 @@ class PinLimits(Strict):
 
 
 class BoreForm(Strict):
-    """The shapes that the bore may have."""
+    """The allowed shapes of the bore."""
 
     kind: Literal[FORMS] = "free"  # type: ignore[valid-type]
     steps: float | None = Field(
@@ -157,7 +157,7 @@ class BoreForm(Strict):
 
 
 class PinRequest(SolverRequest):
-    """The pin, its load, its material, and what it must keep."""
+    """Pin, load, material and limits."""
 
     geometry: Geometry
     load: _Load
@@ -197,7 +197,7 @@ class PinRequest(SolverRequest):
         return found
 
     def scene(self) -> pin.Scene:
-        """The pin or the bushing in SI units. Raises InvalidInput for what only the solver can see."""
+        """The scene in SI units. Raises InvalidInput for input only the solver can reject."""
         g = self.geometry
         lengths = g.boss_length_mm * MILLI, g.small_end_length_mm * MILLI, g.gap_mm * MILLI
         geometry: pin.Geometry | pin.BushingGeometry
@@ -215,18 +215,19 @@ def _needs_outside(request: PinRequest) -> list[Entry]:
 
 
 class Point(Strict):
-    """A place, and what is sought there: a pin's bore or a bushing's outer diameter."""
+    """A position and the diameter there: a pin's bore or a bushing's outer diameter."""
 
     x_mm: NotNegative
     bore_mm: NotNegative | None = None
     outer_diameter_mm: NotNegative | None = None
 
 
-Points = Annotated[list[Point], Field(min_length=1, max_length=MOST_POINTS)]
+Points = Annotated[list[Point], Field(min_length=1, max_length=MAX_POINTS)]
 
 
 class CheckRequest(PinRequest):
-    """A pin with a given bore, or a bushing with a given outside: one all along, or points joined by straight lines."""
+    """A check: a pin with a given bore, or a bushing with a given outer diameter; constant, or points joined by
+    straight lines."""
 
     profile: Points | None = Field(
         default=None,
@@ -236,11 +237,11 @@ class CheckRequest(PinRequest):
 
     @classmethod
     def meant_by(cls, value: dict[str, Any]) -> bool:
-        """Whether an object as sent is a check rather than a design."""
+        """Whether a raw object, or one that was stored with every field, is a check rather than a design."""
         if value.get("variable") == "outer":
             given = value.get("geometry")
             outside = isinstance(given, dict) and given.get("outer_diameter_mm") is not None
-            return value.get("profile") is not None or (outside and "form" not in value)
+            return "profile" in value or (outside and "form" not in value)
         return value.get("profile") is not None or value.get("bore_mm") is not None
 
     def contradictions(self) -> list[Entry]:
@@ -275,7 +276,7 @@ class CheckRequest(PinRequest):
         return found[:20]
 
     def given(self) -> pin.Profile:
-        """The bore, of a bushing the outer diameter, in metres."""
+        """The pin's bore or the bushing's outer diameter [m]."""
         if self.profile is None:
             size = self.geometry.outer_diameter_mm if self.seeks_outside else self.bore_mm
             return pin.Profile((0.0,), (size * MILLI,))
@@ -284,11 +285,11 @@ class CheckRequest(PinRequest):
 
 
 class DesignRequest(PinRequest, DesignSettings):
-    """The lightest pin or bushing of a form."""
+    """A design: the lightest pin or bushing of a form."""
 
     @classmethod
     def meant_by(cls, value: dict[str, Any]) -> bool:
-        """Whether an object as sent is a design rather than a check."""
+        """Whether a raw object is a design rather than a check."""
         return not CheckRequest.meant_by(value)
 
     def contradictions(self) -> list[Entry]:
@@ -300,7 +301,7 @@ class DesignRequest(PinRequest, DesignSettings):
         return found + _needs_outside(self)
 
     def problem(self) -> pin.PinProblem:
-        """The problem in SI units. Raises InvalidInput for what only the solver can see."""
+        """The problem in SI units. Raises InvalidInput for input only the solver can reject."""
         return pin.PinProblem(
             self.scene(), self.limits.to_solver(), self.form.to_solver(), pin.CRITERIA[self.criterion]
         )

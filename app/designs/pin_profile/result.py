@@ -1,4 +1,4 @@
-"""What a pin or a bushing answers, in millimetres, grams and megapascals."""
+"""Results of pins and bushings, in millimetres, grams and megapascals."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 
 class Section(Strict):
-    """The pin at one place."""
+    """A cross-section of the pin."""
 
     x_mm: float
     bore_mm: float
@@ -38,7 +38,7 @@ class Section(Strict):
 
 
 class RingStressesResult(Strict):
-    """Hoop stresses in the middle of the pin: at the side and under the load, outside and inside."""
+    """Hoop stresses in the middle of the pin: at the side and under the load, at the outer and inner fibre."""
 
     outer_side: float
     inner_side: float
@@ -53,7 +53,7 @@ class PressuresResult(Strict):
 
 
 class PinResult(Strict):
-    """What a pin does under its load; null where a result does not exist (an effect that did not run, no wall)."""
+    """Results of a pin; null if a result does not exist (effect not computed, no wall)."""
 
     mass_g: float
     solid_mass_g: float | None = Field(description="of the same pin without a bore; null for a bushing")
@@ -102,7 +102,7 @@ def _sections(x: Array, bore: Array, outer: Array, moment: Array, shear: Array, 
 
 
 def pin_json(check: pin.PinCheck) -> dict[str, Any]:
-    """The check of a pin or a bushing in the names and units of the contract, without its profile."""
+    """A check as JSON, without its profile."""
     ring, pressures = check.ring, check.pressures
     sides = ("outer_side", "inner_side", "outer_top", "inner_top")
     return {
@@ -134,13 +134,13 @@ def pin_json(check: pin.PinCheck) -> dict[str, Any]:
 
 
 def profile_json(check: pin.PinCheck) -> dict[str, Any]:
-    """What stands along the part, which a batch leaves out."""
+    """The profile, which batches omit."""
     along = check.along
     return {"profile": _sections(along.x, along.bore, along.outer, along.moment, along.shear, along.equivalent)}
 
 
 class PinCertificate(CertificateResult):
-    """How a pin is known to be the lightest of its form."""
+    """Certificate of a pin's optimality within its form."""
 
     lower_bound_g: float = Field(description="no pin of this form that keeps the limits is lighter")
 
@@ -152,7 +152,7 @@ class Corner(Strict):
 
 
 class Piece(Strict):
-    """A diameter along a part of the pin: the cubic polynomial with these values and slopes at its ends."""
+    """A diameter over an interval: the cubic polynomial with these end values and slopes."""
 
     x_from_mm: float
     x_to_mm: float
@@ -163,7 +163,7 @@ class Piece(Strict):
 
 
 class DesignResult(PinResult):
-    """The pin found, what other forms weigh beside it, and how it is known to be the lightest."""
+    """The optimal pin, the masses of other forms, and the certificate."""
 
     form: str
     free_mass_g: float = Field(description="the lightest of any form under the same limits, but for the slope")
@@ -175,7 +175,7 @@ class DesignResult(PinResult):
 
 
 class InfeasibleResult(Strict):
-    """Why no pin of this outer diameter will do, and what would."""
+    """Why no pin of this outer diameter is feasible, and what would be."""
 
     diagnosis: list[ShortfallResult]
     force_limit_n: float | None
@@ -191,13 +191,13 @@ LIMITS = {
     "max_ovalization": ("max_ovalization_um", MICRO),
     "max_ring_stress": ("max_ring_stress_mpa", MEGA),
 }
-"""Requirements whose name in the contract carries a unit."""
+"""API names of requirements with a unit suffix."""
 
 
 def design_json(
     outcome: Outcome, check: dict[str, Any], corners: list[dict[str, float]] | None, claim: Claim
 ) -> dict[str, Any]:
-    """A design in the names and units of the contract; ``check``, ``corners`` and ``claim`` are there already."""
+    """A design as JSON; ``check``, ``corners`` and ``claim`` are computed by the caller."""
     certificate = with_claim(certificate_json(outcome.certificate, MILLI), claim)
     return {
         **check,
@@ -221,7 +221,7 @@ def design_json(
 
 
 def infeasible_json(outcome: Outcome, why: pin.Diagnosis | None, claim: Claim) -> dict[str, Any]:
-    """Why there is no such pin; a bushing has no ``why`` beyond its shortfalls."""
+    """The diagnosis as JSON; a bushing has no ``why`` beyond its shortfalls."""
     weak = why and why.weak
     return {
         "diagnosis": diagnosis_json(outcome, LIMITS),

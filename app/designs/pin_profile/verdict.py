@@ -1,4 +1,4 @@
-"""What a pin or a bushing is judged by, in the names and units of the contract."""
+"""Criteria of pins and bushings, in the names and units of the API."""
 
 from __future__ import annotations
 

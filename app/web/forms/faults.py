@@ -11,6 +11,7 @@ from app.errors import Problem
 from app.web.forms.groups import Group
 from app.web.forms.nodes import Node, Texts
 from app.words.languages import gettext as _
+from app.words.solver_texts import spoken
 from app.words.units import told, unit_shown
 
 SAYS = {
@@ -46,16 +47,23 @@ def said(entry: Mapping[str, str], named: Mapping[str, str], unit: str = "") -> 
     def label(found: re.Match[str]) -> str:
         return f"“{named[found[0]]}”" if found[0] in named else found[0]
 
-    detail, allowed = _PATH.sub(label, entry["detail"]), _PATH.sub(label, entry["allowed"])
-    words = _(SAYS.get(detail, detail))
+    detail, allowed = entry["detail"], entry["allowed"]
+    words = _PATH.sub(label, spoken(SAYS.get(detail, detail)))
     if allowed in _SAID_ALREADY or allowed == "see the contract":
         return words
-    limits = ", ".join(_limit(text, unit) for text in allowed.split(", "))
+    limits = _PATH.sub(label, _limits(allowed, unit))
     if detail.startswith(_TOLD_BY_WHAT_IS_ALLOWED):
         return _("must be %(allowed)s") % {"allowed": limits}
     if detail == "is out of range":
         return f"{words}: {limits}"
     return _("%(words)s (allowed: %(allowed)s)") % {"words": words, "allowed": limits}
+
+
+def _limits(allowed: str, unit: str) -> str:
+    """What is allowed: a sentence of its own, or limits with commas between."""
+    if (whole := _(allowed)) != allowed:
+        return whole
+    return ", ".join(_limit(text, unit) for text in allowed.split(", "))
 
 
 def _limit(text: str, unit: str) -> str:
@@ -65,7 +73,7 @@ def _limit(text: str, unit: str) -> str:
         figure = text.removeprefix(before).removesuffix(behind)
         if before and f"{before}{figure}{behind}" == text:
             return _(pattern).format(_told(figure, unit))
-    return _(text)
+    return spoken(text)
 
 
 def _told(figure: str, unit: str) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from app.designs.form import COMMON, looked_up
+from app.designs.form import COMMON, look_up
 from app.designs.kind import Kind, Mode
 from app.designs.units import split_unit
 from app.web.forms.groups import Group, Member, Range, Union
@@ -152,7 +152,7 @@ class _Builder:
             schema = {**self._resolved(members[0]), **{k: v for k, v in schema.items() if k != "anyOf"}}
         unit = split_unit(key)[1] or unit
         own = _help(schema, nullable)
-        said = looked_up(self._words.helps, COMMON.helps, path)
+        said = look_up(self._words.helps, COMMON.helps, path)
         shared: dict[str, Any] = {
             "key": key,
             "name": prefix + key,
@@ -289,7 +289,7 @@ class _Builder:
         )
 
     def _options(self, path: str, values: list[str]) -> dict[str, str]:
-        words = looked_up(self._words.options, COMMON.options, path) or {}
+        words = look_up(self._words.options, COMMON.options, path) or {}
         return {v: _(words.get(v, v.replace("_", " ") if v else "none")) for v in values}
 
 

@@ -30,9 +30,12 @@ function show(batch) {
 // What a person looks at first, of the results of every kind.
 const FIRST = ["mass_g", "fatigue_safety", "longest_link_mm", "mean_torque_nm", "rod_mass_kg"];
 
-function fill(select, groups, chosen) {
+// Names as the service words them, in the language of the page.
+const worded = (told, name) => told.words[name] ?? name.replaceAll("_", " ");
+
+function fill(select, told, groups, chosen) {
   if (select.options.length) return;
-  for (const name of groups) select.add(new Option(name.replaceAll("_", " "), name, false, name === chosen));
+  for (const name of groups) select.add(new Option(worded(told, name), name, false, name === chosen));
 }
 
 function numbersOf(values) {
@@ -54,16 +57,16 @@ function scale(values, from, to) {
   return { low, high, at: (value) => from + ((value - low) / (high - low)) * (to - from) };
 }
 
-function coloured(values) {
+function coloured(told, values) {
   const numbers = numbersOf(values);
   if (numbers.length && new Set(numbers).size > PALETTE.length) {
     const along = scale(numbers, 0, 1);
     const of = (value) => (typeof value === "number" ? `hsl(${Math.round(260 - 200 * along.at(value))} 70% 48%)` : PALETTE[6]);
     return { of, legend: [along.low, (along.low + along.high) / 2, along.high].map((v) => [v.toPrecision(4), of(v)]) };
   }
-  const words = [...new Set(values.map((value) => String(value ?? "none")))].sort();
-  const of = (value) => PALETTE[Math.min(words.indexOf(String(value ?? "none")), PALETTE.length - 1)];
-  return { of, legend: words.slice(0, 12).map((word) => [word.replaceAll("_", " "), PALETTE[Math.min(words.indexOf(word), 6)]]) };
+  const words = [...new Set(values.map((value) => String(value ?? "")))].sort();
+  const of = (value) => PALETTE[Math.min(words.indexOf(String(value ?? "")), PALETTE.length - 1)];
+  return { of, legend: words.slice(0, 12).map((word) => [word ? worded(told, word) : "–", PALETTE[Math.min(words.indexOf(word), 6)]]) };
 }
 
 function draw(told, names) {
@@ -85,14 +88,14 @@ function draw(told, names) {
   for (const value of ticks(up.low, up.high)) {
     picture.append(made("text", { x: BOX.left - 6, y: up.at(value) + 4, "text-anchor": "end" }, +value.toPrecision(6)));
   }
-  picture.append(made("text", { x: (BOX.left + BOX.right) / 2, y: 460, "text-anchor": "middle" }, names[0].replaceAll("_", " ")));
-  picture.append(made("text", { x: 14, y: 218, transform: "rotate(-90 14 218)", "text-anchor": "middle" }, names[1].replaceAll("_", " ")));
-  const paint = coloured(there.map((p) => p[colour]));
+  picture.append(made("text", { x: (BOX.left + BOX.right) / 2, y: 460, "text-anchor": "middle" }, worded(told, names[0])));
+  picture.append(made("text", { x: 14, y: 218, transform: "rotate(-90 14 218)", "text-anchor": "middle" }, worded(told, names[1])));
+  const paint = coloured(told, there.map((p) => p[colour]));
   const radius = there.length > 1000 ? 2.5 : 4;
   for (const point of there) {
     const link = made("a", { href: `/runs/${point[1]}` });
     const dot = made("circle", { cx: across.at(point[x]), cy: up.at(point[y]), r: radius, fill: paint.of(point[colour]) });
-    dot.append(made("title", {}, `item ${point[0]}: ${point[2]}`));
+    dot.append(made("title", {}, `${point[0] + 1}: ${worded(told, point[2])}`));
     link.append(dot);
     picture.append(link);
   }
@@ -115,13 +118,13 @@ function drawBeside(told, names, colour) {
   if (place.hidden) return;
   const at = (k) => ALONG.left + (k * (ALONG.right - ALONG.left)) / (names.length - 1);
   const axes = columns.map((column) => scale(there.map((p) => p[column]), ALONG.bottom, ALONG.top));
-  const paint = coloured(there.map((p) => p[painted])), every = Math.ceil(there.length / ALONG.most);
+  const paint = coloured(told, there.map((p) => p[painted])), every = Math.ceil(there.length / ALONG.most);
   picture.replaceChildren();
   for (const point of there.filter((_, k) => k % every === 0)) {
     const link = made("a", { href: `/runs/${point[1]}` });
     const path = axes.map((axis, k) => `${at(k)},${axis.at(point[columns[k]]).toFixed(1)}`).join(" ");
     const line = made("polyline", { points: path, fill: "none", stroke: paint.of(point[painted]), "stroke-opacity": 0.5 });
-    line.append(made("title", {}, `item ${point[0]}: ${point[2]}`));
+    line.append(made("title", {}, `${point[0] + 1}: ${worded(told, point[2])}`));
     link.append(line);
     picture.append(link);
   }
@@ -129,7 +132,7 @@ function drawBeside(told, names, colour) {
     picture.append(made("line", { class: "frame", x1: at(k), x2: at(k), y1: ALONG.top, y2: ALONG.bottom }));
     const words = [[axis.low, ALONG.bottom + 16], [axis.high, ALONG.top - 8]];
     for (const [value, y] of words) picture.append(made("text", { x: at(k), y, "text-anchor": "middle" }, +value.toPrecision(5)));
-    const name = names[k].split(".").pop().replaceAll("_", " "), y = k % 2 ? 16 : ALONG.bottom + 30;
+    const name = worded(told, names[k]), y = k % 2 ? 16 : ALONG.bottom + 30;
     picture.append(made("text", { x: at(k), y, "text-anchor": "middle" }, name));
   });
 }
@@ -149,9 +152,9 @@ async function refresh() {
     let told = await ask();
     const all = [...told.varied, ...told.results];
     if (all.length && !selects[0].options.length) {
-      fill(selects[0], all, all[0]);
-      fill(selects[1], all, told.varied[1] ?? FIRST.find((name) => told.results.includes(name)) ?? all[1] ?? all[0]);
-      fill(selects[2], ["governed_by", "status", "holds", ...all], "governed_by");
+      fill(selects[0], told, all, all[0]);
+      fill(selects[1], told, all, told.varied[1] ?? FIRST.find((name) => told.results.includes(name)) ?? all[1] ?? all[0]);
+      fill(selects[2], told, ["governed_by", "status", "holds", ...all], "governed_by");
       names = selects.map((select) => select.value);
       told = await ask();
     }

@@ -1,5 +1,6 @@
 // Follows runs under way: shows how far they are, and loads the page again once one has ended.
 for (const place of document.querySelectorAll("[data-live]")) {
+  const steps = JSON.parse(place.dataset.steps);
   const bar = place.querySelector("progress"), words = place.querySelector(".doing");
   const look = async () => {
     try {
@@ -8,7 +9,7 @@ for (const place of document.querySelectorAll("[data-live]")) {
       if (run.progress && bar) {
         bar.max = run.progress.of;
         bar.value = run.progress.done;
-        words.textContent = place.dataset.words.replace(/\{(\w+)\}/g, (_, name) => run.progress[name]);
+        words.textContent = place.dataset.words.replace(/\{(\w+)\}/g, (_, name) => (name === "doing" && steps[run.progress.doing]) || run.progress[name]);
       }
     } catch { /* The service may be starting anew: look again. */ }
     setTimeout(look, 700);

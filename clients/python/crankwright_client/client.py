@@ -1,4 +1,4 @@
-"""The two clients: ``Client`` waits, ``AsyncClient`` is awaited; they do the same."""
+"""The synchronous ``Client`` and the asynchronous ``AsyncClient``, with the same methods."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from crankwright_client.run import OPEN, Run
 from crankwright_client.types import Batch
 
 SOLVE_TIMEOUT_S = 120.0
-"""Longer than any solve that the service answers at once."""
+"""Longer than any solve that the service answers synchronously."""
 _POLL_S = 0.5
 Progress = Callable[[Run], None]
 
 
 class _Settings:
-    """Where the service is and how it is spoken to."""
+    """Address and credentials of the service."""
 
     def __init__(self, url: str, key: str | None, timeout_s: float, retries: Retries | None) -> None:
         self.retries = retries or Retries()
@@ -34,11 +34,11 @@ class _Settings:
 
 
 class Client:
-    """A service at ``url``; ``key`` where it asks for one.
+    """Client of the service at ``url``, with an API ``key`` if required.
 
-    Requests that fail for the moment (429, 502, 503, 504, a lost connection) are sent again; an idempotency key makes
-    that safe. Refusals are raised as ``Problem``, runs that end without an answer as ``RunFailed``, ``NoAnswer`` after
-    the last attempt. An infeasible design is an answer: ``run.status`` is "infeasible", ``run.result`` the diagnosis.
+    Temporary failures (429, 502, 503, 504, lost connections) are retried, safely thanks to idempotency keys. Error
+    responses are raised as ``Problem``, runs that end without an answer as ``RunFailed``, exhausted retries as
+    ``NoAnswer``. An infeasible design is an answer: ``run.status`` is "infeasible" and ``run.result`` the diagnosis.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""What may go wrong between a client and the service."""
+"""Errors raised by the clients."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from typing import Any
 
 
 class Problem(Exception):
-    """The service's refusal (RFC 9457): ``status``, ``title``, ``detail``, and ``errors`` with one entry per bad field,
-    each with its JSON ``pointer``, what is wrong (``detail``) and what is ``allowed``."""
+    """An error response (RFC 9457): ``status``, ``title``, ``detail``, and ``errors`` with one entry per invalid field:
+    JSON ``pointer``, ``detail``, and the ``allowed`` values."""
 
     def __init__(self, body: dict[str, Any]) -> None:
         self.status: int = body.get("status", 0)
@@ -22,7 +22,7 @@ class Problem(Exception):
 
 
 class RunFailed(Problem):
-    """A run that was accepted and ended without an answer; ``run_id`` names it."""
+    """An accepted run ended without an answer; see ``run_id``."""
 
     def __init__(self, run_id: str, body: dict[str, Any]) -> None:
         self.run_id = run_id
@@ -30,4 +30,4 @@ class RunFailed(Problem):
 
 
 class NoAnswer(Exception):
-    """The service could not be reached, or had too much to do, as often as was tried, or a wait was too short."""
+    """The service was unreachable or overloaded on every attempt, or waiting timed out."""

@@ -1,4 +1,4 @@
-"""One run as the service shows it."""
+"""A run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ OPEN = frozenset({"queued", "running"})
 
 
 class Run:
-    """A run: ``json`` is all that the service says of it, the properties are the parts that matter most."""
+    """A run: ``json`` is the complete response, the properties its main parts."""
 
     def __init__(self, json: dict[str, Any]) -> None:
         self.json = json
@@ -29,7 +29,7 @@ class Run:
 
     @property
     def status(self) -> str:
-        """How the solve ended: succeeded, infeasible, failed, cancelled; or queued, running."""
+        """State: queued, running, succeeded, infeasible, failed or cancelled."""
         return self.json["status"]
 
     @property
@@ -38,7 +38,7 @@ class Run:
 
     @property
     def holds(self) -> bool | None:
-        """Whether the part holds; None where there is no verdict."""
+        """Whether the part holds; None without a verdict."""
         return self.json["holds"]
 
     @property
@@ -47,12 +47,12 @@ class Run:
 
     @property
     def spec(self) -> dict[str, Any]:
-        """The request as understood, defaults filled in."""
+        """The validated request with defaults filled in."""
         return self.json["spec"]
 
     @property
     def result(self) -> dict[str, Any]:
-        """The result, or the diagnosis where the design is infeasible; empty while there is none."""
+        """The result, or the diagnosis of an infeasible design; empty if there is none."""
         return self.json["result"] or {}
 
     @property

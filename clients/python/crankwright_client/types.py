@@ -8,10 +8,10 @@ from typing_extensions import NotRequired, TypedDict
 
 
 class AccuracyResult(TypedDict):
-    """What was asked for, the estimate of what was reached, and the settings that did it."""
+    """Requested and estimated accuracy, and the numerical settings used."""
 
     requested: float
-    """relative accuracy asked for"""
+    """requested relative accuracy"""
     estimated: float
     """estimated relative error of the results"""
     met: bool
@@ -28,7 +28,7 @@ class Active(TypedDict):
 
 
 class AlternativeResult(TypedDict):
-    """The best linkage of a type, or why the type has none."""
+    """The best linkage of a type, or why there is none."""
 
     type: str
     """which of the change-point linkages, or a URI of the kind of problem"""
@@ -39,11 +39,11 @@ class AlternativeResult(TypedDict):
     ratios: Ratios | None
     """links over crank"""
     reason: str
-    """why the type has none; empty where it has one"""
+    """why the type has no solution; empty if it has one"""
 
 
 class Batch(TypedDict):
-    """Many requests of one kind and mode as one job; each of its items is a run."""
+    """Many requests of one kind and mode as one job; each item is a run."""
 
     id: str
     """the batch's own name, for its address"""
@@ -56,25 +56,25 @@ class Batch(TypedDict):
     detail: Detail
     """whether curves and tables are stored too"""
     status: Literal["queued", "running", "ended", "cancelled"]
-    """how the batch stands"""
+    """state of the batch"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     ended_at: str | None
     """when the last item ended; null: not yet"""
     items: BatchItems
     """how many items there are, and how they stand"""
     rate_per_s: float | None
-    """items a second since the first was begun"""
+    """items per second since the first was started"""
     remaining_s: float | None
-    """null: nothing is known yet"""
+    """null: not known yet"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     links: BatchLinks
     """where the batch and what belongs to it are found"""
 
 
 class BatchItems(TypedDict):
-    """How many items there are, and how those that are done ended."""
+    """Number of items, by outcome."""
 
     total: int
     """all items"""
@@ -87,28 +87,28 @@ class BatchItems(TypedDict):
     failed: int
     """items that ended without an answer"""
     refused: int
-    """rows that are no valid request"""
+    """rows that are not valid requests"""
     cancelled: int
     """items that were cancelled"""
 
 
 class BatchLinks(TypedDict):
-    """Where a batch and what belongs to it are found."""
+    """URLs of a batch and its resources."""
 
     self: str
     """the batch as JSON"""
     page: str
-    """the batch for people"""
+    """the batch's web page"""
     results: str
-    """the answers row by row"""
+    """the results, row by row"""
     events: str
     """progress as server-sent events"""
     runs: str
-    """how often it was timed"""
+    """number of timed runs"""
 
 
 class BatchPage(TypedDict):
-    """A page of the list of batches; ``next_cursor`` asks for the next one."""
+    """A page of batches; ``next_cursor`` requests the next one."""
 
     items: list[Batch]
     """the entries"""
@@ -117,10 +117,10 @@ class BatchPage(TypedDict):
 
 
 class BoreForm(TypedDict):
-    """The shapes that the bore may have."""
+    """The allowed shapes of the bore."""
 
     kind: NotRequired[Literal["free", "drillable", "constant", "stepped", "double_cone", "cone_cylinder"]]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     steps: NotRequired[float | None]
     """bores from each end to the middle; stepped only"""
 
@@ -131,7 +131,7 @@ class CatalogueMaterial(TypedDict):
 
 
 class CertificateResult(TypedDict):
-    """How a design is known to be the best there is: what is proven, of what, by which argument, and what is not."""
+    """Proof of a design's optimality: what is proven, over which set, by which argument, and what is not covered."""
 
     method: str
     """by which argument"""
@@ -154,7 +154,7 @@ class CertificateResult(TypedDict):
 
 
 class ClosureResult(TypedDict):
-    """How well the lengths close; the surplus is 0 for a change-point mechanism."""
+    """Closure of the lengths; the surplus is 0 for a change-point mechanism."""
 
     surplus_mm: float
     """surplus, in mm"""
@@ -168,7 +168,7 @@ class ConstantLoad(TypedDict):
     """One pressure at all angles, as a press or a test bench applies it."""
 
     kind: Literal["constant"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     constant_pressure_mpa: float
     """constant pressure, in MPa"""
     back_pressure_mpa: NotRequired[float | None]
@@ -185,21 +185,20 @@ class Corner(TypedDict):
 
 
 class CrankDynamicsAccuracyRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -207,13 +206,13 @@ class CrankDynamicsAccuracyRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: CrankDynamicsStudyRequest
     """the request as understood, defaults filled in"""
     result: StudyResult | Infeasible | None
@@ -223,31 +222,30 @@ class CrankDynamicsAccuracyRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class CrankDynamicsAnalysisRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -255,13 +253,13 @@ class CrankDynamicsAnalysisRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: DynamicsRequest
     """the request as understood, defaults filled in"""
     result: DynamicsResult | Infeasible | None
@@ -271,13 +269,13 @@ class CrankDynamicsAnalysisRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class CrankDynamicsMechanism(TypedDict):
@@ -293,7 +291,7 @@ class CrankDynamicsMechanism(TypedDict):
 
 
 class CrankDynamicsStudyRequest(TypedDict):
-    """The case, what is wanted of a solution, and how long the levels may be timed."""
+    """The case, the goal, and the time for measuring."""
 
     time_budget_s: NotRequired[float | None]
     """what one solution may take; null: the spec's accuracy decides what is recommended"""
@@ -305,21 +303,20 @@ class CrankDynamicsStudyRequest(TypedDict):
 
 
 class CrankMassesAnalysisRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -327,13 +324,13 @@ class CrankMassesAnalysisRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: MassesRequest
     """the request as understood, defaults filled in"""
     result: MassesResult | Infeasible | None
@@ -343,17 +340,17 @@ class CrankMassesAnalysisRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class CriterionResult(TypedDict):
-    """One figure and what is required of it."""
+    """A criterion: value and requirement."""
 
     name: str
     """of the request's field where asked is true, else of the result"""
@@ -362,7 +359,7 @@ class CriterionResult(TypedDict):
     sense: Literal["at_least", "at_most", "equal", "yes"]
     """how reached must stand to required; yes: 1 for yes, 0 for no"""
     required: float
-    """what is asked for"""
+    """the required value"""
     reached: float | None
     """null: nothing acts, or where it does not hold, nothing is known or it has no bound"""
     unit: str
@@ -399,7 +396,7 @@ class CustomMaterial(TypedDict):
 
 
 class CyclePoints(TypedDict):
-    """The pressures as used: what a rod design takes when it names this run as its load."""
+    """The pressures used, for rod designs that reference this run as their load."""
 
     strokes: int
     """strokes of a cycle"""
@@ -434,7 +431,7 @@ class Dimensions(TypedDict):
 
 
 class Drive(TypedDict):
-    """A motor with a linear torque-speed line, and the inertia it turns; calls up the effect impact_dynamics."""
+    """A motor with a linear torque-speed curve, and the inertia it drives; activates the effect impact_dynamics."""
 
     stall_torque_nm: NotRequired[float | None]
     """torque of the motor, at the crank, standing"""
@@ -470,7 +467,7 @@ class DynamicsRequest(TypedDict):
 
 
 class DynamicsResult(TypedDict):
-    """Forces over the cycle; torque and power at the top are those of one cylinder, irregularity that of the shaft."""
+    """Forces over the cycle; top-level torque and power are of one cylinder, the irregularity is the shaft's."""
 
     reciprocating_mass_kg: float
     """reciprocating mass, in kg"""
@@ -529,17 +526,17 @@ class DynamicsResult(TypedDict):
     dead_centre_jumps: list[Jump]
     """where the pressure jumps"""
     repairs: list[RepairDone]
-    """what was done to the points; empty unless asked for"""
+    """changes to the points; empty unless requested"""
     cycle: CyclePoints
     """the pressures as used, over one cycle"""
     series: Series
     """forces over the crank angle"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
 
 
 class EffectChoice(TypedDict):
-    """Effects that the user settles; all others follow their bounds."""
+    """Effects forced on or off; all others follow their bounds."""
 
     include: NotRequired[list[str]]
     """names of effects that must run"""
@@ -548,7 +545,7 @@ class EffectChoice(TypedDict):
 
 
 class EffectCostResult(TypedDict):
-    """What one effect changes and costs here; null where there is no answer without it, or the time was over."""
+    """Influence and cost of an effect; null if there is no answer without it or the time ran out."""
 
     name: str
     """its name"""
@@ -563,22 +560,22 @@ class EffectCostResult(TypedDict):
     time_without_s: float | None
     """time without, in s"""
     runs: int
-    """how often it was timed"""
+    """number of timed runs"""
 
 
 class EffectInfo(TypedDict):
-    """An effect that a scene of the kind can call for."""
+    """An effect of the kind."""
 
     name: str
     """its name"""
     summary: str
-    """what it is"""
+    """summary"""
     measure: str
     """how its influence is measured beforehand"""
 
 
 class EffectResult(TypedDict):
-    """One line of the effects manifest."""
+    """An entry of the effects manifest."""
 
     name: str
     """name of the effect"""
@@ -608,7 +605,7 @@ class Engine(TypedDict):
 
 
 class EngineResult(TypedDict):
-    """All cylinders together."""
+    """Results of the whole engine."""
 
     mean_torque_nm: float
     """mean torque, in N·m"""
@@ -665,7 +662,7 @@ class EstimateUncertainty(TypedDict):
 
 
 class ExportInfo(TypedDict):
-    """A file that runs of the kind can be taken away as."""
+    """An export format of the kind's runs."""
 
     name: str
     """its name"""
@@ -674,15 +671,15 @@ class ExportInfo(TypedDict):
     media_type: str
     """of the file"""
     extension: str
-    """ending of the file's name"""
+    """file name extension"""
     tools: list[str]
-    """of parameters: what ?for= can be; empty for all others"""
+    """values of ?for= of the parameters export; empty for all others"""
     available: bool
-    """false: this installation lacks what it needs"""
+    """false: a required extra is not installed"""
 
 
 class FieldInfo(TypedDict):
-    """One value of a request. Limits are null where there are none."""
+    """A field of a request. Limits are null if there are none."""
 
     path: str
     """dotted names; [] for the items of a list"""
@@ -722,7 +719,7 @@ class FieldInfo(TypedDict):
 
 
 class Figure(TypedDict):
-    """The number that matters most of a run: what a design was after, a part's mass, an engine's power."""
+    """The headline number of a run: the objective of a design, a part's mass, an engine's power."""
 
     name: str
     """name of the number, as in the result"""
@@ -731,21 +728,20 @@ class Figure(TypedDict):
 
 
 class FlexibleRodAccuracyRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -753,13 +749,13 @@ class FlexibleRodAccuracyRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: FlexibleRodStudyRequest
     """the request as understood, defaults filled in"""
     result: StudyResult | Infeasible | None
@@ -769,17 +765,17 @@ class FlexibleRodAccuracyRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class FlexibleRodCheckRequest(TypedDict):
-    """A strip of given dimensions in its machine."""
+    """A check: given dimensions in a machine."""
 
     name: NotRequired[str]
     """a name for people; it changes no result"""
@@ -804,21 +800,20 @@ class FlexibleRodCheckRequest(TypedDict):
 
 
 class FlexibleRodCheckRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -826,13 +821,13 @@ class FlexibleRodCheckRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: FlexibleRodCheckRequest
     """the request as understood, defaults filled in"""
     result: RodResult | Infeasible | None
@@ -842,17 +837,17 @@ class FlexibleRodCheckRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class FlexibleRodDesignRequest(TypedDict):
-    """The best strip for a machine: requirements, bounds, and what is wanted."""
+    """A design: requirements, bounds and objective."""
 
     time_budget_s: NotRequired[float | None]
     """wall-clock time that this design may take, at most the service's own limit; null: that limit. A kind that
@@ -889,7 +884,7 @@ class FlexibleRodDesignRequest(TypedDict):
 
 
 class FlexibleRodDesignResult(TypedDict):
-    """The strip found, the constraints that shape it, and how it is known to be the best."""
+    """The optimal strip, its active constraints, and the certificate."""
 
     dimensions: Dimensions
     """width, thickness and free length of the strip"""
@@ -934,31 +929,30 @@ class FlexibleRodDesignResult(TypedDict):
     repairs: list[RepairDone]
     """what was done to the load's points; empty unless asked for"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
     objective: str
     """what a design makes least or greatest, or its value at this point"""
     active_constraints: list[Active]
-    """requirements and bounds that shape the design, with what they are worth"""
+    """requirements and bounds that are active at the design, with their sensitivities"""
     certificate: CertificateResult | None
-    """how the answer is known to be the best, or that there is none; null: it is not"""
+    """proof that the answer is optimal, or that none exists; null: not proven"""
 
 
 class FlexibleRodDesignRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -966,13 +960,13 @@ class FlexibleRodDesignRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: FlexibleRodDesignRequest
     """the request as understood, defaults filled in"""
     result: FlexibleRodDesignResult | Infeasible | None
@@ -982,13 +976,13 @@ class FlexibleRodDesignRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class FlexibleRodMechanism(TypedDict):
@@ -1001,7 +995,7 @@ class FlexibleRodMechanism(TypedDict):
 
 
 class FlexibleRodStudyRequest(TypedDict):
-    """The case, what is wanted of a solution, and how long the levels may be timed."""
+    """The case, the goal, and the time for measuring."""
 
     time_budget_s: NotRequired[float | None]
     """what one solution may take; null: the spec's accuracy decides what is recommended"""
@@ -1015,14 +1009,14 @@ Format = Literal["ndjson", "csv", "parquet"]
 
 
 class FrontPointResult(TypedDict):
-    """A linkage of the front: none is better in both quantities, up to the gap."""
+    """A linkage on the front: no other is better in both quantities, up to the gap."""
 
     objective: float
     """what a design makes least or greatest, or its value at this point"""
     against: float
     """the quantity that the objective is traded against"""
     gap: float
-    """how far the point may be from the best, relative"""
+    """relative distance between the point and the proven bound"""
     type: str
     """which of the change-point linkages, or a URI of the kind of problem"""
     lengths_mm: Lengths
@@ -1040,7 +1034,7 @@ class FrontPointResult(TypedDict):
 
 
 class FrontRequest(TypedDict):
-    """A Pareto front: the best objective for limits on another quantity, from its least value up."""
+    """A Pareto front: the optimal objective for limits on another quantity, from its minimum up."""
 
     against: NotRequired[Literal["none", "longest_link", "enclosing_radius", "pin_force"]]
     """the other quantity"""
@@ -1049,7 +1043,7 @@ class FrontRequest(TypedDict):
 
 
 class FrontResult(TypedDict):
-    """What the objective costs in another quantity, by rising values of that quantity."""
+    """Trade-off of the objective against another quantity, in increasing order of that quantity."""
 
     objective: str
     """what a design makes least or greatest, or its value at this point"""
@@ -1075,21 +1069,20 @@ class Geometry(TypedDict):
 
 
 class ImpactLinkageAccuracyRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -1097,13 +1090,13 @@ class ImpactLinkageAccuracyRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: ImpactLinkageStudyRequest
     """the request as understood, defaults filled in"""
     result: StudyResult | Infeasible | None
@@ -1113,18 +1106,18 @@ class ImpactLinkageAccuracyRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class ImpactLinkageCheckRequest(TypedDict):
-    """A linkage given by its type and free ratio, then with R_k = R, or by its four lengths. Results that a
-    frequency, a speed or an energy would be needed for are null without them."""
+    """A check of a linkage given by type and free ratio, then with R_k = R, or by its four lengths. Results that
+    require a missing frequency, speed or energy are null."""
 
     name: NotRequired[str]
     """a name for people; it changes no result"""
@@ -1145,7 +1138,7 @@ class ImpactLinkageCheckRequest(TypedDict):
     tool_radius_mm: NotRequired[float | None]
     """null: the rocker's length"""
     limits: NotRequired[LinkageLimits]
-    """what must be kept besides"""
+    """further constraints"""
     drive: NotRequired[Drive | None]
     """the motor and what it turns; null: the crank turns evenly"""
     coupler_stiffness_n_m: NotRequired[float | None]
@@ -1161,21 +1154,20 @@ class ImpactLinkageCheckRequest(TypedDict):
 
 
 class ImpactLinkageCheckRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -1183,13 +1175,13 @@ class ImpactLinkageCheckRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: ImpactLinkageCheckRequest
     """the request as understood, defaults filled in"""
     result: LinkageResult | Infeasible | None
@@ -1199,17 +1191,17 @@ class ImpactLinkageCheckRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class ImpactLinkageDesignRequest(TypedDict):
-    """The best linkage over the allowed types."""
+    """A design: the best linkage over the allowed types."""
 
     time_budget_s: NotRequired[float | None]
     """wall-clock time that this design may take, at most the service's own limit; null: that limit. A kind that
@@ -1234,7 +1226,7 @@ class ImpactLinkageDesignRequest(TypedDict):
     tool_radius_mm: NotRequired[float | None]
     """null: the rocker's length"""
     limits: NotRequired[LinkageLimits]
-    """what must be kept besides"""
+    """further constraints"""
     drive: NotRequired[Drive | None]
     """the motor and what it turns; null: the crank turns evenly"""
     coupler_stiffness_n_m: NotRequired[float | None]
@@ -1250,7 +1242,7 @@ class ImpactLinkageDesignRequest(TypedDict):
 
 
 class ImpactLinkageDesignResult(TypedDict):
-    """The linkage found, the limits that shape it, the best of every allowed type, and how it is known to be best."""
+    """The optimal linkage, its active limits, the best of every allowed type, and the certificate."""
 
     type: str
     """which of the change-point linkages, or a URI of the kind of problem"""
@@ -1305,7 +1297,7 @@ class ImpactLinkageDesignResult(TypedDict):
     restitution_error: float | None
     """relative, for lengths off by their tolerance"""
     tolerance_window: WindowResult | None
-    """what lengths off by their tolerance do about the blow"""
+    """effect of length tolerances on the blow"""
     running_frequency_hz: float | None
     """with the drive: blows per second in steady running"""
     running_speed_m_s: float | None
@@ -1319,7 +1311,7 @@ class ImpactLinkageDesignResult(TypedDict):
     transfer: list[Sample]
     """u31 over the crank angle"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
     objective: str
     """what a design makes least or greatest, or its value at this point"""
     value: float
@@ -1327,31 +1319,30 @@ class ImpactLinkageDesignResult(TypedDict):
     value_unit: str
     """unit of the value"""
     active_limits: list[str]
-    """names of the limits that are used up"""
+    """names of the active limits"""
     alternatives: list[AlternativeResult]
     """the best linkage of every allowed type, or why it has none"""
     front: FrontResult | None
-    """what the objective costs in another quantity; null: not asked for"""
+    """trade-off of the objective against another quantity; null: not requested"""
     certificate: CertificateResult | None
-    """how the answer is known to be the best, or that there is none; null: it is not"""
+    """proof that the answer is optimal, or that none exists; null: not proven"""
 
 
 class ImpactLinkageDesignRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -1359,13 +1350,13 @@ class ImpactLinkageDesignRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: ImpactLinkageDesignRequest
     """the request as understood, defaults filled in"""
     result: ImpactLinkageDesignResult | Infeasible | None
@@ -1375,17 +1366,17 @@ class ImpactLinkageDesignRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class ImpactLinkageStudyRequest(TypedDict):
-    """The case, what is wanted of a solution, and how long the levels may be timed."""
+    """The case, the goal, and the time for measuring."""
 
     time_budget_s: NotRequired[float | None]
     """what one solution may take; null: the spec's accuracy decides what is recommended"""
@@ -1397,14 +1388,14 @@ class ImpactLinkageStudyRequest(TypedDict):
 
 
 class IndicatorLoad(TypedDict):
-    """An indicator diagram of a two-stroke cycle on the piston's own bore, unrolled by the machine's motion."""
+    """An indicator diagram of a two-stroke cycle for the piston's own bore, unrolled with the machine's kinematics."""
 
     kind: Literal["indicator"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     strokes: list[Stroke]
     """four strokes: intake, compression, expansion, exhaust; two strokes: expansion, compression"""
     repair: NotRequired[bool]
-    """mend what is wrong with the points, and record it"""
+    """repair faulty points, and record what was done"""
     clearance_volume_cm3: NotRequired[float]
     """volume at the upper dead centre"""
     back_pressure_mpa: NotRequired[float | None]
@@ -1415,26 +1406,26 @@ class IndicatorPressure(TypedDict):
     """An indicator diagram of the cylinder."""
 
     kind: Literal["indicator"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     strokes: list[Stroke]
     """four strokes: intake, compression, expansion, exhaust; two strokes: expansion, compression"""
     repair: NotRequired[bool]
-    """mend what is wrong with the points, and record it"""
+    """repair faulty points, and record what was done"""
 
 
 class Infeasible(TypedDict):
-    """Why there is no design."""
+    """Diagnosis of an infeasible design."""
 
     diagnosis: list[ShortfallResult]
     """which requirements cannot be met, how far the best is from them, and what would help"""
     certificate: NotRequired[CertificateResult | None]
-    """how the answer is known to be the best, or that there is none; null: it is not"""
+    """proof that the answer is optimal, or that none exists; null: not proven"""
     repairs: NotRequired[list[RepairDone]]
     """what was done to the request's points"""
 
 
 class InfeasibleResult(TypedDict):
-    """Why no pin of this outer diameter will do, and what would."""
+    """Why no pin of this outer diameter is feasible, and what would be."""
 
     diagnosis: list[ShortfallResult]
     """which requirements cannot be met, how far the best is from them, and what would help"""
@@ -1447,7 +1438,7 @@ class InfeasibleResult(TypedDict):
     least_outer_diameter_mm: float | None
     """all else equal; null where no diameter helps"""
     certificate: NotRequired[CertificateResult | None]
-    """how the answer is known to be the best, or that there is none; null: it is not"""
+    """proof that the answer is optimal, or that none exists; null: not proven"""
 
 
 class Jump(TypedDict):
@@ -1458,37 +1449,37 @@ class Jump(TypedDict):
 
 
 class KindInfo(TypedDict):
-    """All that can be asked of a kind."""
+    """Everything about a kind."""
 
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     title: str
     """what it is, in words"""
     summary: str
-    """what it is"""
+    """summary"""
     modes: list[Mode]
     """what can be asked of the kind"""
     links: dict[str, str]
     """where the run and what belongs to it are found"""
     objectives: list[str]
-    """what a design can be after; empty where there is but one thing"""
+    """objectives of a design; empty if there is only one"""
     effects: list[EffectInfo]
     """every effect with its state and its bound"""
     exports: list[ExportInfo]
-    """what the run offers to take away, by name"""
+    """URLs of the run's exports, by name"""
     requests: list[ModeInfo]
-    """what can be sent, by mode"""
+    """requests by mode"""
 
 
 class KindLine(TypedDict):
-    """A kind in the list."""
+    """A kind in the listing."""
 
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     title: str
     """what it is, in words"""
     summary: str
-    """what it is"""
+    """summary"""
     modes: list[Mode]
     """what can be asked of the kind"""
     links: dict[str, str]
@@ -1516,10 +1507,10 @@ class Lengths(TypedDict):
 
 
 class LevelResult(TypedDict):
-    """One rung of the ladder."""
+    """A level of the study."""
 
     accuracy: float
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     settings: dict[str, float | int | str]
     """numerical settings by name"""
     error: float | None
@@ -1535,7 +1526,7 @@ class LevelResult(TypedDict):
     time_median_s: float
     """time median, in s"""
     runs: int
-    """how often it was timed"""
+    """number of timed runs"""
 
 
 class LinkLengths(TypedDict):
@@ -1550,7 +1541,7 @@ class LinkLengths(TypedDict):
 
 
 class LinkageLimits(TypedDict):
-    """What the mechanism must keep; null: no such limit."""
+    """Limits of the mechanism; null: none."""
 
     min_link_mm: NotRequired[float | None]
     """least length of any link"""
@@ -1571,7 +1562,7 @@ class LinkageLimits(TypedDict):
 
 
 class LinkageResult(TypedDict):
-    """What a linkage does; null where a result does not exist (it cannot strike, an effect or an input is missing)."""
+    """Results of a linkage; null if a result does not exist (no blow, effect not computed, missing input)."""
 
     type: str
     """which of the change-point linkages, or a URI of the kind of problem"""
@@ -1626,7 +1617,7 @@ class LinkageResult(TypedDict):
     restitution_error: float | None
     """relative, for lengths off by their tolerance"""
     tolerance_window: WindowResult | None
-    """what lengths off by their tolerance do about the blow"""
+    """effect of length tolerances on the blow"""
     running_frequency_hz: float | None
     """with the drive: blows per second in steady running"""
     running_speed_m_s: float | None
@@ -1640,20 +1631,20 @@ class LinkageResult(TypedDict):
     transfer: list[Sample]
     """u31 over the crank angle"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
 
 
 class Links(TypedDict):
-    """Where a run and what belongs to it are found."""
+    """URLs of a run and its resources."""
 
     self: str
     """the run as JSON"""
     page: str
-    """the run for people"""
+    """the run's web page"""
     plots: dict[str, str]
-    """pictures by name"""
+    """URLs of the plots, by name"""
     exports: dict[str, str]
-    """what the run offers to take away, by name"""
+    """URLs of the run's exports, by name"""
 
 
 class Load(TypedDict):
@@ -1687,7 +1678,7 @@ MassesRequest = Union["PendulumRequest", "WeighingRequest", "EstimateRequest"]
 
 
 class MassesResult(TypedDict):
-    """What was found, null where the method cannot tell; ``_u`` are standard uncertainties, null where unknown."""
+    """Results, null if the method does not provide them; ``_u``: standard uncertainties, null if unknown."""
 
     rod_cg_from_pin_mm: float | None
     """rod cg from pin, in mm"""
@@ -1722,11 +1713,11 @@ class MassesResult(TypedDict):
     intervals: dict[str, list[float]]
     """the middle 95 % by Monte Carlo, where that was needed"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
 
 
 class MaterialInfo(TypedDict):
-    """A material of the catalogue, and where its numbers are from; null: no number that its kinds ask for."""
+    """A material of the catalogue with the sources of its values; null for values its kinds do not use."""
 
     name: str
     """its name in the catalogue"""
@@ -1741,7 +1732,7 @@ class MaterialInfo(TypedDict):
     density_kg_m3: float
     """density, in kg/m³"""
     allowable_stress_mpa: float | None
-    """of a pin; a convention of design, not of the steel"""
+    """of a pin; a design convention, not a property of the steel"""
     fatigue_limit_mpa: float | None
     """smooth, in alternating bending"""
     fatigue_reduction: float | None
@@ -1755,9 +1746,9 @@ class MaterialInfo(TypedDict):
     loss_factor: float | None
     """η of a strip in its clamps, twice the damping ratio"""
     sources: dict[str, str]
-    """of every number, by its name"""
+    """of every value, by its name"""
     kinds: list[str]
-    """whose requests take the name"""
+    """kinds whose requests accept the name"""
 
 
 class MaterialList(TypedDict):
@@ -1770,20 +1761,20 @@ Mode = Literal["design", "check", "analysis", "accuracy"]
 
 
 class ModeInfo(TypedDict):
-    """One thing that can be asked of a kind: where, in which words, and an example."""
+    """A mode of a kind: path, fields and examples."""
 
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     path: str
-    """where a request is posted to"""
+    """path to post requests to"""
     fields: list[FieldInfo]
     """every field of the request"""
     example: dict[str, Any]
     """a request that works"""
     examples: dict[str, Any]
-    """more of them by their titles"""
+    """further examples by title"""
     plots: list[str]
-    """pictures that its runs can have; each run lists its own"""
+    """plots that its runs may have; each run lists its own"""
 
 
 class PendulumRequest(TypedDict):
@@ -1841,7 +1832,7 @@ class PendulumUncertainty(TypedDict):
 
 
 class Piece(TypedDict):
-    """A diameter along a part of the pin: the cubic polynomial with these values and slopes at its ends."""
+    """A diameter over an interval: the cubic polynomial with these end values and slopes."""
 
     x_from_mm: float
     """x from, in mm"""
@@ -1858,7 +1849,7 @@ class Piece(TypedDict):
 
 
 class PinCertificate(TypedDict):
-    """How a pin is known to be the lightest of its form."""
+    """Certificate of a pin's optimality within its form."""
 
     method: str
     """by which argument"""
@@ -1883,7 +1874,7 @@ class PinCertificate(TypedDict):
 
 
 class PinLimits(TypedDict):
-    """What the pin must keep besides strength; null: no such limit."""
+    """Constraints in addition to strength; null: none."""
 
     min_wall_mm: NotRequired[float | None]
     """least wall thickness"""
@@ -1914,21 +1905,20 @@ class PinMaterial(TypedDict):
 
 
 class PinProfileAccuracyRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -1936,13 +1926,13 @@ class PinProfileAccuracyRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: PinProfileStudyRequest
     """the request as understood, defaults filled in"""
     result: StudyResult | InfeasibleResult | None
@@ -1952,17 +1942,18 @@ class PinProfileAccuracyRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class PinProfileCheckRequest(TypedDict):
-    """A pin with a given bore, or a bushing with a given outside: one all along, or points joined by straight lines."""
+    """A check: a pin with a given bore, or a bushing with a given outer diameter; constant, or points joined by
+    straight lines."""
 
     name: NotRequired[str]
     """a name for people; it changes no result"""
@@ -1981,7 +1972,7 @@ class PinProfileCheckRequest(TypedDict):
     criterion: NotRequired[Literal["tresca_paper", "fibre", "saint_venant", "von_mises"]]
     """how bending and shear join in one equivalent stress"""
     limits: NotRequired[PinLimits]
-    """what must be kept besides"""
+    """further constraints"""
     form: NotRequired[BoreForm]
     """of what a design seeks; a drillable outside does not narrow toward the middle"""
     variable: NotRequired[Literal["bore", "outer"]]
@@ -1994,21 +1985,20 @@ class PinProfileCheckRequest(TypedDict):
 
 
 class PinProfileCheckRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -2016,13 +2006,13 @@ class PinProfileCheckRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: PinProfileCheckRequest
     """the request as understood, defaults filled in"""
     result: PinResult | Infeasible | None
@@ -2032,17 +2022,17 @@ class PinProfileCheckRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class PinProfileDesignRequest(TypedDict):
-    """The lightest pin or bushing of a form."""
+    """A design: the lightest pin or bushing of a form."""
 
     time_budget_s: NotRequired[float | None]
     """wall-clock time that this design may take, at most the service's own limit; null: that limit. A kind that
@@ -2065,7 +2055,7 @@ class PinProfileDesignRequest(TypedDict):
     criterion: NotRequired[Literal["tresca_paper", "fibre", "saint_venant", "von_mises"]]
     """how bending and shear join in one equivalent stress"""
     limits: NotRequired[PinLimits]
-    """what must be kept besides"""
+    """further constraints"""
     form: NotRequired[BoreForm]
     """of what a design seeks; a drillable outside does not narrow toward the middle"""
     variable: NotRequired[Literal["bore", "outer"]]
@@ -2075,7 +2065,7 @@ class PinProfileDesignRequest(TypedDict):
 
 
 class PinProfileDesignResult(TypedDict):
-    """The pin found, what other forms weigh beside it, and how it is known to be the lightest."""
+    """The optimal pin, the masses of other forms, and the certificate."""
 
     mass_g: float
     """mass, in g"""
@@ -2124,9 +2114,9 @@ class PinProfileDesignResult(TypedDict):
     profile: list[Section]
     """the part along its axis"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
     form: str
-    """the form that was sought"""
+    """the form that was optimised"""
     free_mass_g: float
     """the lightest of any form under the same limits, but for the slope"""
     corners: list[Corner] | None
@@ -2134,25 +2124,24 @@ class PinProfileDesignResult(TypedDict):
     contour: list[Piece] | None
     """where it is not: the bore's diameter, of a bushing the outer one, piece by piece"""
     certificate: PinCertificate | None
-    """how the answer is known to be the best, or that there is none; null: it is not"""
+    """proof that the answer is optimal, or that none exists; null: not proven"""
 
 
 class PinProfileDesignRun(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -2160,13 +2149,13 @@ class PinProfileDesignRun(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: PinProfileDesignRequest
     """the request as understood, defaults filled in"""
     result: PinProfileDesignResult | InfeasibleResult | None
@@ -2176,17 +2165,17 @@ class PinProfileDesignRun(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class PinProfileStudyRequest(TypedDict):
-    """The case, what is wanted of a solution, and how long the levels may be timed."""
+    """The case, the goal, and the time for measuring."""
 
     time_budget_s: NotRequired[float | None]
     """what one solution may take; null: the spec's accuracy decides what is recommended"""
@@ -2198,7 +2187,7 @@ class PinProfileStudyRequest(TypedDict):
 
 
 class PinResult(TypedDict):
-    """What a pin does under its load; null where a result does not exist (an effect that did not run, no wall)."""
+    """Results of a pin; null if a result does not exist (effect not computed, no wall)."""
 
     mass_g: float
     """mass, in g"""
@@ -2247,11 +2236,11 @@ class PinResult(TypedDict):
     profile: list[Section]
     """the part along its axis"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
 
 
 class PinSteel(TypedDict):
-    """A steel of the catalogue, and what its designer allows it if that is other than the catalogue's."""
+    """A steel of the catalogue, with an optional allowable stress that overrides the catalogue's."""
 
     name: Literal["pin-steel-17Cr3", "pin-steel-16MnCr5", "pin-steel-31CrMoV9"]
     """a name of the catalogue"""
@@ -2275,7 +2264,7 @@ class Piston(TypedDict):
 
 
 class Point(TypedDict):
-    """A place, and what is sought there: a pin's bore or a bushing's outer diameter."""
+    """A position and the diameter there: a pin's bore or a bushing's outer diameter."""
 
     x_mm: float
     """x, in mm"""
@@ -2295,7 +2284,7 @@ class PressuresResult(TypedDict):
 
 
 class ProblemDetails(TypedDict):
-    """A refusal (RFC 9457)."""
+    """An error response (RFC 9457)."""
 
     type: str
     """URI of the kind of problem, its place in /docs; about:blank: the status says it"""
@@ -2306,11 +2295,11 @@ class ProblemDetails(TypedDict):
     detail: str
     """what is wrong"""
     errors: NotRequired[list[ProblemEntry]]
-    """one entry for every bad field"""
+    """one entry per invalid field"""
 
 
 class ProblemEntry(TypedDict):
-    """One bad field."""
+    """An invalid field."""
 
     pointer: str
     """JSON pointer of the field (RFC 6901)"""
@@ -2330,7 +2319,7 @@ class RatioGiven(TypedDict):
 
 
 class Ratios(TypedDict):
-    """Links over crank."""
+    """Link lengths relative to the crank."""
 
     lambda0: float
     """base over crank"""
@@ -2341,7 +2330,7 @@ class Ratios(TypedDict):
 
 
 class RepairDone(TypedDict):
-    """What was done to a user's points, and where the fault was first seen."""
+    """A repair of the user's points, and where the first fault was."""
 
     pointer: str
     """JSON pointer of the field (RFC 6901)"""
@@ -2350,7 +2339,7 @@ class RepairDone(TypedDict):
 
 
 class Requirements(TypedDict):
-    """Least safeties and greatest loads of the piston's guide."""
+    """Minimum safeties and maximum loads on the piston's guide."""
 
     min_fatigue_safety: NotRequired[float]
     """against fatigue"""
@@ -2365,7 +2354,7 @@ class Requirements(TypedDict):
 
 
 class RestitutionRange(TypedDict):
-    """Where the restitution is not known better: the mechanism is made for the middle."""
+    """A range of restitution coefficients; the mechanism is designed for the middle."""
 
     low: float
     """least value of the range"""
@@ -2374,7 +2363,7 @@ class RestitutionRange(TypedDict):
 
 
 class RingStressesResult(TypedDict):
-    """Hoop stresses in the middle of the pin: at the side and under the load, outside and inside."""
+    """Hoop stresses in the middle of the pin: at the side and under the load, at the outer and inner fibre."""
 
     outer_side: float
     """at the outer fibre, in the mean plane"""
@@ -2396,7 +2385,7 @@ class RodBounds(TypedDict):
 
 
 class RodResult(TypedDict):
-    """What a strip does in its machine; null where a result does not exist (no load, no effect, no stability)."""
+    """Results of a strip; null if a result does not exist (no load, effect not computed, unstable)."""
 
     dimensions: Dimensions
     """width, thickness and free length of the strip"""
@@ -2441,25 +2430,24 @@ class RodResult(TypedDict):
     repairs: list[RepairDone]
     """what was done to the load's points; empty unless asked for"""
     warnings: list[str]
-    """what to know beside the results"""
+    """warnings about the results"""
 
 
 class Run(TypedDict):
-    """A run: whether the part holds, what was asked for, what came out, which effects were computed, how accurate it
-    is and what it took. ``status`` says only how the solve ended."""
+    """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -2467,13 +2455,13 @@ class Run(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
     verdict: VerdictResult | None
-    """of every design and check that has an answer; null of all others, and of runs of before verdicts"""
+    """of every answered design and check; null otherwise, and for runs of early versions"""
     spec: dict[str, Any]
     """the request as understood, defaults filled in"""
     result: dict[str, Any] | None
@@ -2483,20 +2471,20 @@ class Run(TypedDict):
     effects: list[EffectResult]
     """every effect with its state and its bound"""
     accuracy: AccuracyResult | None
-    """wanted, estimated, and whether it was met; null where nothing was solved"""
+    """requested, estimated, and whether it was met; null if nothing was solved"""
     timing: dict[str, float]
-    """seconds by what took them"""
+    """seconds per step"""
     links: Links
     """where the run and what belongs to it are found"""
     progress: RunProgress | None
-    """of a run under way, where it is a long one"""
+    """of a long run in progress"""
 
 
 class RunForce(TypedDict):
-    """The force at a worst instant of a stored crank-dynamics run; the service fills in what it takes from there."""
+    """The force at a worst instant of a stored crank-dynamics run; filled in by the service."""
 
     kind: Literal["run"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     run_id: str
     """the id of a stored run"""
     instant: NotRequired[Literal["gas_force_max", "rod_compression_max", "rod_tension_max", "side_force_max", "wrist_pin_load_max", "crank_pin_load_max", "main_bearing_load_max"]]
@@ -2508,20 +2496,20 @@ class RunForce(TypedDict):
 
 
 class RunLine(TypedDict):
-    """A line of the listing."""
+    """A run in a listing."""
 
     id: str
     """the run's own name, for its address"""
     kind: str
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     mode: Mode
     """what is asked: design, check, analysis or accuracy"""
     status: RunStatus
-    """how the solve stands or ended"""
+    """state or outcome of the solve"""
     name: str
     """its name"""
     created_at: str
-    """when the run was asked for, UTC"""
+    """when the run was requested, UTC"""
     spec_hash: str
     """SHA-256 of kind, mode and request, the name apart"""
     cached: bool
@@ -2529,19 +2517,19 @@ class RunLine(TypedDict):
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's own; null: there is no verdict"""
+    """the verdict's; null: no verdict"""
     figure: Figure | None
-    """null: there is no result, or the run is of before figures"""
+    """null: no result, or a run of an early version"""
     solver: Solver
-    """who solved"""
+    """the program that solved"""
 
 
 class RunLoad(TypedDict):
-    """A stored crank-dynamics run: its pressures (two strokes), or the one of a worst instant at all angles. The
-    service fills in what it takes from the run."""
+    """A stored crank-dynamics run: its pressures (two strokes), or the pressure of a worst instant at all angles.
+    The service fills in the data."""
 
     kind: Literal["run"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     run_id: str
     """the id of a stored run"""
     instant: NotRequired[Literal["gas_force_max", "rod_compression_max", "rod_tension_max", "side_force_max", "wrist_pin_load_max", "crank_pin_load_max", "main_bearing_load_max"] | None]
@@ -2559,25 +2547,25 @@ RunOrder = Literal["newest", "oldest", "name", "least", "greatest"]
 
 
 class RunPage(TypedDict):
-    """A page of the listing; ``next_cursor`` asks for the next one."""
+    """A page of runs; ``next_cursor`` requests the next one."""
 
     items: list[RunLine]
     """the entries"""
     next_cursor: str | None
     """asks for the next page; null: this is the last"""
     damaged: list[str]
-    """ids of runs that belong here too, but whose records are damaged"""
+    """ids of runs of this page with damaged records"""
 
 
 class RunProgress(TypedDict):
-    """How far a run is."""
+    """Progress of a run."""
 
     done: int
-    """solutions that are there"""
+    """solutions found"""
     of: int
-    """at most; a time budget may end the run before"""
+    """upper limit; a time budget may end the run earlier"""
     doing: str
-    """what is done just now"""
+    """the current step"""
 
 RunStatus = Literal["queued", "running", "succeeded", "infeasible", "failed", "cancelled"]
 
@@ -2593,7 +2581,7 @@ class SchmidtLoad(TypedDict):
     """p = p_min (1 + delta)/(1 - delta cos(phi - theta)): the isothermal Stirling cycle."""
 
     kind: Literal["schmidt"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     p_min_mpa: float
     """p min, in MPa"""
     delta: float
@@ -2605,7 +2593,7 @@ class SchmidtLoad(TypedDict):
 
 
 class Section(TypedDict):
-    """The pin at one place."""
+    """A cross-section of the pin."""
 
     x_mm: float
     """x, in mm"""
@@ -2622,7 +2610,8 @@ class Section(TypedDict):
 
 
 class Series(TypedDict):
-    """One column per quantity; compression of the rod is positive, the radial force points to the shaft."""
+    """Results over the angle, one list per quantity. Rod compression is positive; the radial force points to the
+    shaft."""
 
     angle_deg: list[float]
     """angle, in °"""
@@ -2653,12 +2642,12 @@ class Series(TypedDict):
 
 
 class ShortfallResult(TypedDict):
-    """A requirement that cannot be met."""
+    """An unattainable requirement."""
 
     requirement: str
     """name of the field or limit"""
     required: float
-    """what is asked for"""
+    """the required value"""
     attainable: float | None
     """the best to be had; null: nothing"""
     advice: str
@@ -2666,7 +2655,7 @@ class ShortfallResult(TypedDict):
 
 
 class Solver(TypedDict):
-    """Who solved."""
+    """The solver that produced a result."""
 
     name: str
     """name of the program"""
@@ -2675,7 +2664,7 @@ class Solver(TypedDict):
 
 
 class Steps(TypedDict):
-    """Steps to whose multiples width and free length are rounded; null: not rounded."""
+    """Increments to which width and free length are rounded; null: not rounded."""
 
     b: NotRequired[float | None]
     """width of the strip"""
@@ -2693,7 +2682,7 @@ class Stroke(TypedDict):
 
 
 class StudyResult(TypedDict):
-    """Error against time, from loose to tight; and the effects, each turned about in turn."""
+    """Error against time, from loose to tight, and the influence of each effect."""
 
     levels: list[LevelResult]
     """settings from loose to tight, with their errors and times"""
@@ -2734,7 +2723,7 @@ class Sweep(TypedDict):
 
 
 class SweptBox(TypedDict):
-    """The least box around all that links and joints sweep; ``angle_deg`` from the base line to its width."""
+    """The smallest box around the swept area of links and joints; ``angle_deg`` from the base line to its width."""
 
     width: float
     """one side of the box"""
@@ -2748,7 +2737,7 @@ class TableLoad(TypedDict):
     """Pressures at crank angles, joined by a monotone periodic cubic."""
 
     kind: Literal["table"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     angle_deg: list[float]
     """rising, within one turn"""
     pressure_mpa: list[float]
@@ -2761,13 +2750,13 @@ class TablePressure(TypedDict):
     """Pressures at crank angles of one cycle, joined by a monotone periodic cubic."""
 
     kind: Literal["table"]
-    """which of its forms this is, or the kind of design"""
+    """discriminator of the form, or the kind of design"""
     angle_deg: list[float]
     """rising, within one cycle"""
     pressure_mpa: list[float]
     """one for each angle"""
     repair: NotRequired[bool]
-    """mend what is wrong with the points, and record it"""
+    """repair faulty points, and record what was done"""
 
 Tool = Literal["freecad", "fusion", "onshape", "solidworks", "inventor"]
 
@@ -2793,7 +2782,7 @@ Vary = TypedDict(
 
 
 class VerdictResult(TypedDict):
-    """Whether the part holds: true only if every criterion does."""
+    """The verdict: the part holds only if every criterion does."""
 
     holds: bool
     """whether the part holds: true only if every criterion does"""
@@ -2802,7 +2791,7 @@ class VerdictResult(TypedDict):
     governed_by: str | None
     """the criterion that fails most, or has least to spare; null: none acts"""
     criteria: list[CriterionResult]
-    """every requirement, limit and criterion of strength"""
+    """every requirement, limit and strength criterion"""
     cautions: list[str]
     """what to know beside the criteria"""
 
@@ -2860,7 +2849,7 @@ class WeighingUncertainty(TypedDict):
 
 
 class WindowResult(TypedDict):
-    """What a missed closure does about the blow."""
+    """Effect of a closure error on the blow."""
 
     angle_deg: float
     """half width of the crank angles concerned"""
@@ -2871,7 +2860,7 @@ class WindowResult(TypedDict):
 
 
 class WorstInstant(TypedDict):
-    """The instant at which one force is greatest."""
+    """The instant of a force's maximum."""
 
     name: str
     """its name"""

@@ -1,4 +1,4 @@
-"""Requests and answers, without the waiting: what the synchronous and the asynchronous client share."""
+"""Requests and responses, shared by the synchronous and the asynchronous client."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PREFIX = "/api/v1"
 
 @dataclass(frozen=True)
 class Call:
-    """One request, which may be sent several times."""
+    """A request that may be retried."""
 
     method: str
     path: str
@@ -33,7 +33,7 @@ class Call:
 def submission(
     collection: str, kind: str, spec: Mapping[str, Any], key: str | None = None, later: bool = False
 ) -> Call:
-    """A POST of a request body, with an idempotency key of its own unless one is given."""
+    """A POST with an idempotency key, generated unless given."""
     headers = {"Content-Type": "application/json", "Idempotency-Key": key or uuid.uuid4().hex}
     if later:
         headers["Prefer"] = "respond-async"
@@ -47,7 +47,7 @@ ROWS = {
     ".jsonl": "application/x-ndjson",
     ".parquet": "application/vnd.apache.parquet",
 }
-"""How the rows of a file are sent, by its name."""
+"""Media types of batch files by suffix."""
 
 
 def rows(
@@ -58,7 +58,7 @@ def rows(
     detail: str,
     key: str | None,
 ) -> Call:
-    """A POST of many requests: those of a file (.csv, .ndjson, .parquet), or mappings, sent as NDJSON."""
+    """A POST of many requests: a file (.csv, .ndjson, .parquet), or mappings sent as NDJSON."""
     form, content = "application/x-ndjson", b""
     if isinstance(specs, str | PathLike):
         file = Path(specs)
@@ -76,7 +76,7 @@ def sweep(told: Mapping[str, Any], key: str | None) -> Call:
 
 
 def results(batch: Batch, form: str, status: str | None = None, fields: Iterable[str] = ()) -> Call:
-    """The table of what has ended."""
+    """The results of finished items."""
     return Call("GET", batch["links"]["results"], params=_given(format=form, status=status, fields=",".join(fields)))
 
 
@@ -85,7 +85,7 @@ def _given(**values: Any) -> dict[str, str]:
 
 
 def listing(filters: Mapping[str, Any], cursor: str | None) -> Call:
-    """One page of the runs that satisfy all filters."""
+    """A page of runs matching all filters."""
     given = {**filters, "cursor": cursor}
     shown = {name: _shown(value) for name, value in given.items() if value is not None}
     return Call("GET", f"{PREFIX}/runs", params=shown)
@@ -98,7 +98,7 @@ def _shown(value: Any) -> str:
 
 
 def checked(response: httpx.Response) -> httpx.Response:
-    """The answer; its problem as an exception where it is a refusal."""
+    """The response; raises its problem if it is an error."""
     if response.status_code < 400:
         return response
     try:
@@ -111,7 +111,7 @@ def checked(response: httpx.Response) -> httpx.Response:
 
 
 def run_of(response: httpx.Response) -> Run:
-    """The run that an answer shows; RunFailed where it ended without an answer of its own."""
+    """The run in a response; raises RunFailed if it ended without an answer."""
     run = Run(response.json())
     if run.status == "failed":
         raise RunFailed(run.id, run.json["problem"] or {})

@@ -163,20 +163,22 @@ class Cycle:
             made.piston, made.inertia_defect, masses.rod.at_crank_pin * turned, masses.rotating(r) * turned,
         )  # fmt: skip
 
+    @property
+    def sharp_angles(self) -> Array:
+        """Rising angles [rad] about those at which the crank stands across, where a rod hardly longer than its crank
+        has tan(beta) peak within sqrt(1 - sin^2(beta)): they halve toward the peak. None of a longer rod."""
+        m = self.scene.mechanism
+        sharp = math.sqrt(2.0 * (1.0 - (m.crank_radius + abs(m.offset)) / m.rod_length))
+        if sharp > _SHARP:
+            return _NONE
+        beside = sharp * 2.0 ** np.arange(math.ceil(math.log2(_SHARP / sharp)) + 2)
+        across = (np.arange(-1, 2 * self.scene.cylinder.strokes + 2, 2) * (0.5 * math.pi))[:, None]
+        return np.unique(np.concatenate([across - beside, across, across + beside], axis=1))
+
     @cached_property
     def gas(self) -> Unrolled:
-        """The pressures, in pieces on whose scale all forces are smooth.
-
-        With a rod hardly longer than its crank, tan(beta) peaks within sqrt(1 - sin^2(beta)) of the crank standing
-        across; there the pieces halve toward the peak.
-        """
-        m, more = self.scene.mechanism, _NONE
-        sharp = math.sqrt(2.0 * (1.0 - (m.crank_radius + abs(m.offset)) / m.rod_length))
-        if sharp <= _SHARP:
-            beside = sharp * 2.0 ** np.arange(math.ceil(math.log2(_SHARP / sharp)) + 2)
-            across = (np.arange(-1, 2 * self.scene.cylinder.strokes + 2, 2) * (0.5 * math.pi))[:, None]
-            more = np.unique(np.concatenate([across - beside, across, across + beside], axis=1))
-        return refined(self.curve.unrolled, more, LONGEST_PIECE)
+        """The pressures, in pieces on whose scale all forces are smooth."""
+        return refined(self.curve.unrolled, self.sharp_angles, LONGEST_PIECE)
 
     def forces(self, angle: ArrayLike) -> Forces:
         """Everything at the angles [rad], shape (n,)."""

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from solvers.crank.cycle.forces import Cycle, Machine
-from solvers.crank.cycle.worst_instants import ROWS, TEXTBOOK, Group, alone, greatest
+from solvers.crank.cycle.worst_instants import TEXTBOOK, Group, alone, greatest
 from solvers.crank.gas.unrolled_pressure import Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion
 
@@ -35,8 +35,8 @@ def tier_errors(cycle: Cycle, tolerance: float) -> TierErrors:
     displacement, acceleration = _of_motion(cycle.motion.crank_radius / cycle.motion.rod_length)
     pressure = None
     if cycle.curve.has_brix:
-        rows = range(TEXTBOOK + 2, ROWS)
-        pressure = float(greatest(cycle.machine, cycle.gas, alone(cycle.gas), rows, tolerance).value[0])
+        group = alone(cycle.gas)
+        pressure = float(greatest(cycle.machine, cycle.gas, group, TEXTBOOK + 2, 1, tolerance).value[0])
     return TierErrors(displacement, acceleration, pressure)
 
 
@@ -48,5 +48,5 @@ def _of_motion(ratio: float) -> tuple[float, float]:
     gas = Unrolled(bounds, nothing, np.zeros((_PIECES, 4)), np.zeros(_PIECES, np.intp), False, frame, 0.0, 0.0)
     machine = Machine(frame, *np.zeros(8).tolist())
     group = Group(bounds, np.arange(_PIECES)[:, None], nothing[:, None])
-    found = greatest(machine, gas, group, range(TEXTBOOK, TEXTBOOK + 2), 1e-8).value
+    found = greatest(machine, gas, group, TEXTBOOK, 2, 1e-8).value
     return float(found[0]), float(found[1])

@@ -9,18 +9,18 @@ higher neighbour lies below it, it may rise by K/2 (1/2 - d/K)^2. What is left u
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.crank.cycle.forces import Cycle, Instant, Machine, instant, length_of
+from solvers.crank.cycle.forces import Instant, Machine, instant, length_of
 from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piece_of, pressure_at, within
 from solvers.crank.motion.slider_crank import acceleration_of, displacement_of, stand_at
 from solvers.crank.problem import LOADS
 from solvers.numerics.brackets import narrow, trial_points
 from solvers.numerics.jit import inlined_kernel, kernel
+from solvers.numerics.panels import largest, top_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -46,8 +46,7 @@ class Group(NamedTuple):
     shift: Array
 
 
-@dataclass(frozen=True)
-class Worst:
+class Worst(NamedTuple):
     """The instant at which a force is greatest: its name, where [rad], its value [N] and the pressure [Pa] there."""
 
     name: str
@@ -56,26 +55,20 @@ class Worst:
     pressure: float
 
 
-@dataclass(frozen=True)
-class Greatest:
-    """Greatest values of some rows, where [rad], their absolute errors, and the pressures there; all (rows,).
-
-    ``places`` and ``samples`` are where all pieces were seen, (pieces, places), and the rows there, (pieces, rows,
-    places).
-    """
+class Greatest(NamedTuple):
+    """Greatest values of some rows, where [rad], their absolute errors, and the pressures there: (rows,) each."""
 
     value: Array
     place: Array
     error: Array
     pressure: Array
-    places: Array
-    samples: Array
 
 
+@kernel
 def alone(gas: Unrolled) -> Group:
     """One cylinder by itself."""
     count = gas.stroke.size
-    return Group(gas.breaks, np.arange(count)[:, None], np.zeros((count, 1)))
+    return Group(gas.breaks, np.arange(count).reshape(count, 1), np.zeros((count, 1)))
 
 
 @inlined_kernel
@@ -89,13 +82,16 @@ def instant_of(angle: float, n: int, cylinder: int, machine: Machine, gas: Unrol
 
 
 @kernel
-def _rows(
-    angle: Array, start: int, n: int, machine: Machine, gas: Unrolled, group: Group, first: int, out: Array
-) -> None:
-    """The rows from ``first`` on, (rows, angles), at shaft angles of piece ``n``, those before ``start`` left out; all
-    cylinders together."""
+def _rows(angle: Array, pieces: Index, machine: Machine, gas: Unrolled, group: Group, first: int, out: Array) -> None:
+    """The rows from ``first`` on, (rows, angles), at shaft angles of the group's pieces; where the piece is -1, the
+    same as at the angle before. All cylinders together."""
     r = machine.frame.r
-    for i in range(start, angle.size):
+    for i in range(angle.size):
+        n = pieces[i]
+        if n < 0:
+            for row in range(out.shape[0]):
+                out[row, i] = out[row, i - 1]
+            continue
         if first >= TEXTBOOK:
             _textbook_rows(angle[i], group.piece[n, 0], machine, gas, first, out[:, i])
             continue
@@ -140,62 +136,66 @@ def _joined(n: int, gas: Unrolled, group: Group) -> bool:
 
 
 @kernel
-def _sampled(machine: Machine, gas: Unrolled, group: Group, first: int, rows: int) -> tuple[Array, Array]:
-    """Places (pieces, WITHIN + 1) and the rows there (pieces, rows, WITHIN + 1)."""
-    count = group.bounds.size - 1
-    places, values = np.empty((count, WITHIN + 1)), np.empty((count, rows, WITHIN + 1))
+def sampled(machine: Machine, gas: Unrolled, group: Group, first: int, rows: int) -> tuple[Array, Array]:
+    """Places, WITHIN + 1 in every piece one after the other, and the rows there, (rows, places)."""
+    count, each = group.bounds.size - 1, WITHIN + 1
+    places, pieces, values = np.empty(count * each), np.empty(count * each, np.intp), np.empty((rows, count * each))
     for n in range(count):
         low, high = group.bounds[n], group.bounds[n + 1]
-        for j in range(WITHIN + 1):
-            places[n, j] = min(low + (high - low) * (j / WITHIN), high)
-        known = 1 if _joined(n, gas, group) else 0
-        if known:
-            for row in range(rows):
-                values[n, row, 0] = values[n - 1, row, WITHIN]
-        _rows(places[n], known, n, machine, gas, group, first, values[n])
+        for j in range(each):
+            places[n * each + j], pieces[n * each + j] = min(low + (high - low) * (j / WITHIN), high), n
+        if _joined(n, gas, group):
+            pieces[n * each] = -1
+    _rows(places, pieces, machine, gas, group, first, values)
     return places, values
 
 
-@kernel
-def _reach(values: Array, j: int) -> float:
-    """What a function four times as bent as the samples of its piece may reach between hump ``j`` and its neighbours;
-    -inf where there is no hump."""
-    fall, here = np.inf, values[j]
+@inlined_kernel
+def _reach(values: Array, first: int, j: int) -> float:
+    """What a function four times as bent as the samples of a piece, from ``first`` on, may reach between hump ``j`` and
+    its neighbours; -inf where there is no hump."""
+    fall, here = np.inf, values[first + j]
     if j > 0:
-        fall = here - values[j - 1]
+        fall = here - values[first + j - 1]
     if j < WITHIN:
-        fall = min(fall, here - values[j + 1])
+        fall = min(fall, here - values[first + j + 1])
     if not fall >= 0.0:
         return -np.inf
-    m = min(max(j, 1), WITHIN - 1)
+    m = first + min(max(j, 1), WITHIN - 1)
     bend = abs(values[m - 1] - 2.0 * values[m] + values[m + 1])
     rise = max(2.0 * bend - fall, 0.0)
     return here + (rise * rise / (8.0 * bend) if rise > 0.0 else 0.0)
 
 
 @kernel
-def _climbed(
+def climbed(
     machine: Machine, gas: Unrolled, group: Group, first: int, places: Array, samples: Array, tolerance: float
-) -> Array:
-    """(4, rows): greatest values, places, errors, pressures."""
-    rows, count = samples.shape[1], places.shape[0]
-    found, out = np.empty((4, rows)), np.empty((rows, 5))
+) -> Greatest:
+    """The greatest values of the sampled rows; ``tolerance`` is relative to them."""
+    rows, count, each = samples.shape[0], places.size, WITHIN + 1
+    found, out, pieces = np.empty((4, rows)), np.empty((rows, 5)), np.empty(5, np.intp)
     place, value, points = np.empty(3), np.empty(3), np.empty(5)
-    reach, owner = np.empty(count * (WITHIN + 1)), np.empty(count * (WITHIN + 1), np.intp)
+    reach, owner = np.empty(count), np.empty(count, np.intp)
     for row in range(rows):
-        best, scale, at = -np.inf, 0.0, 0
-        for n in range(count):
-            for j in range(WITHIN + 1):
-                scale = max(scale, abs(samples[n, row, j]))
-                if samples[n, row, j] > best:
-                    best, at = samples[n, row, j], n * (WITHIN + 1) + j
-        where, piece = places[at // (WITHIN + 1), at % (WITHIN + 1)], at // (WITHIN + 1)
+        values = samples[row]
+        best, scale, at = top_of(values), largest(values), 0
+        while values[at] != best:
+            at += 1
+        where, piece = places[at], at // each
         humps = 0
-        for n in range(count):
-            for j in range(WITHIN + 1):
-                high = _reach(samples[n, row], j)
+        for n in range(0, count, each):
+            # No hump reaches above the highest sample by more than half of four times the greatest bend.
+            highest, bend = values[n], 0.0
+            for j in range(n + 1, n + each):
+                highest = max(highest, values[j])
+            for j in range(n + 1, n + WITHIN):
+                bend = max(bend, abs(values[j - 1] - 2.0 * values[j] + values[j + 1]))
+            if highest + 0.5 * bend <= best:
+                continue
+            for j in range(each):
+                high = _reach(values, n, j)
                 if high > best:
-                    reach[humps], owner[humps] = high, n * (WITHIN + 1) + j
+                    reach[humps], owner[humps] = high, n + j
                     humps += 1
         left = best
         for _ in range(_MOST_HUMPS + 1):
@@ -208,15 +208,16 @@ def _climbed(
                 if top >= 0:
                     left = max(left, reach[top])
                 break
-            n, j = owner[top] // (WITHIN + 1), owner[top] % (WITHIN + 1)
+            n, j = owner[top] // each, owner[top] % each
             reach[top] = -np.inf
             for i in range(3):
-                m = min(max(j + i - 1, 0), WITHIN)
-                place[i], value[i] = places[n, m], samples[n, row, m]
+                m = n * each + min(max(j + i - 1, 0), WITHIN)
+                place[i], value[i] = places[m], values[m]
             missing = np.inf
+            pieces[:] = n
             for _round in range(_MOST_ROUNDS):
                 trial_points(place, value, points)
-                _rows(points, 0, n, machine, gas, group, first, out)
+                _rows(points, pieces, machine, gas, group, first, out)
                 missing = narrow(place, value, points, out[row])
                 if (
                     missing <= _MISSED * tolerance * abs(value[1]) + _ROUNDING * scale
@@ -229,18 +230,17 @@ def _climbed(
                 best, where, piece = value[1], place[1], n
         found[0, row], found[1, row], found[2, row] = best, where, left - best + _ROUNDING * scale
         found[3, row] = instant_of(where, piece, 0, machine, gas, group).pressure
-    return found
+    return Greatest(found[0], found[1], found[2], found[3])
 
 
-def greatest(machine: Machine, gas: Unrolled, group: Group, rows: range, tolerance: float) -> Greatest:
-    """The greatest values of the rows; ``tolerance`` is relative to them."""
-    places, samples = _sampled(machine, gas, group, rows.start, len(rows))
-    found = _climbed(machine, gas, group, rows.start, places, samples, tolerance)
-    return Greatest(*found, places, samples)
+@kernel
+def greatest(machine: Machine, gas: Unrolled, group: Group, first: int, rows: int, tolerance: float) -> Greatest:
+    """The greatest values of so many rows from the ``first``; ``tolerance`` is relative to them."""
+    places, samples = sampled(machine, gas, group, first, rows)
+    return climbed(machine, gas, group, first, places, samples, tolerance)
 
 
-def worst_instants(found: Greatest, cycle: Cycle) -> tuple[Worst, ...]:
+def worst_instants(found: Greatest, period: float) -> tuple[Worst, ...]:
     """The loads' rows in words."""
-    period = cycle.scene.cylinder.period
     told = zip(LOADS, found.place.tolist(), found.value.tolist(), found.pressure.tolist(), strict=False)
     return tuple(Worst(name, place % period, force, p) for name, place, force, p in told)

@@ -19,13 +19,10 @@ _ALIKE = 8.0 * np.finfo(float).eps * 4.0 * math.pi
 """Breaks of several cylinders nearer than this are the same one, rounded."""
 
 
-def together(gas: Unrolled, phases: tuple[float, ...]) -> Group:
-    """The cylinders of these phases [rad] on one shaft."""
-    return _together(gas.breaks, np.array(phases), max(MOST_BREAKS // len(phases), LEAST_MOST))
-
-
 @kernel
-def _together(breaks: Array, phases: Array, most: int) -> Group:
+def together(gas: Unrolled, phases: Array) -> Group:
+    """The cylinders of these phases [rad] on one shaft."""
+    breaks, most = gas.breaks, max(MOST_BREAKS // phases.size, LEAST_MOST)
     start, period, size = breaks[0], breaks[-1] - breaks[0], breaks.size - 1
     every = np.empty(size * phases.size + 2)
     for i in range(phases.size):

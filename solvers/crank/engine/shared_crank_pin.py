@@ -48,6 +48,6 @@ def shared_pin(cycle: Cycle, engine: Engine, tolerance: float) -> SharedPin | No
         return None
     # The throw turns once, and with it all that turns already counts both rods.
     machine = cycle.machine._replace(big_end=masses.rods_per_pin * cycle.machine.big_end)
-    pair = together(cycle.gas, engine.phases[:2])
-    found = greatest(machine, cycle.gas, pair, range(CRANK_PIN, CRANK_PIN + 2), tolerance).value
+    pair = together(cycle.gas, np.array(engine.phases[:2]))
+    found = greatest(machine, cycle.gas, pair, CRANK_PIN, 2, tolerance).value
     return SharedPin(float(found[0]), float(found[1]))

@@ -11,15 +11,14 @@ flywheel from the work between the speed's extremes, Delta W = J omega^2 delta.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.crank.cycle.forces import Cycle, Machine
-from solvers.crank.cycle.worst_instants import Greatest, Group, instant_of
+from solvers.crank.cycle.worst_instants import WITHIN, Group, instant_of
 from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_of, within, work_at
 from solvers.crank.motion.slider_crank import displacement_of, stand_at
 from solvers.crank.scene import Engine
@@ -28,26 +27,39 @@ from solvers.numerics.jit import inlined_kernel, kernel
 Array = NDArray[np.float64]
 
 _FEWEST_NODES, _MOST_NODES = 2, 64
+_RULES = np.concatenate([np.stack(np.polynomial.legendre.leggauss(2**k)) for k in range(1, 7)], axis=1)
+_RULES = 0.5 * (_RULES + np.array([[1.0], [0.0]]))
+"""Gauss's rules on (0, 1) of 2, 4, …, 64 nodes, one after the other: that of n nodes begins at n - 2."""
 _MOST_ROUNDS = 60
 _ROUNDING = 4.0 * np.finfo(float).eps
 CANCELLED = 1e-4
 """Where a mean cancels to less than this of its mean magnitude, that share of the magnitude is what counts."""
 
 
-@dataclass(frozen=True)
-class GasWork:
+class GasWork(NamedTuple):
     """The gas's work [J] from the start of the cycle to every break, its absolute error, the sum of its magnitudes, and
-    Gauss's rule for it with its number of nodes (none for cubics of the volume)."""
+    the number of nodes of Gauss's rule for it (0: closed form)."""
 
     before: Array
     error: float
     magnitude: float
-    rule: tuple[Array, Array]
     nodes: int
 
-    @property
-    def whole(self) -> float:
-        return float(self.before[-1])
+
+class ShaftWork(NamedTuple):
+    """What a cycle does to the shaft: the gas's ``whole`` work in one cylinder with its absolute ``error`` and the
+    ``magnitude`` it cancels from [J]; the extremes of the summed torque with their error [N m]; the work between the
+    extremes of the speed, all cylinders together, with its error [J]; the ``nodes`` that took."""
+
+    whole: float
+    error: float
+    magnitude: float
+    torque_max: float
+    torque_min: float
+    torque_error: float
+    fluctuation: float
+    fluctuation_error: float
+    nodes: float
 
 
 @dataclass(frozen=True)
@@ -55,8 +67,7 @@ class SpeedSwing:
     """The work [J] between the extremes of the speed, and what follows for the shaft.
 
     ``irregularity`` is (omega_max - omega_min)/omega for the inertia there is, None without any;
-    ``torque_irregularity`` is (M_max - M_min)/M_mean, None for a mean torque of zero. ``error`` [J] is that of the
-    work, ``torque_error`` [N m] that of the extremes of the torque.
+    ``torque_irregularity`` is (M_max - M_min)/M_mean, None for a mean torque of zero.
     """
 
     work_fluctuation: float
@@ -67,60 +78,57 @@ class SpeedSwing:
     torque_mean: float
     torque_irregularity: float | None
     flywheel_inertia_wanted: float | None
-    error: float
-    torque_error: float
-
-
-def gas_work(cycle: Cycle, tolerance: float, least: float = math.inf) -> GasWork:
-    """By as many nodes as it takes: ``tolerance`` is relative to the work of the cycle, or to ``least`` [J] if that is
-    less."""
-    rule = _rule(_FEWEST_NODES)
-    before, magnitude = _gas_work(cycle.machine, cycle.gas, *rule)
-    error = 0.0
-    while not cycle.gas.by_volume and rule[0].size < _MOST_NODES:
-        rule = _rule(2 * rule[0].size)
-        coarse, (before, magnitude) = before, _gas_work(cycle.machine, cycle.gas, *rule)
-        error = float(np.max(np.abs(before - coarse)))
-        if error <= tolerance * min(max(abs(float(before[-1])), CANCELLED * magnitude), least):
-            break
-    return GasWork(before, error + _ROUNDING * magnitude, magnitude, rule, 0 if cycle.gas.by_volume else rule[0].size)
-
-
-@cache
-def _rule(nodes: int) -> tuple[Array, Array]:
-    """Gauss's rule on (0, 1)."""
-    at, weight = np.polynomial.legendre.leggauss(nodes)
-    return 0.5 + 0.5 * at, 0.5 * weight
-
-
-@inlined_kernel
-def _by_rule(low: float, high: float, k: int, machine: Machine, gas: Unrolled, at: Array, weight: Array) -> float:
-    """The gas's work between two angles of a piece, over the angle."""
-    total = 0.0
-    for i in range(at.size):
-        phi = low + (high - low) * at[i]
-        at_phi = stand_at(phi, machine.frame)
-        gained = pressure_of(phi, at_phi, k, gas) - machine.back
-        total += weight[i] * gained * (at_phi.sine + at_phi.cosine * at_phi.tangent)
-    return total * (high - low) * machine.frame.r * machine.area
 
 
 @kernel
-def _done(phi: float, k: int, machine: Machine, gas: Unrolled, at: Array, weight: Array) -> float:
-    """The gas's work from the beginning of piece ``k`` to an angle of it."""
-    if not gas.by_volume:
-        return _by_rule(gas.breaks[k], phi, k, machine, gas, at, weight)
-    first = gas.clearance + gas.area * displacement_of(stand_at(gas.breaks[k], gas.frame), gas.frame)
-    last = gas.clearance + gas.area * displacement_of(stand_at(phi, gas.frame), gas.frame)
+def gas_work(machine: Machine, gas: Unrolled, tolerance: float, least: float) -> GasWork:
+    """By as many nodes as it takes: ``tolerance`` is relative to the work of the cycle, or to ``least`` [J] if that is
+    less."""
+    nodes = 0 if gas.by_volume else _FEWEST_NODES
+    before, magnitude = _gas_work(machine, gas, nodes)
+    error = 0.0
+    while 0 < nodes < _MOST_NODES:
+        nodes, coarse = 2 * nodes, before
+        before, magnitude = _gas_work(machine, gas, nodes)
+        error = np.abs(before - coarse).max()
+        if error <= tolerance * min(max(abs(before[-1]), CANCELLED * magnitude), least):
+            break
+    return GasWork(before, error + _ROUNDING * magnitude, magnitude, nodes)
+
+
+@inlined_kernel
+def _by_rule(low: float, high: float, k: int, machine: Machine, gas: Unrolled, nodes: int) -> float:
+    """The gas's work between two angles of a piece, over the angle."""
+    total, first = 0.0, nodes - _FEWEST_NODES
+    for i in range(first, first + nodes):
+        phi = low + (high - low) * _RULES[0, i]
+        at_phi = stand_at(phi, machine.frame)
+        gained = pressure_of(phi, at_phi, k, gas) - machine.back
+        total += _RULES[1, i] * gained * (at_phi.sine + at_phi.cosine * at_phi.tangent)
+    return total * (high - low) * machine.frame.r * machine.area
+
+
+@inlined_kernel
+def _volume(phi: float, gas: Unrolled) -> float:
+    return gas.clearance + gas.area * displacement_of(stand_at(phi, gas.frame), gas.frame)
+
+
+@inlined_kernel
+def _between(first: float, last: float, k: int, machine: Machine, gas: Unrolled) -> float:
+    """The gas's work between two volumes of a piece."""
     return work_at(last, k, gas) - work_at(first, k, gas) - machine.back * (last - first)
 
 
 @kernel
-def _gas_work(machine: Machine, gas: Unrolled, at: Array, weight: Array) -> tuple[Array, float]:
+def _gas_work(machine: Machine, gas: Unrolled, nodes: int) -> tuple[Array, float]:
     """The work before every break, and the sum of the pieces' magnitudes."""
-    before, magnitude, lost = np.zeros(gas.breaks.size), 0.0, 0.0
+    before, magnitude, lost, last = np.zeros(gas.breaks.size), 0.0, 0.0, _volume(gas.breaks[0], gas)
     for k in range(gas.stroke.size):
-        done = _done(gas.breaks[k + 1], k, machine, gas, at, weight)
+        if gas.by_volume:
+            first, last = last, _volume(gas.breaks[k + 1], gas)
+            done = _between(first, last, k, machine, gas)
+        else:
+            done = _by_rule(gas.breaks[k], gas.breaks[k + 1], k, machine, gas, nodes)
         magnitude += abs(done)
         # What a sum loses by rounding is added with the next.
         done -= lost
@@ -131,10 +139,10 @@ def _gas_work(machine: Machine, gas: Unrolled, at: Array, weight: Array) -> tupl
 
 @kernel
 def _surplus_work(
-    angle: float, n: int, machine: Machine, gas: Unrolled, group: Group, before: Array, at: Array, weight: Array
-) -> float:
+    angle: float, n: int, machine: Machine, gas: Unrolled, group: Group, work: GasWork
+) -> float:  # fmt: skip
     """The sum of all cylinders' w at a shaft angle of the group's piece ``n`` [J]."""
-    total, mean = 0.0, before[-1] / (gas.breaks[-1] - gas.breaks[0])
+    total, mean = 0.0, work.before[-1] / (gas.breaks[-1] - gas.breaks[0])
     for cylinder in range(group.shift.shape[1]):
         phi, k = angle + group.shift[n, cylinder], group.piece[n, cylinder]
         if k < 0:
@@ -144,7 +152,11 @@ def _surplus_work(
         tip = machine.speed * machine.frame.r
         moved = tip * (stands.sine + stands.cosine * stands.tangent)
         turned = tip / machine.frame.length * stands.cosine * stands.secant
-        total += before[k] + _done(phi, k, machine, gas, at, weight) - mean * phi
+        if gas.by_volume:
+            done = _between(_volume(gas.breaks[k], gas), _volume(phi, gas), k, machine, gas)
+        else:
+            done = _by_rule(gas.breaks[k], phi, k, machine, gas, work.nodes)
+        total += work.before[k] + done - mean * phi
         total += 0.5 * (machine.defect * turned * turned - machine.reciprocating * moved * moved)
     return total
 
@@ -158,43 +170,40 @@ def _torque(angle: float, n: int, machine: Machine, gas: Unrolled, group: Group)
 
 
 @kernel
-def _extremes(
-    machine: Machine, gas: Unrolled, group: Group, places: Array, samples: Array, before: Array, at: Array,
-    weight: Array, tolerance: float,
-) -> tuple[float, float, float]:  # fmt: skip
+def work_extremes(
+    machine: Machine, gas: Unrolled, group: Group, places: Array, torque: Array, work: GasWork, tolerance: float
+) -> tuple[float, float, float]:
     """The greatest and the least of the summed w, and what rounds of the search may have left of them [J].
 
-    The torque is the last but one row of the ``samples`` at the ``places``. A crossing between two samples of a piece
+    ``torque`` is the summed one at the ``places``, WITHIN + 1 in every piece. A crossing between two samples of a piece
     is closed in on by false position (Illinois) until the work between its two sides is small; one at a break is the
     break.
     """
-    mean = group.shift.shape[1] * before[-1] / (gas.breaks[-1] - gas.breaks[0])
+    mean = group.shift.shape[1] * work.before[-1] / (gas.breaks[-1] - gas.breaks[0])
     greatest, least, missed, size = -np.inf, np.inf, 0.0, 0.0
-    for n in range(samples.shape[0]):
-        for j in range(places.shape[1] - 1):
-            size += abs(samples[n, -2, j] - mean) * (places[n, j + 1] - places[n, j])
-    last = samples[-1, -2, -1] - mean
-    for n in range(samples.shape[0]):
-        for j in range(places.shape[1]):
-            here, angle = samples[n, -2, j] - mean, places[n, j]
-            if (last > 0.0) != (here > 0.0):
-                if j > 0:
-                    a, fa, b, fb, side = places[n, j - 1], last, angle, here, 0
-                    for _ in range(_MOST_ROUNDS):
-                        angle = (a * fb - b * fa) / (fb - fa)
-                        if not a < angle < b:
-                            angle = 0.5 * (a + b)
-                        f = _torque(angle, n, machine, gas, group) - mean
-                        if abs(f) * (b - a) <= tolerance * size or b - a <= 1e-15 * (1.0 + abs(b)):
-                            missed = max(missed, abs(f) * (b - a))
-                            break
-                        if (f > 0.0) == (fa > 0.0):
-                            a, fa, fb, side = angle, f, 0.5 * fb if side == 1 else fb, 1
-                        else:
-                            b, fb, fa, side = angle, f, 0.5 * fa if side == 2 else fa, 2
-                found = _surplus_work(angle, n, machine, gas, group, before, at, weight)
-                greatest, least = max(greatest, found), min(least, found)
-            last = here
+    for i in range(places.size - 1):
+        size += abs(torque[i] - mean) * (places[i + 1] - places[i])
+    last = torque[-1] - mean
+    for i in range(places.size):
+        here, angle, n = torque[i] - mean, places[i], i // (WITHIN + 1)
+        if (last > 0.0) != (here > 0.0):
+            if i % (WITHIN + 1) > 0:
+                a, fa, b, fb, side = places[i - 1], last, angle, here, 0
+                for _ in range(_MOST_ROUNDS):
+                    angle = (a * fb - b * fa) / (fb - fa)
+                    if not a < angle < b:
+                        angle = 0.5 * (a + b)
+                    f = _torque(angle, n, machine, gas, group) - mean
+                    if abs(f) * (b - a) <= tolerance * size or b - a <= 1e-15 * (1.0 + abs(b)):
+                        missed = max(missed, abs(f) * (b - a))
+                        break
+                    if (f > 0.0) == (fa > 0.0):
+                        a, fa, fb, side = angle, f, 0.5 * fb if side == 1 else fb, 1
+                    else:
+                        b, fb, fa, side = angle, f, 0.5 * fa if side == 2 else fa, 2
+            found = _surplus_work(angle, n, machine, gas, group, work)
+            greatest, least = max(greatest, found), min(least, found)
+        last = here
     return greatest, least, missed
 
 
@@ -207,29 +216,20 @@ def shaft_inertia(cycle: Cycle) -> float:
     return engine.flywheel_inertia + rotating
 
 
-def speed_swing(
-    cycle: Cycle, engine: Engine, group: Group, torque: Greatest, work: GasWork, tolerance: float
-) -> SpeedSwing:
-    """The swing of the speed; ``torque`` has the greatest of the summed torque and of its negative as its last rows."""
-    machine, gas, count = cycle.machine, cycle.gas, len(engine.phases)
-    high, low, missed = _extremes(
-        machine, gas, group, torque.places, torque.samples, work.before, *work.rule, 1e-2 * tolerance
-    )
-    fluctuation, period = max(high - low, 0.0), cycle.scene.cylinder.period
-    average, doubt = count * work.whole / period, count * work.error / period
-    inertia, wanted, speed = shaft_inertia(cycle), engine.wanted_irregularity, machine.speed
-    most, least = float(torque.value[-2]), -float(torque.value[-1])
+def speed_swing(cycle: Cycle, engine: Engine, found: ShaftWork) -> SpeedSwing:
+    """The swing of the speed."""
+    count, period, speed = len(engine.phases), cycle.scene.cylinder.period, cycle.machine.speed
+    average, doubt = count * found.whole / period, count * found.error / period
+    inertia, wanted = shaft_inertia(cycle), engine.wanted_irregularity
     return SpeedSwing(
-        work_fluctuation=fluctuation,
+        work_fluctuation=found.fluctuation,
         inertia=inertia,
-        irregularity=fluctuation / (inertia * speed**2) if inertia > 0 else None,
-        torque_max=most,
-        torque_min=least,
+        irregularity=found.fluctuation / (inertia * speed**2) if inertia > 0 else None,
+        torque_max=found.torque_max,
+        torque_min=found.torque_min,
         torque_mean=average,
-        torque_irregularity=(most - least) / abs(average) if abs(average) > doubt else None,
+        torque_irregularity=(found.torque_max - found.torque_min) / abs(average) if abs(average) > doubt else None,
         flywheel_inertia_wanted=None
         if wanted is None
-        else max(fluctuation / (wanted * speed**2) - (inertia - engine.flywheel_inertia), 0.0),
-        error=2.0 * (missed + count * work.error),
-        torque_error=float(np.max(torque.error[-2:])),
+        else max(found.fluctuation / (wanted * speed**2) - (inertia - engine.flywheel_inertia), 0.0),
     )

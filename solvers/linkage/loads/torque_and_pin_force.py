@@ -23,6 +23,7 @@ from solvers.linkage.mechanism.angular_velocity_ratio import motion
 from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
 from solvers.numerics.jit import kernel
+from solvers.numerics.panels import largest
 
 Array = NDArray[np.float64]
 _SAMPLES, _CROWD = 96, 48
@@ -91,15 +92,17 @@ def unit_loads(coefficients: Array, end: float, phi: Array) -> Array:
 
 @kernel
 def _cotangents(coefficients: Array) -> Array:
-    """cot(phi/2) over the cycle, falling: evenly in phi, evenly in the angle that opens the second change point near
-    pi, and crowded toward the blow, where a rocker that comes fast turns within e or sqrt(lambda3 kappa/M)."""
+    """cot(phi/2) over the cycle, falling, its two ends included: evenly in phi, evenly in the angle that opens the
+    second change point near pi, and crowded toward the blow, where a rocker that comes fast turns within e or
+    sqrt(lambda3 kappa/M)."""
     base, coupler, rocker, numerator, margin, kappa, _ = coefficients
     stretch = math.sqrt(max(margin, 1e-30) / (base * coupler * rocker))
     least = 0.03 * min(math.sqrt(rocker * kappa / max(margin, 1e-30)), 0.5 * kappa / abs(numerator), 1.0)
     closer = least ** (-1.0 / _CROWD)
-    out = np.empty(_EVEN.size + _BETWEEN.size + _CROWD)
+    out = np.empty(_EVEN.size + _BETWEEN.size + _CROWD + 2)
+    out[0], out[-1] = np.inf, -np.inf
     i, j, crowded = 0, 0, -closer
-    for k in range(out.size):
+    for k in range(1, out.size - 1):
         even = _EVEN[i] if i < _EVEN.size else -np.inf
         opened = _BETWEEN[j] * stretch if j < _BETWEEN.size else -np.inf
         out[k] = max(even, opened, crowded)
@@ -114,19 +117,23 @@ def _cotangents(coefficients: Array) -> Array:
 
 @kernel
 def sampled(row: Array, end: float) -> tuple[Array, Array]:
-    """Crank angles less 2 pi, rising over the cycle, and |torque|/E, force l1/E and |u31| at them: (m,), (3, m)."""
+    """cot(phi/2), falling over the cycle, and |torque|/E, force l1/E and |u31| there: (m,), (3, m)."""
     cotangents = _cotangents(row)
-    angles, samples = np.empty(cotangents.size + 2), np.empty((3, cotangents.size + 2))
-    angles[0], angles[-1] = -2.0 * math.pi, 0.0
-    for j in range(angles.size):
-        s, c = 0.0, 1.0 if j == 0 else -1.0
-        if 0 < j < angles.size - 1:
-            s = 1.0 / math.sqrt(1.0 + cotangents[j - 1] * cotangents[j - 1])
-            c = cotangents[j - 1] * s
-            angles[j] = -2.0 * math.atan2(s, -c)
+    samples = np.empty((3, cotangents.size))
+    for j in range(cotangents.size):
+        s, c = 0.0, math.copysign(1.0, cotangents[j])
+        if abs(cotangents[j]) < np.inf:
+            s = 1.0 / math.sqrt(1.0 + cotangents[j] * cotangents[j])
+            c = cotangents[j] * s
         torque, samples[FORCE, j], samples[RATIO, j] = loads_at(row, end, s, c)
         samples[TORQUE, j] = abs(torque)
-    return angles, samples
+    return cotangents, samples
+
+
+@kernel
+def angle_of(cotangent: float) -> float:
+    """phi - 2 pi [rad], in [-2 pi, 0], from cot(phi/2)."""
+    return -2.0 * math.atan2(1.0, -cotangent)
 
 
 @kernel
@@ -135,26 +142,29 @@ def unit_peaks(coefficients: Array, end: Array, first: int, count: int, toleranc
     crank angle, for every row: shape (n, 2 count). Heights are found to the relative ``tolerance``."""
     out = np.empty((coefficients.shape[0], 2 * count))
     for i in range(coefficients.shape[0]):
-        angles, samples = sampled(coefficients[i], end[i])
+        cotangents, samples = sampled(coefficients[i], end[i])
         for k in range(count):
             which = first + k
-            peak, at = highest(coefficients[i], end[i], angles, samples[which], which, tolerance)
+            peak, at = highest(coefficients[i], end[i], cotangents, samples[which], which, tolerance)
             out[i, 2 * k], out[i, 2 * k + 1] = peak, at + 2.0 * math.pi
     return out
 
 
 @kernel
-def highest(row: Array, end: float, angles: Array, samples: Array, which: int, tolerance: float) -> tuple[float, float]:
+def highest(
+    row: Array, end: float, cotangents: Array, samples: Array, which: int, tolerance: float
+) -> tuple[float, float]:
     """The greatest value of a quantity and its phi - 2 pi: of humps that nearly agree, all are
     climbed, for their samples do not tell which is the higher one."""
-    need, last = (1.0 - _MISSED) * samples.max(), angles.size - 1
+    need, last = (1.0 - _MISSED) * largest(samples), cotangents.size - 1
     place, value, points, heights = np.empty(3), np.empty(3), np.empty(5), np.empty(5)
-    best, at = -1.0, angles[0]
-    for j in range(angles.size):
+    best, at = -1.0, angle_of(cotangents[0])
+    for j in range(cotangents.size):
         here, before, after = samples[j], max(j - 1, 0), min(j + 1, last)
         if here < need or (j > 0 and samples[before] >= here) or samples[after] > here:
             continue
-        place[0], place[1], place[2] = angles[before], angles[j], angles[after]
+        for m in range(3):
+            place[m] = angle_of(cotangents[min(max(j + m - 1, 0), last)])
         value[0], value[1], value[2] = samples[before], here, samples[after]
         for _ in range(MOST_ROUNDS):
             trial_points(place, value, points)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 from solvers.errors import require
 from solvers.linkage.mechanism.change_point import ChangePoint, Ratios
@@ -44,7 +45,7 @@ class Mechanism:
     crank: float
     closure: Closure
 
-    @property
+    @cached_property
     def lengths(self) -> Lengths:
         r = self.bar.ratios
         return Lengths(self.crank * r.base, self.crank, self.crank * r.coupler, self.crank * r.rocker)

@@ -24,13 +24,13 @@ from solvers.linkage.optimum.range_bounds import RangeBounds
 from solvers.linkage.problem import Quantities, Subproblem
 
 Array = NDArray[np.float64]
-_SAMPLES = 113
-_CELLS = 84
+_SAMPLES = 57
+_CELLS = 24
 _POINTS = 25
 _PARTS = 6
 _ROUNDS = 24
 _MOST_CELLS = 160_000
-_FEW, _LOOSE = 24, 1e-4
+_FEW, _LOOSE = 8, 1e-4
 """Cells of what lies beyond the range of designs, and the gap that is closed there where the best lies there."""
 _BEYOND = 1e-8
 _WORTH = 5e-3

@@ -21,7 +21,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.linkage.loads.torque_and_pin_force import TORQUE, highest, loads_at, sampled
+from solvers.linkage.loads.torque_and_pin_force import TORQUE, angle_of, highest, loads_at, sampled
 from solvers.linkage.mechanism.angular_velocity_ratio import motion
 from solvers.numerics.intervals import kept, minus, over, plus, raised, rooted, scaled, squared, times
 from solvers.numerics.jit import kernel
@@ -41,15 +41,16 @@ def peak_places(coefficients: Array, end: Array, which: int) -> Array:
     samples about it; the same of its next highest hump, with a distance of 0 where that is far lower: shape (n, 4)."""
     out = np.zeros((coefficients.shape[0], 4))
     for i in range(out.shape[0]):
-        angles, samples = sampled(coefficients[i], end[i])
-        heights, last, need = samples[which], angles.size - 1, 0.0
+        cotangents, samples = sampled(coefficients[i], end[i])
+        heights, last, need = samples[which], cotangents.size - 1, 0.0
         for k in range(2):
             top = np.argmax(heights)
             if heights[top] < need:
                 break
-            _, at = highest(coefficients[i], end[i], angles, heights, which, _ANGLE_TOLERANCE)
-            top = min(max(np.searchsorted(angles, at), 1), last - 1)
-            out[i, 2 * k], out[i, 2 * k + 1] = at, 0.5 * _NEARER * (angles[top + 1] - angles[top - 1])
+            _, at = highest(coefficients[i], end[i], cotangents, heights, which, _ANGLE_TOLERANCE)
+            top = min(max(np.searchsorted(-cotangents, -1.0 / math.tan(0.5 * at)), 1), last - 1)
+            distance = 0.5 * (angle_of(cotangents[top + 1]) - angle_of(cotangents[top - 1]))
+            out[i, 2 * k], out[i, 2 * k + 1] = at, _NEARER * distance
             need = (1.0 - _BELOW) * heights.max()
             # The next one beyond the feet of this hump.
             if heights[top - 1] > heights[top]:

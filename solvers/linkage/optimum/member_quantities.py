@@ -16,6 +16,8 @@ from solvers.linkage.swept_area.bounding_box import least_areas, least_fits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 
 Array = NDArray[np.float64]
+_SHARPER = 0.1
+"""How much closer than sizes peaks are found: at the price of a step or two."""
 
 
 def allowed_scales(quantities: Quantities) -> tuple[Array, Array]:
@@ -55,7 +57,7 @@ def within(subproblem: Subproblem, low: Array, high: Array, narrowest: Array, wi
 
 @dataclass(frozen=True)
 class MemberQuantities:
-    """Quantities of the members at q, shape (n,)."""
+    """Quantities of the members at q, shape (n,), to a relative ``tolerance``."""
 
     subproblem: Subproblem
     family: Family
@@ -71,7 +73,8 @@ class MemberQuantities:
         return self.family.outlines(self.members)
 
     def _peak(self, which: int) -> Array:
-        return unit_peaks(self.members.coefficients, self.members.end, which, 1, SHARP)[:, 0]
+        tolerance = max(SHARP, _SHARPER * self.tolerance)
+        return unit_peaks(self.members.coefficients, self.members.end, which, 1, tolerance)[:, 0]
 
     @cached_property
     def crank(self) -> Array:

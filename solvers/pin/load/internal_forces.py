@@ -43,7 +43,7 @@ def forces_at(case: LoadCase, x: Array, side_of: Array, rest: Array | float = 0.
     A term acts where it starts at or before ``side_of`` (same shape as x): a station on a point force belongs to the
     side on which its panel lies.
     """
-    rest = np.array(np.broadcast_to(rest, x.shape), dtype=float, order="C")
+    rest = rest + np.zeros_like(x)
     moment, shear = np.zeros((2, x.size)), np.zeros((2, x.size))
     for plane, pieces in enumerate(case.pieces):
         if pieces.start.size:

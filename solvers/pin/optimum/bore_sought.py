@@ -18,11 +18,9 @@ from solvers.errors import InvalidInput
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.optimum.conic import sloped
-from solvers.pin.optimum.dual_bound import least_walls_bound, monotone_bound_around, pointwise_bound
+from solvers.pin.optimum.dual_bound import monotone_bound_around, pointwise_bound
 from solvers.pin.optimum.found import Found
-from solvers.pin.optimum.lagrangian import weigh
-from solvers.pin.optimum.program import Program, Weighed
-from solvers.pin.optimum.slope_limit import bore_of, gentle
+from solvers.pin.optimum.program import Program
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
@@ -120,7 +118,7 @@ class BoreSought:
     def thinnest(self, sizes: Array) -> float:
         return float(sizes.max())
 
-    def thickness(self, wall: float) -> float:
+    def thickness(self, wall: Array | float) -> Array | float:
         return self.diameter * wall
 
     def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
@@ -153,21 +151,11 @@ class BoreSought:
     def relative(self, points: Array) -> Array:
         return points / self.diameter
 
-    def weigh(self, program: Program, low: Array, monotone: bool) -> Weighed | None:
-        return weigh(program, low, monotone)
-
     def dual_bound(self, program: Program, low: Array, multiplier: float, u: Array, monotone: bool) -> float:
         return (monotone_bound_around if monotone else pointwise_bound)(program, low, multiplier, u)
 
-    def least_walls_bound(self, program: Program, low: Array) -> float:
-        return least_walls_bound(program, low)
-
-    def gentle(self, program: Program, low: Array) -> Array:
-        return gentle(program, low)
-
-    def sizes_for_slope(self, program: Program, low: Array) -> tuple[Array, float]:
-        """u = 1 - (d/D)^2 changes by at most 2/D of what the bore changes."""
-        return -bore_of(program, low), 2.0 / self.diameter
+    def growth(self, thickest: float) -> float:
+        return 2.0 / self.diameter
 
     def coupled(self, program: Program, low: Array, monotone: bool, gap: float) -> Found | None:
         return sloped(program, low, monotone, gap)

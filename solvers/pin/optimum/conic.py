@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -177,6 +178,6 @@ def sloped(program: Program, low: Array, drillable: bool, gap: float) -> Found |
         at = np.clip(answer.solidity, low, 1.0)
     volume = program.volume(found)
     return Found(
-        found, volume, min(bound, volume), "cone program (Clarabel), its multipliers checked by tangents",
+        found, volume, partial(float, bound), "cone program (Clarabel), its multipliers checked by tangents",
         {"rounds": rounds, "solver_status": status or "none"}, doubt=program.stations.doubt(found),
     )  # fmt: skip

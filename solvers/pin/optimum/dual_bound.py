@@ -31,7 +31,6 @@ from solvers.numerics.jit import kernel
 from solvers.pin.optimum.lagrangian import monotone_at
 from solvers.pin.optimum.program import Program
 from solvers.pin.section.flexibility import bending, chord, inflection, line_from, phi, phi_slope
-from solvers.pin.section.variables import v_of, wall_of
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -101,14 +100,11 @@ def least_walls_bound(program: Program, low: Array) -> float:
     Where ``low`` comes from a neighbour (no widening toward the middle, a slope, one bore for all), the neighbour's
     wall is what cannot be thinner, so the whole profile shrinks in proportion.
     """
-    wall = wall_of(program.lower)
+    wall = program.sought.wall_of(program.lower)
     shrink = np.zeros_like(wall)
     bound_by_strength = wall > program.floor * (1.0 + 4e-16)
     for margin in (1e-12, 1e-10, 1e-8, 1e-6, 1e-4):
-        thinner = wall * (1.0 - margin)
-        fails = np.zeros(wall.shape, dtype=bool)
-        for constraint in program.constraints:
-            fails |= constraint.value(thinner) > v_of(thinner)
+        fails = program.uses(wall * (1.0 - margin)).max(axis=0) > 1.0
         shrink = np.where(bound_by_strength & ~fails, np.maximum(shrink, 100.0 * margin), shrink)
         if not np.any(bound_by_strength & ~fails):
             break
@@ -133,18 +129,27 @@ def monotone_bound(program: Program, low: Array, multiplier: float, u: Array) ->
     value, slope = lagrangian(program, multiplier, capped, enveloped=False)
     slope = np.where(low >= knee, 0.0, slope)
     total = float(np.sum(value)) - multiplier
-    halves = (slice(0, program.anchor), slice(program.anchor, u.size))
-    for half, step in zip(halves, (1, -1), strict=True):
-        un, sn, ln = capped[half][::step], slope[half][::step], held[half][::step]
-        if not un.size:
-            continue
-        starts = np.flatnonzero(np.concatenate([[True], un[1:] != un[:-1]]))
-        for begin, end in zip(starts, np.append(starts[1:], un.size), strict=True):
-            # u = top from some station of the block on, bottom before it: the extreme points of rising sequences.
-            bottom, top = ln[begin] - un[begin], knee - un[begin]
-            suffix = np.concatenate([np.cumsum(sn[begin:end][::-1])[::-1], [0.0]])
-            total += float(np.min(bottom * (suffix[0] - suffix) + top * suffix))
-        total += _above(program, multiplier, low[half][::step], np.arange(u.size)[half][::step], knee)
+    for half in halves(program):
+        total += least_rising(capped[half], slope[half], held[half], knee)
+        total += _above(program, multiplier, low[half], half, knee)
+    return total
+
+
+def halves(program: Program) -> list[Indices]:
+    """The stations from one end to the middle, and from the other end back to it, where they are looked at."""
+    stations = np.arange(program.lower.size)
+    return [half for half in (stations[: program.anchor], stations[program.anchor :][::-1]) if half.size]
+
+
+def least_rising(u: Array, slope: Array, low: Array, top: float) -> float:
+    """The least of sum slope (v - u) over v in [low, ``top``] that do not fall along the stations, from below: u does
+    not fall either, and on each of its blocks of equal u a v is looked for by itself."""
+    total = 0.0
+    starts = np.flatnonzero(np.concatenate([[True], u[1:] != u[:-1]]))
+    for begin, end in zip(starts, np.append(starts[1:], u.size), strict=True):
+        # v = top from some station of the block on, its low before it: the extreme points of rising sequences.
+        suffix = np.concatenate([np.cumsum(slope[begin:end][::-1])[::-1], [0.0]])
+        total += float(np.min((low[begin] - u[begin]) * (suffix[0] - suffix) + (top - u[begin]) * suffix))
     return total
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,20 +18,20 @@ class Found:
 
     solidity   u at the program's stations
     volume     mass over that of the solid pin, exact for the shape
-    bound      proven lower bound of the volume, over this form on these stations
+    proof      works out a proven lower bound of the volume, over this form on these stations
     corners    bore diameters [m] at places [m] on which the shape is straight lines; None: the stations say it all
     doubt      per panel, how far quadrature, or what lies between stations, may be off in the volume
     """
 
     solidity: Array
     volume: float
-    bound: float
+    proof: Callable[[], float]
     method: str
     evidence: Mapping[str, float | int | str] = field(default_factory=dict)
     corners: tuple[tuple[float, float], ...] | None = None
     doubt: Array | None = None
 
-    @property
-    def doubted(self) -> float:
-        """How far the volume may be off, relative."""
-        return 0.0 if self.doubt is None or self.volume == 0.0 else float(self.doubt.sum()) / self.volume
+    @cached_property
+    def bound(self) -> float:
+        """What ``proof`` says, no more than the volume; only asked of the last of many stations."""
+        return min(float(self.proof()), self.volume)

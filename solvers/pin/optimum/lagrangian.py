@@ -1,4 +1,4 @@
-"""The fast tier: one multiplier for the deflection, and a one-dimensional minimum at every station.
+"""One multiplier for the deflection of a pin or a bushing, and a one-dimensional minimum at every station.
 
 For a multiplier lambda the Lagrangian sum s_i (u_i + lambda (B_i/v + S_i phi)) - lambda falls apart into stations (or,
 where the bore must narrow toward the middle, into blocks of equal u, found by pooling adjacent violators), each of
@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
+from solvers.pin.optimum.one_station import curvatures, flexibilities, place, slopes
 from solvers.pin.optimum.program import Program, Weighed
-from solvers.pin.optimum.station_minimum import all_lightest, lightest, reaches
-from solvers.pin.section.flexibility import bending, flexibility_values, phi, phi_curvature, phi_slope, product
+from solvers.pin.optimum.station_minimum import all_lightest, reaches
 
 Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
@@ -39,28 +39,12 @@ _LOOSEST, _TIGHTEST = 1e-2, 1e-8
 
 
 @kernel
-def _slopes(u: float, bend: float, shear: float, a: float, b: float) -> tuple[float, float]:
-    """g'(u) and g''(u) of g = bend/v + shear phi."""
-    _, db, d2b = bending(u)
-    return bend * db + shear * phi_slope(u, a, b), bend * d2b + shear * phi_curvature(u, a, b)
-
-
-@kernel
-def place(
-    lam: float, weight: float, bend: float, shear: float, low: float, start: float, a: float, b: float
-) -> float:  # fmt: skip
-    """argmin over [low, 1] of weight u + lam (bend/v + shear phi): the global one, though phi is concave near 1."""
-    if lam * bend == 0.0 and lam * shear == 0.0:
-        return low
-    return lightest(weight / lam, low, bend, shear, start, a, b) if low < 1.0 else 1.0
-
-
-@kernel
-def _monotone(
-    lam: float, share: Array, low: Array, bend: Array, shear: Array, a: float, b: float, turn: int, u: Array
+def _one_by_one(
+    lam: float, share: Array, low: Array, bend: Array, shear: Array, kappa: float, a: float, b: float,
+    pooled: bool, turn: int, u: Array,
 ) -> tuple[float, float]:  # fmt: skip
-    """As ``all_lightest`` for u that must not fall along the stations up to ``turn``, nor from there on; neither does
-    low."""
+    """As ``all_lightest`` station by station, for bushings too; ``pooled`` for u that must not fall along the stations
+    up to ``turn``, nor from there on; neither does low."""
     n = u.size
     w, wb, ws, lo, at = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     count = np.empty(n, dtype=np.int64)
@@ -70,15 +54,15 @@ def _monotone(
         if i == turn:
             first = top
         w[top], wb[top], ws[top], lo[top], count[top] = share[i], share[i] * bend[i], share[i] * shear[i], low[i], 1
-        at[top] = place(lam, w[top], wb[top], ws[top], lo[top], u[i], a, b)
-        while top > first and at[top - 1] > at[top]:
+        at[top] = place(lam, w[top], wb[top], ws[top], lo[top], u[i], kappa, a, b)
+        while pooled and top > first and at[top - 1] > at[top]:
             w[top - 1] += w[top]
             wb[top - 1] += wb[top]
             ws[top - 1] += ws[top]
             lo[top - 1] = lo[top]
             count[top - 1] += count[top]
             top -= 1
-            at[top] = place(lam, w[top], wb[top], ws[top], lo[top], at[top], a, b)
+            at[top] = place(lam, w[top], wb[top], ws[top], lo[top], at[top], kappa, a, b)
     total, change, i = 0.0, 0.0, 0
     for k in range(top + 1):
         x = at[k]
@@ -87,10 +71,11 @@ def _monotone(
             i += 1
         if wb[k] == 0.0 and ws[k] == 0.0:
             continue
-        total += wb[k] * bending(x)[0] + ws[k] * phi(x, a, b)
-        if lo[k] < x < 1.0:
-            slope, curve = _slopes(x, wb[k], ws[k], a, b)
-            curve = max(curve, 1e-300)
+        f, g = flexibilities(x, kappa, a, b)
+        total += wb[k] * f + ws[k] * g
+        if lo[k] < x and (kappa >= 0.0 or x < 1.0):
+            (df, dg), (d2f, d2g) = slopes(x, kappa, a, b), curvatures(x, kappa, a, b)
+            slope, curve = wb[k] * df + ws[k] * dg, max(wb[k] * d2f + ws[k] * d2g, 1e-300)
             change -= slope * slope / (lam * curve)
     return total, change
 
@@ -103,31 +88,32 @@ def _copy(values: Array, to: Array) -> None:
 
 
 @kernel
-def _deflection(share: Array, bend: Array, shear: Array, a: float, b: float, u: Array) -> float:
+def _deflection(share: Array, bend: Array, shear: Array, kappa: float, a: float, b: float, u: Array) -> float:
     """sum s g over the stations that pull; inf where one of them has no section."""
     total = 0.0
     for i in range(u.size):
         if bend[i] > 0.0 or shear[i] > 0.0:
             if u[i] <= 0.0:
                 return np.inf
-            total += share[i] * (bend[i] * bending(u[i])[0] + shear[i] * phi(u[i], a, b))
+            f, g = flexibilities(u[i], kappa, a, b)
+            total += share[i] * (bend[i] * f + shear[i] * g)
     return total
 
 
 @kernel
 def _search(
-    share: Array, low: Array, bend: Array, shear: Array, a: float, b: float,
+    share: Array, low: Array, bend: Array, shear: Array, kappa: float, a: float, b: float,
     monotone: bool, turn: int, solid: Array, best: Array, short: Array,
 ) -> tuple[float, int, float]:  # fmt: skip
     """(multiplier, rounds, deflection over its limit) of the least volume; its u in ``best``, in ``short`` that of the
     greatest multiplier seen that is too small. The multiplier is NaN where even ``solid`` is too soft, and inf where
-    only it will do."""
+    only it will do; of a bushing there is always enough."""
     _copy(low, best)
-    total = _deflection(share, bend, shear, a, b, low)
+    total = _deflection(share, bend, shear, kappa, a, b, low)
     if total <= 1.0 + _ROUNDING:
         return 0.0, 0, total
     _copy(solid, best)
-    least = _deflection(share, bend, shear, a, b, solid)
+    least = _deflection(share, bend, shear, kappa, a, b, solid) if kappa < 0.0 else 0.0
     if least > 1.0 + _EQUAL:
         return np.nan, 0, least
     if least >= 1.0 - _EQUAL:
@@ -135,21 +121,22 @@ def _search(
     # Without least walls and for thin walls this is the answer.
     lam = 0.0
     for i in range(low.size):
-        lam += share[i] * math.sqrt(0.5 * bend[i] + shear[i] * (a + 0.25 * b))
+        lam += share[i] * math.sqrt(0.5 * bend[i] + shear[i] * (a + 0.25 * b * abs(kappa)))
     lam *= lam
     u = np.empty(low.size)
     _copy(low, u)
     _copy(low, short)
     lower, upper, found, kept = 0.0, np.inf, np.inf, least
     top, solid_below = np.empty(low.size), np.empty(low.size)
-    if not monotone:
+    together = kappa < 0.0 and not monotone
+    if together:
         reaches(low, bend, shear, a, b, top, solid_below)
-    loose = 0.0 if monotone else _LOOSEST
+    loose = _LOOSEST if together else 0.0
     rounds = 0
     while rounds < _ROUNDS:
         rounds += 1
-        if monotone:
-            total, change = _monotone(lam, share, low, bend, shear, a, b, turn, u)
+        if not together:
+            total, change = _one_by_one(lam, share, low, bend, shear, kappa, a, b, monotone, turn, u)
         else:
             total, change = all_lightest(
                 lam, share, low, top, solid_below, bend, shear, a, b, u, rounds == 1, loose
@@ -167,7 +154,7 @@ def _search(
             _copy(u, short)
         if upper < np.inf and upper - lower <= 2.0 * _EPS * upper:
             break
-        if not monotone:
+        if together:
             loose = max(_TIGHTEST, min(_LOOSEST, 0.01 * abs(total - 1.0)))
         # 1/total^2 is nearly straight in lambda; aim a hair inside the limit.
         new = np.nan
@@ -178,14 +165,14 @@ def _search(
             if lower > 0.0 and upper < np.inf:
                 new = math.sqrt(lower * upper)
             else:
-                new = 4.0 * lam if upper == np.inf else 0.25 * upper
+                new = 16.0 * lam if upper == np.inf else 0.0625 * upper
         lam = new
     return found, rounds, kept
 
 
 @kernel
 def _lightest(
-    share: Array, low: Array, bending: Array, shear: Array, limit: float, a: float, b: float,
+    share: Array, low: Array, bending: Array, shear: Array, limit: float, kappa: float, a: float, b: float,
     anchor: int, monotone: bool, best: Array, short: Array,
 ) -> tuple[float, int, float]:  # fmt: skip
     """As ``_search``, over all stations of a program: those without deflection keep their least walls, unless walls
@@ -206,7 +193,7 @@ def _lightest(
             count += 1
     own_best, own_short = table[5][:count], table[6][:count]
     found = _search(
-        table[0][:count], table[1][:count], table[2][:count], table[3][:count], a, b,
+        table[0][:count], table[1][:count], table[2][:count], table[3][:count], kappa, a, b,
         monotone, anchor, table[4][:count], own_best, own_short,
     )  # fmt: skip
     _copy(low, best)
@@ -227,8 +214,8 @@ def weigh(program: Program, low: Array | None, monotone: bool) -> Weighed | None
         return Weighed(low, 0.0, 0)
     best, short, law = np.empty_like(low), np.empty_like(low), program.law
     multiplier, rounds, total = _lightest(
-        program.share, low, program.bending, program.shear, program.limit, law.a, law.b,
-        program.anchor, monotone, best, short,
+        program.share, low, program.bending, program.shear, program.limit, program.sought.kappa,
+        law.a, law.b, program.anchor, monotone, best, short,
     )  # fmt: skip
     if math.isnan(multiplier):
         return None
@@ -242,9 +229,9 @@ def monotone_at(program: Program, low: Array, multiplier: float, start: Array) -
     law, n = program.law, low.size
     order = np.concatenate([np.arange(program.anchor), np.arange(n - 1, program.anchor - 1, -1)])
     u = start[order]
-    _monotone(
+    _one_by_one(
         multiplier, program.share[order], low[order], program.bending[order] / program.limit,
-        program.shear[order] / program.limit, law.a, law.b, program.anchor, u,
+        program.shear[order] / program.limit, program.sought.kappa, law.a, law.b, True, program.anchor, u,
     )  # fmt: skip
     found = np.empty(n)
     found[order] = u
@@ -253,16 +240,14 @@ def monotone_at(program: Program, low: Array, multiplier: float, start: Array) -
 
 def _some(program: Program, short: Array, enough: Array) -> Array:
     """Of the stations that jump from ``short`` to ``enough``, as many as the limit asks for; one lies between."""
-    law, limit = program.law, program.limit
 
     def densities(u: Array) -> Array:
-        bend, shear = flexibility_values(u, law)
-        return program.share * (product(program.bending, bend) + product(program.shear, shear))
+        return program.share * program.densities(u)
 
     jump = np.flatnonzero(enough - short > _JUMP)
     u = enough.copy()
     softer = np.cumsum((densities(short) - densities(enough))[jump])
-    room = limit * (1.0 - 0.4 * CLOSE) - float(densities(enough).sum())
+    room = program.limit * (1.0 - 0.4 * CLOSE) - float(densities(enough).sum())
     spared = int(np.searchsorted(softer, room, side="right"))
     u[jump[:spared]] = short[jump[:spared]]
     if spared == jump.size:
@@ -273,12 +258,23 @@ def _some(program: Program, short: Array, enough: Array) -> Array:
 
 
 def _between(program: Program, short: Array, enough: Array) -> Array:
-    """The lightest mix of an answer that is too soft and one that is stiff enough."""
-    least, most = 0.0, 1.0
-    for _ in range(60):
-        part = 0.5 * (least + most)
-        if program.deflection(short + part * (enough - short)) <= program.limit:
-            most = part
+    """The lightest mix of an answer that is too soft and one that is stiff enough, by regula falsi (Illinois)."""
+
+    def beyond(part: float) -> float:
+        return program.deflection(short + part * (enough - short)) / program.limit - 1.0
+
+    (least, soft), (most, stiff), last = (0.0, beyond(0.0)), (1.0, beyond(1.0)), 0
+    for _ in range(_ROUNDS):
+        if stiff >= -CLOSE or most - least <= _EPS:
+            break
+        # A hair inside the limit; by halves where what is too soft has no section at all.
+        share = (soft + 0.4 * CLOSE) / (soft - stiff) if math.isfinite(soft) else 0.5
+        part = least + (most - least) * min(max(share, 0.0), 1.0)
+        off = beyond(part)
+        if off <= 0.0:
+            most, stiff, soft = part, off, 0.5 * soft if last < 0 else soft
+            last = -1
         else:
-            least = part
+            least, soft, stiff = part, off, 0.5 * stiff if last > 0 else stiff
+            last = 1
     return short + most * (enough - short)

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from solvers.errors import InvalidInput
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import InternalForces
-from solvers.pin.optimum import outside_lagrangian
+from solvers.pin.optimum import outside_bound
 from solvers.pin.optimum.found import Found
-from solvers.pin.optimum.program import Program, Weighed
+from solvers.pin.optimum.program import Program
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import ALLOWABLE_SHEAR, Criterion
@@ -121,7 +121,7 @@ class OutsideSought:
     def thinnest(self, sizes: Array) -> float:
         return float(sizes.min())
 
-    def thickness(self, wall: float) -> float:
+    def thickness(self, wall: Array | float) -> Array | float:
         return wall
 
     def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
@@ -151,29 +151,12 @@ class OutsideSought:
     def relative(self, points: Array) -> Array:
         return points
 
-    def weigh(self, program: Program, low: Array, monotone: bool) -> Weighed:
-        return outside_lagrangian.weigh(program, low, monotone)
-
     def dual_bound(self, program: Program, low: Array, multiplier: float, u: Array, monotone: bool) -> float:
-        return outside_lagrangian.bound(program, low, multiplier, u, monotone)
+        return outside_bound.bound(program, low, multiplier, u, monotone)
 
-    def least_walls_bound(self, program: Program, low: Array) -> float:
-        return outside_lagrangian.strength_bound(program, low)
-
-    def gentle(self, program: Program, low: Array) -> Array:
-        """Two sweeps, exact: t(x) = max over x' of t_min(x') - s |x - x'|."""
-        slope, x = program.limits.max_slope, program.stations.x
-        if slope is None:
-            return low
-        gap, reach = self.wall_of(low), slope * x
-        forward = np.maximum.accumulate(gap + reach) - reach
-        backward = np.maximum.accumulate((gap - reach)[::-1])[::-1] + reach
-        return np.maximum(low, self.solidity_of(np.maximum(forward, backward)))
-
-    def sizes_for_slope(self, program: Program, low: Array) -> tuple[Array, float]:
-        """y = t (2d + t)/l^2 changes by at most 2 (d + t)/l^2 of what t changes."""
-        gap = self.wall_of(low)
-        return gap, 2.0 * (self.bore + float(gap.max())) / self.unit**2
+    def growth(self, thickest: float) -> float:
+        """y = t (2d + t)/l^2."""
+        return 2.0 * (self.bore + thickest) / self.unit**2
 
     def coupled(self, program: Program, low: Array, monotone: bool, gap: float) -> Found | None:
         raise InvalidInput(

@@ -87,8 +87,8 @@ class Sought(Protocol):
     def thinnest(self, sizes: Array) -> float:
         """Of several sizes the one that leaves the thinnest wall."""
 
-    def thickness(self, wall: float) -> float:
-        """D - d [m] of one wall."""
+    def thickness(self, wall: Array | float) -> Array | float:
+        """D - d [m] of walls."""
 
     def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
         """At which stations the ring's greatest hoop stress is beyond what is allowed, and of which sizes, in words."""
@@ -108,21 +108,12 @@ class Sought(Protocol):
     def relative(self, points: Array) -> Array:
         """Walls of D - d [m]."""
 
-    def weigh(self, program: Program, low: Array, monotone: bool) -> Weighed | None:
-        """The least volume above ``low`` that keeps the deflection limit; None where even the solid section misses it.
-        With ``monotone`` u does not fall toward the middle."""
-
     def dual_bound(self, program: Program, low: Array, multiplier: float, u: Array, monotone: bool) -> float:
-        """A lower bound of that volume, proven at any multiplier."""
+        """A lower bound, proven at any multiplier, of the volume above ``low`` that keeps the deflection limit; with
+        ``monotone`` u does not fall toward the middle."""
 
-    def least_walls_bound(self, program: Program, low: Array) -> float:
-        """Volume of walls a little thinner than ``low``, each shown not to hold."""
-
-    def gentle(self, program: Program, low: Array) -> Array:
-        """The least u above ``low`` whose diameter changes no faster than the slope limit."""
-
-    def sizes_for_slope(self, program: Program, low: Array) -> tuple[Array, float]:
-        """Values whose slope is limited and that grow with u, and how much u changes with them at most."""
+    def growth(self, thickest: float) -> float:
+        """How much u changes with D - d [1/m] at most, up to a thickest one [m]."""
 
     def coupled(self, program: Program, low: Array, monotone: bool, gap: float) -> Found | None:
         """The lightest under a slope limit that meets a deflection limit."""
@@ -181,9 +172,12 @@ class Program:
         return self.sought.uses(self.constraints, walls)
 
 
-def refined(program: Program, which: NDArray[np.bool_]) -> Stations:
-    """The program's stations with some panels halved, in both halves alike."""
-    return program.stations.halved(which if program.scene.symmetric else which | which[::-1])
+def refined(program: Program, excess: Array, values: Array) -> Stations:
+    """The program's stations with the panels cut whose doubt of ``values`` exceeds what is allowed, (n/NODES,) times
+    (see ``Stations.refined``); two halves alike."""
+    if program.scene.symmetric:
+        return program.stations.refined(excess, values)
+    return program.stations.halved(np.maximum(excess, excess[::-1]) > 1.0)
 
 
 def folded(program: Program) -> Program:

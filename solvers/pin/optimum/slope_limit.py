@@ -1,4 +1,4 @@
-"""Bores that change no faster than a slope limit."""
+"""Diameters that change no faster than a slope limit."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.optimum.program import Program
-from solvers.pin.section.variables import solidity_of, wall_of
-from solvers.pin.stations.lobatto_panels import Stations
+from solvers.pin.section.variables import wall_of
 
 Array = NDArray[np.float64]
 
@@ -18,21 +17,22 @@ def bore_of(program: Program, solidity: Array) -> Array:
 
 
 def gentle(program: Program, low: Array) -> Array:
-    """The least u above ``low`` whose bore changes no faster than the slope limit: two sweeps, exact."""
-    slope, x = program.limits.max_slope, program.stations.x
+    """The least u above ``low`` whose diameter changes no faster than the slope limit: two sweeps, exact.
+
+    The thickness T = D - d changes as the diameter sought does: T(x) = max over y of T_min(y) - s |x - y|.
+    """
+    slope, sought = program.limits.max_slope, program.sought
     if slope is None:
         return low
-    diameter = program.scene.geometry.outer_diameter
-    bore = bore_of(program, low)
-    reach = slope * x
-    # d(x) = min over y of d_max(y) + s |x - y|.
-    forward = np.minimum.accumulate(bore - reach) + reach
-    backward = np.minimum.accumulate((bore + reach)[::-1])[::-1] - reach
-    wall = 1.0 - np.minimum(forward, backward) / diameter
-    return np.maximum(low, solidity_of(wall))
+    thick, reach = sought.thickness(sought.wall_of(low)), slope * program.stations.x
+    forward = np.maximum.accumulate(thick + reach) - reach
+    backward = np.maximum.accumulate((thick - reach)[::-1])[::-1] + reach
+    return np.maximum(low, sought.solidity_of(sought.relative(np.maximum(forward, backward))))
 
 
-def missed_by_slope(stations: Stations, diameter: Array, slope: float) -> Array:
-    """What a diameter (a bushing's, or a bore with its sign turned) of limited slope misses between stations."""
-    reach = slope * stations.x
-    return stations.overlooked(diameter + reach) + stations.overlooked(diameter - reach, forward=False)
+def missed_by_slope(program: Program, low: Array) -> Array:
+    """What the thickness of a gentle shape misses between stations, per panel, as volume."""
+    stations, slope, sought = program.stations, program.limits.max_slope, program.sought
+    thick, reach = sought.thickness(sought.wall_of(low)), slope * stations.x
+    missed = stations.overlooked(thick + reach) + stations.overlooked(thick - reach, forward=False)
+    return sought.growth(float(thick.max())) * missed

@@ -118,17 +118,3 @@ def densities(u: Array, bend: Array, shear: Array, a: float, b: float) -> Array:
         if shear[i] != 0.0:
             out[i] += shear[i] * (a / x + b * (1.0 - x) / (x * c * c))
     return out
-
-
-def flexibility_values(solidity: Array, law: ShearFlexibility) -> tuple[Array, Array]:
-    """1/v and phi at u of shape (n,); infinite where no section is left."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        c = 2.0 - solidity
-        shear = law.a / solidity + law.b * (1.0 - solidity) / (solidity * c * c)
-        return 1.0 / (solidity * c), shear
-
-
-def product(weight: Array, flexibility: Array) -> Array:
-    """weight * flexibility, 0 where nothing pulls even though nothing is there to hold."""
-    with np.errstate(invalid="ignore"):
-        return np.where(weight == 0.0, 0.0, weight * flexibility)

@@ -12,32 +12,36 @@ from __future__ import annotations
 import heapq
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.discretised import assemble, least_walls_at
 from solvers.pin.optimum.found import Found
-from solvers.pin.optimum.program import Program, folded, refined, unfolded
+from solvers.pin.optimum.program import Program, folded, unfolded
 from solvers.pin.optimum.slope_limit import bore_of
 from solvers.pin.section.variables import solidity_of
-from solvers.pin.shapes.cone_sizes import SMALL, Cones
+from solvers.pin.shapes.cone_sizes import SMALL, Cones, Shape
 from solvers.pin.shapes.tapers import NARROWING, WIDENING, Box, Taper
 from solvers.pin.stations.lobatto_panels import NODES
 
 Array = NDArray[np.float64]
-Shape = tuple[float, float, float]
-"""Volume of the greatest bore of a shape, its r and c."""
 _BOXES = {False: 20_000, True: 8_000}
 """How many boxes are looked at without and with a deflection limit, which costs a root for each."""
 _SLENDER = 64.0
 """Boxes this much longer than wide are cut across."""
-_GAP = 8e-8
-"""How close bound and best come, relative, whatever the accuracy asked of the mass itself."""
+_GAP, _SHARE = 8e-8, 0.08
+"""How close bound and best come, relative, and as a share of the gap asked for where that is more."""
+_STRAIGHT, _STEP = 0.125, 1e-4
+"""Of that gap: what a corner's bore may be off between the places looked at, and how finely shapes are searched."""
+_GRID = 9
+"""Shapes to begin with, in r and in c."""
 _LOOKS = 12
 """How often the best shape is sought anew on stations that lie closer where the last one touched the walls."""
-_ZOOMS, _NEAR, _NARROWEST = 16, 1e-4, 1e-4
-"""Halvings of the panels that come this near, relative, to touching; shorter shares of the length are not halved."""
+_ZOOMS, _NEAR, _LOOKED = 4, 1e-2, np.linspace(0.0, 1.0, 17)
+"""Panels that come this near, relative, to touching are looked at between their stations, ever closer around the place
+that leaves least room."""
 
 
 def _best(
@@ -71,7 +75,7 @@ def _best(
                 heapq.heappush(queue, (lost, box))
         gain = cones.gain(*middle)
         if gain > found[0]:
-            found = _climb(cones, (gain, *middle), c_range)
+            found = max(found, cones.closed_in(*np.array(middle)[:, None], c_range, _STEP * gap))
     bound = max(-queue[0][0] if queue else 0.0, found[0], known)
     return found, bound, looked
 
@@ -79,33 +83,6 @@ def _best(
 def _halves(cones: Cones, boxes: tuple[Box, Box]) -> list[tuple[float, Box]]:
     """Boxes with what they can hold at most, its sign turned; the one that promises most first."""
     return sorted((-cones.most(box), box) for box in boxes)
-
-
-def _sampled(cones: Cones, c_range: tuple[float, float]) -> Shape:
-    """The best of some shapes, closed in on."""
-    shapes = ((r, c) for r in np.linspace(0, 1, 21).tolist() for c in np.unique(np.linspace(*c_range, 9)).tolist())
-    return _climb(cones, max((cones.gain(r, c), r, c) for r, c in shapes), c_range)
-
-
-def _climb(cones: Cones, start: Shape, c_range: tuple[float, float]) -> Shape:
-    """Pattern search from a shape: sixteen directions, steps that double on success and halve otherwise."""
-    gain, r, c = start
-    step = 0.05
-    moves = [(math.cos(k * math.pi / 8), math.sin(k * math.pi / 8)) for k in range(16)]
-    if c_range[0] == c_range[1]:
-        moves = [(1.0, 0.0), (-1.0, 0.0)]
-    while step > 1e-13:
-        for dr, dc in moves:
-            r1 = min(max(r + step * dr, 0.0), 1.0)
-            c1 = min(max(c + step * dc, c_range[0]), c_range[1])
-            trial = cones.gain(r1, c1)
-            if trial > gain:
-                gain, r, c = trial, r1, c1
-                step *= 2.0
-                break
-        else:
-            step *= 0.5
-    return gain, r, c
 
 
 @dataclass(frozen=True)
@@ -124,12 +101,13 @@ class Cone:
         if program.limit is not None and program.deflection(solid) > program.limit * (1.0 + 1e-12):
             return None
         looked_at = program
-        c_range, wanted = (1e-3, 1.0) if self.cylinder else (1.0, 1.0), _GAP
+        c_range, wanted = (1e-3, 1.0) if self.cylinder else (1.0, 1.0), max(_GAP, _SHARE * gap)
+        grid = np.linspace(0.0, 1.0, _GRID), np.unique(np.linspace(*c_range, _GRID))
         boxes = 0
         allowed, bounds = _BOXES[program.limit is not None], {NARROWING: math.inf, WIDENING: math.inf}
         for _ in range(_LOOKS):
-            ways = {taper: Cones(folded(looked_at), taper) for taper in bounds}
-            found = {taper: _sampled(cones, c_range) for taper, cones in ways.items()}
+            ways = {taper: Cones(folded(looked_at), taper, _STRAIGHT * wanted) for taper in bounds}
+            found = {taper: cones.closed_in(*grid, c_range, _STEP * wanted) for taper, cones in ways.items()}
             for taper in sorted(found, key=found.get, reverse=True):
                 best = max(found.values())[0]
                 # A bound on fewer stations holds as well.
@@ -141,7 +119,7 @@ class Cone:
             taper = max(found, key=found.get)
             _, r, c = found[taper]
             # Stations say nothing of what lies between them, nor rules of the corner that a cone ends in.
-            looked_at, size = _closer(looked_at, taper, r, c), ways[taper].held(r, c)
+            looked_at, size = _closer(looked_at, taper, r, c, wanted), ways[taper].held(r, c)
             held = min(size, Cones(folded(looked_at), taper).held(r, c))
             if size - held <= 0.1 * wanted * size:
                 break
@@ -162,24 +140,42 @@ class Cone:
         solidity, cone = bored(folded(program)), c * 0.5 * g.length
         corners = [(0.0, end), (cone, middle)] + ([(g.length - cone, middle)] if c < 1.0 else []) + [(g.length, end)]
         return Found(
-            unfolded(program, solidity), float(1.0 - gain), float(min(1.0 - most, 1.0 - gain)),
+            unfolded(program, solidity), float(1.0 - gain), partial(float, 1.0 - most),
             "branch and bound over the cone's shape, narrowing and widening", evidence, corners=tuple(corners),
         )  # fmt: skip
 
 
-def _closer(program: Program, taper: Taper, r: float, c: float) -> Program:
-    """The program with a panel's end where the cone ends, and ever shorter panels where it touches the walls."""
-    g = program.scene.geometry
-    place = c * 0.5 * g.length
-    stations = program.stations.cut((place,) if program.scene.symmetric else (place, g.length - place))
+def _closer(program: Program, taper: Taper, r: float, c: float, gap: float) -> Program:
+    """The program with a panel's end where the cone ends, and wherever it touches the walls between stations, harder
+    by more than a hundredth of ``gap`` than at any station beside."""
+    scene, length = program.scene, program.scene.geometry.length
+
+    def cut(old: Program, places: tuple[float, ...]) -> Program:
+        stations = old.stations.cut(places if scene.symmetric else (*places, *(length - place for place in places)))
+        return assemble(scene, old.limits, old.criterion, old.physics, stations, old.law)
+
+    finer = cut(program, (c * 0.5 * length,))
+    touched = _touched(folded(finer), taper, r, c, 0.01 * gap)
+    return cut(finer, touched) if touched else finer
+
+
+def _touched(half: Program, taper: Taper, r: float, c: float, harder: float) -> tuple[float, ...]:
+    """The places [m] between stations that leave a shape less room than any station of their panel."""
+
+    def room_at(x: Array, bore: Array) -> Array:
+        f = 1.0 - (1.0 - r) * taper.lost(x.ravel() / (0.5 * half.scene.geometry.length), c)
+        return np.divide(bore, f, out=np.full_like(f, math.inf), where=f > 0.0).reshape(x.shape)
+
+    x = half.stations.x.reshape(-1, NODES)
+    room = room_at(x, bore_of(half, half.lower) / half.scene.geometry.outer_diameter)
+    near = room.min(axis=1) <= room.min() * (1.0 + _NEAR)
+    x, room, row = x[near], room[near], np.arange(np.count_nonzero(near))
+    known, looked_at = room.min(axis=1), x
     for _ in range(_ZOOMS):
-        finer = assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law)
-        t = np.minimum(stations.x, g.length - stations.x) / (0.5 * g.length)
-        with np.errstate(divide="ignore"):
-            room = bore_of(finer, finer.lower) / (1.0 - (1.0 - r) * taper.lost(t, c))
-        panels = room.reshape(-1, NODES).min(axis=1)
-        touched = (panels <= panels.min() * (1.0 + _NEAR)) & (stations.right - stations.left > _NARROWEST * g.length)
-        if not touched.any():
-            break
-        stations = refined(finer, touched)
-    return finer
+        k = np.argmin(room, axis=1)
+        low, high = looked_at[row, np.maximum(k - 1, 0)], looked_at[row, np.minimum(k + 1, room.shape[1] - 1)]
+        looked_at = low[:, None] + (high - low)[:, None] * _LOOKED
+        walls = least_walls_at(half.scene, half.criterion, half.floor, looked_at.ravel())
+        room = room_at(looked_at, 1.0 - walls)
+    lower = room.min(axis=1) < known * (1.0 - harder)
+    return tuple(looked_at[row, np.argmin(room, axis=1)][lower].tolist())

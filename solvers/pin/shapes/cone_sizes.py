@@ -13,118 +13,37 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.numerics.jit import kernel
 from solvers.pin.optimum.discretised import least_walls_at
 from solvers.pin.optimum.program import Program
 from solvers.pin.optimum.slope_limit import bore_of
-from solvers.pin.section.flexibility import bending, phi
 from solvers.pin.shapes.break_points.bar import kinks
 from solvers.pin.shapes.cone_bounds import Rule, deflection_slopes, second_order, station_slopes
+from solvers.pin.shapes.cone_climb import climb, greatest_size, split
 from solvers.pin.shapes.tapers import NARROWING, Box, Taper, lost_range, narrowest, widest
-from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODES, interpolation
+from solvers.pin.stations.lobatto_panels import NODES
 
 Array = NDArray[np.float64]
+Shape = tuple[float, float, float]
+"""Volume of the greatest bore of a shape, its r and c."""
 SMALL = 0.02
 """Boxes no wider than this are bounded to second order as well."""
-_CELLS, _STRAIGHT, _SHORTEST = 512, 1e-8, 1e-10
+_CELLS, _SHORTEST = 64, 1e-10
 """For the corner of a widening cone the bore that strength allows is looked at in so many cells of the half at least,
-cut until it is as straight as this in each, or they are as short."""
+cut until it is as straight in each as the bound asks for, or they are as short."""
 _ROOT = 1e-14
 """A size under a deflection limit is known from below, to this."""
-
-
-@kernel
-def _greatest_size(
-    r: float, lost: Array, bore: Array, share: Array, bend: Array, shear: Array,
-    a: float, b: float, limit: float, most: float,
-) -> float:  # fmt: skip
-    """The greatest size of a shape 1 - (1 - r) lost, over the outer diameter, up to ``most``."""
-    size = most
-    n = lost.size
-    for i in range(n):
-        shape = 1.0 - (1.0 - r) * lost[i]
-        if bore[i] < size * shape:
-            size = bore[i] / shape
-    if limit == np.inf:
-        return size
-    # Regula falsi in limit/deflection - 1, which ends at -1 where nothing is left, with every fourth step a bisection.
-    low, high, at_low, at_high, last = 0.0, size, 1.0, -1.0, 0
-    for step in range(120):
-        if step == 0:
-            at = high
-        elif step % 4 == 0:
-            at = 0.5 * (low + high)
-        else:
-            least = 5e-16 * high
-            at = min(max(low + (high - low) * at_low / (at_low - at_high), low + least), high - least)
-        total = 0.0
-        for i in range(n):
-            if bend[i] == 0.0 and shear[i] == 0.0:
-                continue
-            d = at * (1.0 - (1.0 - r) * lost[i])
-            u = (1.0 - d) * (1.0 + d)
-            if u <= 0.0:
-                total = np.inf
-                break
-            total += share[i] * (bend[i] * bending(u)[0] + shear[i] * phi(u, a, b))
-        value = limit / total - 1.0 if total > 0.0 else np.inf
-        if value >= 0.0:
-            if step == 0:
-                return size
-            low, at_low = at, value
-            if last == 1:
-                at_high *= 0.5
-            last = 1
-        else:
-            high, at_high = at, value
-            if last == -1:
-                at_low *= 0.5
-            last = -1
-        if high - low <= 1.2e-15 * high:
-            break
-    return low
-
-
-@dataclass(frozen=True)
-class _Nodes:
-    """Places over the half's length, the widest bore that strength allows there over the outer diameter, and weights
-    and coefficients of the deflection, (n,) each."""
-
-    places: Array
-    bore: Array
-    share: Array
-    bending: Array
-    shear: Array
-
-    @cached_property
-    def bent(self) -> NDArray[np.bool_]:
-        """The places that count in the deflection."""
-        return (self.bending != 0.0) | (self.shear != 0.0)
-
-    def split(self, x: Array, panel: int, ends: tuple[float, ...]) -> _Nodes:
-        """The same with a panel, whose nodes are x, split at those of these places that lie in it: its old nodes stay
-        for the strength, its parts count in the deflection."""
-        begin, wide = x[0], x[-1] - x[0]
-        cuts = np.array([0.0, *sorted((end - begin) / wide for end in set(ends) if x[0] < end < x[-1]), 1.0])
-        within = (cuts[:-1, None] + np.diff(cuts)[:, None] * 0.5 * (1.0 + NODE_PLACES)).ravel()
-        through, own = interpolation(2.0 * within - 1.0), slice(panel * NODES, (panel + 1) * NODES)
-        bending, shear = self.bending.copy(), self.shear.copy()
-        bending[own] = shear[own] = 0.0
-        return _Nodes(
-            np.concatenate([self.places, begin + wide * within]),
-            np.concatenate([self.bore, np.full(within.size, math.inf)]),
-            np.concatenate([self.share, np.outer(np.diff(cuts), self.share[own]).ravel()]),
-            np.concatenate([bending, np.maximum(through @ self.bending[own], 0.0)]),
-            np.concatenate([shear, np.maximum(through @ self.shear[own], 0.0)]),
-        )
+Nodes = tuple[Array, Array, Array, Array]
+"""Places over the half's length with the weights and coefficients of the deflection there."""
 
 
 @dataclass(frozen=True)
 class Cones:
-    """The sizes of shapes of one taper on a program's stations."""
+    """The sizes of shapes of one taper on a program's stations; ``straight`` is what a bound may lose, relative, to
+    what lies between places that are looked at."""
 
     program: Program
     taper: Taper = NARROWING
+    straight: float = 1e-8
 
     @cached_property
     def _places(self) -> Array:
@@ -135,35 +54,22 @@ class Cones:
         """The widest bore that strength allows, over the outer diameter."""
         return bore_of(self.program, self.program.lower) / self.program.scene.geometry.outer_diameter
 
-    @cached_property
-    def _whole_panels(self) -> _Nodes:
+    @property
+    def _limit(self) -> float:
+        return math.inf if self.program.limit is None else self.program.limit
+
+    @property
+    def _steep(self) -> float:
+        """The greatest size of a shape under the slope limit is this times c/(1 - r)."""
+        slope, g = self.program.limits.max_slope, self.program.scene.geometry
+        return math.inf if slope is None else slope * 0.5 * g.length / g.outer_diameter
+
+    def nodes(self, *ends: float) -> Nodes:
+        """The stations, with panels split at these places, where a cone may end (see ``cone_climb.split``)."""
         p = self.program
-        return _Nodes(self._places, self._bore, p.share, p.bending, p.shear)
-
-    @cached_property
-    def _split(self) -> dict[tuple[float, ...], _Nodes]:
-        return {}
-
-    def nodes(self, *ends: float) -> _Nodes:
-        """The stations, with panels split at these places, where a cone may end.
-
-        A quadrature rule across that kink would be off by 1e-4 of the deflection, and a search would find the shapes
-        for which that is in their favour. Moments and shear forces are polynomials in a panel: its own nodes give them
-        at those of its parts.
-        """
-        if ends not in self._split:
-            found = self._whole_panels
-            for panel in sorted({self._panel_of(end) for end in ends} - {None}):
-                found = found.split(self._places.reshape(-1, NODES)[panel], panel, ends)
-            self._split[ends] = found
-        return self._split[ends]
-
-    def _panel_of(self, place: float) -> int | None:
-        """The panel that counts in the deflection and has this place inside."""
-        x = self._places.reshape(-1, NODES)
-        panel = int(np.searchsorted(x[:, 0], place)) - 1
-        inside = panel >= 0 and x[panel, 0] < place < x[panel, -1]
-        return panel if inside and self._whole_panels.bent[panel * NODES : (panel + 1) * NODES].any() else None
+        work = np.empty((4, self._places.size + 2 * NODES * len(ends)))
+        count = split(np.array(sorted(ends)), self._places, p.share, p.bending, p.shear, *work)
+        return tuple(row[:count] for row in work)
 
     def shape(self, r: float, c: float) -> Array:
         """The bore at the stations over its greatest."""
@@ -172,16 +78,27 @@ class Cones:
     def size(self, shape: tuple[float, float], slope_at: tuple[float, float], corner: float) -> float:
         """Greatest size of a shape (r, c), ``corner`` at most; the slope limit, which loosens with r and c, at its own
         pair."""
-        p, g, (r, c) = self.program, self.program.scene.geometry, shape
-        limit = math.inf if p.limit is None else p.limit
-        at = self.nodes(c)
-        size = _greatest_size(
-            r, self.taper.lost(at.places, c), at.bore, at.share, at.bending, at.shear, p.law.a, p.law.b, limit, corner
+        (r, c), (steep_r, steep_c) = shape, slope_at
+        size = self._greatest(r, c, self._bore, corner)
+        return size if steep_r == 1.0 else min(size, self._steep * steep_c / (1.0 - steep_r))
+
+    def _greatest(self, r: float, c: float, bore: Array, most: float) -> float:
+        p = self.program
+        at = self.nodes(c) if p.limit is not None else (self._places, p.share, p.bending, p.shear)
+        return greatest_size(
+            self.taper.turn, r, c, self._places, bore, *at, p.law.a, p.law.b, self._limit, most
         )  # fmt: skip
-        slope, (steep_r, steep_c) = p.limits.max_slope, slope_at
-        if slope is not None and steep_r < 1.0:
-            size = min(size, slope * steep_c * 0.5 * g.length / (g.outer_diameter * (1.0 - steep_r)))
-        return size
+
+    def closed_in(self, rs: Array, cs: Array, c_range: tuple[float, float], least_step: float) -> Shape:
+        """The best shape of a grid, closed in on by pattern search in steps down to ``least_step``."""
+        p, none = self.program, np.empty(0)
+        at_corner = self.taper.turn < 0 and c_range[0] < c_range[1]
+        edges, bore = self._edges[:2] if at_corner else (none, none)
+        _, r, c = climb(
+            self.taper.turn, rs, cs, *c_range, least_step, edges, bore, self._steep, self._places, self._bore, p.share,
+            p.bending, p.shear, p.law.a, p.law.b, self._limit,
+        )  # fmt: skip
+        return self.gain(r, c), r, c
 
     def corner(self, c0: float, c1: float) -> float:
         """The widest bore that strength allows where the cone of a widening shape ends, c in [c0, c1], or more: of all
@@ -191,7 +108,8 @@ class Cones:
         if c0 == c1:
             return float(self._bore_at(np.array([c0]))[0])
         cells = self._cells(c0, c1)
-        return float(np.max(np.maximum(self._edge_bore[cells], self._edge_bore[cells + 1]) + self._above[cells]))
+        _, bore, above = self._edges
+        return float(np.max(np.maximum(bore[cells], bore[cells + 1]) + above[cells]))
 
     def _bore_at(self, places: Array) -> Array:
         p, half = self.program, 0.5 * self.program.scene.geometry.length
@@ -210,18 +128,10 @@ class Cones:
             bore, wide = self._bore_at(edges), np.diff(edges)
             bend = np.abs(np.diff(np.diff(bore) / wide))
             above = 0.5 * wide * np.maximum(np.append(bend, bend[-1]), np.insert(bend, 0, bend[0]))
-            cut = (above > _STRAIGHT) & (wide > 2.0 * _SHORTEST)
+            cut = (above > self.straight) & (wide > 2.0 * _SHORTEST)
             if not cut.any():
                 return edges, bore, above
             edges = np.sort(np.concatenate([edges, 0.5 * (edges[:-1] + edges[1:])[cut]]))
-
-    @property
-    def _edge_bore(self) -> Array:
-        return self._edges[1]
-
-    @property
-    def _above(self) -> Array:
-        return self._edges[2]
 
     def _cells(self, c0: float, c1: float) -> NDArray[np.int64]:
         edges = self._edges[0]
@@ -248,7 +158,7 @@ class Cones:
 
     def _rules(self, box: Box) -> list[Rule]:
         """The rules that hold the shapes of a box: stations that are the weakest somewhere, deflection, slope."""
-        p, g, taper = self.program, self.program.scene.geometry, self.taper
+        p, taper = self.program, self.taper
         r0, r1, c0, c1 = box
         r, c = 0.5 * (r0 + r1), 0.5 * (c0 + c1)
         t, bore, middle_shape = self._places, self._bore, self.shape(r, c)
@@ -263,16 +173,15 @@ class Cones:
         least, middle = self.stiff(*narrowest(taper, box)), self.stiff(r, c)
         most = self.stiff(*widest(taper, box))
         if least > 0.0 and math.isfinite(most):
-            at = self.nodes(c0, c1)
+            places, *weighed = self.nodes(c0, c1)
             slopes = deflection_slopes(
-                r0, r1, float(taper.turn), least, most * (1.0 + _ROOT), *lost_range(taper, at.places, c0, c1),
-                at.share, at.bending, at.shear, p.law.a, p.law.b,
+                r0, r1, float(taper.turn), least, most * (1.0 + _ROOT), *lost_range(taper, places, c0, c1),
+                *weighed, p.law.a, p.law.b,
             )  # fmt: skip
             rules.append(Rule(math.log(middle) + _ROOT, slopes))
         if p.limits.max_slope is not None and r1 < 1.0:
-            allowed = p.limits.max_slope * 0.5 * g.length / g.outer_diameter
             slopes = (1.0 / (1.0 - r0), 1.0 / (1.0 - r1), 1.0 / c1, 1.0 / c0)
-            rules.append(Rule(math.log(allowed * c / (1.0 - r)), slopes))
+            rules.append(Rule(math.log(self._steep * c / (1.0 - r)), slopes))
         return rules
 
     def _corner_rule(self, c0: float, c1: float) -> list[Rule]:
@@ -293,12 +202,9 @@ class Cones:
 
     def stiff(self, r: float, c: float) -> float:
         """The greatest size that the deflection allows, be it beyond the outer diameter where no load bends."""
-        p, at = self.program, self.nodes(c)
-        lost = self.taper.lost(at.places, c)
-        widest_bent = float(np.max(1.0 - (1.0 - r) * lost[at.bent], initial=0.0))
+        p = self.program
+        bent = self._places[(p.bending != 0.0) | (p.shear != 0.0)]
+        widest_bent = float(np.max(1.0 - (1.0 - r) * self.taper.lost(bent, c), initial=0.0))
         if p.limit is None or widest_bent <= 0.0:
             return math.inf
-        return _greatest_size(
-            r, lost, np.full(lost.size, math.inf), at.share, at.bending, at.shear, p.law.a, p.law.b, p.limit,
-            1.0 / widest_bent,
-        )  # fmt: skip
+        return self._greatest(r, c, np.full_like(self._bore, math.inf), 1.0 / widest_bent)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.dual_bound import least_walls_bound
 from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.optimum.lumped import segments
 from solvers.pin.optimum.program import Program, Weighed, refined
 from solvers.pin.stations.between_nodes import risen
@@ -21,7 +24,7 @@ def _one_wall(program: Program) -> Weighed | None:
     if program.limit is None:
         return Weighed(least, 0.0, 0)
     lumped = segments(program, least, [slice(None)])
-    return program.sought.weigh(lumped, least, False)
+    return weigh(lumped, least, False)
 
 
 @dataclass(frozen=True)
@@ -37,14 +40,14 @@ class Constant:
             return None
         u = float(weighed.solidity[0])
         if weighed.multiplier == 0.0:
-            bound = sought.least_walls_bound(program, np.full_like(program.lower, least))
+            proof = partial(least_walls_bound, program, np.full_like(program.lower, least))
             wall = sought.walls(program, program.lower).max()
         else:
             # One unknown: a wall thinner by 1e-12 breaks the deflection limit.
-            bound, wall = u * (1.0 - 1e-12), sought.wall_of(weighed.solidity)[0]
+            proof, wall = partial(float, u * (1.0 - 1e-12)), sought.wall_of(weighed.solidity)[0]
         length, size = program.scene.geometry.length, float(sought.sizes(wall))
         return Found(
-            np.full_like(program.lower, u), u, min(bound, u), "one unknown", {"rounds": weighed.rounds},
+            np.full_like(program.lower, u), u, proof, "one unknown", {"rounds": weighed.rounds},
             corners=((0.0, size), (length, size)),
             doubt=risen(program.stations, program.lower[None]) * (u if weighed.multiplier == 0.0 else 0.0),
         )  # fmt: skip
@@ -60,9 +63,8 @@ def lightest_constant(program: Program, accuracy: float) -> tuple[float, float] 
         if found is None:
             return None
         doubt = risen(program.stations, program.lower[None]) if found.multiplier == 0.0 else np.zeros(1)
-        between = doubt > 0.1 * accuracy
-        if not between.any():
+        if not (doubt > 0.1 * accuracy).any():
             break
-        stations = refined(program, between)
+        stations = refined(program, doubt / (0.1 * accuracy), program.lower)
         program = assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law)
     return float(found.solidity[0]), float(doubt.sum())

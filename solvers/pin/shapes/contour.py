@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODES, Stations
+from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES, Stations
 
 Array = NDArray[np.float64]
 _TOLERANCE = 1e-7
@@ -52,8 +52,7 @@ def _differences() -> Array:
     """Slopes at the nodes on [-1, 1] of the polynomial through the values there: (9, 9), barycentric."""
     apart = NODE_PLACES[:, None] - NODE_PLACES
     np.fill_diagonal(apart, 1.0)
-    weights = 1.0 / apart.prod(axis=1)
-    table = weights / weights[:, None] / apart
+    table = NODE_WEIGHTS / NODE_WEIGHTS[:, None] / apart
     np.fill_diagonal(table, 0.0)
     np.fill_diagonal(table, -table.sum(axis=1))
     return table

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.pin.optimum.dual_bound import least_walls_bound
 from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.optimum.program import Program, Weighed, rising
-from solvers.pin.optimum.slope_limit import missed_by_slope
+from solvers.pin.optimum.slope_limit import gentle, missed_by_slope
 from solvers.pin.stations.lobatto_panels import Stations
 
 Array = NDArray[np.float64]
+_LEAST, _DUAL = "every station's wall is the least that holds", "Lagrangian dual, tangents at the answer"
 
 
 def missed_by_order(stations: Stations, lower: Array, anchor: int) -> Array:
@@ -32,8 +36,7 @@ def _missed(program: Program, drillable: bool) -> Array:
     if drillable:
         missed, low = missed_by_order(program.stations, low, program.anchor), rising(low, program.anchor)
     if program.limits.max_slope is not None:
-        values, scale = program.sought.sizes_for_slope(program, low)
-        missed = missed + scale * missed_by_slope(program.stations, values, program.limits.max_slope)
+        missed = missed + missed_by_slope(program, low)
     return missed
 
 
@@ -60,34 +63,29 @@ class Free:
         """See ``solvers.pin.shapes.shape.Form``."""
         sought = program.sought
         low = rising(program.lower, program.anchor) if self.drillable else program.lower
-        low = sought.gentle(program, low)
+        low = gentle(program, low)
         if (
             program.limits.max_slope is not None
             and program.limit is not None
             and program.deflection(low) > program.limit
         ):
             return sought.coupled(program, low, self.drillable, gap)
-        weighed = sought.weigh(program, low, self.drillable)
+        weighed = weigh(program, low, self.drillable)
         if weighed is None:
             return None
-        volume = program.volume(weighed.solidity)
         if weighed.multiplier == 0.0:
-            bound, method = sought.least_walls_bound(program, low), "every station's wall is the least that holds"
+            proof, method = partial(least_walls_bound, program, low), _LEAST
         else:
-            bound = sought.dual_bound(program, low, weighed.multiplier, weighed.solidity, self.drillable)
-            method = "Lagrangian dual, tangents at the answer"
+            price, u = weighed.multiplier, weighed.solidity
+            proof, method = partial(sought.dual_bound, program, low, price, u, self.drillable), _DUAL
         evidence = {
             "multiplier": weighed.multiplier if math.isfinite(weighed.multiplier) else "unbounded: only the solid span",
             "rounds": weighed.rounds,
         }
         return Found(
-            weighed.solidity,
-            volume,
-            min(bound, volume),
-            method,
-            evidence,
+            weighed.solidity, program.volume(weighed.solidity), proof, method, evidence,
             doubt=_doubt(program, weighed, self.drillable),
-        )
+        )  # fmt: skip
 
 
 FREE = Free()

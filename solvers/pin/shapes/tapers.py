@@ -8,89 +8,67 @@ volume per size h grow with r. Of a cone that narrows toward the middle they gro
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
 Box = tuple[float, float, float, float]
 
 
-class Taper(Protocol):
-    """One way. ``turn`` is the sign of df/dc."""
+@kernel
+def relative_bore(turn: int, r: float, c: float, t: float) -> float:
+    """f at the place t; ``turn`` as of a ``Taper``."""
+    along = min(t / c, 1.0)
+    return 1.0 - (1.0 - r) * (along if turn > 0 else 1.0 - along)
+
+
+@kernel
+def hollow(turn: int, r: float, c: float) -> float:
+    """h: volume of the bore whose greatest diameter is 1, over that of the cylinder.
+
+    Narrowing c (1 + r + r^2)/3 + (1 - c) r^2, widening c (1 + r + r^2)/3 + 1 - c.
+    """
+    if turn > 0:
+        return c * (1.0 + r + r * r) / 3.0 + (1.0 - c) * r * r
+    return 1.0 - c * (1.0 - r) * (2.0 + r) / 3.0
+
+
+@dataclass(frozen=True)
+class Taper:
+    """One way. ``turn`` is the sign of df/dc: 1 where the bore narrows toward the middle, p = min(t/c, 1); -1 where it
+    widens, p = 1 - min(t/c, 1)."""
 
     turn: int
 
     def lost(self, t: Array, c: float) -> Array:
         """p at places t."""
+        along = np.minimum(t / c, 1.0)
+        return along if self.turn > 0 else 1.0 - along
 
     def hollow(self, r: float, c: float) -> float:
-        """h: volume of the bore whose greatest diameter is 1, over that of the cylinder."""
+        """h (see ``hollow``)."""
+        return hollow(self.turn, r, c)
 
     def hollow_slopes(self, box: Box) -> Box:
         """The ranges of d(ln h)/dr and d(ln h)/dc over a box."""
+        r0, r1, c0, c1 = box
+        low, high = self.hollow(*widest(self, box)), self.hollow(*narrowest(self, box))
+        if self.turn < 0:
+            in_c = [-(1.0 - r) * (2.0 + r) / 3.0 for r in (r0, r1)]
+            return c0 * (1.0 + 2.0 * r0) / 3.0 / high, c1 * (1.0 + 2.0 * r1) / 3.0 / low, in_c[0] / low, in_c[1] / high
+        in_r = [[c * (1.0 + 2.0 * r) / 3.0 + 2.0 * (1.0 - c) * r for c in (c0, c1)] for r in (r0, r1)]
+        least, greatest, end = ((1.0 - r) * (1.0 + 2.0 * r) / 3.0 for r in (r0, min(max(0.25, r0), r1), r1))
+        return min(in_r[0]) / high, max(in_r[1]) / low, min(least, end) / high, greatest / low
 
     def diameters(self, r: float) -> tuple[float, float]:
         """Bore at the end and in the middle, over the greatest."""
+        return (1.0, r) if self.turn > 0 else (r, 1.0)
 
 
-@dataclass(frozen=True)
-class Narrowing:
-    """Toward the middle: p = min(t/c, 1), h = c (1 + r + r^2)/3 + (1 - c) r^2."""
-
-    turn: int = 1
-
-    def lost(self, t: Array, c: float) -> Array:
-        return np.minimum(t / c, 1.0)
-
-    def hollow(self, r: float, c: float) -> float:
-        return c * (1.0 + r + r * r) / 3.0 + (1.0 - c) * r * r
-
-    def hollow_slopes(self, box: Box) -> Box:
-        r0, r1, c0, c1 = box
-        low, high = self.hollow(r0, c0), self.hollow(r1, c1)
-
-        def in_r(r: float, c: float) -> float:
-            return c * (1.0 + 2.0 * r) / 3.0 + 2.0 * (1.0 - c) * r
-
-        def in_c(r: float) -> float:
-            return (1.0 - r) * (1.0 + 2.0 * r) / 3.0
-
-        r_low, r_high = min(in_r(r0, c0), in_r(r0, c1)), max(in_r(r1, c0), in_r(r1, c1))
-        c_high = in_c(min(max(0.25, r0), r1))
-        return r_low / high, r_high / low, min(in_c(r0), in_c(r1)) / high, c_high / low
-
-    def diameters(self, r: float) -> tuple[float, float]:
-        return 1.0, r
-
-
-@dataclass(frozen=True)
-class Widening:
-    """Toward the middle: p = 1 - min(t/c, 1), h = c (1 + r + r^2)/3 + 1 - c."""
-
-    turn: int = -1
-
-    def lost(self, t: Array, c: float) -> Array:
-        return 1.0 - np.minimum(t / c, 1.0)
-
-    def hollow(self, r: float, c: float) -> float:
-        return 1.0 - c * (1.0 - r) * (2.0 + r) / 3.0
-
-    def hollow_slopes(self, box: Box) -> Box:
-        r0, r1, c0, c1 = box
-        low, high = self.hollow(r0, c1), self.hollow(r1, c0)
-
-        def in_c(r: float) -> float:
-            return -(1.0 - r) * (2.0 + r) / 3.0
-
-        return c0 * (1.0 + 2.0 * r0) / 3.0 / high, c1 * (1.0 + 2.0 * r1) / 3.0 / low, in_c(r0) / low, in_c(r1) / high
-
-    def diameters(self, r: float) -> tuple[float, float]:
-        return r, 1.0
-
-
-NARROWING, WIDENING = Narrowing(), Widening()
+NARROWING, WIDENING = Taper(1), Taper(-1)
 
 
 def widest(taper: Taper, box: Box) -> tuple[float, float]:

@@ -14,12 +14,17 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.jit import kernel
+
 Array = NDArray[np.float64]
 
 NODES = 9
 _DROPPED = ((1, 6), (2, 7), (2, 6))
 """What is left out of the nodes by the rules that judge. A symmetric rule alone is blind to kinks at some places; with
 these three, twice the greatest difference covers the error of a kink anywhere in a panel."""
+_KINKED = 16.0
+"""Doubts that are this many times too great come from a kink or a jump: halving makes that of a smooth curve a hundred
+times smaller."""
 LEAST_PANEL = 1e-13
 """Panels shorter than this share of the length are not halved any more."""
 
@@ -45,15 +50,8 @@ def _interpolatory(nodes: Array) -> Array:
 
 NODE_PLACES, _W = _lobatto(NODES)
 """Where the nodes lie on [-1, 1]."""
-
-
-def interpolation(places: Array) -> Array:
-    """The matrix, (n, NODES), that takes values at the nodes to those of their polynomial at places on [-1, 1].
-
-    By Legendre polynomials, whose values at Lobatto's nodes make a well-conditioned system.
-    """
-    at_nodes = np.polynomial.legendre.legvander(NODE_PLACES, NODES - 1)
-    return np.linalg.solve(at_nodes.T, np.polynomial.legendre.legvander(places, NODES - 1).T).T
+NODE_WEIGHTS = 1.0 / (NODE_PLACES[:, None] - NODE_PLACES + np.eye(NODES)).prod(axis=1)
+"""The barycentric weights of the polynomial through values at the nodes."""
 
 
 def _without(dropped: tuple[int, ...]) -> Array:
@@ -90,13 +88,17 @@ class Stations:
         return (self.right - self.left) + (self.right_rest - self.left_rest)
 
     @cached_property
+    def _rests(self) -> tuple[Array, Array]:
+        """``left_rest`` and ``right_rest`` as arrays."""
+        none = np.zeros_like(self.left)
+        return self.left_rest + none, self.right_rest + none
+
+    @cached_property
     def _places(self) -> tuple[Array, Array]:
         """The nodes, and what rounding left out of them."""
-        along = 0.5 * self.width[:, None] * (1.0 + NODE_PLACES)
-        x, rest = _sum(self.left[:, None], along + np.reshape(self.left_rest, (-1, 1)))
-        x[:, 0], x[:, -1] = self.left, self.right
-        rest[:, 0], rest[:, -1] = self.left_rest, self.right_rest
-        return x.ravel(), rest.ravel()
+        x, rest = np.empty((2, NODES * self.left.size))
+        _place(self.left, self.right, *self._rests, x, rest)
+        return x, rest
 
     @property
     def x(self) -> Array:
@@ -116,12 +118,11 @@ class Stations:
     def share(self) -> Array:
         return (0.5 * self.width[:, None] * _W).ravel() / self.span
 
-    def cut(self, places: tuple[float, ...]) -> Stations:
+    def cut(self, places: Array | tuple[float, ...]) -> Stations:
         """The panels of contiguous stations, with ends at these places as well."""
-        rests = (np.broadcast_to(r, self.left.shape) for r in (self.left_rest, self.right_rest))
-        ends = np.concatenate([self.left, self.right, [p for p in places if self.left[0] < p < self.right[-1]]])
-        edges, first = np.unique(ends, return_index=True)
-        rest = np.concatenate([*rests, np.zeros(len(ends) - 2 * self.left.size)])[first]
+        edges, rest = np.empty((2, self.left.size + 1 + len(places)))
+        count = _cut(self.left, self.right, *self._rests, np.sort(places), edges, rest)
+        edges, rest = edges[:count], rest[:count]
         return Stations(edges[:-1], edges[1:], left_rest=rest[:-1], right_rest=rest[1:])
 
     def doubt(self, values: Array) -> Array:
@@ -137,64 +138,107 @@ class Stations:
         dip before the next station, which counts up to there: twice, as both are estimates. Without ``forward`` the
         maximum runs from the right to the left.
         """
-        order = slice(None) if forward else slice(None, None, -1)
-        ahead, share = values[order], self.share[order]
-        running = np.maximum.accumulate(ahead)
-        source = np.maximum.accumulate(np.where(ahead == running, np.arange(ahead.size), 0))
-        held = np.bincount(source, share, ahead.size)[order].reshape(-1, NODES)
-        # Where panels meet, two stations share a place, and the summit may lie on either side.
-        held[:-1, -1] = held[1:, 0] = held[:-1, -1] + held[1:, 0]
-        x, f = self.x.reshape(-1, NODES), values.reshape(-1, NODES)
-        least = (ahead == running)[order].reshape(-1, NODES)
-        reach = np.gradient(x, axis=1) / self.span
-        missed = _above(x, f) * held + np.where(least, _above(x, -f) * reach, 0.0)
-        return 2.0 * missed.sum(axis=1)
+        missed = np.zeros(self.left.size)
+        _overlook(self.x, self.share, values, self.span, forward, missed)
+        return missed
 
     def halved(self, which: NDArray[np.bool_]) -> Stations:
         """The same with some panels cut in two."""
-        left_rest, right_rest = (np.broadcast_to(r, self.left.shape) for r in (self.left_rest, self.right_rest))
-        middle, rest = _sum(self.left[which], 0.5 * self.width[which] + left_rest[which])
-        left, right = np.concatenate([self.left, middle]), np.concatenate([self.right, middle])
-        first, last = np.argsort(left, kind="stable"), np.argsort(right, kind="stable")
-        return Stations(
-            left[first], right[last], left_rest=np.concatenate([left_rest, rest])[first],
-            right_rest=np.concatenate([right_rest, rest])[last],
-        )  # fmt: skip
+        return self.cut((self.left + 0.5 * self.width)[which])
+
+    def refined(self, excess: Array, values: Array) -> Stations:
+        """The same with every panel halved whose doubt of the values at its nodes is more than once too great; where it
+        is far too great, cut at the two nodes beside which their slope changes most as well: there is a kink or a jump,
+        of which no curve through the nodes knows, and its panel becomes some eight times shorter."""
+        kinked = excess > _KINKED
+        x, f = (v.reshape(-1, NODES)[kinked] for v in (self.x, values))
+        slope = np.diff(f, axis=1) / np.diff(x, axis=1)
+        bend = np.abs(np.diff(slope, axis=1, prepend=slope[:, :1], append=slope[:, -1:]))
+        row, at = np.arange(len(x)), np.argmax(bend[:, :-1] + bend[:, 1:], axis=1)
+        middles = (self.left + 0.5 * self.width)[excess > 1.0]
+        return self.cut(np.concatenate([x[row, at], x[row, at + 1], middles]))
 
     def first(self, panels: int) -> Stations:
         """The first so many panels."""
-        left_rest, right_rest = (np.broadcast_to(r, self.left.shape) for r in (self.left_rest, self.right_rest))
+        left_rest, right_rest = self._rests
         return Stations(
             self.left[:panels], self.right[:panels], left_rest=left_rest[:panels], right_rest=right_rest[:panels]
         )
 
 
-def _sum(a: Array, b: Array) -> tuple[Array, Array]:
-    """a + b, and what rounding leaves out of it, exactly (D. E. Knuth's sum)."""
-    total = a + b
-    seen = total - a
-    return total, (a - (total - seen)) + (b - seen)
+@kernel
+def _place(left: Array, right: Array, left_rest: Array, right_rest: Array, x: Array, rest: Array) -> None:
+    """The nodes of panels into x, and what rounding leaves out of them (D. E. Knuth's sum) into ``rest``."""
+    for panel in range(left.size):
+        begin, own = left[panel], left_rest[panel]
+        width = (right[panel] - begin) + (right_rest[panel] - own)
+        for j in range(NODES):
+            along, i = 0.5 * width * (1.0 + NODE_PLACES[j]) + own, panel * NODES + j
+            total = begin + along
+            seen = total - begin
+            x[i], rest[i] = total, (begin - (total - seen)) + (along - seen)
+        first, last = panel * NODES, panel * NODES + NODES - 1
+        x[first], rest[first], x[last], rest[last] = begin, own, right[panel], right_rest[panel]
 
 
-def _above(x: Array, f: Array) -> Array:
-    """How far beside each node of a panel, up to the next ones, parabolas through three nodes rise above its value.
+@kernel
+def _cut(
+    left: Array, right: Array, left_rest: Array, right_rest: Array, places: Array, edges: Array, rest: Array
+) -> int:  # fmt: skip
+    """The ends of contiguous panels and rising places between them into ``edges``, each once; how many there are."""
+    count, k, n = 0, 0, left.size
+    for panel in range(n + 1):
+        end = left[panel] if panel < n else right[n - 1]
+        while k < places.size and places[k] <= end:
+            if panel > 0 and places[k] < end and places[k] > edges[count - 1]:
+                edges[count], rest[count] = places[k], 0.0
+                count += 1
+            k += 1
+        edges[count], rest[count] = end, left_rest[panel] if panel < n else right_rest[n - 1]
+        count += 1
+    return count
 
-    Three parabolas each, so that one of them does not look across a kink.
+
+@kernel
+def _above(x: Array, f: Array, sign: float, first: int, j: int) -> float:
+    """How far beside a panel's j-th node, up to the next ones, parabolas through three nodes rise above its value.
+
+    Three parabolas, so that one of them does not look across a kink.
     """
-    own, most = np.arange(NODES), np.zeros_like(f)
-    low, high = x[:, np.maximum(own - 1, 0)], x[:, np.minimum(own + 1, NODES - 1)]
-    for shift in (-1, 0, 1):
-        centre = np.clip(own + shift, 1, NODES - 2)
-        x0, x1, x2 = x[:, centre - 1], x[:, centre], x[:, centre + 1]
-        f0, f1, f2 = f[:, centre - 1], f[:, centre], f[:, centre + 1]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            rise, fall = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
-            bend = (fall - rise) / (x2 - x0)
-            top = 0.5 * (x0 + x1 - rise / bend)
-            value = f0 + (top - x0) * (rise + bend * (top - x1))
-            inside = (bend < 0.0) & (top > low) & (top < high)
-            most = np.maximum(most, np.where(inside, value - f, 0.0))
+    low, high, own, most = x[first + max(j - 1, 0)], x[first + min(j + 1, NODES - 1)], sign * f[first + j], 0.0
+    for shift in range(-1, 2):
+        i = first + min(max(j + shift, 1), NODES - 2)
+        rise, fall = sign * (f[i] - f[i - 1]) / (x[i] - x[i - 1]), sign * (f[i + 1] - f[i]) / (x[i + 1] - x[i])
+        bend = (fall - rise) / (x[i + 1] - x[i - 1])
+        top = 0.5 * (x[i - 1] + x[i] - rise / bend)
+        if bend < 0.0 and low < top < high:
+            most = max(most, sign * f[i - 1] + (top - x[i - 1]) * (rise + bend * (top - x[i])) - own)
     return most
+
+
+@kernel
+def _overlook(x: Array, share: Array, values: Array, span: float, forward: bool, missed: Array) -> None:
+    """Into ``missed`` what ``Stations.overlooked`` tells."""
+    n = x.size
+    held, least = np.zeros(n), np.zeros(n)
+    running, source = -np.inf, 0
+    for k in range(n):
+        i = k if forward else n - 1 - k
+        if values[i] >= running:
+            running, source, least[i] = values[i], i, 1.0
+        held[source] += share[i]
+    for first in range(NODES, n, NODES):
+        # Where panels meet, two stations share a place, and the summit may lie on either side.
+        held[first] = held[first - 1] = held[first] + held[first - 1]
+    for panel in range(missed.size):
+        first = panel * NODES
+        for j in range(NODES):
+            i, before, behind = first + j, first + max(j - 1, 0), first + min(j + 1, NODES - 1)
+            if held[i] > 0.0:
+                missed[panel] += 2.0 * held[i] * _above(x, values, 1.0, first, j)
+            if least[i] > 0.0:
+                reach = (x[behind] - x[before]) / (behind - before) / span
+                missed[panel] += 2.0 * reach * _above(x, values, -1.0, first, j)
 
 
 def panel_edges(places: Iterable[float], length: float, symmetric: bool) -> list[float]:

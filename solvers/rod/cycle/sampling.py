@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.numerics.panels import Rule, panel_error, rule_of
-from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
+from solvers.numerics.panels import Rule, largest, panel_error, rule_of
+from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, STROKE, Strip, fill_states, friction_corners
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.scene import Load
 
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 TURN = 2.0 * math.pi
 MOST_PANELS = 6000
 CHECKED = 5
-"""Rows that panels must resolve (``_checked``)."""
+"""Rows that panels must resolve, at the most (``_checked``)."""
 _GRID = TURN / 128 * np.arange(129)
 _WIDEST = TURN / 4
 _APART, _NARROWEST = 1e-9, 1e-9
@@ -66,9 +66,11 @@ def first_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:
 
 
 @kernel
-def _checked(states: Array) -> Array:
+def _checked(strip: Strip, states: Array) -> Array:
     """Axial force, side force, clamp moment, and the bending at the head and in the middle, each beside that at the
-    clamp: a whole rod's head is not bent at all."""
+    clamp: a whole rod's head is not bent at all. Without a coupling all but the force go with the stroke."""
+    if strip.couples == 0.0:
+        return states[FORCE : STROKE + 1]
     rows = np.empty((CHECKED, states.shape[1]))
     rows[0], rows[1], rows[2] = states[FORCE], states[SIDE], states[MOMENT]
     rows[3], rows[4] = states[CLAMP] + states[HEAD], states[CLAMP]
@@ -81,10 +83,9 @@ def _states_on(drive: Drive, strip: Strip, left: float, right: float, rule: Rule
     angle = 0.5 * (left + right) + 0.5 * (right - left) * rule.points
     states = np.empty((ROWS, angle.size))
     fill_states(drive, strip, angle, states)
-    rows = _checked(states)
-    for row in range(CHECKED):
-        for i in range(angle.size):
-            scale[row] = max(scale[row], abs(rows[row, i]))
+    rows = _checked(strip, states)
+    for row in range(rows.shape[0]):
+        scale[row] = max(scale[row], largest(rows[row]))
     return states
 
 
@@ -106,8 +107,8 @@ def sample(drive: Drive, strip: Strip, first: Array, rule: Rule, tolerance: floa
             return np.empty(0), np.empty((ROWS, 0))
         halve = False
         if right - left > _NARROWEST and len(found) + len(waiting) + 2 <= MOST_PANELS:
-            rows = _checked(states)
-            for row in range(CHECKED):
+            rows = _checked(strip, states)
+            for row in range(rows.shape[0]):
                 halve = halve or panel_error(rows[row], rule) > tolerance * max(scale[row], 1e-300)
         if halve:
             middle = 0.5 * (left + right)

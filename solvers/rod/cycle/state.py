@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.numerics.jit import kernel
+from solvers.numerics.jit import inlined_kernel, kernel
 from solvers.rod.load.axial_force import Drive, axial_force
 from solvers.rod.piston.skirt import both_walls
 from solvers.rod.strip.beam_column import constants
@@ -111,6 +111,7 @@ def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None
     """The states at the angles (n,) into a table of shape (ROWS, n); quickest where the angles rise."""
     # What friction adds, and takes from the slope, per stroke: at the angle before, and so nearly here.
     added, softer = 0.0, 0.0
+    shape = constants(0.0, strip.length, strip.rod_length, strip.compliance)
     for i in range(angle.size):
         stroke = drive.crank_radius * math.sin(angle[i])
         force = axial_force(drive, angle[i])
@@ -126,15 +127,23 @@ def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None
                 added, softer = (closed - force) / push, (1.0 - slope) / push
             force = closed
         states[ANGLE, i] = angle[i]
-        bend_state(strip, force, stroke, states, i)
+        if strip.couples != 0.0:
+            shape = constants(strip.couples / strip.stiffness * force, strip.length, strip.rod_length, strip.compliance)
+        _fill_state(strip, force, stroke, shape, states, i)
 
 
 @kernel
 def bend_state(strip: Strip, force: float, stroke: float, states: Array, i: int) -> None:
     """The strip under an axial force with the crank pin at a stroke, into column i of a table."""
-    q, m, clamp, shear, head = constants(
-        strip.couples / strip.stiffness * force, strip.length, strip.rod_length, strip.compliance
-    )
+    q = strip.couples / strip.stiffness * force
+    _fill_state(strip, force, stroke, constants(q, strip.length, strip.rod_length, strip.compliance), states, i)
+
+
+@inlined_kernel
+def _fill_state(
+    strip: Strip, force: float, stroke: float, shape: tuple[float, float, float, float, float], states: Array, i: int
+) -> None:
+    q, m, clamp, shear, head = shape
     states[FORCE, i], states[STROKE, i], states[COUPLING, i], states[SOFTENING, i] = force, stroke, q, m
     states[CLAMP, i], states[SHEAR, i], states[HEAD, i] = clamp * stroke, shear * stroke, head * stroke
     states[SIDE, i] = -strip.stiffness * m * shear * stroke

@@ -28,6 +28,9 @@ from solvers.rod.scene import Dimensions, Scene
 Array = NDArray[np.float64]
 
 POLYNOMIALS = 14
+FEW_POLYNOMIALS, OF_FEW = 9, 1e-8
+"""Enough for the first frequency alone where little accuracy is asked for, and what they may miss of it: 1e-9 was the
+most of 4,000 strips from l = L/11 to L, from the edge of buckling to strong tension."""
 _MORE_POINTS = 6
 _MOST_POWERS = 500
 _MOST_POLYNOMIALS = 60
@@ -153,7 +156,7 @@ def natural_frequency(scene: Scene, dimensions: Dimensions, axial_force: float) 
     stiffness = scene.material.elastic_modulus * dimensions.b * dimensions.h**3 / 12.0
     line_mass = scene.material.density * dimensions.b * dimensions.h
     return frequency_under(
-        energies(), stiffness, line_mass, dimensions.l, scene.mechanism.rod_length, float(axial_force)
+        energies(), stiffness, line_mass, dimensions.l, scene.mechanism.rod_length, float(axial_force), POLYNOMIALS
     )
 
 
@@ -176,15 +179,17 @@ def _reflected(matrix: Array, mirror: Array, scale: float) -> Array:
 
 @kernel
 def frequency_under(
-    table: Energies, stiffness: float, line_mass: float, length: float, rod_length: float, axial_force: float
-) -> float:
-    """First natural frequency [Hz] under an axial force [N], from EI [N m^2], rho A [kg/m], l and L [m].
+    table: Energies, stiffness: float, line_mass: float, length: float, rod_length: float, axial_force: float,
+    polynomials: int,
+) -> float:  # fmt: skip
+    """First natural frequency [Hz] under an axial force [N], from EI [N m^2], rho A [kg/m], l and L [m], by so many
+    polynomials and, in tension, some more.
 
     Householder's reflection of the constraint onto the first polynomial leaves the others free.
     """
     # Under tension the strip bends in layers at its ends, 1/decay of its length.
     decay = math.sqrt(max(axial_force, 0.0) / stiffness) * length
-    n = int(min(POLYNOMIALS + math.ceil(0.5 * decay), _MOST_POLYNOMIALS))
+    n = int(min(polynomials + math.ceil(0.5 * decay), _MOST_POLYNOMIALS))
     lever, mirror, size, tip = rod_length / length - 1.0, np.empty(n), 0.0, 0.0
     for j in range(n):
         mirror[j] = table.end[j] + lever * table.slope[j]

@@ -1,4 +1,4 @@
-"""A service on which keys are in force: the application itself, its workers left alone."""
+"""A service that requires keys, without workers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from app.store.repository import RunStore
 
 @dataclass
 class Keyed:
-    """A client, and what a test does behind the service's back."""
+    """A client, and helpers that bypass the service."""
 
     client: TestClient
 
@@ -29,7 +29,7 @@ class Keyed:
         return self.client.app.state.service.store
 
     def warm(self) -> None:
-        """Wait until what a test asks for can be solved."""
+        """Wait until requests can be solved."""
         self.client.app.state.service.executor.wait_until_warm()
 
     def key(self, *scopes: Scope) -> tuple[str, str]:

@@ -1,4 +1,4 @@
-"""Keys: asked for on every route, good for their scopes alone, each owner's runs his own."""
+"""Keys: required on every route, limited to their scopes, with separate runs per owner."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Keyed]:
 
 
 def routes(service: Keyed) -> list[tuple[str, str]]:
-    """Method and path of every route there is, mounted files aside."""
+    """Method and path of every route except mounted files."""
     found = []
     for route in _flat(service.client.app.routes):
         for method in sorted(route.methods - {"HEAD"}):
@@ -47,7 +47,7 @@ def routes(service: Keyed) -> list[tuple[str, str]]:
 
 
 def _flat(given) -> Iterator[APIRoute]:
-    """Routers may be kept as they were included."""
+    """Routers may be nested."""
     for route in given:
         if isinstance(route, APIRoute):
             yield route
@@ -69,13 +69,13 @@ def ask(service: Keyed, method: str, path: str, headers: dict[str, str]):
     return service.client.request(method, path, headers=headers, data=data)
 
 
-def test_the_walk_sees_the_routes(service):
+def test_the_list_of_routes_is_complete(service):
     found = routes(service)
     assert ("GET", "/api/v1/runs/{run_id}") in found and ("POST", "/api/v1/designs/flexible-rod") in found
     assert len(found) > 25
 
 
-def test_no_route_but_the_public_ones_is_open(service):
+def test_only_public_routes_are_open(service):
     for method, path in routes(service):
         answer = ask(service, method, filled(path, "0" * 36), {})
         if needed(method, filled(path, "x")) is None:
@@ -88,7 +88,7 @@ def test_no_route_but_the_public_ones_is_open(service):
             assert ask(service, method, filled(path, "0" * 36), bearer("cw_wrong")).status_code == 401
 
 
-def test_every_route_asks_for_its_scope(service):
+def test_every_route_checks_its_scope(service):
     given = {scope: service.key(scope)[0] for scope in Scope}
     for method, path in routes(service):
         lowest = needed(method, filled(path, "0" * 36))
@@ -99,7 +99,7 @@ def test_every_route_asks_for_its_scope(service):
             assert refused == (lowest not in granted(scope)), (method, path, scope)
 
 
-def test_nobody_meets_anothers_runs_on_any_route(service):
+def test_no_route_shows_runs_of_others(service):
     mine, my_id = service.key(Scope.DESIGN, Scope.BATCH)
     other, _ = service.key(Scope.DESIGN, Scope.BATCH)
     run = make_record(owner=my_id, name="the owner's alone", status="failed", result=None)
@@ -121,7 +121,7 @@ def test_nobody_meets_anothers_runs_on_any_route(service):
     assert service.client.get(f"/api/v1/runs/{run.id}", headers=bearer(mine)).json()["status"] == "failed"
 
 
-def test_nobody_meets_anothers_batches_on_any_route(service):
+def test_no_route_shows_batches_of_others(service):
     mine, other = (service.key(Scope.DESIGN, Scope.BATCH)[0] for _ in range(2))
     line = json.dumps(KINDS["pin-profile"].example(Mode.CHECK)).encode() + b"\n"
 
@@ -150,7 +150,7 @@ def test_nobody_meets_anothers_batches_on_any_route(service):
     assert send(mine).content == answer.content
 
 
-def test_work_that_is_done_later_sees_what_its_owner_sees(service):
+def test_background_work_acts_as_its_owner(service):
     run = make_record(owner="one key", status="failed", result=None)
     service.put([run])
 
@@ -164,7 +164,7 @@ def test_work_that_is_done_later_sees_what_its_owner_sees(service):
     assert [asyncio.run(seen(owner)) for owner in ("one key", "another", None)] == [True, False, True]
 
 
-def test_an_admin_sees_all_and_runs_of_before_keys_are_his_alone(service):
+def test_an_admin_sees_everything_including_runs_without_owner(service):
     admin, reader = service.key(Scope.ADMIN)[0], service.key(Scope.READ)[0]
     run = make_record(name="made before", status="failed", result=None)
     service.put([run])
@@ -172,7 +172,7 @@ def test_an_admin_sees_all_and_runs_of_before_keys_are_his_alone(service):
     assert service.client.get(f"/api/v1/runs/{run.id}", headers=bearer(reader)).status_code == 404
 
 
-def test_the_same_idempotency_key_of_two_owners_is_two(service):
+def test_idempotency_keys_are_separate_per_owner(service):
     service.warm()
     body = KINDS["crank-masses"].example(Mode.ANALYSIS)
     ids = set()
@@ -185,8 +185,8 @@ def test_the_same_idempotency_key_of_two_owners_is_two(service):
     assert len(ids) == 2
 
 
-def test_a_revoked_key_ends_within_seconds(service, monkeypatch):
-    monkeypatch.setattr(keys_module, "_FRESH_S", 0.1)
+def test_a_revoked_key_is_refused_within_seconds(service, monkeypatch):
+    monkeypatch.setattr(keys_module, "_CACHE_S", 0.1)
     key, key_id = service.key(Scope.READ)
     assert service.client.get("/api/v1/runs", headers=bearer(key)).status_code == 200
     service.store.write_and_wait(RevokeKey(key_id, "a test"))
@@ -196,7 +196,7 @@ def test_a_revoked_key_ends_within_seconds(service, monkeypatch):
     assert (noted[0].action, noted[0].subject) == ("key.revoke", key_id)
 
 
-def test_the_store_keeps_no_secret(service):
+def test_the_store_contains_no_secret(service):
     key, key_id = service.key(Scope.READ)
     (record,) = [each for each in service.store.read(list_keys) if each.id == key_id]
     assert key.startswith("cw_") and len(key) == 46
@@ -210,7 +210,7 @@ def test_the_store_keeps_no_secret(service):
 HTML = {"Accept": "text/html"}
 
 
-def test_a_page_leads_to_the_login_and_back(service):
+def test_a_page_redirects_to_the_login_and_back(service):
     key, key_id = service.key(Scope.DESIGN)
     client = service.client
     first = client.get("/runs?kind=flexible-rod", headers=HTML)
@@ -245,7 +245,7 @@ def test_a_page_leads_to_the_login_and_back(service):
 
 
 @pytest.mark.parametrize("place", ["https://evil.example", "//evil.example", "/\\evil.example", "/\tx", "evil"])
-def test_the_login_leads_nowhere_else(service, place):
+def test_the_login_redirects_only_within_the_service(service, place):
     key, _ = service.key(Scope.READ)
     answer = service.client.post("/login", data={"key": key, "next": place})
     service.client.cookies.clear()

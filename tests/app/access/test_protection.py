@@ -1,4 +1,4 @@
-"""When a service asks for keys, and when it does not start without."""
+"""When the service requires keys, and when it refuses to start without."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from app.access.protection import Unprotected, check_protected
+from app.access.protection import UnprotectedService, check_protected
 from app.cli import app
 from app.settings import Settings
 from app.store.migrate import upgrade
@@ -27,22 +27,22 @@ def command(*words: str):
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "::1", "localhost"])
-def test_on_loopback_it_is_open(url, host):
+def test_loopback_needs_no_keys(url, host):
     with RunStore(url) as store:
         check_protected(Settings(host=host), store)
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.0.2.1", "a.example"])
-def test_elsewhere_it_wants_a_key_or_the_word(url, host):
+def test_other_addresses_need_a_key_or_the_open_setting(url, host):
     with RunStore(url) as store:
-        with pytest.raises(Unprotected, match="keys create"):
+        with pytest.raises(UnprotectedService, match="keys create"):
             check_protected(Settings(host=host), store)
         check_protected(Settings(host=host, open=True), store)
     made = command("keys", "create", "first", "--database-url", url)
     with RunStore(url) as store:
         check_protected(Settings(host=host), store)
     assert command("keys", "revoke", made.stderr.split()[1], "--database-url", url).exit_code == 0
-    with RunStore(url) as store, pytest.raises(Unprotected):
+    with RunStore(url) as store, pytest.raises(UnprotectedService):
         check_protected(Settings(host=host), store)
 
 
@@ -60,7 +60,7 @@ def test_keys_on_the_command_line(url):
     assert noted.index("key.revoke") < noted.index("key.create")
 
 
-def test_a_local_service_asks_for_keys_once_there_are_any_unless_it_is_open(tmp_path):
+def test_a_local_service_requires_keys_once_any_exist_unless_open(tmp_path):
     for is_open, statuses in ((False, [200, 401, 200]), (True, [200, 200, 200])):
         folder = tmp_path / str(is_open)
         folder.mkdir()
@@ -70,7 +70,7 @@ def test_a_local_service_asks_for_keys_once_there_are_any_unless_it_is_open(tmp_
             from app.access.scopes import Scope
 
             service.client.app.state.keys._any = (0.0, False)
-            assert keys_module._FRESH_S <= 5
+            assert keys_module._CACHE_S <= 5
             key, _ = service.key(Scope.READ)
             found.append(service.client.get("/api/v1/runs").status_code)
             found.append(service.client.get("/api/v1/runs", headers=bearer(key)).status_code)

@@ -1,4 +1,4 @@
-"""Requests in a minute: so many, one more is refused, and the wait that is told is true."""
+"""Request quotas: exact limits and a correct Retry-After."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Asking:
         return sent[0]["status"], dict(sent[0]["headers"])
 
 
-def test_the_quota_is_each_callers_own_and_comes_back_when_it_is_told(monkeypatch):
+def test_quotas_are_per_caller_and_recover_as_announced(monkeypatch):
     now = [1000.0]
     monkeypatch.setattr("time.time", lambda: now[0])
     monkeypatch.setattr(strategies.time, "time", lambda: now[0])
@@ -54,7 +54,7 @@ def test_the_quota_is_each_callers_own_and_comes_back_when_it_is_told(monkeypatc
     assert ask()[0] == 200
 
 
-def test_where_only_this_machine_asks_there_is_no_quota_unless_it_is_set():
+def test_loopback_has_no_default_quota():
     assert Settings().request_quota == 0
     assert Settings(host="0.0.0.0").request_quota == REQUESTS_PER_MINUTE
     assert Settings(host="0.0.0.0", requests_per_minute=0).request_quota == 0
@@ -71,5 +71,5 @@ def test_where_only_this_machine_asks_there_is_no_quota_unless_it_is_set():
         ("testclient", "testclient"),
     ],
 )
-def test_all_addresses_of_one_subscriber_are_one_caller(address, name):
+def test_a_subscribers_addresses_are_one_caller(address, name):
     assert name_of_address(address) == name

@@ -1,4 +1,4 @@
-"""The answers that the reference shows are what the service answers: as its schemas say, with the numbers of today."""
+"""The example responses of the API reference match their schemas and current results."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def described() -> dict[str, Any]:
 
 
 def numbers(found: Any, place: str = "") -> Iterator[tuple[str, float]]:
-    """Every number below a result, with where it stands."""
+    """All numbers of a result with their paths."""
     if isinstance(found, dict | list):
         for key, value in found.items() if isinstance(found, dict) else enumerate(found):
             yield from numbers(value, f"{place}/{key}")
@@ -28,7 +28,7 @@ def numbers(found: Any, place: str = "") -> Iterator[tuple[str, float]]:
         yield place, found
 
 
-def test_every_example_is_as_its_schema_says_and_as_solved_today(described):
+def test_every_example_matches_its_schema_and_the_current_result(described):
     components, fresh = {"components": described["components"]}, answers()
     for slug, kind in KINDS.items():
         for mode in kind.jobs:

@@ -96,7 +96,7 @@ HOSTILE = [
 ]
 
 
-def test_a_row_that_is_no_request_is_refused_and_the_others_go_on(client: TestClient) -> None:
+def test_an_invalid_row_is_refused_alone(client: TestClient) -> None:
     good = json.dumps(pin(4321.0)).encode()
     body = b"\n".join([good, *(row for row, _ in HOSTILE), good])
     batch = ended(client, submit(client, body))
@@ -110,7 +110,7 @@ def test_a_row_that_is_no_request_is_refused_and_the_others_go_on(client: TestCl
         assert client.get(f"/runs/{row['run_id']}").status_code == 200
 
 
-def test_a_csv_comes_back_as_one(client: TestClient) -> None:
+def test_csv_in_and_out(client: TestClient) -> None:
     text = io.StringIO()
     names = ["name", "load.force_n", *_dotted(PIN, skip="load")]
     table = csv.writer(text)
@@ -144,7 +144,7 @@ def _dotted(value: Any, prefix: str = "", skip: str = "") -> dict[str, Any]:
     return found
 
 
-def test_parquet_goes_in_and_out(client: TestClient) -> None:
+def test_parquet_in_and_out(client: TestClient) -> None:
     flat = _dotted(PIN)
     table = pyarrow.Table.from_pylist([{**flat, "load.force_n": f} for f in (4000.0, 6000.0, math.nan)])
     file = io.BytesIO()
@@ -206,13 +206,13 @@ def test_samples_fill_the_space_and_repeat() -> None:
         ({"vary": {}}, "/vary"),
     ],
 )
-def test_a_sweep_that_cannot_be_is_refused_whole(client: TestClient, changes: dict[str, Any], pointer: str) -> None:
+def test_an_invalid_sweep_is_refused(client: TestClient, changes: dict[str, Any], pointer: str) -> None:
     refusal = submit(client, sweep(**changes), "application/json", AT)
     assert refusal.status_code == 422
     assert pointer in [each["pointer"] for each in refusal.json()["errors"]]
 
 
-def test_what_is_no_batch_is_refused(client: TestClient) -> None:
+def test_an_invalid_body_is_refused(client: TestClient) -> None:
     assert submit(client, b"", "text/plain").status_code == 415
     assert submit(client, b"\n\n").status_code == 422
     assert submit(client, b"nonsense\n1", "text/csv").json()["errors"][0]["pointer"] == "/nonsense"
@@ -223,7 +223,7 @@ def test_what_is_no_batch_is_refused(client: TestClient) -> None:
     assert client.get(f"{AT}/nothing/results").status_code == 404
 
 
-def test_the_same_key_answers_once(client: TestClient) -> None:
+def test_an_idempotency_key_is_honoured(client: TestClient) -> None:
     body = json.dumps(pin(7000.0))
     first = submit(client, body, **{"Idempotency-Key": "batch-1"})
     again = submit(client, body, **{"Idempotency-Key": "batch-1"})
@@ -239,7 +239,7 @@ def test_the_same_key_answers_once(client: TestClient) -> None:
     ended(client, first)
 
 
-def test_events_tell_progress_and_then_the_end(client: TestClient) -> None:
+def test_events_report_progress_and_the_end(client: TestClient) -> None:
     many = sweep(vary={"load.force_n": {"from": 2000.0, "to": 8000.0, "steps": 300}})
     batch = submit(client, many, "application/json", AT).json()
     with client.stream("GET", batch["links"]["events"]) as stream:
@@ -251,7 +251,7 @@ def test_events_tell_progress_and_then_the_end(client: TestClient) -> None:
     assert done == sorted(done) and done[-1] == 300
 
 
-def test_a_batch_is_cancelled_and_keeps_what_is_done(client: TestClient) -> None:
+def test_a_cancelled_batch_keeps_finished_items(client: TestClient) -> None:
     example = KINDS["flexible-rod"].example(Mode.DESIGN)
     vary = {"requirements.min_fatigue_safety": {"from": 1.0, "to": 1.5, "steps": 5000}}
     body = {"kind": "flexible-rod", "mode": "design", "base": example, "vary": vary}

@@ -1,4 +1,4 @@
-"""Kinds and materials as the service tells them: enough to build a request without knowing anything else."""
+"""The catalogue of kinds and materials is sufficient to build a request."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import pytest
 from app.api.contract import PATHS
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, modes_of, plots_of
-from app.exports.export import Wishes
+from app.exports.export import ExportOptions
 from app.exports.registry import EXPORTS
 from solvers import pin
 from solvers.materials import CATALOGUE
 
 
 def leaves(value, path=""):
-    """(path as fields tell it, value) of everything single in a request; lists of numbers are one value."""
+    """(path as in fields, value) of every scalar in a request; a list of numbers counts as one value."""
     if isinstance(value, dict):
         for key, inner in value.items():
             yield from leaves(inner, f"{path}.{key}" if path else key)
@@ -34,7 +34,7 @@ def kinds(client):
     return {item["kind"]: client.get(item["links"]["self"]).json() for item in items}
 
 
-def test_every_kind_and_mode_is_there(client, kinds):
+def test_every_kind_and_mode_is_listed(client, kinds):
     assert list(kinds) == list(KINDS)
     for slug, told in kinds.items():
         kind = KINDS[slug]
@@ -52,7 +52,7 @@ def test_every_kind_and_mode_is_there(client, kinds):
     assert client.get("/api/v1/kinds/steam-engine").status_code == 404
 
 
-def test_fields_cover_every_example_and_hold_it(kinds):
+def test_fields_cover_every_example(kinds):
     for slug, told in kinds.items():
         for request in told["requests"]:
             if request["mode"] == "accuracy":
@@ -78,8 +78,8 @@ def _holds(field, value):
 
 
 @pytest.mark.parametrize("edge", ["minimum", "maximum"])
-def test_limits_are_those_that_requests_are_held_to(client, kinds, edge):
-    """A step beyond what a field tells is refused at that very field."""
+def test_listed_limits_are_enforced(client, kinds, edge):
+    """A value slightly beyond a field's limit is refused at that field."""
     told = next(r for r in kinds["flexible-rod"]["requests"] if r["mode"] == "check")
     for field in told["fields"]:
         if field["type"] != "number" or field["when"] or field[edge] is None:
@@ -99,7 +99,7 @@ def test_limits_are_those_that_requests_are_held_to(client, kinds, edge):
         assert "/" + field["path"].replace(".", "/") in pointers
 
 
-def test_fields_say_their_units_as_their_names_do(kinds):
+def test_units_match_the_names_of_fields(kinds):
     for told in kinds.values():
         for request in told["requests"]:
             for field in request["fields"]:
@@ -166,12 +166,12 @@ def test_a_pin_of_a_named_steel_is_drawn_and_reported(client):
     run = client.post("/api/v1/designs/pin-profile", json=request).json()
     assert run["spec"]["material"]["name"] == "pin-steel-31CrMoV9"
     for name in ("dxf", "html", "parameters"):
-        assert EXPORTS[name].file(KINDS["pin-profile"], run, Wishes()).content
+        assert EXPORTS[name].file(KINDS["pin-profile"], run, ExportOptions()).content
     for plot in run["links"]["plots"].values():
         assert client.get(plot).status_code == 200
 
 
-def test_a_steel_that_is_not_listed_is_refused_with_those_that_are(client):
+def test_an_unknown_steel_is_refused_with_the_known_ones(client):
     request = {**KINDS["pin-profile"].example("design"), "material": {"name": "butter"}}
     answer = client.post("/api/v1/designs/pin-profile", json=request)
     assert answer.status_code == 422

@@ -31,7 +31,7 @@ def cooler_request() -> dict:
     }
 
 
-def test_the_example_is_the_made_up_cycle_of_the_generator(dynamics_request):
+def test_the_example_is_the_generated_cycle(dynamics_request):
     strokes = dynamics_request["pressure"]["strokes"]
     for told, (volume, pressure) in zip(strokes, four_stroke(CAR, CYLINDER, 900.0), strict=True):
         assert told["volume_cm3"] == pytest.approx(volume * 1e6, abs=1e-4)
@@ -71,7 +71,7 @@ def test_plots(client, dynamics_request, plot):
     assert "<path" in drawn.text
 
 
-def test_a_faulty_point_is_named_by_its_pointer_and_repaired_when_asked(client, dynamics_request):
+def test_a_faulty_point_is_reported_and_repaired_on_request(client, dynamics_request):
     volumes = dynamics_request["pressure"]["strokes"][1]["volume_cm3"]
     volumes[9], volumes[10] = volumes[10], volumes[9]
     refused = client.post(DYNAMICS, json=dynamics_request)
@@ -82,7 +82,7 @@ def test_a_faulty_point_is_named_by_its_pointer_and_repaired_when_asked(client, 
     assert result["repairs"] == [{"pointer": "/pressure/strokes/1/volume_cm3/10", "what": "points sorted by volume"}]
 
 
-def test_a_ships_cylinder_holds_more_than_a_cubic_metre(client, dynamics_request):
+def test_a_marine_cylinder_exceeds_a_cubic_metre(client, dynamics_request):
     """960 mm bore and 2.5 m stroke, volumes of the example scaled up."""
     request = copy.deepcopy(dynamics_request)
     request["mechanism"] |= {"crank_radius_mm": 1250.0, "rod_length_mm": 3000.0, "speed_hz": 1.7}
@@ -149,7 +149,7 @@ def test_a_singular_pendulum_is_refused_with_its_uncertainty(client):
     assert "uncertain by" in refused.json()["detail"]
 
 
-def test_masses_by_no_known_method_are_refused(client):
+def test_an_unknown_method_is_refused(client):
     refused = client.post(MASSES, json={"method": "guessing"})
     assert refused.status_code == 422
     missing = client.post(MASSES, json={"method": "estimate", "bore_mm": 80.0, "piston_kg_m2": 100.0})
@@ -194,7 +194,7 @@ def test_a_rods_load_may_be_the_worst_instant_of_four_strokes(client, check_requ
     assert run["result"] == by_hand["result"]
 
 
-def test_a_run_that_cannot_be_a_rods_load_is_refused_at_its_id(client, check_request, dynamics_request):
+def test_an_unsuitable_run_is_refused_at_its_id(client, check_request, dynamics_request):
     four = client.post(DYNAMICS, json=dynamics_request).json()["id"]
     other = client.post(RODS, json=check_request).json()["id"]
     for run_id, words in ((four, "four strokes"), (other, "flexible-rod"), ("none", "no run has this id")):
@@ -205,7 +205,7 @@ def test_a_run_that_cannot_be_a_rods_load_is_refused_at_its_id(client, check_req
         assert words in entry["detail"]
 
 
-def test_a_queued_design_is_resolved_before_it_is_promised(client, design_request):
+def test_references_are_resolved_before_a_run_is_accepted(client, design_request):
     request = {**design_request, "load": {"kind": "run", "run_id": "none"}}
     refused = client.post("/api/v1/designs/flexible-rod", json=request, headers={"Prefer": "respond-async"})
     assert refused.status_code == 422
@@ -217,14 +217,14 @@ def test_a_runs_page_shows_worst_instants_cylinders_and_repairs(client, dynamics
     dynamics_request["pressure"]["repair"] = True
     run = client.post(DYNAMICS, json=dynamics_request).json()
     page = client.get(f"/runs/{run['id']}").text
-    for words in ("crank pin load max", "unbalance of order 2", "points sorted by volume", "What does accuracy cost"):
+    for words in ("crank pin load max", "unbalance of order 2", "points sorted by volume", "Study the accuracy"):
         assert words in page, words
     for plot in KINDS["crank-dynamics"].plots:
         assert f"/plots/{plot}" in page
     masses = client.post(MASSES, json=KINDS["crank-masses"].example(Mode.ANALYSIS)).json()
     shown = client.get(f"/runs/{masses['id']}").text
     assert "rod cg from pin" in shown
-    assert "What does accuracy cost" not in shown
+    assert "Study the accuracy" not in shown
 
 
 def test_forms_and_pages(client):

@@ -65,7 +65,7 @@ def test_a_design_in_the_contracts_names(client, design):
     assert result["front"] is None
 
 
-def test_only_what_is_asked_about_need_be_known(client):
+def test_unneeded_inputs_may_be_omitted(client):
     result = solved(client, CHECKS, {"type": "largest_coupler", "restitution": 0.3, "ratios": {"lambda2": 2.5}})[
         "result"
     ]
@@ -82,7 +82,7 @@ def test_only_what_is_asked_about_need_be_known(client):
     assert result["pin_force_n"] is None
 
 
-def test_lengths_that_miss_their_closure_get_the_window_and_no_curve(client):
+def test_lengths_that_do_not_close_have_a_window_and_no_curve(client):
     lengths = {"base": 20, "crank": 10, "coupler": 40.1, "rocker": 30}
     request = {"restitution": 0.3, "lengths_mm": lengths, "blow_frequency_hz": 20, "impact_speed_m_s": 5}
     run = solved(client, CHECKS, request)
@@ -96,7 +96,7 @@ def test_lengths_that_miss_their_closure_get_the_window_and_no_curve(client):
     assert client.get(f"/api/v1/runs/{run['id']}/plots/mechanism").status_code == 200
 
 
-def test_a_crank_that_cannot_turn_is_told_and_drawn(client, check):
+def test_a_blocked_crank_is_reported_and_drawn(client, check):
     request = {**check, "type": "largest_coupler", "ratios": {"lambda2": 1.0}}
     run = solved(client, CHECKS, request)
     assert run["result"]["rotatable"] is False
@@ -130,7 +130,7 @@ def test_a_front_in_one_request(client, design):
 
 @pytest.mark.parametrize("plot", ["mechanism", "transfer", "loads"])
 @pytest.mark.parametrize("path", [CHECKS, DESIGNS])
-def test_pictures_are_sound(client, check, design, path, plot):
+def test_plots_are_valid_svg(client, check, design, path, plot):
     run = solved(client, path, check if path == CHECKS else design)
     drawn = client.get(f"/api/v1/runs/{run['id']}/plots/{plot}")
     assert drawn.headers["content-type"] == "image/svg+xml"
@@ -181,7 +181,7 @@ def test_refusals_name_the_field(client, check, change, pointer):
         ({"limits": {"transmission_angle_deg": [140, 40]}}, "/limits/transmission_angle_deg/0"),
     ],
 )
-def test_designs_that_make_no_sense_are_refused(client, design, change, pointer):
+def test_contradictory_designs_are_refused(client, design, change, pointer):
     answer = client.post(DESIGNS, json={**design, **change})
     assert answer.status_code == 422, answer.text
     assert pointer in [error["pointer"] for error in answer.json()["errors"]]

@@ -67,7 +67,7 @@ def test_another_instant_and_a_bushing(client, source):
     assert run["result"] == told["result"]
 
 
-def test_what_no_run_can_give_is_refused_with_its_place(client, source):
+def test_unsuitable_runs_are_refused_with_their_location(client, source):
     pin = client.post(PATHS[Mode.CHECK], json=PIN.example(Mode.CHECK)).json()["id"]
     for run_id, words in ((pin, "pin-profile"), ("none", "no run has this id")):
         refused = client.post(PATHS[Mode.CHECK], json=of_run(Mode.CHECK, run_id))

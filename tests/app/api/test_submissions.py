@@ -43,7 +43,7 @@ def test_every_run_is_stored_as_answered(client, check_request):
     assert [item["id"] for item in listed] == [answer.json()["id"]]
 
 
-def test_a_repeated_spec_is_answered_from_the_store_with_a_row_of_its_own(client, check_request):
+def test_a_repeated_spec_is_answered_from_the_store_as_a_new_run(client, check_request):
     request = {**check_request, "effect_tolerance": 0.011}
     first, second = (client.post(CHECKS, json=request).json() for _ in range(2))
     assert not first["cached"]
@@ -52,7 +52,7 @@ def test_a_repeated_spec_is_answered_from_the_store_with_a_row_of_its_own(client
     assert first["result"] == second["result"]
 
 
-def test_an_idempotency_key_gives_the_first_answer_byte_for_byte(client, check_request):
+def test_an_idempotency_key_replays_the_response_byte_for_byte(client, check_request):
     headers = {"Idempotency-Key": "one"}
     first = client.post(CHECKS, json=check_request, headers=headers)
     assert client.post(CHECKS, json=check_request, headers=headers).content == first.content
@@ -68,7 +68,7 @@ def test_a_check_beyond_buckling_has_no_stresses(client, check_request):
     assert result["warnings"]
 
 
-def test_a_design_meets_its_requirements_and_names_what_shapes_it(client, design_request):
+def test_a_design_meets_its_requirements_and_names_active_constraints(client, design_request):
     run = client.post(DESIGNS, json={**design_request, "effects": CORE}).json()
     assert run["status"] == "succeeded"
     assert run["result"]["fatigue_safety"] >= 2.65
@@ -105,7 +105,7 @@ def test_an_infeasible_design_is_an_answer_with_a_diagnosis(client, design_reque
     assert 2.65 < shortfall["attainable"] < 4.0
 
 
-def test_a_design_can_be_had_later(client, design_request):
+def test_a_design_can_be_solved_asynchronously(client, design_request):
     request = {**design_request, "effects": CORE, "name": "later"}
     answer = client.post(DESIGNS, json=request, headers={"Prefer": "respond-async"})
     assert answer.status_code == 202
@@ -116,7 +116,7 @@ def test_a_design_can_be_had_later(client, design_request):
     assert run["status"] == "succeeded"
 
 
-def test_a_study_tells_how_far_it_is_while_it_runs(client, check_request):
+def test_a_study_reports_progress(client, check_request):
     body = {"spec": {**check_request, "effects": CORE}, "study_budget_s": 3.0}
     answer = client.post("/api/v1/accuracy/flexible-rod", json=body, headers={"Prefer": "respond-async"})
     assert answer.status_code == 202

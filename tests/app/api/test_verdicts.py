@@ -1,4 +1,5 @@
-"""Verdicts over HTTP, on pages and on the command line: the same, first, and never green where a part does not hold."""
+"""Verdicts over HTTP, on pages and on the command line: consistent, shown first, and never positive for a failing
+part."""
 
 from __future__ import annotations
 
@@ -50,7 +51,7 @@ def test_a_run_carries_its_verdict_and_the_listing_whether_it_holds(client, chec
     assert client.get("/api/v1/runs", params={"holds": "perhaps"}).status_code == 422
 
 
-def test_links_lead_somewhere(client, check_request):
+def test_links_resolve(client, check_request):
     cases = [
         answered(client, RODS, check_request),
         answered(client, "/api/v1/checks/impact-linkage", KINDS["impact-linkage"].example(Mode.CHECK)),
@@ -101,7 +102,7 @@ def test_the_verdict_is_the_first_thing_on_a_page(client, check_request):
 
 
 @pytest.mark.parametrize("case", ["buckled", "three_steps"])
-def test_what_does_not_hold_is_not_green_anywhere(client, request, case):
+def test_a_failing_part_is_never_shown_as_passing(client, request, case):
     body = {**request.getfixturevalue(case), "name": f"red {case}"}
     run = answered(client, RODS if case == "buckled" else PINS, body)
     assert run["status"] == "succeeded"
@@ -110,12 +111,12 @@ def test_what_does_not_hold_is_not_green_anywhere(client, request, case):
     assert run["verdict"]["summary"] in page
     row = next(row for row in re.findall(r"<tr>.*?</tr>", client.get("/runs").text, re.DOTALL) if run["id"] in row)
     assert '<span class="no">does not hold</span>' in row and 'class="yes"' not in row
-    # The solve's own end has no colour of its own.
+    # the solve's status has no colour of its own
     style = client.get("/static/style.css").text
     assert ".status.succeeded" not in style
 
 
-def test_what_holds_by_figures_that_are_not_exact_enough_is_not_green(client, check_request):
+def test_a_pass_with_missed_accuracy_is_not_shown_as_passing(client, check_request):
     run = answered(client, RODS, {**check_request, "accuracy": 1e-12, "effects": "all"})
     assert run["verdict"]["holds"] and run["accuracy"]["met"] is False
     page = page_of(client, run)
@@ -127,12 +128,12 @@ def test_an_infeasible_design_says_so_first(client, three_steps):
     run = answered(client, PINS, {**three_steps, "load": {"force_n": 20000}})
     assert (run["status"], run["verdict"], run["holds"]) == ("infeasible", None, None)
     page = page_of(client, run)
-    assert page.index("There is no such design") < page.index("infeasible")
+    assert page.index("No design meets all requirements") < page.index("infeasible")
     assert '<th scope="row">force</th>' in page
 
 
 @pytest.mark.parametrize(("thickness", "code", "first"), [(0.46, 0, "It holds."), (0.1, 4, "It does not hold:")])
-def test_the_command_line_says_it_first_and_in_its_exit_code(tmp_path, check_request, thickness, code, first):
+def test_the_command_line_shows_the_verdict_first_and_as_exit_code(tmp_path, check_request, thickness, code, first):
     check_request["dimensions"]["h_mm"] = thickness
     file = tmp_path / "request.json"
     file.write_text(json.dumps(check_request))

@@ -1,20 +1,21 @@
 """A worker that only pretends to solve; it imports no solver, so that many can be started.
 
 What a row says happens: {"do": "die"} ends the worker, "hang" never ends, "die once" ends it as long as the file that
-the row names is not there.
+the row names is not there; "count" adds a letter to the file, and equal ones are looked for by the row's number.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import pickle
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from app.batches.task import Solved, Task
+from app.batches.task import Needs, Solved, Task
 from app.store.batch_inputs import Source, unpacked_rows
-from app.store.batch_items import packed
+from app.store.batch_items import encoded, packed
 from app.store.batch_records import Item
 
 ITEM_S = 6e-4
@@ -33,18 +34,28 @@ def load_step_by_step() -> Iterator[None]:
     return iter(())
 
 
-def answer(_kind: str, _mode: str, payload: bytes, _report: object) -> Solved:
+def answer(_kind: str, _mode: str, payload: bytes, _report: object) -> Solved | Needs:
     task: Task = pickle.loads(payload)
     source, items = Source.from_json(task.source), []
-    for index, row in enumerate(unpacked_rows(task.block, task.start, task.end), task.first):
-        body = source.body(row)
+    bodies = [(row, source.body(row)) for row in unpacked_rows(task.block, task.start, task.end)]
+    if task.looks_up and task.known is None:
+        return Needs(frozenset(), frozenset(body["x"] for _, body in bodies if "file" in body and "x" in body))
+    known = dict(task.known or {})
+    for index, (row, body) in enumerate(bodies, task.first):
+        number = None
+        if body.get("do") == "count" and body["x"] not in known:
+            number = body["x"]
+            with open(body["file"], "a") as file:
+                file.write("x")
         if body.get("do") == "die" or (body.get("do") == "die once" and not Path(body["file"]).exists()):
             if "file" in body:
                 Path(body["file"]).touch()
             os._exit(3)
         if body.get("do") == "hang":
             time.sleep(1000)
-        parts = {"spec": body, "result": {"x": index}}
-        items.append(Item(index, row.line, "succeeded", None, None, packed(parts, task.dictionary)))
+        content = encoded(json.dumps(body).encode(), {"result": {"x": index}})
+        items.append(Item(index, row.line, "succeeded", None, None, packed(content, task.dictionary), number))
+        if number is not None:
+            known[number] = items[-1]
     time.sleep(ITEM_S * len(items))
     return Solved(items, ITEM_S * len(items))

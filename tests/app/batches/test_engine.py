@@ -27,7 +27,7 @@ from app.store.repository import RunStore
 from app.store.verify import verify
 from tests.app.batches import fake
 from tests.app.running import descendants, parents, wait_until
-from tests.lifeline import mortal
+from tests.child_processes import die_with_test_runner
 
 KILLS, ITEMS = 3, 10_000
 """With workers that pretend; ``tests.reliability.kills`` has many more, with real ones."""
@@ -102,7 +102,7 @@ def test_kills_at_any_moment_lose_and_double_nothing(database_url: str) -> None:
     batch_id, chance, left = asyncio.run(submit()), random.Random(5), set()
     # Not as a module that is run: workers know what they run by the name of its module.
     command = [sys.executable, "-c", "from tests.app.batches.fake import main; main()", database_url, "0.5"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, preexec_fn=mortal())
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, preexec_fn=die_with_test_runner())
     for _ in range(KILLS):
         assert process.stdout is not None
         process.stdout.readline()
@@ -115,7 +115,7 @@ def test_kills_at_any_moment_lose_and_double_nothing(database_url: str) -> None:
         process.kill()
         process.wait()
         process.stdout.close()
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, preexec_fn=mortal())
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, preexec_fn=die_with_test_runner())
 
     async def end() -> tuple[BatchRecord, list[Item]]:
         with RunStore(database_url) as store:
@@ -163,6 +163,33 @@ def test_two_processes_share_a_batch(database_url: str) -> None:
 
     batch, items = asyncio.run(story())
     assert (batch.succeeded, [item.index for item in items]) == (5000, list(range(5000)))
+    assert verify(database_url).sound
+
+
+def test_equal_items_of_a_batch_are_solved_once(
+    database_url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Wherever they are in it, and although several chunks are solved at the same time."""
+    monkeypatch.setattr(engines, "_FIRST_GUESS_S", dict.fromkeys(engines._FIRST_GUESS_S, 1e-2))
+    monkeypatch.setattr(engines, "_WORTH_A_LOOK_S", 0.0)
+    count = tmp_path / "count"
+
+    async def story() -> BatchRecord:
+        executor = fake.pool()
+        executor.start()
+        try:
+            with RunStore(database_url) as store:
+                service = BatchService(store, executor, 2.0)
+                service.start()
+                bodies = [{"x": k % 7, "do": "count", "file": str(count)} for k in range(300)]
+                batch = await asyncio.wait_for(over(service, await submitted(service, bodies)), 100)
+                await service.close()
+                return batch
+        finally:
+            executor.close()
+
+    assert asyncio.run(story()).succeeded == 300
+    assert len(count.read_text()) == 7
     assert verify(database_url).sound
 
 

@@ -1,4 +1,4 @@
-"""Comparing JSON values to rounding."""
+"""Comparison of JSON values up to rounding."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Accuracy studies of every kind: what judges them, what they tell of proofs and of their progress."""
+"""Accuracy studies of every kind: references, proofs, progress."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CORE = {
 BLOW = {"include": ["envelope"], "exclude": ["impact_dynamics", "coupler_elasticity", "tolerances"]}
 PAPERS_PIN = {"limits": {"min_wall_mm": 0}, "form": {"kind": "free"}}
 BUDGET = 60.0
-"""What a busy machine may need for a reference."""
+"""Time limit of a reference on a loaded machine."""
 
 
 def studied(slug: str, mode: Mode, **changes: object) -> Answer:
@@ -30,12 +30,12 @@ def studied(slug: str, mode: Mode, **changes: object) -> Answer:
 
 @pytest.fixture
 def few_runs(monkeypatch):
-    """A round of the ladder is enough for what is looked at here."""
+    """One round of the ladder is enough here."""
     from app.designs import accuracy
     from solvers.accuracy import Plan
 
     monkeypatch.setattr(accuracy, "Plan", lambda **times: Plan(ladder=(1e-2, 1e-6, 1e-12), runs=1, **times))
-    monkeypatch.setattr(accuracy, "_OF_EFFECTS", 1e-6)
+    monkeypatch.setattr(accuracy, "_EFFECTS_SHARE", 1e-6)
 
 
 @pytest.mark.usefixtures("few_runs")
@@ -50,7 +50,7 @@ def few_runs(monkeypatch):
         ("crank-dynamics", Mode.ANALYSIS, {}, set()),
     ],
 )
-def test_main_results_are_judged_by_other_means_to_the_last_digits(slug, mode, changes, own):
+def test_main_results_have_independent_references(slug, mode, changes, own):
     answer = studied(slug, mode, **changes)
     assert answer.status == "succeeded"
     result = answer.result
@@ -77,7 +77,7 @@ def test_main_results_are_judged_by_other_means_to_the_last_digits(slug, mode, c
         ("crank-dynamics", Mode.ANALYSIS, "work_fluctuation_j", {}),
     ],
 )
-def test_a_solver_that_is_always_wrong_shows(slug, mode, name, changes):
+def test_a_consistently_wrong_solver_is_detected(slug, mode, name, changes):
     kind = KINDS[slug]
     right = kind.jobs[mode]
 
@@ -94,14 +94,14 @@ def test_a_solver_that_is_always_wrong_shows(slug, mode, name, changes):
 
 
 @pytest.mark.usefixtures("few_runs")
-def test_effects_beyond_the_reference_are_judged_by_the_solver_itself_and_it_says_so():
+def test_effects_beyond_the_reference_are_judged_by_the_solver():
     effects = {"include": ["large_displacement", "shear"], "exclude": ["friction_feedback", "rod_inertia"]}
     found = studied("flexible-rod", Mode.CHECK, effects=effects).result
     told, _, own = found["reference"].partition("; ")
     assert told.startswith("in arbitrary precision")
     assert "fatigue_safety" in own and "critical_force_n" in own and "mass_g" not in own
     assert own.endswith("the same case solved to 1e-08")
-    # The tightest rung is judged by what is known independently, or not at all.
+    # The tightest level is judged by independent results, or not at all.
     assert set(found["levels"][-1]["errors"]) == {
         "mass_g",
         "axial_force_min_n",
@@ -111,17 +111,17 @@ def test_effects_beyond_the_reference_are_judged_by_the_solver_itself_and_it_say
 
 
 @pytest.mark.usefixtures("few_runs")
-def test_a_design_tells_how_far_it_is_proven_and_the_cheapest_proof():
+def test_a_design_study_reports_gaps_and_the_cheapest_proof():
     found = studied("impact-linkage", Mode.DESIGN).result
     gaps = [level["proven_gap"] for level in found["levels"]]
-    # The proof goes as far as the accuracy asks for, and no farther.
+    # The proof goes exactly as far as the requested accuracy.
     assert gaps[0] == pytest.approx(1e-2) and gaps[1] == pytest.approx(1e-6)
     assert found["certified"]["proven_gap"] == pytest.approx(1e-6)
     assert found["certified"]["settings"]["gap"] == pytest.approx(1e-6)
     assert studied("pin-profile", Mode.CHECK).result["certified"] is None
 
 
-def test_progress_is_told_from_the_first_solution_to_the_last():
+def test_progress_covers_all_solutions():
     kind = KINDS["pin-profile"]
     job, heard = job_of(kind, Mode.ACCURACY), []
     job.solve(job.request.model_validate(example_of(kind, Mode.ACCURACY)), heard.append)
@@ -131,13 +131,13 @@ def test_progress_is_told_from_the_first_solution_to_the_last():
     assert said == [
         "the tightest solution",
         "an independent reference",
-        "the ladder of accuracies",
-        "the effects, each turned about",
+        "solving at different accuracies",
+        "each effect turned on or off",
     ]
 
 
 @pytest.mark.usefixtures("few_runs")
-def test_a_failed_level_is_a_hole_in_the_picture():
+def test_a_failed_level_is_a_gap_in_the_plot():
     answer = studied("pin-profile", Mode.DESIGN, **PAPERS_PIN)
     levels = [{**level, "time_median_s": 10.0**i} for i, level in enumerate(answer.result["levels"])]
 
@@ -152,7 +152,7 @@ def test_a_failed_level_is_a_hole_in_the_picture():
     assert "1e-06 … 1e-12" in picture([levels[0], *({**levels[1], "accuracy": a} for a in (1e-6, 1e-12))])
 
 
-def test_effects_that_bring_results_are_told_from_those_that_change_some():
+def test_effects_that_add_results_are_distinguished():
     kind = KINDS["pin-profile"]
     job = job_of(kind, Mode.ACCURACY)
     asked = job.request.model_validate({**example_of(kind, Mode.ACCURACY), "study_budget_s": 2.0})
@@ -163,7 +163,7 @@ def test_effects_that_bring_results_are_told_from_those_that_change_some():
     assert costs["ovalization"]["change"] == costs["contact_pressure"]["change"] == 0.0
 
 
-def test_a_design_is_not_judged_by_what_its_objective_is_flat_in():
+def test_quantities_with_a_flat_objective_are_not_judged():
     kind = KINDS["pin-profile"]
     assert "ovalization_um" in kind.judged(Mode.CHECK)
     assert "ovalization_um" not in kind.judged(Mode.DESIGN)
@@ -171,3 +171,23 @@ def test_a_design_is_not_judged_by_what_its_objective_is_flat_in():
 
 def test_a_closed_form_has_nothing_to_study():
     assert modes_of(KINDS["crank-masses"]) == (Mode.ANALYSIS,)
+
+
+def _asked():
+    for kind in KINDS.values():
+        for mode in modes_of(kind):
+            if mode is not Mode.ACCURACY:
+                yield pytest.param(kind, mode, {}, id=f"{kind.slug} {mode}")
+    bushing = {"variable": "outer", "limits": {}}
+    yield pytest.param(KINDS["pin-profile"], Mode.CHECK, bushing, id="a bushing's check")
+
+
+@pytest.mark.parametrize(("kind", "mode", "changes"), list(_asked()))
+def test_what_is_studied_stays_what_it_is_when_every_field_is_written_down(kind, mode, changes):
+    """As it goes to a worker and into the store."""
+    if Mode.ACCURACY not in modes_of(kind):
+        return
+    request = job_of(kind, Mode.ACCURACY).request
+    asked = request.model_validate({"spec": kind.example(mode) | changes})
+    assert isinstance(asked.spec, job_of(kind, mode).request)
+    assert request.model_validate_json(asked.model_dump_json()) == asked

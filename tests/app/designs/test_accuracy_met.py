@@ -1,4 +1,4 @@
-"""Whether an answer is as accurate as was asked for: told by every kind, and warned of where it is not."""
+"""Whether the requested accuracy was met: reported for every kind, with a warning if not."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ def answer(estimated: float, result: dict | None):
 
 
 @pytest.mark.parametrize(("estimated", "met"), [(0.0, True), (1e-6, True), (1.1e-6, False), (math.nan, False)])
-def test_an_accuracy_is_met_by_an_estimate_as_small_as_was_asked_for(estimated, met):
+def test_an_accuracy_is_met_if_the_estimate_is_small_enough(estimated, met):
     assert Accuracy(1e-6, estimated).met is met
 
 
-def test_a_missed_accuracy_is_warned_of_before_all_else():
+def test_a_missed_accuracy_is_the_first_warning():
     told = answer(4e-5, {"mass_g": 1.0, "warnings": ["something else"]})
     assert told.accuracy["met"] is False
     assert told.result == {"mass_g": 1.0, "warnings": [MISSED, "something else"]}

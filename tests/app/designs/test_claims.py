@@ -1,4 +1,4 @@
-"""What certificates say of every kind: nothing left out, the effects that ran and the limits asked for named."""
+"""Claims of certificates: complete, naming active effects and requested limits."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def certificate_of(slug, **changed):
 
 
 @pytest.mark.parametrize("slug", DESIGNED)
-def test_a_certificate_says_all_and_stands_in_the_contract(slug):
+def test_a_claim_is_complete_and_matches_the_schema(slug):
     told = certificate_of(slug)
     assert all(told[name] for name in SAID if name != "estimated")
     assert CertificateResult.model_validate({name: told[name] for name in CertificateResult.model_fields})
@@ -55,7 +55,7 @@ def test_a_pin_names_its_form_and_what_limits_ask_for(form, words):
     assert limited["lower_bound_g"] == limited["bound"]
 
 
-def test_a_bushing_speaks_of_its_outside():
+def test_a_bushings_claim_is_about_its_outer_diameter():
     geometry = {k: v for k, v in PIN["geometry"].items() if k != "outer_diameter_mm"}
     told = certificate_of(
         "pin-profile", variable="outer", bore_mm=10.0, geometry=geometry, form={"kind": "free"}, limits={}
@@ -63,7 +63,7 @@ def test_a_bushing_speaks_of_its_outside():
     assert told["form"] == "any outside" and "bushing" in told["proven"]
 
 
-def test_where_there_is_no_pin_that_is_proven_too():
+def test_infeasibility_of_a_pin_is_proven():
     status, result = designed("pin-profile", load={"force_n": 1e6})
     assert status == "infeasible"
     assert result["certificate"]["bound"] is None and "solid" in result["certificate"]["proven"]

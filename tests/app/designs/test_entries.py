@@ -1,4 +1,4 @@
-"""The list of kernels by which a machine compiles: one that no longer fits would cost the newcomer his patience."""
+"""The list of kernel signatures is up to date; outdated entries would slow the first start."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from app.designs.signatures import ENTRIES, TUPLES
 ROOT = Path(__file__).parents[3]
 
 
-def test_the_list_is_what_the_rehearsals_call_for() -> None:
+def test_the_list_matches_the_rehearsals() -> None:
     code = "from scripts.kernel_signatures import FILE, written; assert FILE.read_text() == written()"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, "run python scripts/kernel_signatures.py\n" + done.stderr[-2000:]
@@ -26,12 +26,12 @@ def test_every_kernel_has_one_signature() -> None:
     assert len(names) == len(set(names))
 
 
-def test_every_type_is_written_as_it_is_read() -> None:
+def test_type_abbreviations_round_trip() -> None:
     words = {word for entries in ENTRIES.values() for _, types in entries for word in types.split()} | set(TUPLES)
     assert all(word_of(_type(word), {}) == word for word in words)
 
 
-def test_the_bundles_hold_every_entry_once() -> None:
+def test_units_contain_every_entry_once() -> None:
     for part in PARTS:
         bundled = [entry for unit in units_of(part) for entry in unit]
         assert sorted(bundled) == sorted(ENTRIES.get(part, ()))
@@ -41,11 +41,11 @@ def test_the_bundles_hold_every_entry_once() -> None:
     "entry",
     [("solvers.pin.ring.ovalization.no_such_kernel", "f"), ("solvers.pin.ring.ovalization._figures", "f no.Such")],
 )
-def test_what_no_longer_fits_is_left_to_whoever_calls_it(entry: tuple[str, str]) -> None:
+def test_outdated_entries_are_skipped(entry: tuple[str, str]) -> None:
     assert not compile_entry(entry)
 
 
-def test_the_rod_design_begins_with_what_reaches_furthest() -> None:
+def test_the_largest_unit_is_compiled_first() -> None:
     first = units_of(("flexible-rod", "design"))[:6]
     rooms = {name.rpartition(".")[0] for unit in first for name, _ in unit}
     assert {"solvers.rod.effect_bounds.first_order", "solvers.rod.optimum.proof.branch_and_bound"} <= rooms

@@ -1,4 +1,4 @@
-"""A linkage's front tells how far it is; a design without one has nothing to tell."""
+"""Progress of a linkage's Pareto front."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ def heard_of(**changed) -> list[Progress]:
     return heard
 
 
-def test_a_front_tells_of_every_point():
+def test_a_front_reports_every_point():
     heard = heard_of(front={"against": "longest_link", "points": 5})
     assert heard == [Progress(done, 5, "the front, point by point") for done in range(6)]
 
 
-def test_without_a_front_there_is_nothing_to_tell():
+def test_a_design_without_a_front_reports_nothing():
     assert heard_of() == []

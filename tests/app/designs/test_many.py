@@ -1,4 +1,4 @@
-"""Many requests at once: each is answered as if it were alone."""
+"""Bulk evaluation gives each request its individual answer."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def told(answer, leave=()):
 
 
 @pytest.mark.parametrize(("slug", "mode"), OWN)
-def test_each_is_answered_as_if_alone(slug, mode):
+def test_each_request_is_answered_individually(slug, mode):
     job = job_of(KINDS[slug], mode)
     body = KINDS[slug].example(mode)
     loose = {**body, "accuracy": 1e-3}
@@ -46,7 +46,7 @@ def test_tables_name_results(slug, mode):
     assert set(job.tables) <= set(job.result.model_fields)
 
 
-def test_an_invalid_body_is_refused_alone():
+def test_an_invalid_body_is_isolated():
     body = KINDS["flexible-rod"].example(Mode.CHECK)
     wrong = {**body, "accuracy": 5.0, "unheard": 1}
     clash = {**body, "dimensions": {**body["dimensions"], "l_mm": 1e5}}
@@ -61,7 +61,7 @@ def test_an_invalid_body_is_refused_alone():
     assert [error["pointer"] for error in contradicting.problem["errors"]] == ["/dimensions/l_mm"]
 
 
-def test_what_the_solver_refuses_is_refused_alone():
+def test_a_solver_refusal_is_isolated():
     body = KINDS["flexible-rod"].example(Mode.CHECK)
     unknown = {**body, "effects": {"include": ["no_such_effect"]}}
     bad, good = many.answer_many("flexible-rod", Mode.CHECK, [unknown, body], Detail.SCALARS)
@@ -69,7 +69,7 @@ def test_what_the_solver_refuses_is_refused_alone():
     assert bad.problem["errors"][0]["pointer"].startswith("/effects")
 
 
-def test_a_solve_that_raises_fails_alone(monkeypatch):
+def test_a_failing_solve_is_isolated(monkeypatch):
     example = KINDS["crank-masses"].example(Mode.ANALYSIS)
     honest, calls = crank.swing, []
 
@@ -86,5 +86,5 @@ def test_a_solve_that_raises_fails_alone(monkeypatch):
     assert "unforeseen" not in str(bad.problem)
 
 
-def test_none_is_no_trouble():
+def test_no_requests():
     assert many.answer_many("pin-profile", Mode.CHECK, [], Detail.SCALARS) == []

@@ -1,4 +1,4 @@
-"""Every worked example beside the first one is solved, holds, and has its drawing and its form."""
+"""Every further example solves, holds, and has a drawing and a form."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures show what the results say."""
+"""Plots agree with the results."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def run_of(slug: str, mode: Mode) -> dict:
     return {"mode": mode, "spec": request.model_dump(mode="json"), "result": answer.result, "effects": answer.effects}
 
 
-def test_the_drawn_turn_of_a_strip_has_the_stresses_of_its_check():
+def test_the_plotted_stresses_match_the_check():
     run = run_of("flexible-rod", Mode.CHECK)
     request, turn = _turn(run)
     result = run["result"]

@@ -1,4 +1,4 @@
-"""A stored run as a load: what is taken from it, and what cannot be."""
+"""Stored runs as loads: data taken, and refusals."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ def test_a_force_is_taken_from_a_worst_instant(run):
     assert filled.load.taken_from == "crank-dynamics abc"
     other = RunForce(kind="run", run_id="one", instant="crank_pin_load_max").filled(run)
     assert other.force == force_of(run, "crank_pin_load_max")
-    # What was filled in survives storage.
+    # Filled-in data survives storage.
     assert Part.model_validate_json(filled.model_dump_json()).load.force == filled.load.force
 
 
-def test_nothing_is_taken_from_a_run_that_cannot_give_it(run):
+def test_an_unsuitable_run_is_refused(run):
     asked = RunForce(kind="run", run_id="one")
     with pytest.raises(InvalidInput):
         _ = asked.force

@@ -1,4 +1,4 @@
-"""Every rehearsal is a request that is answered: one that were refused would compile nothing."""
+"""Every rehearsal succeeds; a refused one would compile nothing."""
 
 from __future__ import annotations
 

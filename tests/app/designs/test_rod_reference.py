@@ -1,4 +1,4 @@
-"""What a rod's accuracy study is judged by: nothing that an effect unknown to the reference may have changed."""
+"""The reference of a rod's accuracy study excludes results that unsupported effects may change."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ ROD = KINDS["flexible-rod"]
 CORE = ("reciprocating_inertia", "beam_column", "friction")
 
 
-def told(check_request, *effects: str) -> set[str]:
-    """The results that the reference tells of a check in which these effects ran."""
+def covered(check_request, *effects: str) -> set[str]:
+    """Results covered by the reference for a check with these effects."""
     request = ROD.jobs[Mode.CHECK].request.model_validate(check_request)
     manifest = [{"name": name, "state": "active"} for name in effects]
     found = check_reference(request, Answer("succeeded", {}, manifest, None, {}))
@@ -23,16 +23,16 @@ def told(check_request, *effects: str) -> set[str]:
 
 
 def test_the_core_is_known_in_every_result(check_request):
-    assert told(check_request, *CORE) == set(ROD.judged(Mode.CHECK))
+    assert covered(check_request, *CORE) == set(ROD.judged(Mode.CHECK))
 
 
-def test_an_effect_that_nobody_listed_is_judged_by_no_reference(check_request):
-    assert told(check_request, *CORE, "made_up") == set()
+def test_an_unlisted_effect_has_no_reference(check_request):
+    assert covered(check_request, *CORE, "made_up") == set()
 
 
 @pytest.mark.parametrize("effect", [effect.name for effect in rod.EFFECTS if effect.name not in CORE])
-def test_of_effects_beyond_the_core_only_what_they_leave_alone_is_told(check_request, effect):
-    """What is told is the same with the effect and without it."""
+def test_only_results_unaffected_by_further_effects_are_covered(check_request, effect):
+    """Covered results are identical with and without the effect."""
     names = ROD.judged(Mode.CHECK)
     without, given = (
         ROD.jobs[Mode.CHECK].run(ROD.jobs[Mode.CHECK].request.model_validate({**check_request, "effects": choice}))
@@ -41,7 +41,7 @@ def test_of_effects_beyond_the_core_only_what_they_leave_alone_is_told(check_req
             {"include": [*CORE, effect], "exclude": [e.name for e in rod.EFFECTS if e.name not in (*CORE, effect)]},
         )
     )
-    known = told(check_request, *CORE, effect)
+    known = covered(check_request, *CORE, effect)
     for name in names:
         same = given.result[name] == pytest.approx(without.result[name], rel=1e-9)
         assert same or name not in known, name

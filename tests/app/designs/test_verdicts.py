@@ -1,4 +1,4 @@
-"""Verdicts in the words and units of the contract; nothing is called good that does not hold."""
+"""Verdicts in the names and units of the API; no failing part passes."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ JUDGED = [(slug, mode) for slug, kind in KINDS.items() for mode in (Mode.CHECK, 
 
 @pytest.mark.parametrize(("slug", "mode"), JUDGED)
 def test_every_example_holds_and_says_so(slug, mode):
-    """What a form starts with is a part that somebody would make."""
+    """The initial form describes a sensible part."""
     verdict = answered(slug, mode, {"accuracy": 1e-3}).verdict
     VerdictResult.model_validate(verdict)
     assert verdict["holds"] is True
@@ -62,7 +62,7 @@ def test_an_infeasible_design_and_a_refusal_have_no_verdict():
     assert (refused.status, refused.verdict) == ("refused", None)
 
 
-# -- what was called good once, and is not -------------------------------------------------------------------
+# -- failing parts that once passed --------------------------------------------------------------------------------
 
 
 def test_a_pin_of_three_steps_whose_ring_is_stressed_to_3488_of_150():
@@ -106,7 +106,7 @@ def test_a_bushing_without_a_wall_at_its_ends():
 
 
 def test_a_pin_that_is_too_weak_by_a_hair():
-    """The paper's 13.99 mm are rounded: 1.6e-5 beyond what the criterion allows."""
+    """The paper's 13.99 mm is rounded: 1.6e-5 beyond the criterion."""
     verdict = answered("pin-profile", Mode.CHECK, {"bore_mm": 13.99}).verdict
     assert verdict["holds"] is False
     assert "150.00235 MPa where at most 150 MPa is allowed" in verdict["summary"]
@@ -121,7 +121,7 @@ def test_a_buckled_strip():
     assert "buckles" in verdict["cautions"][0]
 
 
-def test_an_accuracy_that_is_missed_is_said_in_the_verdicts_line():
+def test_a_missed_accuracy_is_part_of_the_summary():
     """A strip whose large displacement is not known as exactly as was asked."""
     answer = answered("flexible-rod", Mode.CHECK, {"accuracy": 1e-12, "effects": "all"})
     assert answer.accuracy["met"] is False
@@ -139,12 +139,12 @@ def test_a_linkage_that_misses_its_limits():
     assert verdict["governed_by"] == "width_mm"
 
 
-def test_a_linkage_of_no_size_is_not_judged_by_its_size():
+def test_a_linkage_without_a_size_has_no_size_criteria():
     bare = {"blow_frequency_hz": None, "drive": None, "impact_energy_j": None, "coupler_stiffness_n_m": None}
     verdict = answered("impact-linkage", Mode.CHECK, bare, {"limits": {"width_mm": 400.0}}).verdict
     assert verdict["holds"] is False
     assert {c["name"] for c in verdict["criteria"] if not c["holds"]} == {"min_link_mm", "width_mm"}
-    assert "cannot be told" in verdict["summary"]
+    assert "is not known" in verdict["summary"]
 
 
 def test_requirements_of_a_rod_are_asked_and_the_rest_is_judged_anyway():
@@ -180,8 +180,8 @@ SLACK = 1e-6
 @pytest.mark.parametrize(
     ("criteria", "sentence"),
     [
-        ((), "It holds: nothing acts that it could fail under."),
-        ((at_least("n", 1.0, None, SLACK),), "It holds: nothing acts that it could fail under."),
+        ((), "It holds: no load acts that it could fail under."),
+        ((at_least("n", 1.0, None, SLACK),), "It holds: no load acts that it could fail under."),
         (
             (at_least("n", 2.0, 2.5, SLACK), yes("t", True)),
             "It holds. The safety governs: 2.5 where at least 2 is required, with 25 % to spare.",
@@ -207,7 +207,7 @@ SLACK = 1e-6
         ((equal("v", 5.0, 4.0, 1e-3),), "It does not hold: the speed is 4 m/s where 5 m/s is asked for."),
         (
             (unknown("s", Sense.AT_MOST, 150e6),),
-            "It does not hold: the stress cannot be told, and at most 150 MPa is allowed.",
+            "It does not hold: the stress is not known, and at most 150 MPa is allowed.",
         ),
     ],
 )  # fmt: skip
@@ -215,7 +215,7 @@ def test_sentences(criteria, sentence):
     assert said(*criteria) == sentence
 
 
-def test_a_missed_accuracy_that_may_turn_the_verdict_is_told_apart():
+def test_a_missed_accuracy_that_may_change_the_verdict_is_distinguished():
     close, ample = (said(at_least("n", 2.0, reached, SLACK), accuracy=MISSED) for reached in (2.001, 4.0))
     assert close.endswith(
         "The accuracy asked for is not met: 1e-06 asked, 3e-02 estimated, more than there is to spare."

@@ -1,4 +1,4 @@
-"""Connections that keep a server waiting, on a real socket."""
+"""Connection limits on a real socket."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import uvicorn
 
 from app.edge.connections import ConnectionLimits, Connections
 
-LIMITS = ConnectionLimits(most=8, most_of_one=6, head_s=0.5, head_bytes=4000, unread_s=0.5)
+LIMITS = ConnectionLimits(limit=8, max_per_address=6, head_s=0.5, head_bytes=4000, unread_s=0.5)
 ASKED = b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
 
 
@@ -41,7 +41,7 @@ def port() -> Iterator[int]:
     yield server.servers[0].sockets[0].getsockname()[1]
     server.should_exit = True
     thread.join()
-    assert not connections.by_address
+    assert not connections.count_by_address
 
 
 def connected(port: int, source: str = "127.0.0.1") -> socket.socket:
@@ -51,7 +51,7 @@ def connected(port: int, source: str = "127.0.0.1") -> socket.socket:
 
 
 def rest_of(connection: socket.socket) -> bytes:
-    """All that comes until the server closes."""
+    """Everything received until the server closes."""
     found = b""
     try:
         while part := connection.recv(65536):
@@ -66,12 +66,12 @@ def test_a_head_must_arrive_in_time(port, sent):
     with connected(port) as connection:
         began = time.monotonic()
         connection.sendall(sent)
-        told = rest_of(connection)
+        detail = rest_of(connection)
         assert time.monotonic() - began < 5.0
-        assert (b"HTTP/1.1 408" in told) == (sent.endswith(b"loc"))
+        assert (b"HTTP/1.1 408" in detail) == (sent.endswith(b"loc"))
 
 
-def test_a_head_that_drips_is_not_waited_for(port):
+def test_a_trickling_head_times_out(port):
     with connected(port) as connection:
         began = time.monotonic()
         connection.sendall(b"GET / HTTP/1.1\r\n")
@@ -84,7 +84,7 @@ def test_a_head_that_drips_is_not_waited_for(port):
         assert time.monotonic() - began < 4.0
 
 
-def test_a_head_is_not_kept_beyond_its_length(port):
+def test_the_size_of_a_head_is_limited(port):
     with connected(port) as connection:
         sent = 0
         connection.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\nx-long: ")
@@ -96,7 +96,7 @@ def test_a_head_is_not_kept_beyond_its_length(port):
         assert sent < 20_000_000
 
 
-def test_what_follows_a_body_as_a_header_is_neither_kept_nor_read_for_ever(port):
+def test_trailers_are_dropped_and_limited(port):
     head = b"POST / HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n1\r\nx\r\n0\r\nx-trailer: "
     with connected(port) as connection:
         connection.sendall(head)
@@ -118,15 +118,15 @@ def test_bodies_in_the_smallest_chunks_pass(port):
         assert connection.recv(1000).startswith(b"HTTP/1.1 200")
 
 
-def test_an_answer_that_nobody_reads_is_given_up(port):
+def test_an_unread_response_times_out(port):
     with connected(port) as connection:
         connection.sendall(b"GET /large HTTP/1.1\r\nHost: localhost\r\n\r\n")
         time.sleep(1.5)
         assert len(rest_of(connection)) < 20_000_000
 
 
-def test_one_address_holds_so_many_connections(port):
-    held = [connected(port) for _ in range(LIMITS.most_of_one)]
+def test_connections_per_address_are_limited(port):
+    held = [connected(port) for _ in range(LIMITS.max_per_address)]
     with connected(port) as one_more:
         assert b"503" in rest_of(one_more)
     for connection in held:
@@ -140,8 +140,8 @@ def test_one_address_holds_so_many_connections(port):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere 127.0.0.2 is nobody")
-def test_all_addresses_together_hold_so_many_connections(port):
-    sources = ["127.0.0.1"] * 6 + ["127.0.0.2"] * (LIMITS.most - 6)
+def test_total_connections_are_limited(port):
+    sources = ["127.0.0.1"] * 6 + ["127.0.0.2"] * (LIMITS.limit - 6)
     held = [connected(port, source) for source in sources]
     for connection in held:
         connection.sendall(ASKED)

@@ -1,4 +1,4 @@
-"""The edge around an application of two lines: every limit at its value, and one beyond."""
+"""The middleware stack around a minimal application: limits at their values and one beyond."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 from starlette.testclient import TestClient
 
-from app.edge.bodies import BodyLimits, BoundedBodies
-from app.edge.crowds import BoundedCrowds
+from app.edge.bodies import BodyLimiter, BodyLimits
+from app.edge.concurrency import ConcurrencyLimiter
 from app.edge.hosts import host_name
 from app.edge.stack import edge
 from app.settings import Settings
@@ -59,17 +59,17 @@ def in_chunks(size: int) -> Iterator[bytes]:
     yield b"x" * (size % 100)
 
 
-@pytest.mark.parametrize(("path", "most"), [("/any", 1000), ("/api/v1/batches", 2000)])
+@pytest.mark.parametrize(("path", "limit"), [("/any", 1000), ("/api/v1/batches", 2000)])
 @pytest.mark.parametrize("chunked", [False, True])
-def test_a_body_may_have_so_many_bytes_however_it_is_sent(edged, path, most, chunked):
-    for size, status in ((most, 200), (most + 1, 413)):
+def test_the_size_of_a_body_is_limited_however_it_is_sent(edged, path, limit, chunked):
+    for size, status in ((limit, 200), (limit + 1, 413)):
         answer = edged.post(path, content=in_chunks(size) if chunked else b"x" * size)
         assert answer.status_code == status
     assert answer.headers["content-type"] == "application/problem+json"
     assert answer.headers["connection"] == "close"
 
 
-def test_a_multipart_body_is_bounded_like_any_other(edged):
+def test_a_multipart_body_has_the_same_limit(edged):
     def parts(size: int) -> Iterator[bytes]:
         yield b'--b\r\nContent-Disposition: form-data; name="f"; filename="f"\r\n\r\n'
         yield from in_chunks(size)
@@ -80,7 +80,7 @@ def test_a_multipart_body_is_bounded_like_any_other(edged):
     assert edged.post("/", content=parts(100_000), headers=form).status_code == 413
 
 
-def test_heads_are_bounded(edged):
+def test_heads_are_limited(edged):
     own = len(edged.get("/").request.headers)
     for number, status in ((20 - own, 200), (21 - own, 431)):
         assert edged.get("/", headers={f"x-{k}": "y" for k in range(number)}).status_code == status
@@ -89,7 +89,7 @@ def test_heads_are_bounded(edged):
 
 
 @pytest.mark.parametrize("target", ["/a%00b", "/?name=a%00b"])
-def test_a_nul_character_names_nothing(edged, target):
+def test_nul_characters_in_a_target_are_refused(edged, target):
     assert edged.get(target).status_code == (404 if "?" not in target else 422)
 
 
@@ -102,7 +102,7 @@ def test_a_nul_character_names_nothing(edged, target):
         ("localhost:x", 421), ("127.0.0.1.evil.example", 421), ("a.example@evil.example", 421),
     ],
 )  # fmt: skip
-def test_only_known_hosts_are_answered(edged, host, status):
+def test_unknown_hosts_are_refused(edged, host, status):
     answer = edged.get("/", headers={"Host": host})
     assert answer.status_code == status
     assert host in ("", "localhost:x") or host_name(host) is not None
@@ -125,13 +125,13 @@ def test_only_known_hosts_are_answered(edged, host, status):
         ({"Origin": "http://testserver", "Sec-Fetch-Site": "cross-site"}, 403),
     ],
 )
-def test_other_sites_change_nothing(edged, headers, status):
+def test_unsafe_requests_of_other_sites_are_refused(edged, headers, status):
     assert edged.post("/", headers=headers).status_code == status
     assert edged.get("/", headers=headers).status_code == 200
 
 
 @pytest.mark.parametrize("path", ["/", "/drawing", "/failing", "/?name=%00"])
-def test_every_answer_says_what_it_is_and_loads_nothing(edged, path):
+def test_every_response_has_security_headers(edged, path):
     headers = edged.get(path).headers
     assert headers["x-content-type-options"] == "nosniff"
     assert "default-src 'none'" in headers["content-security-policy"]
@@ -139,7 +139,7 @@ def test_every_answer_says_what_it_is_and_loads_nothing(edged, path):
 
 
 def asked(app, path: str = "/", receive=None) -> list[dict]:
-    """What an application sends, told by ASGI itself."""
+    """The messages an ASGI application sends."""
     sent: list[dict] = []
 
     async def nothing() -> dict:
@@ -154,7 +154,7 @@ def asked(app, path: str = "/", receive=None) -> list[dict]:
 
 
 async def reader(_scope, receive, send) -> None:
-    """Reads a body to its end, and fails for want of it."""
+    """Reads a complete body, and fails without one."""
     while True:
         message = await receive()
         if message["type"] == "http.disconnect":
@@ -185,18 +185,30 @@ def slow(pause: float, size: int, parts: int):
         (9.0, 1, 2, True, 503),
     ],
 )
-def test_a_body_must_come_in_time(pause, size, parts, stopping, status):
-    limits = BodyLimits(10_000, idle_s=9.0 if stopping else 0.2, grace_s=0.1, least_bytes_per_s=1000.0)
-    sent = asked(BoundedBodies(reader, limits, lambda: stopping), receive=slow(pause, size, parts))
+def test_slow_bodies_time_out(pause, size, parts, stopping, status):
+    limits = BodyLimits(10_000, idle_s=9.0 if stopping else 0.2, grace_s=0.1, min_bytes_per_s=1000.0)
+    sent = asked(BodyLimiter(reader, limits, lambda: stopping), receive=slow(pause, size, parts))
     assert [message["status"] for message in sent if message["type"] == "http.response.start"] == [status]
 
 
-def test_so_many_requests_are_under_way_at_once():
+def test_time_in_which_the_application_does_not_read_is_not_counted():
+    """Before it reads the rows of a batch the service may have to load kernels."""
+
+    async def busy(scope, receive, send) -> None:
+        await asyncio.sleep(0.3)
+        await reader(scope, receive, send)
+
+    limits = BodyLimits(10_000, idle_s=0.2, grace_s=0.1, min_bytes_per_s=1000.0)
+    sent = asked(BodyLimiter(busy, limits, lambda: False), receive=slow(0.0, 1, 3))
+    assert [message["status"] for message in sent if message["type"] == "http.response.start"] == [200]
+
+
+def test_concurrent_requests_are_limited():
     async def waiting(_scope, _receive, send) -> None:
         await asyncio.sleep(0.05)
         await send({"type": "http.response.start", "status": 200, "headers": []})
 
-    crowd, statuses = BoundedCrowds(waiting, 3), []
+    crowd, statuses = ConcurrencyLimiter(waiting, 3), []
 
     async def send(message: dict) -> None:
         if message["type"] == "http.response.start":

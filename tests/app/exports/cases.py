@@ -1,4 +1,4 @@
-"""Runs of every kind as their JSON tells them, in any size, and with any name."""
+"""Runs of every kind as JSON objects, scaled and renamed as needed."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _solved(slug: str, mode: Mode, more: str) -> str:
 
 
 def solved(slug: str, mode: Mode, **more: Any) -> dict[str, Any]:
-    """A run of the kind's example, with some fields exchanged."""
+    """A run of the kind's example with changed fields."""
     return json.loads(_solved(slug, mode, json.dumps(more)))
 
 
@@ -44,7 +44,7 @@ def bushing(form: str = "free", **more: Any) -> dict[str, Any]:
 
 
 def parts() -> dict[str, dict[str, Any]]:
-    """One run for every shape that a part can have."""
+    """A run for every shape of part."""
     forms = ("free", "drillable", "constant", "double_cone", "cone_cylinder")
     pins = {form: solved("pin-profile", Mode.DESIGN, form={"kind": form}) for form in forms}
     return {
@@ -58,7 +58,7 @@ def parts() -> dict[str, dict[str, Any]]:
 
 
 def scaled(found: Any, factor: float, name: str = "") -> Any:
-    """The same run of a part so many times as large: lengths grow, slopes stay, the mass goes with the cube."""
+    """The run with all lengths scaled; slopes unchanged, mass cubed."""
     if isinstance(found, dict):
         return {key: scaled(value, factor, name if name == "lengths_mm" else key) for key, value in found.items()}
     if isinstance(found, list):

@@ -1,4 +1,4 @@
-"""What the process with the modeller does in a test: make a run's STEP file, read it back, and tell what is there."""
+"""Test entry point of the solids process: make a run's STEP file, read it back and describe it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ RECIPE = "recipe"
 
 
 def answer(kind_slug: str, mode: str, payload: bytes, report: Any) -> list[dict[str, Any]]:
-    """The file is made twice, the second time by the clock, and read by OpenCASCADE; or a recipe is followed."""
+    """Makes the file twice, and reads it with OpenCASCADE; or follows a documented recipe."""
     import build123d
 
     from app.jobs import calls
@@ -43,7 +43,7 @@ def answer(kind_slug: str, mode: str, payload: bytes, report: Any) -> list[dict[
 
 
 def _followed(code: str, address: str) -> list[dict[str, Any]]:
-    """What is made by the recipe's own code, in a folder of its own."""
+    """The result of a recipe's code, in its own directory."""
     names: dict[str, Any] = {"SERVICE": address}
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
@@ -54,5 +54,5 @@ def _followed(code: str, address: str) -> list[dict[str, Any]]:
 
 
 def load_step_by_step() -> Iterator[None]:
-    """So that this module can stand for the one with the modeller where none is needed."""
+    """Lets this module replace the real preload module."""
     return iter(())

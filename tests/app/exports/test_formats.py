@@ -1,4 +1,4 @@
-"""Every format by the tools that read it: what is drawn is what was found, in any size and under any name."""
+"""Every format checked with the tools that read it, at any size and with any name."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from app.designs.drawing import Arc, Bezier, Outline
 from app.designs.kind import Mode
 from app.designs.part import Extrusion, Revolution
 from app.designs.registry import KINDS
-from app.exports.export import Refusal, Tool, Where, Wishes
+from app.exports.export import ExportOptions, ExportProcess, Refusal, Tool
 from app.exports.registry import EXPORTS, exports_for
 from tests.app.exports.cases import HOSTILE, parts, scaled, solved
 
@@ -28,7 +28,7 @@ SIZES = {"10 µm": 1e-2, "own": None, "10 m": 1e4}
 
 
 def sized(run, length):
-    """The run of a part whose longest side is about so many mm."""
+    """A part's run scaled to a longest side of about ``length`` mm."""
     if length is None:
         return run
     part = KINDS[run["kind"]].part(run, None)
@@ -36,7 +36,7 @@ def sized(run, length):
 
 
 def file(run, name, tool=Tool.FREECAD, angle=None):
-    return EXPORTS[name].file(KINDS[run["kind"]], run, Wishes(tool, angle))
+    return EXPORTS[name].file(KINDS[run["kind"]], run, ExportOptions(tool, angle))
 
 
 def drawn(run):
@@ -50,7 +50,7 @@ def by_name(run):
 
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("shape", PARTS)
-def test_drawings_are_sound_and_measure_what_was_found(shape, size):
+def test_drawings_are_valid_and_dimensions_match_the_result(shape, size):
     run = sized(PARTS[shape], SIZES[size])
     document = drawn(run)
     auditor = document.audit()
@@ -80,7 +80,7 @@ def test_drawings_are_sound_and_measure_what_was_found(shape, size):
 
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("shape", PARTS)
-def test_svg_is_as_large_as_the_part(shape, size):
+def test_svg_is_true_to_scale(shape, size):
     run = sized(PARTS[shape], SIZES[size])
     root = ET.fromstring(file(run, "svg").content)
     wide, high = (float(root.attrib[side].removesuffix("mm")) for side in ("width", "height"))
@@ -97,7 +97,7 @@ def test_svg_is_as_large_as_the_part(shape, size):
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_hostile_names_do_no_harm(name):
+def test_hostile_names_are_escaped(name):
     run = {**PARTS["strip"], "name": name}
     rows = list(csv.reader(io.StringIO(file(run, "csv").content.decode("utf-8-sig"))))
     told = {row[0]: row[1] for row in rows if len(row) == 3}
@@ -130,7 +130,7 @@ def test_csv_keeps_every_number():
     assert [[float(v) for v in row] for row in table] == [list(sample.values()) for sample in run["result"]["transfer"]]
 
 
-def test_an_infeasible_run_tells_why():
+def test_an_infeasible_run_exports_its_diagnosis():
     run = solved("pin-profile", Mode.DESIGN, load={"force_n": 1e6})
     assert run["status"] == "infeasible"
     assert set(exports_for(run)) >= {"json", "csv"}
@@ -201,7 +201,7 @@ READERS = {
 
 
 def along(outline: Outline, count: int = 24) -> np.ndarray:
-    """Points of an outline, by the equations of its pieces."""
+    """Points of an outline from its segments' equations."""
     points, here = [], np.array(outline.start)
     for piece in outline.pieces:
         t = np.linspace(0.0, 1.0, count)[:, None]
@@ -223,8 +223,8 @@ def along(outline: Outline, count: int = 24) -> np.ndarray:
 
 
 @pytest.mark.parametrize("shape", [shape for shape, run in PARTS.items() if run["kind"] == "pin-profile"])
-def test_a_turned_part_weighs_what_the_result_says(shape):
-    """By Pappus' theorem on a fine polygon of the profile: no modeller is asked."""
+def test_the_mass_of_a_turned_part_matches_the_result(shape):
+    """By Pappus' theorem on a fine polygon, without a modeller."""
     part = KINDS["pin-profile"].part(PARTS[shape], None)
     (solid,) = part.solids
     assert isinstance(solid, Revolution)
@@ -234,8 +234,8 @@ def test_a_turned_part_weighs_what_the_result_says(shape):
     assert volume * 1e-6 * part.density_kg_m3 == pytest.approx(part.mass_g, rel=1e-6)
 
 
-def test_the_drawn_curve_is_the_one_found():
-    """The table's stations lie on it within a micrometre, but where the bore jumps."""
+def test_the_drawn_curve_matches_the_result():
+    """The table's stations lie on it within a micrometre, except at steps of the bore."""
     run = PARTS["free"]
     pieces = run["result"]["contour"]
     off = []
@@ -302,7 +302,7 @@ def test_an_angle_out_of_reach_is_refused():
 def test_each_takes_less_than_a_second():
     """Ten times as much as it needs, for machines under load."""
     for name, export in EXPORTS.items():
-        if export.where is Where.SOLIDS:
+        if export.where is ExportProcess.SOLIDS:
             continue
         for run in PARTS.values():
             times = []

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from app.exports import registry
-from app.exports.export import Export, Where
+from app.exports.export import Export, ExportProcess
 
 
 def stored(client, request, path="/api/v1/checks/flexible-rod"):
@@ -58,7 +58,7 @@ def test_a_run_without_a_result_has_none(client, design_request):
     assert refused.headers["content-type"] == "application/problem+json"
 
 
-def slow(_kind, _run, _wishes):
+def slow(_kind, _run, _options):
     return b"made at last"
 
 
@@ -72,8 +72,8 @@ def test_what_the_installation_lacks_is_named(client, run, monkeypatch):
 
 def test_a_slow_file_is_promised_then_there(client, run, monkeypatch):
     """Made in a worker, whose registry is its own: the format is a real one, only patience is gone."""
-    monkeypatch.setattr("app.downloads.PATIENCE_S", 0.0)
-    in_a_worker = replace(registry.EXPORTS["json"], where=Where.WORKER)
+    monkeypatch.setattr("app.run_exports.WAIT_S", 0.0)
+    in_a_worker = replace(registry.EXPORTS["json"], where=ExportProcess.WORKER)
     monkeypatch.setitem(registry.EXPORTS, "json", in_a_worker)
     first = client.get(f"/api/v1/runs/{run['id']}/exports/json")
     assert first.status_code == 202

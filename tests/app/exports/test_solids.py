@@ -13,11 +13,11 @@ import pytest
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
-from app.downloads import Solids, solid_pool
-from app.exports.export import Refusal, Wishes
+from app.exports.export import ExportOptions, Refusal
 from app.exports.registry import EXPORTS
 from app.jobs import calls
 from app.jobs.executor import PoolSettings, ProcessPool
+from app.run_exports import Solids, solid_pool
 from tests.app.exports import solid_checks
 from tests.app.exports.cases import parts, scaled, solved
 from tests.clients.bridge import on_a_port
@@ -26,7 +26,7 @@ IN_EVERY_SIZE = ("strip", "free", "drillable", "stepped", "cone_cylinder", "step
 
 
 def payload_of(run):
-    return json.dumps({"run": run, "wishes": {}}).encode()
+    return json.dumps({"run": run, "options": {}}).encode()
 
 
 @pytest.fixture(scope="module")
@@ -85,21 +85,21 @@ def test_solids_are_closed_valid_and_as_heavy_as_the_result(modeller):
 
 def test_what_a_modeller_cannot_hold_is_refused_before_it_is_asked():
     run = scaled(solved("flexible-rod", Mode.CHECK), 1e-6)
-    refused = EXPORTS["step"].file(KINDS["flexible-rod"], run, Wishes())
+    refused = EXPORTS["step"].file(KINDS["flexible-rod"], run, ExportOptions())
     assert isinstance(refused, Refusal)
 
 
 def test_its_process_starts_when_asked_for_and_ends_when_long_unused():
-    """The pool is an ordinary one: what it has in memory is not the question."""
+    """An ordinary pool; the modeller is irrelevant here."""
     run = solved("flexible-rod", Mode.CHECK)
     pools = []
 
     def start():
         settings = PoolSettings(
             workers=1,
-            load=calls.load_nothing,
+            load=calls.no_load,
             preload=solid_checks.__name__,
-            idle_work=calls.nothing,
+            idle_work=calls.no_idle_work,
             kernels=False,
         )
         pools.append(ProcessPool(settings))

@@ -1,4 +1,4 @@
-"""Entries for workers under test: module-level, so that a worker can import them by name."""
+"""Entry functions for test workers; module-level, so that a worker can import them by name."""
 
 from __future__ import annotations
 
@@ -71,4 +71,4 @@ SETTINGS = {
     "preload": __name__,
     "kernels": False,
 }
-"""Of a pool whose workers answer as this module says."""
+"""Settings of a pool whose workers run these functions."""

@@ -1,4 +1,4 @@
-"""How long a solver may take: what it is told, and when it is killed."""
+"""Time limits of a solve: the solver's and the process's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pieces of batches on a Dask cluster: the same answers and the same errors as on this machine."""
+"""Batch chunks on a Dask cluster: the same answers and errors as locally."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_answers_and_errors_come_back(pool: ClusterPool) -> None:
     async def ask(mode: str, wish: object, budget_s: float = 20.0) -> dict:
         return (await pool.run_in_background("rod", mode, json.dumps(wish).encode(), budget_s)).result
 
-    async def story() -> None:
+    async def scenario() -> None:
         assert pool.background_workers == 2
         assert (await ask("echo", [1, 2]))["payload"] == [1, 2]
         for mode, wish, error in (
@@ -49,7 +49,7 @@ def test_answers_and_errors_come_back(pool: ClusterPool) -> None:
             with pytest.raises(error):
                 await ask(mode, wish, 0.5)
         assert (await ask("echo", "again"))["payload"] == "again"
-        # People's requests never go there.
+        # Interactive requests stay local.
         assert (await pool.run("rod", "echo", b"1")).result["payload"] == 1
 
-    asyncio.run(story())
+    asyncio.run(scenario())

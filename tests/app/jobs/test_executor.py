@@ -82,7 +82,7 @@ def test_large_requests_and_answers_pass(pool: ProcessPool) -> None:
 
 
 @pytest.mark.parametrize("mode", ["sleep", "spin"])
-def test_an_overrun_is_ended_within_half_a_second_of_its_budget(pool: ProcessPool, mode: str) -> None:
+def test_an_overrun_is_killed_within_half_a_second_of_its_budget(pool: ProcessPool, mode: str) -> None:
     async def overrun() -> float:
         await asyncio.gather(*(ask(pool, "echo", 0) for _ in range(4)))
         began = time.monotonic()
@@ -93,7 +93,7 @@ def test_an_overrun_is_ended_within_half_a_second_of_its_budget(pool: ProcessPoo
     assert 0.5 <= asyncio.run(overrun()) <= 1.0
 
 
-def test_an_overrun_harms_no_neighbour_and_its_worker_is_replaced(pool: ProcessPool) -> None:
+def test_an_overrun_affects_no_other_call_and_its_worker_is_replaced(pool: ProcessPool) -> None:
     async def side_by_side():
         return await asyncio.gather(
             ask(pool, "sleep", 60, budget_s=0.3), ask(pool, "sleep", 1.0), ask(pool, "echo", 1), return_exceptions=True
@@ -120,7 +120,7 @@ def test_a_dying_worker_fails_only_its_own_call(pool: ProcessPool) -> None:
 
 @pytest.mark.parametrize("noticed", [True, False])
 def test_a_worker_killed_while_idle_is_replaced_unnoticed(single: ProcessPool, noticed: bool) -> None:
-    """Also when the next call comes before the fork server has reported the death."""
+    """Also when the next call comes before the death of the worker has been noticed."""
     first = asyncio.run(ask(single, "echo", 1))["pid"]
     os.kill(first, signal.SIGKILL)
     if noticed:
@@ -138,7 +138,7 @@ def test_memory_is_bounded(pool: ProcessPool) -> None:
     assert asyncio.run(hog())["length"] == 1 << 20
 
 
-def test_an_unforeseen_exception_is_named_and_its_text_kept_for_the_log(pool: ProcessPool) -> None:
+def test_an_unexpected_exception_is_named_and_its_text_kept_for_the_log(pool: ProcessPool) -> None:
     async def failing():
         with pytest.raises(SolveFailed) as caught:
             await ask(pool, "raise", 0)
@@ -248,8 +248,8 @@ def test_workers_end_when_the_service_is_killed() -> None:
     assert wait_until(lambda: not any(is_alive(pid) for pid in pids))
 
 
-def told(pool: ProcessPool, mode: str, wish: object, budget_s: float = 30.0) -> tuple[object, list[Progress]]:
-    """What became of a call, and the progress heard of it."""
+def outcome_of(pool: ProcessPool, mode: str, wish: object, budget_s: float = 30.0) -> tuple[object, list[Progress]]:
+    """A call's outcome, and the progress reported for it."""
     heard: list[Progress] = []
 
     async def call() -> object:
@@ -261,26 +261,26 @@ def told(pool: ProcessPool, mode: str, wish: object, budget_s: float = 30.0) -> 
     return asyncio.run(call()), heard
 
 
-def test_progress_is_heard_while_the_call_runs(pool: ProcessPool) -> None:
-    answer, heard = told(pool, "tell", 20)
+def test_progress_is_reported_while_the_call_runs(pool: ProcessPool) -> None:
+    answer, heard = outcome_of(pool, "tell", 20)
     assert answer["pid"] > 0
     assert [p.of for p in heard] == [20] * len(heard)
     done = [p.done for p in heard]
     assert done == sorted(set(done))
-    # Some a second, not one for every step.
+    # A few a second, not one per step.
     assert 2 <= len(heard) <= 10
 
 
-def test_a_worker_that_never_stops_talking_is_heard_seldom_and_ends_in_time(pool: ProcessPool) -> None:
-    _, heard = told(pool, "flood", 0.5)
+def test_excessive_progress_reports_are_throttled(pool: ProcessPool) -> None:
+    _, heard = outcome_of(pool, "flood", 0.5)
     assert 1 <= len(heard) <= 5
     with pytest.raises(BudgetExceeded):
-        told(pool, "flood", 60, budget_s=0.5)
-    assert told(pool, "echo", 1)[0]["payload"] == 1
+        outcome_of(pool, "flood", 60, budget_s=0.5)
+    assert outcome_of(pool, "echo", 1)[0]["payload"] == 1
 
 
-def test_a_worker_that_dies_after_it_told_something_fails_its_own_call_only(pool: ProcessPool) -> None:
-    crash, heard = told(pool, "tell-and-die", 3)
+def test_a_crash_after_progress_fails_only_its_own_call(pool: ProcessPool) -> None:
+    crash, heard = outcome_of(pool, "tell-and-die", 3)
     assert isinstance(crash, WorkerCrashed) and crash.exit_code == 3
     assert [p.done for p in heard] == [1]
-    assert told(pool, "echo", 2)[0]["payload"] == 2
+    assert outcome_of(pool, "echo", 2)[0]["payload"] == 2

@@ -1,24 +1,24 @@
-"""In which order two processes compile: rehearsals wait for what they would otherwise compile a second time."""
+"""Order of compilation: rehearsals wait for entries, so that nothing is compiled twice."""
 
 from __future__ import annotations
 
-from app.jobs.template import Template
-from app.jobs.warming import KernelWarming, _Progress, _Step
+from app.jobs.fork_server import ForkServer
+from app.jobs.warming import KernelWarming, _Progress, _Task
 
 ROD, PIN = ("flexible-rod", "design"), ("pin-profile", "design")
 A, B, C = (("a", "f"),), (("b", "f"),), (("c", "f"),)
 
 
-def test_rehearsals_wait_for_the_entries_ahead_of_them_and_nothing_else_does() -> None:
-    warming = KernelWarming(Template("never started"))
+def test_only_rehearsals_wait_and_only_for_entries_ahead_of_them() -> None:
+    warming = KernelWarming(ForkServer("never started"))
     warming._parts = {ROD: _Progress("waiting"), PIN: _Progress("waiting")}
-    warming._waiting.extend([_Step(ROD, A), _Step(ROD, B), _Step(ROD), _Step(PIN, C), _Step(PIN)])
-    taken = [warming._next() for _ in range(3)]
+    warming._waiting.extend([_Task(ROD, A), _Task(ROD, B), _Task(ROD), _Task(PIN, C), _Task(PIN)])
+    taken = [warming._next_task() for _ in range(3)]
     # The rod's rehearsals wait for its entries; meanwhile the next kind's are compiled.
-    assert taken == [_Step(ROD, A), _Step(ROD, B), _Step(PIN, C)]
-    warming._running.remove(_Step(ROD, A))
-    warming._running.remove(_Step(ROD, B))
-    assert warming._next() == _Step(ROD)
-    warming._running.remove(_Step(PIN, C))
-    assert warming._next() == _Step(PIN)
-    assert warming._next() is None
+    assert taken == [_Task(ROD, A), _Task(ROD, B), _Task(PIN, C)]
+    warming._running.remove(_Task(ROD, A))
+    warming._running.remove(_Task(ROD, B))
+    assert warming._next_task() == _Task(ROD)
+    warming._running.remove(_Task(PIN, C))
+    assert warming._next_task() == _Task(PIN)
+    assert warming._next_task() is None

@@ -61,10 +61,10 @@ def test_a_person_finds_what_the_run_found(slug, mode, title):
     if any(e["state"] == "active" and e["name"] in left_out for e in run["effects"]):
         spec = {**run["spec"], "effects": {"include": [], "exclude": left_out}}
         run = solved(slug, mode, spec)
-    compared = [step for step in chain_of(run).steps if step.told is not None]
+    compared = [step for step in chain_of(run).steps if step.reported is not None]
     assert len(compared) >= 2
     for step in compared:
-        assert step.told == pytest.approx(step.result.shown, rel=_BY_HAND), step.words
+        assert step.reported == pytest.approx(step.result.shown, rel=_BY_HAND), step.words
 
 
 def test_the_papers_rod():
@@ -101,19 +101,19 @@ _ROD = {"name": "", "effects": {"include": ["reciprocating_inertia"], "exclude":
 def test_other_scenes_are_followed_too(slug, changes, rel):
     spec = {**KINDS[slug].example(Mode.CHECK), **changes}
     run = solved(slug, Mode.CHECK, spec)
-    compared = [step for step in chain_of(run).steps if step.told is not None]
+    compared = [step for step in chain_of(run).steps if step.reported is not None]
     assert len(compared) >= 3
     for step in compared:
-        assert step.told == pytest.approx(step.result.shown, rel=rel), step.words
+        assert step.reported == pytest.approx(step.result.shown, rel=rel), step.words
 
 
 @pytest.mark.parametrize("form", ["free", "drillable"])
 def test_a_free_bore_is_added_up_by_a_coarser_rule(form):
     spec = {**KINDS["pin-profile"].example(Mode.DESIGN), "form": {"kind": form}}
-    steps = {step.words: step for step in chain_of(solved("pin-profile", Mode.DESIGN, spec)).steps if step.told}
+    steps = {step.words: step for step in chain_of(solved("pin-profile", Mode.DESIGN, spec)).steps if step.reported}
     mass = next(step for words, step in steps.items() if words.startswith("mass, both"))
-    assert mass.told == pytest.approx(mass.result.shown, rel=_SIMPSON)
+    assert mass.reported == pytest.approx(mass.result.shown, rel=_SIMPSON)
     bent = next(step for words, step in steps.items() if words.startswith("deflection"))
-    assert bent.told == pytest.approx(bent.result.shown, rel=_SIMPSON)
+    assert bent.reported == pytest.approx(bent.result.shown, rel=_SIMPSON)
     stress = next(step for words, step in steps.items() if words.startswith("equivalent stress"))
-    assert stress.told == pytest.approx(stress.result.shown, rel=_BY_HAND)
+    assert stress.reported == pytest.approx(stress.result.shown, rel=_BY_HAND)

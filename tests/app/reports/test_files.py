@@ -64,7 +64,7 @@ def test_a_report_has_its_parts_in_order_on_two_to_six_pages(slug, mode, title):
     document = pdf_of(run)
     text = text_of(document)
     assert 2 <= len(document.pages) <= 6
-    parts = ["What was asked", "The calculation, step by step", "Results", "Accuracy", "Sources", "To repeat this"]
+    parts = ["Inputs", "The calculation, step by step", "Results", "Accuracy", "Sources", "To repeat this"]
     place = 0
     for part in parts:
         place = text.index(part, place)
@@ -111,7 +111,7 @@ def test_reports_of_what_is_not_there_and_of_studies():
     infeasible = solved("pin-profile", Mode.DESIGN, {**spec, "load": {"force_n": 1e6}})
     assert infeasible["status"] == "infeasible"
     text = text_of(pdf_of(infeasible))
-    assert "There is no such design" in text and "attainable" in text
+    assert "No design meets all requirements" in text and "attainable" in text
     spec = {"spec": KINDS["pin-profile"].example(Mode.CHECK), "study_budget_s": 0.5}
     text = text_of(pdf_of(solved("pin-profile", Mode.ACCURACY, spec)))
     assert "greatest error" in text

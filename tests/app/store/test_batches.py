@@ -10,7 +10,7 @@ import pytest
 from sqlalchemy import delete, update
 
 from app.store.batch_inputs import Row, Source, packed_rows
-from app.store.batch_items import packed
+from app.store.batch_items import encoded, packed
 from app.store.batch_operations import (
     Acknowledge,
     Cancel,
@@ -28,6 +28,7 @@ from app.store.batch_reads import get_batch, items_after
 from app.store.batch_records import BatchRecord, Block, Chunk, Item, item_id, new_batch_id, split_item_id
 from app.store.engine import WRITE
 from app.store.errors import IdempotencyConflict, UnknownBatch, UnknownRun
+from app.store.hashing import canonical_json
 from app.store.models import batch_items, batches
 from app.store.record import RunFilter, RunOrder, utc_now
 from app.store.repository import RunStore
@@ -60,7 +61,8 @@ async def received(store: RunStore, count: int = 10, key: str | None = None, blo
 
 def items(batch: BatchRecord, chunk: Chunk, status: str = "succeeded") -> tuple[Item, ...]:
     def content(index: int) -> bytes:
-        return packed({"spec": SPEC, "result": {"x": index}, "figure_name": "x"}, batch.dictionary)
+        parts = {"result": {"x": index}, "figure_name": "x"}
+        return packed(encoded(canonical_json(SPEC), parts), batch.dictionary)
 
     return tuple(Item(k, k + 1, status, k % 2 == 0, float(k), content(k)) for k in range(chunk.first, chunk.end))
 
@@ -75,12 +77,12 @@ def test_every_item_is_stored_once_whoever_solves_it(database_url: str) -> None:
         batch = await received(store)
         first = await store.write(Claim(batch.number, "a", 30.0, 2, 3))
         assert [(c.first, c.count, c.block, c.attempts) for c in first] == [(0, 3, 0, 1), (5, 3, 5, 1)]
-        # Nobody else gets what is leased.
+        # Leased chunks are exclusive.
         second = await store.write(Claim(batch.number, "b", 30.0, 9, 100))
         assert [(c.first, c.count) for c in second] == [(3, 2), (8, 2)]
         assert await store.write(Claim(batch.number, "c", 30.0, 9, 100)) == []
         assert await store.write(Finish(first[0], "a", items(batch, first[0])))
-        # Again, or by somebody who does not hold it: nothing changes.
+        # Repeated, or by a process without the lease: no effect.
         assert not await store.write(Finish(first[0], "a", items(batch, first[0], "failed")))
         assert not await store.write(Finish(first[1], "b", items(batch, first[1])))
         for chunk, owner in ((first[1], "a"), (second[0], "b"), (second[1], "b")):

@@ -1,4 +1,4 @@
-"""Kill the service in the middle of its writes: every row it acknowledged is there, whole."""
+"""The service is killed during writes: every acknowledged row is present and intact."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from app.store.record import RunFilter
 from app.store.repository import RunStore
 from app.store.verify import verify
 from tests.app.store.records import make_record
-from tests.lifeline import mortal
+from tests.child_processes import die_with_test_runner
 
 SERVICE = """
 import asyncio, sys
@@ -42,7 +42,7 @@ def test_no_acknowledged_run_is_lost_when_the_service_is_killed(database_url: st
             stdout=subprocess.PIPE,
             cwd=Path.cwd(),
             bufsize=0,
-            preexec_fn=mortal(),
+            preexec_fn=die_with_test_runner(),
         )
         assert service.stdout is not None
         output = b""
@@ -74,8 +74,8 @@ def test_no_acknowledged_run_is_lost_when_the_service_is_killed(database_url: st
     assert report.sound, report.damages
 
 
-def test_acknowledged_commits_are_synchronised_to_the_disk(database_url: str) -> None:
-    """A kill cannot prove safety against a loss of power; the setting that gives it can be read back."""
+def test_commits_are_synchronous(database_url: str) -> None:
+    """Killing cannot prove safety against power failure; the synchronous setting can be read back."""
     store = RunStore(database_url)
     try:
         if database_url.startswith("sqlite"):
@@ -89,7 +89,7 @@ def test_acknowledged_commits_are_synchronised_to_the_disk(database_url: str) ->
         store.close()
 
 
-def test_closing_commits_everything_that_waits(database_url: str) -> None:
+def test_closing_commits_pending_writes(database_url: str) -> None:
     async def close_early():
         store = RunStore(database_url)
         tasks = [asyncio.create_task(store.put(make_record(k))) for k in range(300)]

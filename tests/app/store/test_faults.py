@@ -1,4 +1,4 @@
-"""A store in trouble says so within five seconds, shows nothing wrong, loses nothing, and recovers."""
+"""Database faults are reported within five seconds, show no wrong data, lose nothing, and recover."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from sqlalchemy import text
 
 from app.store.engine import make_engine
 from app.store.errors import DamagedRecord, UnknownRun
-from app.store.faults import StoreFault, Trouble
+from app.store.faults import FaultKind, StoreFault
 from app.store.migrate import NewerDatabase, upgrade
 from app.store.record import RunFilter
 from app.store.repository import RunStore
@@ -44,24 +44,24 @@ def edit(file: Path, statement: str, *values: object) -> None:
     connection.close()
 
 
-async def trouble_of(work: Coroutine[Any, Any, Any]) -> Trouble | None:
+async def fault_kind_of(work: Coroutine[Any, Any, Any]) -> FaultKind | None:
     began = time.monotonic()
     try:
         await work
     except StoreFault as fault:
         assert time.monotonic() - began < WITHIN_S
-        return fault.trouble
+        return fault.kind
     return None
 
 
-def told(store: RunStore, trouble: Trouble | None) -> None:
-    """Whether a write and readiness meet that trouble."""
+def check_reported(store: RunStore, kind: FaultKind | None) -> None:
+    """Check that a write and the readiness probe report this fault."""
 
-    async def both() -> list[Trouble | None]:
+    async def both() -> list[FaultKind | None]:
         store._probed = -100.0
-        return [await trouble_of(store.put(make_record())), await trouble_of(store.ping())]
+        return [await fault_kind_of(store.put(make_record())), await fault_kind_of(store.ping())]
 
-    assert asyncio.run(both()) == [trouble, trouble]
+    assert asyncio.run(both()) == [kind, kind]
 
 
 # -- damage -----------------------------------------------------------------------------------------------------
@@ -91,7 +91,7 @@ def test_a_damaged_run_is_never_shown(store: RunStore, file: Path) -> None:
 
 
 @pytest.mark.parametrize("value", [b"not a time", "2026-13-45", 7, None])
-def test_a_time_that_is_none_is_damage(store: RunStore, file: Path, value: object) -> None:
+def test_an_invalid_timestamp_is_damage(store: RunStore, file: Path, value: object) -> None:
     run = make_record()
     store.put_and_wait(run)
     edit(file, "PRAGMA ignore_check_constraints = 1")
@@ -103,7 +103,7 @@ def test_a_time_that_is_none_is_damage(store: RunStore, file: Path, value: objec
         asyncio.run(store.get(run.id))
 
 
-def test_a_damaged_answer_is_never_given_again(store: RunStore, file: Path) -> None:
+def test_a_damaged_response_is_never_replayed(store: RunStore, file: Path) -> None:
     run = make_record()
     store.put_and_wait(run, make_response(run))
     edit(file, "UPDATE idempotency_keys SET body = substr(body, 1, length(body) - 1)")
@@ -111,7 +111,7 @@ def test_a_damaged_answer_is_never_given_again(store: RunStore, file: Path) -> N
         asyncio.run(store.find_response("key-1", "a" * 64))
 
 
-def test_a_destroyed_page_is_told_and_stays_told(store: RunStore, file: Path) -> None:
+def test_a_corrupt_page_is_reported_permanently(store: RunStore, file: Path) -> None:
     for k in range(200):
         store.put_and_wait(make_record(k))
     store.close()
@@ -131,7 +131,7 @@ def test_a_destroyed_page_is_told_and_stays_told(store: RunStore, file: Path) ->
             await again.ping()
 
         asyncio.run(look())
-    assert met.value.trouble is Trouble.DAMAGED
+    assert met.value.kind is FaultKind.DAMAGED
 
 
 # -- faults -----------------------------------------------------------------------------------------------------
@@ -151,40 +151,40 @@ def test_a_full_database(store: RunStore) -> None:
         break
     large = make_record(result=b'"' + b"x" * 1_000_000 + b'"')
 
-    async def write() -> Trouble | None:
-        return await trouble_of(store.put(large))
+    async def write() -> FaultKind | None:
+        return await fault_kind_of(store.put(large))
 
-    assert asyncio.run(write()) is Trouble.FULL
-    assert store._fault is not None and store._fault.trouble is Trouble.FULL
+    assert asyncio.run(write()) is FaultKind.FULL
+    assert store._fault is not None and store._fault.kind is FaultKind.FULL
     # What still fits shows that it is over.
-    told(store, None)
+    check_reported(store, None)
     with pytest.raises(UnknownRun):
         asyncio.run(store.get(large.id))
 
 
-def test_a_locked_database_answers_all_who_wait_in_time_and_recovers(store: RunStore, file: Path) -> None:
+def test_a_locked_database_fails_all_waiting_writes_in_time_and_recovers(store: RunStore, file: Path) -> None:
     other = sqlite3.connect(file, isolation_level=None)
     other.execute("BEGIN IMMEDIATE")
 
-    async def crowd() -> list[Trouble | None]:
-        first = [asyncio.create_task(trouble_of(store.put(make_record(k)))) for k in range(3)]
+    async def crowd() -> list[FaultKind | None]:
+        first = [asyncio.create_task(fault_kind_of(store.put(make_record(k)))) for k in range(3)]
         await asyncio.sleep(0.5)
-        late = [asyncio.create_task(trouble_of(work)) for work in (store.put(make_record()), store.ping())]
+        late = [asyncio.create_task(fault_kind_of(work)) for work in (store.put(make_record()), store.ping())]
         return list(await asyncio.gather(*first, *late))
 
-    assert asyncio.run(crowd()) == [Trouble.BUSY] * 5
+    assert asyncio.run(crowd()) == [FaultKind.BUSY] * 5
     other.execute("ROLLBACK")
     other.close()
-    told(store, None)
+    check_reported(store, None)
 
 
 @pytest.mark.parametrize("change", [lambda path: path.unlink(), lambda path: path.rename(path.with_name("elsewhere"))])
-def test_a_file_that_is_gone_takes_no_more_writes(store: RunStore, file: Path, change: Callable[[Path], Any]) -> None:
-    told(store, None)
+def test_a_missing_file_refuses_writes(store: RunStore, file: Path, change: Callable[[Path], Any]) -> None:
+    check_reported(store, None)
     change(file)
-    told(store, Trouble.GONE)
+    check_reported(store, FaultKind.GONE)
     upgrade(f"sqlite:///{file}")
-    told(store, Trouble.GONE)
+    check_reported(store, FaultKind.GONE)
 
 
 def test_a_database_that_turns_read_only(store: RunStore, file: Path) -> None:
@@ -192,7 +192,7 @@ def test_a_database_that_turns_read_only(store: RunStore, file: Path) -> None:
     for connection in connections:
         connection.exec_driver_sql("PRAGMA query_only = 1")
         connection.close()
-    told(store, Trouble.READ_ONLY)
+    check_reported(store, FaultKind.READ_ONLY)
 
 
 @pytest.mark.parametrize("empty_database_url", ["postgresql"], indirect=True)
@@ -202,20 +202,20 @@ def test_a_locked_table_of_a_server(database_url: str) -> None:
     with RunStore(database_url) as store, engine.connect() as other:
         other.execute(text("LOCK TABLE runs IN ACCESS EXCLUSIVE MODE"))
 
-        async def all_at_once() -> list[Trouble | None]:
+        async def all_at_once() -> list[FaultKind | None]:
             works = [store.put(make_record()), store.get("x" * 36), store.ping(), store.list_runs(RunFilter())]
-            return list(await asyncio.gather(*map(trouble_of, works)))
+            return list(await asyncio.gather(*map(fault_kind_of, works)))
 
-        assert asyncio.run(all_at_once()) == [Trouble.BUSY] * 4
+        assert asyncio.run(all_at_once()) == [FaultKind.BUSY] * 4
         other.rollback()
-        told(store, None)
+        check_reported(store, None)
     engine.dispose()
 
 
 # -- starts -----------------------------------------------------------------------------------------------------
 
 
-def test_a_newer_database_is_told(database_url: str) -> None:
+def test_a_newer_database_is_refused(database_url: str) -> None:
     engine = make_engine(database_url)
     with engine.begin() as connection:
         connection.execute(text("UPDATE alembic_version SET version_num = '9999'"))
@@ -224,8 +224,8 @@ def test_a_newer_database_is_told(database_url: str) -> None:
         upgrade(database_url)
 
 
-def test_a_folder_that_is_none_is_told(tmp_path: Path) -> None:
+def test_an_invalid_folder_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("no database, but long enough to be looked at as one" * 100)
     with pytest.raises(StoreFault) as met:
         upgrade(f"sqlite:///{tmp_path}/file")
-    assert met.value.trouble is Trouble.DAMAGED
+    assert met.value.kind is FaultKind.DAMAGED

@@ -1,4 +1,4 @@
-"""What enters each hash and what does not."""
+"""What each hash includes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from app.store.hashing import canonical_json, request_hash, row_hash, spec_hash
 
 
-def test_spec_hash_ignores_spelling_order_and_name_only() -> None:
+def test_the_spec_hash_ignores_only_formatting_order_and_name() -> None:
     reference = spec_hash("rod", "check", b'{"name":"a","x":1.50,"y":[1,2]}')
     assert reference == spec_hash("rod", "check", b'{ "y": [1, 2], "x": 1.5 }')
     others = [
@@ -24,8 +24,8 @@ def test_spec_hash_ignores_spelling_order_and_name_only() -> None:
     assert len({reference, *others}) == 6
 
 
-def test_a_known_digest_stays_what_it_is() -> None:
-    """Stored hashes must stay valid: these digests come from sha256sum over the bytes the docstrings describe."""
+def test_known_digests_do_not_change() -> None:
+    """Stored hashes must remain valid: these digests are from sha256sum over the documented bytes."""
     assert spec_hash("rod", "check", b'{"x":1.5}') == "409a00edec9cb5d15b9723605db9d1171df6810b15ff8e03326c131c441c7c79"
     assert (
         row_hash("runs", {"id": "a", "cached": True, "result": None, "spec": b"{}"})
@@ -41,14 +41,14 @@ def test_bytes_that_move_between_parts_change_the_hash() -> None:
     assert row_hash("t", {"a": "1"}) != row_hash("u", {"a": "1"})
 
 
-def test_a_column_added_empty_leaves_the_hash_and_a_column_emptied_does_not() -> None:
+def test_a_new_null_column_keeps_the_hash_and_a_cleared_one_does_not() -> None:
     row = {"a": "x", "time": datetime(2026, 1, 2, tzinfo=UTC)}
     assert row_hash("t", row) == row_hash("t", {**row, "later": None})
     assert row_hash("t", row) != row_hash("t", {**row, "a": None})
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), {"a": [float("-inf")]}])
-def test_what_json_cannot_carry_is_refused(value: object) -> None:
+def test_values_without_json_are_refused(value: object) -> None:
     with pytest.raises(ValueError):
         canonical_json(value)
 

@@ -1,4 +1,4 @@
-"""Migrations from nothing, twice, at once from several processes' threads; the tables agree with the models."""
+"""Migrations: from an empty database, repeated, and concurrent; the result agrees with the models."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from alembic.config import Config
 from sqlalchemy import inspect
 
 from app.store.engine import make_engine
-from app.store.migrate import current_revision, head_revision, newest_step, schema_differences, upgrade
+from app.store.migrate import current_revision, head_revision, latest_revision, schema_differences, upgrade
 from app.store.models import metadata
 from app.store.record import RunFilter
 from app.store.repository import RunStore
@@ -21,7 +21,7 @@ from tests.app.store.records import make_record
 INI = str(Path(__file__).parents[3] / "alembic.ini")
 
 
-def test_from_nothing_to_the_models_and_again(empty_database_url: str) -> None:
+def test_an_empty_database_is_migrated_to_the_models(empty_database_url: str) -> None:
     upgrade(empty_database_url)
     assert schema_differences(empty_database_url) == []
     upgrade(empty_database_url)
@@ -32,7 +32,7 @@ def test_from_nothing_to_the_models_and_again(empty_database_url: str) -> None:
     engine.dispose()
 
 
-def test_a_difference_would_be_seen(database_url: str) -> None:
+def test_schema_differences_are_detected(database_url: str) -> None:
     engine = make_engine(database_url)
     with engine.begin() as connection:
         connection.exec_driver_sql("DROP INDEX ix_runs_spec_hash")
@@ -40,11 +40,11 @@ def test_a_difference_would_be_seen(database_url: str) -> None:
     assert any("ix_runs_spec_hash" in str(difference) for difference in schema_differences(database_url))
 
 
-def test_the_newest_file_is_the_newest_step() -> None:
-    assert newest_step() == head_revision()
+def test_the_latest_revision_by_file_name_matches_alembic() -> None:
+    assert latest_revision() == head_revision()
 
 
-def test_several_may_migrate_at_once(empty_database_url: str) -> None:
+def test_concurrent_migrations(empty_database_url: str) -> None:
     with ThreadPoolExecutor(4) as threads:
         for done in [threads.submit(upgrade, empty_database_url) for _ in range(4)]:
             done.result()
@@ -52,7 +52,7 @@ def test_several_may_migrate_at_once(empty_database_url: str) -> None:
 
 
 def stepped(url: str, revision: str) -> None:
-    """Down, or up, to a step, by the command that people use."""
+    """Migrate to a revision with the Alembic command."""
     engine = make_engine(url)
     with engine.connect() as connection, connection.begin():
         config = Config(INI)
@@ -62,7 +62,7 @@ def stepped(url: str, revision: str) -> None:
     engine.dispose()
 
 
-def test_a_run_of_before_verdicts_stays_whole_and_has_none(empty_database_url: str) -> None:
+def test_a_run_from_before_verdicts_stays_intact_without_one(empty_database_url: str) -> None:
     old = make_record(verdict=None, holds=None, figure_name=None, figure=None)
     new = make_record(verdict=b'{"holds":false}', holds=False)
 

@@ -22,7 +22,7 @@ def store(database_url: str) -> Iterator[RunStore]:
         yield store
 
 
-def test_a_run_comes_back_byte_for_byte(store: RunStore) -> None:
+def test_a_run_round_trips_byte_for_byte(store: RunStore) -> None:
     record = make_record(
         source_run_ids=(new_run_id(), new_run_id()), batch_id=new_run_id(), cached=True, problem=b'{"title":"\xc3\xa4"}'
     )
@@ -34,7 +34,7 @@ def test_a_run_comes_back_byte_for_byte(store: RunStore) -> None:
     assert asyncio.run(there_and_back()) == record
 
 
-def test_times_of_any_zone_are_kept_as_utc(store: RunStore) -> None:
+def test_times_are_stored_in_utc(store: RunStore) -> None:
     record = make_record(created_at=utc_now().astimezone(timezone(timedelta(hours=5))))
 
     async def there_and_back():
@@ -45,12 +45,12 @@ def test_times_of_any_zone_are_kept_as_utc(store: RunStore) -> None:
     assert back.created_at == record.created_at and back.created_at.utcoffset() == timedelta(0)
 
 
-def test_an_unknown_run_is_said_to_be_unknown(store: RunStore) -> None:
+def test_an_unknown_run_raises(store: RunStore) -> None:
     with pytest.raises(UnknownRun):
         asyncio.run(store.get(new_run_id()))
 
 
-def test_a_failing_row_does_not_sink_its_neighbours(store: RunStore) -> None:
+def test_a_failing_row_does_not_affect_others(store: RunStore) -> None:
     twice = make_record()
 
     async def crowd():
@@ -67,7 +67,7 @@ def test_a_failing_row_does_not_sink_its_neighbours(store: RunStore) -> None:
     assert [each for k, each in enumerate(outcomes) if k != 7] == [None] * 19
 
 
-def test_the_same_key_and_request_gives_the_first_answer_byte_for_byte(store: RunStore) -> None:
+def test_a_repeated_request_replays_the_response_byte_for_byte(store: RunStore) -> None:
     first, second = make_record(), make_record()
 
     async def twice():
@@ -97,8 +97,8 @@ def test_the_same_key_with_another_request_is_a_conflict(store: RunStore) -> Non
     asyncio.run(conflict())
 
 
-def test_simultaneous_duplicates_have_one_winner(database_url: str) -> None:
-    """Two services on one database, twenty requests with one key: one row, one answer for all."""
+def test_concurrent_duplicates_have_one_winner(database_url: str) -> None:
+    """Two services, one database, twenty requests with one key: one row and one response."""
     records = [make_record(k) for k in range(20)]
 
     async def race():
@@ -192,7 +192,7 @@ def test_every_filter_restricts(store: RunStore) -> None:
     assert nothing.items == () and nothing.next_cursor is None
 
 
-def test_pages_show_every_run_once_while_others_arrive(store: RunStore) -> None:
+def test_paging_is_stable_while_runs_are_added(store: RunStore) -> None:
     records = [make_record(k) for k in range(25)]
 
     async def walk():
@@ -217,8 +217,8 @@ def test_a_foreign_cursor_is_refused(store: RunStore, cursor: str) -> None:
         asyncio.run(store.list_runs(RunFilter(), cursor))
 
 
-def test_names_that_databases_dislike_are_kept_or_refused_alone(store: RunStore) -> None:
-    """A quote is kept; what the database cannot hold fails its own row only."""
+def test_problematic_names_are_stored_or_refused_individually(store: RunStore) -> None:
+    """A quote is stored; an unstorable character fails only its own row."""
     odd, bad, fine = make_record(name="'; DROP TABLE runs; --"), make_record(name="a\ud800"), make_record()
 
     async def crowd():

@@ -1,4 +1,4 @@
-"""Steps of the schema on a database with runs in it, killed at its statements: all of a step is taken or nothing."""
+"""Migrations of a populated database killed at each statement: atomic in every case."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from tests.app.store.test_migrate import stepped
 
 CAMPAIGN = bool(os.environ.get("CRANKWRIGHT_CAMPAIGN"))
 ROWS, EVERY = (10_000, 1) if CAMPAIGN else (300, 9)
-"""How many runs there are, and at which statements a step is killed."""
+"""Number of runs, and the statements at which a migration is killed."""
 OPEN = 7
 
 
 def filled(url: str) -> None:
-    """Runs such as the first version had, some of them open."""
+    """Runs as stored by the first version, some of them open."""
     plain = {"verdict": None, "holds": None, "figure_name": None, "figure": None}
     records = [make_record(float(k), **plain, **({"status": "queued"} if k < OPEN else {})) for k in range(ROWS)]
     engine = make_engine(url)
@@ -38,7 +38,7 @@ def filled(url: str) -> None:
 
 
 def killed(step: Callable[[], None], statement: int) -> bool:
-    """Take a step in a process that is killed before its n-th statement; False if it had ended before."""
+    """Run a migration in a process killed before its n-th statement; False if it had finished."""
     child = os.fork()
     if not child:
         try:
@@ -70,7 +70,7 @@ def revision_and_rows(url: str) -> tuple[str, int]:
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no fork")
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 @pytest.mark.timeout(3600 if CAMPAIGN else 180)
-def test_steps_down_and_up_are_taken_whole_or_not_at_all(empty_database_url: str) -> None:
+def test_migrations_are_atomic(empty_database_url: str) -> None:
     url = empty_database_url
     upgrade(url)
     filled(url)
@@ -91,7 +91,7 @@ def test_steps_down_and_up_are_taken_whole_or_not_at_all(empty_database_url: str
     engine = make_engine(url)
     with engine.connect() as connection:
         assert connection.execute(select(ledger.c.runs)).scalar_one() == ROWS
-        # The open runs of before are anybody's.
+        # Existing open runs can be taken over by any process.
         held = connection.execute(select(promises.c.owner, promises.c.leased_until)).all()
         assert [tuple(row) for row in held] == [("", 0.0)] * OPEN
     engine.dispose()

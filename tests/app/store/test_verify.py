@@ -1,4 +1,4 @@
-"""Damage of every sort is seen and reported, never raised; sound stores are called sound."""
+"""Verification detects every kind of damage and passes intact stores."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ def execute(path: Path, statement: str, *parameters: object) -> None:
     connection.close()
 
 
-def test_a_sound_store_is_sound(database_url: str) -> None:
+def test_an_intact_store_passes(database_url: str) -> None:
     fill(database_url)
     report = verify(database_url)
     assert report.sound and (report.runs, report.idempotency_keys) == (RECORDS, RECORDS)
 
 
-def test_an_edited_row_is_seen_on_every_database(database_url: str) -> None:
+def test_an_edited_row_is_detected_on_every_database(database_url: str) -> None:
     records = fill(database_url)
     engine = make_engine(database_url)
     with engine.begin() as connection:
@@ -69,7 +69,7 @@ RUN_COLUMNS = [column.name for column in runs.columns if column.name not in ("cr
 
 
 @pytest.mark.parametrize("column", RUN_COLUMNS)
-def test_one_flipped_bit_in_any_column_is_seen(sqlite_file: Path, column: str) -> None:
+def test_a_flipped_bit_in_any_column_is_detected(sqlite_file: Path, column: str) -> None:
     records = fill(f"sqlite:///{sqlite_file}")
     connection = sqlite3.connect(sqlite_file)
     connection.text_factory = bytes
@@ -97,13 +97,13 @@ BINARY = {"spec", "result", "problem", "effects", "accuracy", "timing", "source_
         ("figure = 2.6", "row hash"),
         ("created_at = '2020-01-01 00:00:00.000000'", "row hash"),
         ("created_at = 'yesterday'", "cannot be read"),
-        ("result = substr(result, 1, 10)", "result is no valid JSON"),
+        ("result = substr(result, 1, 10)", "result is not valid JSON"),
         ("spec = X'7b7d'", "spec hash"),
         ("spec = 'text instead of bytes'", "row hash"),
         ("result = 3.5", "row hash"),
     ],
 )
-def test_edits_are_seen_and_named(sqlite_file: Path, assignment: str, expected: str) -> None:
+def test_edits_are_detected_and_described(sqlite_file: Path, assignment: str, expected: str) -> None:
     records = fill(f"sqlite:///{sqlite_file}")
     execute(sqlite_file, f"UPDATE runs SET {assignment} WHERE id = ?", records[0].id)
     report = verify(f"sqlite:///{sqlite_file}")
@@ -111,8 +111,8 @@ def test_edits_are_seen_and_named(sqlite_file: Path, assignment: str, expected: 
     assert {damage.key for damage in report.damages} == {records[0].id}
 
 
-def test_a_byte_flipped_in_the_file_itself_is_seen(sqlite_file: Path) -> None:
-    """What SQLite's own integrity check lets pass."""
+def test_a_flipped_byte_in_the_file_is_detected(sqlite_file: Path) -> None:
+    """Not detected by SQLite's integrity check."""
     fill(f"sqlite:///{sqlite_file}")
     execute(sqlite_file, "PRAGMA wal_checkpoint(TRUNCATE)")
     content = bytearray(sqlite_file.read_bytes())
@@ -121,7 +121,7 @@ def test_a_byte_flipped_in_the_file_itself_is_seen(sqlite_file: Path) -> None:
     sqlite_file.write_bytes(content)
     assert sqlite3.connect(sqlite_file).execute("PRAGMA integrity_check").fetchone() == ("ok",)
     assert [damage.what for damage in verify(f"sqlite:///{sqlite_file}").damages] == [
-        "the content does not agree with its row hash"
+        "the content does not match its row hash"
     ]
 
 
@@ -135,13 +135,13 @@ def test_missing_columns_and_tables_are_reported(sqlite_file: Path) -> None:
     }
 
 
-def test_a_run_deleted_under_its_answer_is_reported(sqlite_file: Path) -> None:
+def test_a_missing_run_of_a_stored_response_is_reported(sqlite_file: Path) -> None:
     records = fill(f"sqlite:///{sqlite_file}")
     execute(sqlite_file, "DELETE FROM runs WHERE id = ?", records[4].id)
     report = verify(f"sqlite:///{sqlite_file}")
     assert [damage.what for damage in report.damages] == [
         "1 runs are missing that were stored",
-        "refers to a row of runs that is not there",
+        "refers to a row of runs that does not exist",
     ]
 
 
@@ -160,7 +160,7 @@ def test_a_truncated_file_is_reported(sqlite_file: Path) -> None:
     assert not verify(f"sqlite:///{sqlite_file}").sound
 
 
-def test_a_damaged_answer_is_not_given_again(sqlite_file: Path) -> None:
+def test_a_damaged_response_is_not_replayed(sqlite_file: Path) -> None:
     url = f"sqlite:///{sqlite_file}"
     record = fill(url)[3]
     execute(sqlite_file, "UPDATE runs SET result = X'7b7d' WHERE id = ?", record.id)

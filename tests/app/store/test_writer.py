@@ -1,4 +1,4 @@
-"""Group commit: sharing, back-pressure, troubles of the database itself, cancelled waiters."""
+"""Group commit: sharing, back-pressure, database faults, cancelled submitters."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from sqlalchemy.exc import OperationalError
 
 from app.store.engine import make_engine
 from app.store.errors import StoreClosed
-from app.store.faults import Trouble
+from app.store.faults import FaultKind
 from app.store.migrate import upgrade
 from app.store.operations import Put
 from app.store.repository import RunStore
@@ -51,7 +51,7 @@ def test_many_submissions_share_few_commits(engine: Engine) -> None:
     assert 1 <= len(commits) <= 20
 
 
-def test_a_single_failure_is_reported_to_its_own_submitter_only(engine: Engine) -> None:
+def test_a_failure_reaches_only_its_submitter(engine: Engine) -> None:
     writer = GroupWriter(engine)
     hold = threading.Event()
 
@@ -72,7 +72,7 @@ def test_a_single_failure_is_reported_to_its_own_submitter_only(engine: Engine) 
     assert isinstance(failed, LookupError)
 
 
-def test_submitters_beyond_the_capacity_wait_and_lose_nothing(url: str) -> None:
+def test_submitters_beyond_the_capacity_wait(url: str) -> None:
     async def crowd():
         with RunStore(url, write_capacity=3) as store:
             await asyncio.gather(*(store.put(make_record(k)) for k in range(50)))
@@ -87,29 +87,29 @@ def sqlite_error(code: int) -> sqlite3.OperationalError:
     return error
 
 
-def test_a_database_in_trouble_is_reported_to_all_and_recovers(engine: Engine, url: str) -> None:
+def test_a_database_fault_reaches_all_submitters_and_recovers(engine: Engine, url: str) -> None:
     writer = GroupWriter(engine)
-    trouble = [True]
+    kind = [True]
 
     def fail_commit(connection: object) -> None:
-        if trouble[0]:
+        if kind[0]:
             raise OperationalError("COMMIT", {}, sqlite_error(sqlite3.SQLITE_FULL))
 
     event.listen(engine, "commit", fail_commit)
 
     async def crowd():
         failed = await asyncio.gather(*(writer.submit(Put(make_record(k))) for k in range(5)), return_exceptions=True)
-        trouble[0] = False
+        kind[0] = False
         await writer.submit(Put(make_record()))
         return failed
 
     failed = asyncio.run(crowd())
     writer.close()
-    assert [each.trouble for each in failed] == [Trouble.FULL] * 5
+    assert [each.kind for each in failed] == [FaultKind.FULL] * 5
     assert verify(url).runs == 1
 
 
-def test_a_waiter_that_gives_up_stops_nobody(engine: Engine, url: str) -> None:
+def test_a_cancelled_submitter_does_not_affect_others(engine: Engine, url: str) -> None:
     writer = GroupWriter(engine)
 
     async def crowd():
@@ -124,7 +124,7 @@ def test_a_waiter_that_gives_up_stops_nobody(engine: Engine, url: str) -> None:
     assert verify(url).runs == 2
 
 
-def test_a_closed_writer_takes_nothing(engine: Engine) -> None:
+def test_a_closed_writer_refuses_writes(engine: Engine) -> None:
     writer = GroupWriter(engine)
     writer.close()
     with pytest.raises(StoreClosed):
@@ -139,8 +139,8 @@ def test_code_without_an_event_loop_can_write(url: str) -> None:
 
 
 @pytest.mark.parametrize("empty_database_url", ["postgresql"], indirect=True)
-def test_groups_that_hold_what_the_other_wants_are_both_written(database_url: str) -> None:
-    """SQLite has one writer at a time."""
+def test_deadlocked_groups_are_both_written(database_url: str) -> None:
+    """SQLite has a single writer."""
     engines = [make_engine(database_url) for _ in range(2)]
     with engines[0].begin() as connection:
         connection.exec_driver_sql("INSERT INTO ledger (id, runs, probe) VALUES (2, 0, 0)")

@@ -13,6 +13,8 @@ from starlette.testclient import TestClient
 from app.batches.fields import numbers
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from app.web.batch_pages import _map_words
+from app.words.languages import speaking
 
 SWEEP = {
     "kind": "pin-profile", "mode": "check", "field0": "load.force_n", "from0": "3000", "to0": "9000", "steps0": "4",
@@ -103,3 +105,11 @@ def test_what_can_be_varied_is_known_of_every_kind() -> None:
     for kind in KINDS.values():
         for mode in kind.jobs:
             assert len(numbers(kind.slug, mode)) > 2, (kind.slug, mode)
+
+
+def test_axes_of_the_map_are_named_as_in_the_form_and_in_its_language():
+    told = {"varied": ["load.force_n"], "results": ["mass_g"], "points": [[0, "id", "succeeded", True]]}
+    with speaking("ru"):
+        words = _map_words(KINDS["pin-profile"], told)
+    assert words["load.force_n"] == "Наибольшая сила на поршне, N"
+    assert (words["mass_g"], words["true"]) == ("масса, g", "да")

@@ -22,9 +22,10 @@ HTML = {"accept": "text/html"}
 OTHERS = ("ru", "uk")
 PLACEHOLDER = re.compile(r"%\(\w+\)s|\{\w*\}|%%")
 _NOT_TRANSLATED = {
-    "Crankwright", "API", "JSON", "HTTP", "RFC", "POST", "GET", "UTC", "openapi.json", "problem", "details", "FKM",
+    "ISO", "SQP", "tau", "Clarabel", "Crankwright", "API",
+    "JSON", "HTTP", "RFC", "POST", "GET", "UTC", "openapi.json", "problem", "details", "FKM",
     "CSV", "NDJSON", "Parquet", "CrMoV", "MnCr",
-    "MPa", "N·m", "mm", "ms", "EN", "RU", "UK", "NUL", "api", "designs", "checks", "analyses", "body",
+    "MPa", "N·m", "N·mm", "mm", "ms", "EN", "RU", "UK", "NUL", "api", "designs", "checks", "analyses", "body",
 }  # fmt: skip
 
 
@@ -95,8 +96,10 @@ def english_in(page: str) -> list[str]:
     """Words of Latin letters that are no names, units or symbols."""
     parser = _Words()
     parser.feed(page)
-    words = (word for text in parser.found for word in re.findall(r"[A-Za-z][A-Za-z.·_-]{2,}", text))
-    return sorted({word for word in words if word not in _NOT_TRANSLATED and word.lower() not in _UNITS})
+    found = (word for text in parser.found for word in re.findall(r"[A-Za-z][A-Za-z.·_-]{2,}", text))
+    words = (word.rstrip(".") for word in found)
+    known = {*_NOT_TRANSLATED, *_UNITS}
+    return sorted({word for word in words if len(word) > 2 and not {word, word.lower()} & known})
 
 
 @pytest.mark.parametrize("path", sorted(TEMPLATES.rglob("*.html")), ids=lambda path: str(path.relative_to(TEMPLATES)))

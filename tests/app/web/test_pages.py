@@ -34,8 +34,8 @@ def test_a_study_is_one_button_away_from_a_run(client, check_request):
         page = client.get(answer.headers["location"]).text
     # While it ran, the page said how far it was; now it looks no more.
     assert any(re.search(r"<progress value=.* of at most \d+ solutions, now ", look) for look in looks)
-    assert "What accuracy costs" in page
-    assert "below which no error is told" in page
+    assert "Accuracy and computing time" in page
+    assert "smaller errors are not stated" in page
     assert "plots/error-against-time" in page
     study_id = answer.headers["location"].rpartition("/")[2]
     plot = client.get(f"/api/v1/runs/{study_id}/plots/error-against-time")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 
 import pytest
 
@@ -11,7 +12,8 @@ from app.designs.registry import KINDS
 from app.reports.build import report_of
 from app.reports.html import html
 from app.words.languages import speaking
-from app.words.solver_texts import PATTERNS, spoken
+from app.words.solver_texts import PATTERNS_FILE, spoken
+from scripts.sentences import patterns, sentences
 from tests.app.reports.runs import example
 
 CASES = [
@@ -23,6 +25,11 @@ CASES = [
     ("impact-linkage", Mode.CHECK, {}),
     ("crank-masses", Mode.ANALYSIS, {}),
 ]
+
+
+@cache
+def texts_of_all() -> set[str]:
+    return set().union(*(texts_of(*case) for case in CASES))
 
 
 def texts_of(slug: str, mode: Mode, changes: dict) -> set[str]:
@@ -38,7 +45,7 @@ def texts_of(slug: str, mode: Mode, changes: dict) -> set[str]:
 
 @pytest.mark.parametrize("code", ["ru", "uk"])
 def test_cautions_warnings_and_advice_are_translated_with_their_figures(code):
-    said = set().union(*(texts_of(*case) for case in CASES))
+    said = texts_of_all()
     assert len(said) > 12
     assert sum(any(character.isdigit() for character in text) for text in said) > 6
     with speaking(code):
@@ -48,11 +55,53 @@ def test_cautions_warnings_and_advice_are_translated_with_their_figures(code):
             assert re.findall(r"\d+(?:\.\d+)?", told.replace(",", ".")) == re.findall(r"\d+(?:\.\d+)?", text), text
 
 
-def test_a_pattern_is_found_before_what_it_begins_with():
-    for k, pattern in enumerate(PATTERNS):
+def test_the_patterns_are_those_of_the_sources():
+    assert PATTERNS_FILE.read_text("utf-8").splitlines() == patterns(sentences()), "run `make messages`"
+
+
+def test_a_pattern_is_found_before_a_vaguer_one():
+    ordered = patterns(sentences())
+    for k, pattern in enumerate(ordered):
         sample = pattern.replace("{}", "7")
-        first = next(p for p in PATTERNS if re.fullmatch("(.+?)".join(map(re.escape, p.split("{}"))), sample))
-        assert PATTERNS.index(first) == k
+        first = next(p for p in ordered if re.fullmatch("(.*?)".join(map(re.escape, p.split("{}"))), sample))
+        assert ordered.index(first) == k, f"{first!r} hides {pattern!r}"
+
+
+def test_sentences_are_gathered_from_where_they_are_written():
+    gathered = sentences()
+    # A refusal, a warning with figures, an effect's reason, a claim, a word beside a formula; no formula, no name.
+    assert {
+        "the crank is not shorter than the rod, so the mechanism cannot turn",
+        "the wall is {} mm at its thinnest, not the {} asked",
+        "the bounds of all that is left out add up to at most {}",
+        "no {} of this form that keeps strength and limits is lighter than the bound",
+        "pressure behind the piston{}",
+    } <= gathered
+    assert not any("**" in text or re.fullmatch(r"[\w.]+_\w+", text) for text in gathered)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "the tool strikes at 3.2 m/s, not at the 4 m/s asked for",
+            "инструмент ударяет со скоростью 3.2 m/s, а не 4 m/s, как задано",
+        ),
+        ("needed by limits.max_pin_force_n", "нужен для: сила в шарнире, не более"),
+        ("large_displacement, shear", "большие перемещения, сдвиг"),
+        (
+            "the check's own: strength of the beam's sections by the chosen criterion; hoop stress of the ring where "
+            "the wall is thinnest",
+            "как у проверки: прочность сечений балки по выбранному критерию; окружное напряжение кольца там, где "
+            "стенка тоньше всего",
+        ),
+        ("0.8276", "0.8276"),
+    ],
+)
+def test_parts_of_a_sentence_are_spoken_too(text, said):
+    with speaking("ru"):
+        assert spoken(text) == said
+    assert spoken(text) == text
 
 
 @pytest.mark.parametrize("code", ["ru", "uk"])

@@ -31,7 +31,7 @@ PEAKS = [
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-6, 1e-12])
-def test_every_row_reaches_its_summit_within_its_error(tolerance):
+def test_every_row_reaches_its_maximum_within_its_error_bound(tolerance):
     found = climb([p[0] for p in PEAKS], [p[1] for p in PEAKS], tolerance)
     exact = np.array([p[2] for p in PEAKS])
     assert np.all(exact - found.value <= np.maximum(found.error, 1e-15))
@@ -39,20 +39,20 @@ def test_every_row_reaches_its_summit_within_its_error(tolerance):
     assert np.all(found.error <= max(tolerance, 1e-14))
 
 
-def test_humps_of_a_closed_row_may_stand_at_its_seam():
+def test_a_periodic_row_may_have_a_maximum_at_its_seam():
     angle = np.arange(64) * 2 * np.pi / 64
     rows, columns = brackets.humps(np.stack([np.cos(angle), np.cos(2 * angle)]), 1e-2, closed=True)
     assert list(zip(rows, columns, strict=True)) == [(0, 0), (1, 0), (1, 32)]
 
 
-def test_humps_of_an_open_row_may_stand_at_its_ends():
+def test_an_open_row_may_have_a_maximum_at_its_ends():
     x = np.linspace(0.0, 1.0, 21)
     rows, columns = brackets.humps(np.stack([1 - x, x, 4 * x * (1 - x)]), 1e-2, closed=False)
     assert list(zip(rows, columns, strict=True)) == [(0, 0), (1, 20), (2, 10)]
 
 
 @pytest.mark.parametrize("closed", [True, False])
-def test_a_plateau_is_one_hump(closed):
+def test_a_plateau_is_one_maximum(closed):
     flat = np.full(64, 2.0)
     step = np.where(np.arange(64) < 20, 1.0, np.where(np.arange(64) < 50, 2.0, 0.5))
     rows, columns = brackets.humps(np.stack([flat, step]), 1e-2, closed)
@@ -60,7 +60,7 @@ def test_a_plateau_is_one_hump(closed):
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
-def test_the_error_of_a_smooth_peak_is_honest_and_not_far_from_the_truth(tolerance):
+def test_the_error_bound_of_a_smooth_peak_is_valid_and_sharp(tolerance):
     rng = np.random.default_rng(5)
     places, ratios = [], []
     tilts, bends = rng.uniform(-2.0, 2.0, 60), rng.uniform(-3.0, 3.0, 60)
@@ -79,7 +79,7 @@ def test_the_error_of_a_smooth_peak_is_honest_and_not_far_from_the_truth(toleran
     assert np.median(ratios) < 100.0
 
 
-def test_a_kink_keeps_the_bound_of_its_chords():
+def test_a_kink_has_the_chord_bound():
     rng = np.random.default_rng(6)
     for _ in range(200):
         kink, left, right = rng.uniform(0.2, 0.8), 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-1, 1)

@@ -1,4 +1,4 @@
-"""Machine code on disk is forgotten when any source that it holds code of has changed."""
+"""Cached machine code is invalidated when any of its sources changes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_a_kernel_is_kept_under_the_digest_of_all_its_sources():
     assert prove.compiled._cache._cache_file._source_stamp == jit.stamp("solvers.rod.optimum.proof.branch_and_bound")
 
 
-def test_code_kept_under_another_digest_is_not_loaded(tmp_path):
+def test_code_with_another_digest_is_not_loaded(tmp_path):
     file = type(prove.compiled._cache._cache_file)
     old, new = file(str(tmp_path), "kernel", "old"), file(str(tmp_path), "kernel", "new")
     old.save("signature", b"code")

@@ -1,4 +1,4 @@
-"""Machine code is made of what Python calls, with all that this calls in it; the disk's needs no compiler."""
+"""Machine code is generated only for kernels called from Python; loading it needs no compiler."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def outer(values):
 """
 
 
-def test_an_inner_kernel_is_part_of_its_caller_and_nothing_by_itself(tmp_path: Path) -> None:
+def test_an_inner_kernel_is_linked_into_its_caller_only(tmp_path: Path) -> None:
     import numpy as np
 
     file = tmp_path / "of_two.py"

@@ -24,7 +24,7 @@ def resolved(function, tolerance, points=16, edges=None):
 @pytest.mark.parametrize("points", [6, 8, 16])
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-7, 1e-11])
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_interpolants_are_as_close_as_wanted_and_as_told(name, tolerance, points):
+def test_interpolants_meet_the_tolerance_and_their_estimate(name, tolerance, points):
     function = FUNCTIONS[name]
     found, values, missed = resolved(function, tolerance, points)
     x = np.linspace(0.0, TURN, 20_001)
@@ -36,7 +36,7 @@ def test_interpolants_are_as_close_as_wanted_and_as_told(name, tolerance, points
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-5, 1e-10])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("name", ["waves", "peak", "steep"])
-def test_extremes_lie_where_they_are_and_are_off_by_no_more_than_told(name, sign, tolerance):
+def test_extremes_are_within_their_error_bound(name, sign, tolerance):
     function = FUNCTIONS[name]
     found, values, _ = resolved(function, tolerance)
     scale = np.abs(values).max()
@@ -48,7 +48,7 @@ def test_extremes_lie_where_they_are_and_are_off_by_no_more_than_told(name, sign
     assert sign * function(np.array([angle]))[0] == pytest.approx(exact, abs=2.0 * tolerance * scale)
 
 
-def test_a_corner_that_panels_know_costs_nothing():
+def test_a_corner_at_a_panel_edge_needs_no_refinement():
     """Twice the points of a smooth function where panels end at the corner, bisection to the very corner where not."""
 
     def corner(x):
@@ -67,7 +67,7 @@ def test_zeros_are_all_simple_sign_changes():
     assert panels.zeros(found.edges, found.rule, values[0]) == pytest.approx(expected, abs=1e-12)
 
 
-def test_panels_stop_at_the_most_that_is_allowed():
+def test_the_number_of_panels_is_limited():
     found, values, missed = panels.resolve(
         lambda x: np.sign(np.sin(x - 0.3))[None], np.linspace(0.0, TURN, 5), panels.rule_of(16), 1, 1e-8, 12
     )

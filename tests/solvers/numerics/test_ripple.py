@@ -61,7 +61,7 @@ CASES = [((40.0,), (0.3,)), ((25.0, 90.0, 400.0), (1e-3, 1e-4, 1e-6)), ((130.0, 
 
 
 @pytest.mark.parametrize(("paces", "sizes"), CASES)
-def test_ripple_is_read_at_any_angle(paces, sizes):
+def test_the_ripple_can_be_evaluated_at_any_angle(paces, sizes):
     given, angle = Rippling(paces, sizes, 1), np.linspace(-3.0, 9.0, 201)
     ripple = given.ripple()
     found = ripple_at(ripple, len(paces), given.weights[None, :], angle)[0]

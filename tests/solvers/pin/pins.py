@@ -10,7 +10,7 @@ import numpy as np
 from solvers import pin
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.discretised import assemble
-from solvers.pin.optimum.program import refined
+from solvers.pin.section.flexibility import densities
 from solvers.pin.shapes.free import Free
 from solvers.pin.stations.opening import opening_stations
 
@@ -52,7 +52,7 @@ def program(scene=VAZ, criterion=PAPER, tolerance=1e-9, uniform=0, **limits):
         doubt = stations.doubt(found.lower)
         if doubt.sum() < tolerance:
             return found
-        stations = refined(found, doubt > 0.1 * tolerance / stations.left.size)
+        stations = stations.halved(doubt > 0.1 * tolerance / stations.left.size)
     return found
 
 
@@ -99,3 +99,9 @@ def relative(value, exact):
 
 def circle(diameter):
     return math.pi * diameter**2 / 4
+
+
+def flexibility_values(u, law):
+    """1/v and phi."""
+    none, one = np.zeros_like(u), np.ones_like(u)
+    return densities(u, one, none, law.a, law.b), densities(u, none, one, law.a, law.b)

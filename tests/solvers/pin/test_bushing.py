@@ -15,7 +15,8 @@ from solvers.pin.effects import Physics
 from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.load.macaulay import MacaulayTerm
 from solvers.pin.optimum.discretised import assemble
-from solvers.pin.optimum.outside_lagrangian import bound, weigh
+from solvers.pin.optimum.lagrangian import weigh
+from solvers.pin.optimum.outside_bound import bound
 from solvers.pin.section.outside_wall import least_gap, outside_constraints, utilisation
 from solvers.pin.section.tube import shearing
 from solvers.pin.stations.opening import opening_stations

@@ -12,13 +12,13 @@ from solvers.pin.ring import ovalization
 from solvers.pin.section.flexibility import (
     chord,
     cowper,
-    flexibility_values,
     inflection,
     line_from,
     phi,
     phi_curvature,
     phi_slope,
 )
+from tests.solvers.pin.pins import flexibility_values
 
 FORCE, DIAMETER, LENGTH, MODULUS, POISSON = 15e3, 21.99e-3, 80e-3, 210e9, 0.3
 PIN = (FORCE, DIAMETER, LENGTH)

@@ -20,7 +20,7 @@ from solvers.pin.optimum.dual_bound import (
 from solvers.pin.optimum.lagrangian import monotone_at, weigh
 from solvers.pin.optimum.program import rising
 from solvers.pin.optimum.slope_limit import gentle
-from solvers.pin.section.flexibility import cowper, flexibility_values, product
+from solvers.pin.section.flexibility import cowper, densities
 from solvers.pin.shapes.free import Free
 from solvers.pin.stations.lobatto_panels import Stations
 from tests.solvers.pin.pins import BENDING_ONLY, GEOMETRY, VAZ, grams, program, scaled, vaz
@@ -160,10 +160,9 @@ def test_every_form_uses_a_limit_next_to_the_solid_pin_up(form):
 def by_dynamic_programming(p, low, multiplier, levels):
     """The Lagrangian's least value over u that rise through these levels."""
     rest = np.zeros(levels.size)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        bent, sheared = flexibility_values(levels, p.law)
     for i in range(low.size - 1, -1, -1):
-        pull = (product(p.bending[i], bent) + product(p.shear[i], sheared)) / p.limit
+        pulls = (np.full_like(levels, of[i]) for of in (p.bending, p.shear))
+        pull = densities(levels, *pulls, p.law.a, p.law.b) / p.limit
         cost = p.share[i] * (levels + multiplier * pull) + rest
         cost[levels < low[i] * (1 - 1e-12)] = np.inf
         rest = np.minimum.accumulate(cost[::-1])[::-1]

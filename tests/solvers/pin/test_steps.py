@@ -293,3 +293,12 @@ def test_many_steps_are_proven_and_no_random_ones_are_lighter(geometry, force, c
         least = min(least, volume)
     assert outcome.certificate.bound <= least * half.program.mass_unit * (1 + 1e-9)
     assert outcome.value.check.mass <= least * half.program.mass_unit * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("boss", [816.4974504307939, 798.2232350093453, 805.9761394914426, 700.0])
+def test_without_a_load_the_least_wall_is_all_there_is(boss):
+    """Nothing rises anywhere, and a kink lies so near the middle that by rounding the last cell ends before it."""
+    small_end, gap, outer, wall = 1.0000000000000002e-9, 1e-3, 0.02199, 3e-3
+    scene = pin.Scene(pin.Geometry(outer, boss, small_end, gap), 0.0, STEEL)
+    volume = np.pi / 4 * (outer**2 - (outer - 2 * wall) ** 2) * (2 * (boss + gap) + small_end)
+    assert grams(scene, pin.Stepped(2), min_wall=wall) == pytest.approx(1e3 * STEEL.density * volume, rel=1e-9)

@@ -14,6 +14,8 @@ from solvers.errors import InvalidInput
 from solvers.fatigue import fkm, gerber
 from solvers.rod.cycle.composition import BEAM_COLUMN, PLAIN_BENDING, Composition
 from solvers.rod.effects import choose_for, compose
+from solvers.rod.load.axial_force import axial_forces, drive_of
+from solvers.rod.strip.stiffness import SHEAR_FACTOR
 from tests.solvers.rod.machines import PAPER, STRIP
 
 SAME = 1e-12
@@ -113,3 +115,36 @@ def test_the_axial_force_is_part_of_the_composition():
     plain, coupled = (rod.check_strips(PAPER, strips(3), Composition(beam=b)) for b in (PLAIN_BENDING, BEAM_COLUMN))
     assert (coupled.stress_amplitude != plain.stress_amplitude).all()
     np.testing.assert_allclose(coupled.critical_force, plain.critical_force, rtol=SAME)
+
+
+@pytest.mark.parametrize("names", [("friction",), ("friction", "shear"), ("friction", "reciprocating_inertia")])
+def test_a_strip_that_its_axial_force_does_not_bend_against_dense_sampling(names):
+    composition, sizes = compose(choose_for(PAPER, STRIP, only(*names))), strips(4, seed=5)
+    table = rod.check_strips(PAPER, sizes, composition, contact=True)
+    m, piston, material = PAPER.mechanism, PAPER.piston, PAPER.material
+    angle = np.linspace(0.0, 2.0 * np.pi, 20001)
+    stroke = m.crank_radius * np.sin(angle)
+    force = axial_forces(drive_of(PAPER, piston.reciprocating_mass if "reciprocating_inertia" in names else 0.0), angle)
+    seen = 0
+    for i, (b, h, l) in enumerate(sizes.tolist()):
+        if not math.isfinite(table.utilisation[i]):
+            continue
+        seen += 1
+        stiffness, e, z = material.elastic_modulus * b * h**3 / 12.0, m.rod_length - l, np.linspace(0.0, l, 41)
+        soft = stiffness / (SHEAR_FACTOR * material.shear_modulus * b * h) if "shear" in names else 0.0
+        # psi' = C + D z, V' = psi - g D, V(l) + e psi(l) = 1 per unit stroke, and no moment at the crank pin.
+        system = np.array([[0.5 * l**2 + e * l, l**3 / 6.0 + 0.5 * e * l**2 - soft * l], [1.0, m.rod_length]])
+        bent, shear = np.linalg.solve(system, np.array([1.0, 0.0]))
+        bending = np.multiply.outer(0.5 * material.elastic_modulus * h * (bent + shear * z), stroke)
+        side, moment = stiffness * abs(shear) * m.crank_radius, stiffness * bent * m.crank_radius
+        couple = 6.0 / piston.skirt_length * abs(moment - side * piston.clamp_offset)
+        pressure = 4.0 / (math.pi * piston.diameter * piston.skirt_length) * (side + couple)
+        sunk = (0.5 * bent * z**2 + shear * (z**3 / 6.0 - soft * z)) * m.crank_radius
+        most = max(np.abs(force / (b * h) + fibre * bending).max() for fibre in (1.0, -1.0))
+        assert table.greatest_stress[i] == pytest.approx(most, rel=1e-6)
+        assert table.worst_section[i] == 0.0
+        assert table.side_force_max[i] == pytest.approx(side, rel=1e-9)
+        assert table.clamp_moment_max[i] == pytest.approx(moment, rel=1e-9)
+        assert table.contact_pressure_max[i] == pytest.approx(pressure, rel=1e-9)
+        assert table.deflection[i] == pytest.approx(np.abs(sunk).max(), rel=1e-9)
+    assert seen

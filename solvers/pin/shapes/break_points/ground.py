@@ -9,13 +9,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.pin.optimum.one_station import flexibilities, place, slopes
 from solvers.pin.shapes.break_points.bar import Bar, Sums, Walls
 from solvers.pin.shapes.break_points.cells import Cells, points
 from solvers.pin.shapes.break_points.chain import Chain, chained
-from solvers.pin.shapes.break_points.paths import flexibilities, lightest, slopes
 
 Array = NDArray[np.float64]
 
+APART = 1e-12
+"""Places of the bar, 0 to 1, that are nearer to one another are one."""
 _TRIALS = 60
 _CLOSE = 1e-4
 _LOOKS = 8
@@ -96,8 +98,8 @@ class Ground:
         sums = np.maximum(np.diff(self.sums.upto(np.concatenate([[0.0], path])), axis=1), 0.0)
         for width, floor, (bend, shear) in zip(np.diff(path, prepend=0.0), self.bar.least(path), sums.T, strict=True):
             if bend > 0.0 or shear > 0.0:
-                u = lightest(multiplier, width, bend, shear, floor, 0.5, law.kappa, law.a, law.b)
-                beta, phi, _, _ = flexibilities(max(u, 1e-300), law.kappa, law.a, law.b)
+                u = place(multiplier, width, bend, shear, floor, 0.5, law.kappa, law.a, law.b)
+                beta, phi = flexibilities(max(u, 1e-300), law.kappa, law.a, law.b)
                 total += bend * beta + shear * phi
         return total
 
@@ -128,7 +130,7 @@ def ground(bar: Bar, sums: Sums | None, count: int) -> Ground:
     """Edges at least every ``count``-th of the bar, and where it has kinks."""
     edges = np.union1d(np.linspace(0.0, 1.0, count + 1), bar.edges)
     edges = np.union1d(edges, _ends_of_plateaus(bar, edges))
-    return Ground(bar, sums, edges[np.concatenate([[True], np.diff(edges) > 1e-12])])
+    return Ground(bar, sums, edges[np.concatenate([[True], np.diff(edges) > APART])])
 
 
 def _ends_of_plateaus(bar: Bar, edges: Array) -> list[float]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.optimum.discretised import least_walls_at
+from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.optimum.lumped import Lumped
 from solvers.pin.optimum.program import Program, folded
 from solvers.pin.shapes.break_points.bar import Law, Sums, Walls, kinks
@@ -87,7 +88,7 @@ class Half:
             bending=np.maximum(mean[0], 0.0),
             shear=np.maximum(mean[1], 0.0),
         )
-        found = reduced.sought.weigh(reduced, reduced.lower, True)
+        found = weigh(reduced, reduced.lower, True)
         return None if found is None else Walls(found.solidity, reduced.volume(found.solidity), found.multiplier)
 
 

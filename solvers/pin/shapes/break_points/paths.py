@@ -27,10 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.lagrangian import place
-from solvers.pin.section.flexibility import bending, phi, phi_curvature, phi_slope
-from solvers.pin.section.tube import bending as tube_bending
-from solvers.pin.section.tube import place_around, shearing
+from solvers.pin.optimum.one_station import curvatures, flexibilities, place
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -38,37 +35,6 @@ Indices = NDArray[np.int64]
 AT, FLOOR, PRICE, BENT, SHEARED = 0, 2, 4, 6, 8
 ROWS = 10
 """Rows of a table of cells: place, L, Y, and the lines below B and S, at both ends of every cell."""
-
-
-@kernel
-def lightest(
-    lam: float, width: float, bend: float, shear: float, floor: float, start: float,
-    kappa: float, a: float, b: float,
-) -> float:  # fmt: skip
-    """The u >= floor that costs least."""
-    if lam == 0.0 or (bend <= 0.0 and shear <= 0.0):
-        return floor
-    if kappa < 0.0:
-        return place(lam, width, bend, shear, floor, start, a, b) if width > 0.0 else 1.0
-    return place_around(lam, width, bend, shear, floor, kappa, a, b) if width > 0.0 else np.inf
-
-
-@kernel
-def flexibilities(u: float, kappa: float, a: float, b: float) -> tuple[float, float, float, float]:
-    """beta and phi with their curvatures."""
-    if kappa < 0.0:
-        value, _, curve = bending(u)
-        return value, phi(u, a, b), curve, max(phi_curvature(u, a, b), 0.0)
-    bent, sheared = tube_bending(u, kappa), shearing(u, kappa, a, b)
-    return bent[0], sheared[0], bent[2], sheared[2]
-
-
-@kernel
-def slopes(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
-    """The derivatives of beta and phi."""
-    if kappa < 0.0:
-        return bending(u)[1], phi_slope(u, a, b)
-    return tube_bending(u, kappa)[1], shearing(u, kappa, a, b)[1]
 
 
 @kernel
@@ -85,8 +51,8 @@ def _loss(
     if lam > 0.0 and fixed and rise > 0.0 and (bend > 0.0 or shear > 0.0):
         if low <= 0.0:
             return np.inf
-        _, _, curve, shear_curve = flexibilities(low, kappa, a, b)
-        loss += 0.125 * lam * rise * rise * (bend * curve + shear * shear_curve)
+        curve, shear_curve = curvatures(low, kappa, a, b)
+        loss += 0.125 * lam * rise * rise * (bend * curve + shear * max(shear_curve, 0.0))
     return loss
 
 
@@ -124,13 +90,13 @@ def costs(
                     bend, shear = max(more_bend, 0.0), max(more_shear, 0.0)
                     floor = after[FLOOR + f, j]
                     sought += 1 if lam > 0.0 and (bend > 0.0 or shear > 0.0) else 0
-                    u = lightest(lam, width, bend, shear, floor, u, kappa, a, b)
+                    u = place(lam, width, bend, shear, floor, u, kappa, a, b)
                     # A solid step may be so only because the floor lies above a thinner one that costs less.
                     fixed = fixed or u <= floor or (kappa < 0.0 and u >= 1.0)
                     bend_most, shear_most = max(bend_most, bend), max(shear_most, shear)
                     cost = u * width if u < np.inf else 0.0
                     if lam > 0.0 and (bend > 0.0 or shear > 0.0) and u < np.inf:
-                        beta, sheared, _, _ = flexibilities(max(u, 1e-300), kappa, a, b)
+                        beta, sheared = flexibilities(max(u, 1e-300), kappa, a, b)
                         cost += lam * (bend * beta + shear * sheared)
                     if lam > 0.0 and (more_bend < 0.0 or more_shear < 0.0):
                         # Lines of two cells may fall from one to the next: a gain, greatest for the thinnest wall.
@@ -138,7 +104,7 @@ def costs(
                             cost = -np.inf
                         else:
                             if not known:
-                                beta_most, shear_most_each, _, _ = flexibilities(least, kappa, a, b)
+                                beta_most, shear_most_each = flexibilities(least, kappa, a, b)
                                 known = True
                             cost += lam * (min(more_bend, 0.0) * beta_most + min(more_shear, 0.0) * shear_most_each)
                     out[i, j, e, f] = cost

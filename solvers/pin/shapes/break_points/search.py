@@ -27,15 +27,16 @@ from numpy.typing import NDArray
 
 from solvers.pin.shapes.break_points.bar import Bar, Sums, Walls
 from solvers.pin.shapes.break_points.cells import CUT, Cells, cells, finer, points
-from solvers.pin.shapes.break_points.ground import Around, Ground, ground
+from solvers.pin.shapes.break_points.ground import APART, Around, Ground, ground
 from solvers.pin.shapes.break_points.paths import AT
 
 Array = NDArray[np.float64]
 
 GAP = 9e-8
 """How close bound and best come, relative, whatever the accuracy asked of the mass itself."""
-_FIRST = {False: 192, True: 96}
-"""Cells of the first round, without and with a deflection limit, which makes every pair of cells dearer."""
+_FIRST, _COARSER, _FEWEST = {False: 192, True: 96}, 0.25, 24
+"""Cells of the first round, without and with a deflection limit, which makes every pair of cells dearer; of a gap wider
+than ``GAP`` fewer by this power of their ratio, but so many."""
 _MOST_PAIRS = {False: 4_000_000, True: 1_600_000}
 """Of cells of neighbouring break points: what one round may cost."""
 _MOST_WORK = 100_000_000
@@ -48,8 +49,8 @@ _CLOSER = 8.0
 _TRIES = 4
 _AROUND = np.linspace(-1.0, 1.0, 9)
 _NO_GAP = 1e-6
-_SETTLED = 1e-9
-"""Break points settle to this share of the half; the mass, flat around them, to its square."""
+_SETTLED = 1e-2
+"""Break points settle to this share of the gap's root, in halves; the mass, flat around them, to its square."""
 _ROUNDING = 1e-12
 """What rounding may do to a bound, relative."""
 
@@ -84,14 +85,14 @@ def lightest_steps(bar: Bar, steps: int, known: float = 0.0, gap: float = GAP) -
     cannot be kept. ``known`` is a bound known before."""
     limited = bar.sums()
     if limited is not None:
-        first = bar.weigh(_Search(bar, steps, None).close(1.0, 0.0).places)
+        first = bar.weigh(_Search(bar, steps, None, 1.0).close(0.0).places)
         if first is None:
             return None
         if first.multiplier > 0.0:
-            return _Search(bar, steps, limited).close(gap, known)
-    found = _Search(bar, steps, None).close(gap, known)
+            return _Search(bar, steps, limited, gap).close(known)
+    found = _Search(bar, steps, None, gap).close(known)
     if limited is not None and bar.weigh(found.places).multiplier > 0.0:
-        return _Search(bar, steps, limited).close(gap, known)
+        return _Search(bar, steps, limited, gap).close(known)
     return found
 
 
@@ -113,15 +114,17 @@ class _Part:
 
 
 class _Search:
-    """One search. ``places`` and ``walls`` are the best so far."""
+    """One search for steps and a bound within ``gap``. ``places`` and ``walls`` are the best so far."""
 
-    def __init__(self, bar: Bar, steps: int, sums: Sums | None) -> None:
+    def __init__(self, bar: Bar, steps: int, sums: Sums | None, gap: float) -> None:
         self.bar, self.steps, self.limited = bar, steps, sums is not None
-        self.ground: Ground = ground(bar, sums, _FIRST[self.limited])
+        self.gap = gap
+        first = max(_FIRST[self.limited] * min(GAP / gap, 1.0) ** _COARSER, _FEWEST)
+        self.ground: Ground = ground(bar, sums, math.ceil(first))
         self.places, self.walls = np.zeros(0), None
         self.work = 0
 
-    def close(self, gap: float, known: float) -> Steps | None:
+    def close(self, known: float) -> Steps | None:
         """Bounding, cutting and parting, the part that promises most first."""
         edges = self.ground.edges
         first = _worth(cells(self.bar, edges[:-1], np.diff(edges), _FIRST_LOOKS, self.ground.sums))
@@ -129,7 +132,7 @@ class _Search:
         queue, done, count, width = [(known, 0, whole)], math.inf, 0, whole.width
         while queue:
             bound, _, part = heapq.heappop(queue)
-            if self.walls is not None and (bound >= self.walls.volume * (1.0 - gap) or self.work > _MOST_WORK):
+            if self.walls is not None and (bound >= self.walls.volume * (1.0 - self.gap) or self.work > _MOST_WORK):
                 done = min(done, bound)
                 break
             around, part = self._improve(part)
@@ -139,15 +142,15 @@ class _Search:
                 done = self.walls.volume * (1.0 - _ROUNDING) if math.isfinite(self.walls.multiplier) else bound
                 break
             bound, keep = self._bounded(part, bound)
-            if self._gap_is_most(around, bound, gap) and part.settled:
+            if self._gap_is_most(around, bound) and part.settled:
                 # The best steps' own multiplier is not what bounds this part best.
                 around, part = self._improve(replace(part, settled=False))
                 bound, keep = self._bounded(part, bound)
             volume = self.walls.volume
-            if bound >= volume * (1.0 - gap) or not all(k.any() for k in keep):
+            if bound >= volume * (1.0 - self.gap) or not all(k.any() for k in keep):
                 done = min(done, bound)
                 continue
-            divided = self._divided(part, keep, around, bound, gap)
+            divided = self._divided(part, keep, around, bound)
             if not divided:
                 # Too many cells: this part's bound is final.
                 done = min(done, bound)
@@ -158,7 +161,7 @@ class _Search:
                 count += 1
                 width = min(width, smaller.width)
                 heapq.heappush(queue, (bound, count, smaller))
-        self._settle(width)
+        self._settle(width, _SETTLED * math.sqrt(self.gap))
         bound = min([done, self.walls.volume, *(entry[0] for entry in queue)])
         return Steps(self.places, self.walls, bound, count + 1, self.work)
 
@@ -170,11 +173,11 @@ class _Search:
         keep = [cost <= most for cost in chain.through()[1:-1]]
         return max(bound, (chain.total - part.multiplier) * (1.0 - _ROUNDING)), keep
 
-    def _gap_is_most(self, around: Around, bound: float, gap: float) -> bool:
+    def _gap_is_most(self, around: Around, bound: float) -> bool:
         """Whether what the bound lacks is mostly a duality gap, which no smaller cells close."""
         volume = self.walls.volume
         missing = volume - around.value
-        return self.limited and missing > gap * volume and missing > 0.5 * (volume - bound)
+        return self.limited and missing > self.gap * volume and missing > 0.5 * (volume - bound)
 
     def _improve(self, part: _Part) -> tuple[Around, _Part]:
         """Paths among the cells' ends, the best of them kept, and the part with what they tell of its multiplier and
@@ -209,13 +212,11 @@ class _Search:
                 break
         return around, part
 
-    def _divided(
-        self, part: _Part, keep: list[NDArray[np.bool_]], around: Around, bound: float, gap: float
-    ) -> list[_Part]:
+    def _divided(self, part: _Part, keep: list[NDArray[np.bool_]], around: Around, bound: float) -> list[_Part]:
         """The part without the cells that are gone: its cells cut, or itself parted where a duality gap is the most of
         what is left."""
         volume = self.walls.volume
-        if self._gap_is_most(around, bound, gap):
+        if self._gap_is_most(around, bound):
             parted = self._parted(part, keep, around)
             if parted:
                 return parted
@@ -223,7 +224,7 @@ class _Search:
         if sum(a * b for a, b in pairwise([1, *counts, 1])) > _MOST_PAIRS[self.limited]:
             return self._parted(part, keep, around) if self.limited else []
         # What the looks miss falls with their distance, and is most of what is left.
-        closer = min(1.3 * (volume - bound) / (gap * volume), _CLOSER)
+        closer = min(1.3 * (volume - bound) / (self.gap * volume), _CLOSER)
         looks = min(max(math.ceil(part.looks * closer / CUT), _FIRST_LOOKS // 2), _MOST_LOOKS)
         layers = [
             _worth(finer(self.bar, layer, k, looks, self.ground.sums))
@@ -246,10 +247,10 @@ class _Search:
         halves = [[*layers[:at], layers[at].taken(side), *layers[at + 1 :]] for side in (first, ~first)]
         return [replace(part, layers=half, spread=1.5, settled=False) for half in halves]
 
-    def _settle(self, reach: float) -> None:
+    def _settle(self, reach: float, least: float) -> None:
         """Moves the break points, all together, to where they cost least: on grids around them that narrow."""
         price = self.ground.price_of_order(self.places, self.walls)
-        while reach > _SETTLED and math.isfinite(self.walls.multiplier):
+        while reach > least and math.isfinite(self.walls.multiplier):
             grids = [np.unique(np.clip(t + reach * _AROUND, 0.0, 1.0)) for t in self.places[:-1]]
             layers = [points(self.bar, grid, self.ground.sums) for grid in grids]
             moved = self.ground.chain(layers, price, self.walls.multiplier).path
@@ -262,4 +263,4 @@ class _Search:
 def _worth(layer: Cells) -> Cells:
     """Without the cells in which a break is no better than at the next place where f rises again or the deflection
     begins, or at 1: the step before it is the thinner one, and reaches that far with the same wall."""
-    return layer.taken(~layer.level | (layer.table[AT + 1] >= 1.0))
+    return layer.taken(~layer.level | (layer.table[AT + 1] >= 1.0 - APART))

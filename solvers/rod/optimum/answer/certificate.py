@@ -82,7 +82,7 @@ def full_certificate(
         evidence["core"] = "no strip meets the requirements on the core's physics"
     evidence |= _proof(proof)
     evidence["full_model_bound"] = (
-        f"the core's under limits let out by the effects' influence, {influence:.2g} where it was read"
+        f"the core's under limits relaxed by the effects' influence, {influence:.2g} where it was evaluated"
         if widened is not None
         else "none: the effects' influence is too great to tell"
     )

@@ -66,9 +66,12 @@ class _Diagnosis:
             if not self.reached(r, value := self.best(r, self.alone(other)))
         ]
         if not pairs:
-            why = "can be met beside any other one, but not beside all of them"
+            why = "can be met together with any other one, but not with all of them"
             if len(wanted) == 2:
-                why = "can be met beside the other one only to within the search's own accuracy: a little less would do"
+                why = (
+                    "can be met together with the other one only to within the search's accuracy: a slightly lower "
+                    "requirement would do"
+                )
             return tuple(self.entry(r, self.best(r, self.without(r)), why) for r in wanted)
         found = []
         for r in wanted:

@@ -1,4 +1,4 @@
-"""Charts: valid SVG, things where the scale says they are, words that cannot break out."""
+"""Charts: valid SVG, elements positioned by scale, escaped text."""
 
 from __future__ import annotations
 

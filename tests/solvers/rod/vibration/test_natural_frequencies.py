@@ -5,13 +5,21 @@ from __future__ import annotations
 import math
 
 import mpmath
+import numpy as np
 import pytest
 from scipy.linalg import eigh
 
 from solvers import rod
-from solvers.rod.strip.buckling import critical_force
+from solvers.rod.strip.buckling import FIRST_ROOT_LIMITS, critical_force
 from solvers.rod.strip.stiffness import bending_stiffness
-from solvers.rod.vibration.natural_frequencies import natural_frequency
+from solvers.rod.vibration.natural_frequencies import (
+    FEW_POLYNOMIALS,
+    OF_FEW,
+    POLYNOMIALS,
+    energies,
+    frequency_under,
+    natural_frequency,
+)
 from tests.solvers.rod.finite_elements import matrices
 from tests.solvers.rod.machines import PAPER, STRIP
 
@@ -56,3 +64,15 @@ def test_it_vanishes_where_the_strip_buckles():
     still = natural_frequency(PAPER, STRIP, 0.0)
     assert natural_frequency(PAPER, STRIP, -critical * (1 - 1e-9)) < 1e-3 * still
     assert natural_frequency(PAPER, STRIP, -critical * 1.001) == 0.0
+
+
+def test_few_polynomials_miss_no_more_than_is_said():
+    rng = np.random.default_rng(4)
+    for _ in range(60):
+        lever = 1.0 + (rng.random() < 0.8) * 10 ** rng.uniform(-3.0, 1.0)
+        least = -(FIRST_ROOT_LIMITS[0 if lever > 1.0 else 1] ** 2)
+        force = rng.choice([0.97 * least * rng.random(), 10 ** rng.uniform(0.0, 4.5)])
+        few, many = (
+            frequency_under(energies(), 1.0, 1.0, 1.0, lever, force, n) for n in (FEW_POLYNOMIALS, POLYNOMIALS)
+        )
+        assert few == pytest.approx(many, rel=OF_FEW)

@@ -1,0 +1,258 @@
+"""The same checks by a batch and by what a user would write.
+
+    python -m bench.batch_rivals            # writes the section of docs/benchmarks.md
+
+One pin, its force another for each check; all ways on this machine, one after the other, timed by the clock from the
+first request to the last answer. A batch stores every answer durably, and so does a loop of requests to a service.
+joblib and OpenMDAO call the library's own check; joblib's two processes keep nothing, OpenMDAO's DOEDriver
+(ListGenerator, one process) records each case with its SqliteRecorder, and is left out where OpenMDAO is not installed.
+Two Dask workers are two `crankwright worker` processes with one batch worker each, on a scheduler of this machine. Rod
+checks take longer: with them the processes that solve weigh more than the one that stores.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from pathlib import Path
+
+import httpx
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+from bench.batches import bodies, pieces, served
+from bench.sections import put
+from solvers import pin
+
+PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
+HEADING = "## A batch and what a user would write"
+SLUG = "pin-profile"
+_MORE = 10
+"""So many more items a batch has than each of the other ways solves one by one."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A way, and how many items a second it solves; what its rate is to be against, by its name, and by how much."""
+
+    name: str
+    rate: float
+    against: str = ""
+    goal: float | None = None
+
+
+def batch_rate(kind: str, count: int, workers: int, **environment: str) -> float:
+    """Items a second of a batch, from its sending to its end; its workers have solved some before."""
+    with tempfile.TemporaryDirectory() as folder:
+        process, client = served(Path(folder), workers, **environment)
+        try:
+            _ended(client, kind, 400)
+            began = time.perf_counter()
+            _ended(client, kind, count)
+            return count / (time.perf_counter() - began)
+        finally:
+            process.kill()
+            process.wait()
+
+
+def _ended(client: httpx.Client, kind: str, count: int) -> None:
+    sent = client.post(
+        f"/api/v1/batches?kind={kind}&mode=check",
+        content=pieces(bodies(kind, Mode.CHECK, count)),
+        headers={"Content-Type": "application/x-ndjson"},
+    ).raise_for_status()
+    batch = sent.json()
+    while batch["status"] not in ("ended", "cancelled"):
+        time.sleep(0.1)
+        batch = client.get(batch["links"]["self"]).json()
+    assert batch["items"]["succeeded"] == count
+
+
+def request_rate(count: int) -> float:
+    """Requests a second in a loop."""
+    with tempfile.TemporaryDirectory() as folder:
+        process, client = served(Path(folder))
+        try:
+            rows = [*bodies(SLUG, Mode.CHECK, count + 20)]
+            for row in rows[count:]:
+                client.post(f"/api/v1/checks/{SLUG}", content=row, headers=_JSON).raise_for_status()
+            began = time.perf_counter()
+            for row in rows[:count]:
+                client.post(f"/api/v1/checks/{SLUG}", content=row, headers=_JSON).raise_for_status()
+            return count / (time.perf_counter() - began)
+        finally:
+            process.kill()
+            process.wait()
+
+
+_JSON = {"Content-Type": "application/json"}
+
+
+def _case() -> tuple[pin.Scene, pin.Profile]:
+    job, example = KINDS[SLUG].jobs[Mode.CHECK], KINDS[SLUG].example(Mode.CHECK)
+    request = job.request.model_validate(example)
+    return request.scene(), request.given()  # type: ignore[attr-defined]
+
+
+def _mass_and_use(scene: pin.Scene, profile: pin.Profile, force: float) -> tuple[float, float | None]:
+    value = pin.check(replace(scene, force=force), profile).value
+    return value.mass, value.strength_utilisation
+
+
+def _forces(scene: pin.Scene, count: int) -> list[float]:
+    return [scene.force * (0.8 + 0.2 * k / count) for k in range(count)]
+
+
+def joblib_rate(count: int) -> float:
+    """Checks a second of joblib's two processes."""
+    from joblib import Parallel, delayed
+
+    scene, profile = _case()
+    with Parallel(n_jobs=2) as pool:
+        pool(delayed(_mass_and_use)(scene, profile, force) for force in _forces(scene, 200))
+        began = time.perf_counter()
+        pool(delayed(_mass_and_use)(scene, profile, force) for force in _forces(scene, count))
+        return count / (time.perf_counter() - began)
+
+
+def openmdao_rate(count: int) -> float:
+    """Cases a second of OpenMDAO's design of experiments, recorded."""
+    import openmdao.api as om
+
+    scene, profile = _case()
+
+    class Pin(om.ExplicitComponent):
+        def setup(self) -> None:
+            self.add_input("force", scene.force)
+            self.add_output("mass", 0.0)
+            self.add_output("use", 0.0)
+            self.declare_partials("*", "*", method="fd")
+
+        def compute(self, inputs, outputs) -> None:
+            outputs["mass"], outputs["use"] = _mass_and_use(scene, profile, float(inputs["force"][0]))
+
+    def run(forces: Sequence[float], folder: str) -> float:
+        problem = om.Problem(reports=None)
+        problem.model.add_subsystem("pin", Pin(), promotes=["*"])
+        problem.model.add_design_var("force")
+        problem.model.add_objective("mass")
+        problem.model.add_constraint("use", upper=1.0)
+        problem.driver = om.DOEDriver(om.ListGenerator([[("force", force)] for force in forces]))
+        problem.driver.add_recorder(om.SqliteRecorder(f"{folder}/cases-{len(forces)}.sql"))
+        problem.setup()
+        began = time.perf_counter()
+        problem.run_driver()
+        problem.cleanup()
+        return time.perf_counter() - began
+
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        run(_forces(scene, 20), folder)
+        return count / run(_forces(scene, count), folder)
+
+
+@contextlib.contextmanager
+def _cluster(workers: int) -> Iterator[str]:
+    """The address of a Dask scheduler with so many workers of one process each."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    address = f"tcp://127.0.0.1:{port}"
+    scheduler = ["-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
+    commands = [scheduler, *[["-m", "app.cli", "worker", "--cluster", address]] * workers]
+    environment = {**os.environ, "CRANKWRIGHT_BATCH_WORKERS": "1"}
+    started: list[subprocess.Popen[bytes]] = []
+    try:
+        for command in commands:
+            quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+            started.append(subprocess.Popen([sys.executable, *command], env=environment, **quiet))
+            time.sleep(3.0)
+        yield address
+    finally:
+        for process in reversed(started):
+            process.terminate()
+        for process in started:
+            process.wait()
+
+
+def dask_rate(kind: str, count: int, workers: int) -> float:
+    """Items a second of a batch on a Dask cluster."""
+    with _cluster(workers) as address:
+        return batch_rate(kind, count, workers, CRANKWRIGHT_CLUSTER=address)
+
+
+def measure(count: int) -> list[Row]:
+    """Every way; the slow ones with fewer items."""
+    many, rods = _MORE * count, max(200, count // 2)
+    ways: list[tuple[str, Callable[[], float], str, float | None]] = [
+        ("batch, two processes", lambda: batch_rate(SLUG, many, 2), "batch, one process", 1.7),
+        ("batch, one process", lambda: batch_rate(SLUG, many, 1), "", None),
+        ("batch, two Dask workers", lambda: dask_rate(SLUG, many, 2), "batch, one Dask worker", 1.7),
+        ("batch, one Dask worker", lambda: dask_rate(SLUG, many, 1), "", None),
+        ("loop of requests", lambda: request_rate(count), "batch, two processes", None),
+        ("joblib, two processes", lambda: joblib_rate(many), "batch, two processes", None),
+    ]
+    if find_spec("openmdao") is not None:
+        ways.append(("OpenMDAO, recorded", lambda: openmdao_rate(count), "batch, two processes", None))
+    for workers, name in ((2, "two"), (1, "one")):
+        ways.append(
+            (
+                f"rod checks, {name} process{'es' * (workers - 1)}",
+                lambda workers=workers: batch_rate("flexible-rod", rods, workers),
+                "rod checks, one process" if workers == 2 else "",
+                1.7 if workers == 2 else None,
+            )
+        )
+        ways.append(
+            (
+                f"rod checks, {name} Dask worker{'s' * (workers - 1)}",
+                lambda workers=workers: dask_rate("flexible-rod", rods, workers),
+                "rod checks, one Dask worker" if workers == 2 else "",
+                1.7 if workers == 2 else None,
+            )
+        )
+    rows = []
+    for name, run, against, goal in ways:
+        rows.append(Row(name, run(), against, goal))
+        print(f"{name}: {rows[-1].rate:,.0f}/s", flush=True)
+    return rows
+
+
+def table(rows: Sequence[Row]) -> list[str]:
+    """The rows as a table."""
+    rates = {row.name: row.rate for row in rows}
+    lines = ["| way | items a second | against | ratio | goal |", "|---|---|---|---|---|"]
+    for row in rows:
+        ratio = f"{row.rate / rates[row.against]:.3g}" if row.against else ""
+        goal = "" if row.goal is None else f"≥ {row.goal:g}"
+        lines.append(f"| {row.name} | {row.rate:,.0f} | {row.against} | {ratio} | {goal} |")
+    if find_spec("openmdao") is None:
+        lines += ["", "OpenMDAO is not installed where this was measured."]
+    load = os.getloadavg()[0]
+    return [*lines, "", f"Load of the machine's {os.cpu_count()} cores at the end: {load:.1f}.", ""]
+
+
+def main() -> None:
+    """Measure, and write the section."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--count", type=int, default=2000, help="of single requests; batches have ten times as many")
+    parser.add_argument("--dry", action="store_true", help="print the table instead of writing it")
+    asked = parser.parse_args()
+    found = table(measure(asked.count))
+    if asked.dry:
+        print("\n".join(found))
+        return
+    told = (__doc__ or "").partition("\n\n")[2].partition("\n\n")[2].strip()
+    put(PAGE, HEADING, [HEADING, "", told, "", *found])
+
+
+if __name__ == "__main__":
+    main()

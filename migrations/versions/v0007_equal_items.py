@@ -1,0 +1,25 @@
+"""By what items of a batch are recognised as asking the same, where solving them again would take long."""
+
+from __future__ import annotations
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0007"
+down_revision = "0006"
+branch_labels = None
+depends_on = None
+
+_INDEX = "ix_batch_items_batch_asked"
+
+
+def upgrade() -> None:
+    op.add_column("batch_items", sa.Column("asked", sa.BigInteger))
+    given = sa.text("asked IS NOT NULL")
+    op.create_index(_INDEX, "batch_items", ["batch", "asked"], sqlite_where=given, postgresql_where=given)
+
+
+def downgrade() -> None:
+    op.drop_index(_INDEX, "batch_items")
+    # On SQLite a table is copied to lose a column, and the copy would have row ids.
+    op.execute("ALTER TABLE batch_items DROP COLUMN asked")

@@ -1,0 +1,54 @@
+"""One station of a pin or a bushing: its flexibilities f and g in bending and shear, and its lightest u at a price.
+
+``kappa`` is -1 for the pin's bore inside a given outside (``solvers.pin.section.flexibility``), 0 or 1 for an outside
+about a given bore (``solvers.pin.section.tube``); a and b are Cowper's constants.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solvers.numerics.jit import kernel
+from solvers.pin.optimum.station_minimum import lightest
+from solvers.pin.section.flexibility import bending, phi, phi_curvature, phi_slope
+from solvers.pin.section.tube import bending as tube_bending
+from solvers.pin.section.tube import place_around, shearing
+
+
+@kernel
+def flexibilities(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
+    """f and g."""
+    if kappa < 0.0:
+        return bending(u)[0], phi(u, a, b)
+    return tube_bending(u, kappa)[0], shearing(u, kappa, a, b)[0]
+
+
+@kernel
+def slopes(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
+    """f' and g'."""
+    if kappa < 0.0:
+        return bending(u)[1], phi_slope(u, a, b)
+    return tube_bending(u, kappa)[1], shearing(u, kappa, a, b)[1]
+
+
+@kernel
+def curvatures(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
+    """f'' and g''."""
+    if kappa < 0.0:
+        return bending(u)[2], phi_curvature(u, a, b)
+    return tube_bending(u, kappa)[2], shearing(u, kappa, a, b)[2]
+
+
+@kernel
+def place(
+    lam: float, weight: float, bend: float, shear: float, low: float, start: float, kappa: float, a: float, b: float
+) -> float:  # fmt: skip
+    """argmin over u >= low (of a pin, up to 1) of weight u + lam (bend f + shear g): the global one, though the pin's g
+    is concave near 1; what weighs nothing is solid, or without end."""
+    if lam * bend <= 0.0 and lam * shear <= 0.0:
+        return low
+    if weight <= 0.0:
+        return 1.0 if kappa < 0.0 else np.inf
+    if kappa < 0.0:
+        return lightest(weight / lam, low, bend, shear, start, a, b) if low < 1.0 else 1.0
+    return place_around(lam, weight, bend, shear, low, kappa, a, b)

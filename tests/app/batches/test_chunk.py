@@ -1,0 +1,89 @@
+"""A chunk in its worker: equal items that other chunks have answered are not solved again."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from app.batches import chunk as chunks
+from app.batches.task import Needs, Solved, Task
+from app.designs.many import answers_of
+from app.designs.progress import ignore_progress
+from app.designs.registry import KINDS
+from app.store.batch_inputs import Row, Source, packed_rows
+from app.store.batch_items import unpacked
+
+SLUG, MODE, DICTIONARY = "pin-profile", "check", b"what items resemble"
+
+
+def task(bodies: Sequence[dict[str, Any]]) -> Task:
+    block = packed_rows([Row(k + 1, json.dumps(body).encode()) for k, body in enumerate(bodies)])
+    return Task(Source("ndjson").to_json(), block, 0, len(bodies), 0, "scalars", DICTIONARY, 30.0, looks_up=True)
+
+
+def solved(asked: Task) -> Solved | Needs:
+    return chunks.answer(SLUG, MODE, pickle.dumps(asked), ignore_progress)
+
+
+@pytest.fixture
+def solves(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How many requests were solved, call by call; the worker remembers nothing."""
+    counted: list[int] = []
+
+    def counting(slug: str, mode: Any, requests: Sequence[Any], detail: Any) -> Any:
+        counted.append(len(requests))
+        return answers_of(slug, mode, requests, detail)
+
+    monkeypatch.setattr(chunks, "answers_of", counting)
+    monkeypatch.setattr(chunks, "_REMEMBERED", 0)
+    return counted
+
+
+def test_what_another_chunk_has_answered_is_stored_again(solves: list[int]) -> None:
+    body = KINDS[SLUG].example(MODE)
+    other = {**body, "load": {"force_n": 1234.5}}
+    first = task([body])
+    asks = solved(first)
+    assert isinstance(asks, Needs) and len(asks.asked) == 1 and solves == []
+    told = solved(replace(first, known={}))
+    assert isinstance(told, Solved) and {told.items[0].asked} == asks.asked
+
+    later = task([{**body, "name": "again"}, other, {**other, "name": "twice"}])
+    known = {told.items[0].asked: told.items[0]}
+    again = solved(replace(later, known=known))
+    assert isinstance(again, Solved) and solves == [1, 1]
+    parts = [unpacked(item.content, DICTIONARY) for item in [*told.items, *again.items]]
+    assert [part.get("cached", False) for part in parts] == [False, True, False, True]
+    assert [part["spec"]["name"] for part in parts] == [body["name"], "again", body["name"], "twice"]
+    assert [parts[1][name] for name in ("result", "verdict", "effects")] == [
+        parts[0][name] for name in ("result", "verdict", "effects")
+    ]
+    assert again.items[0].figure == told.items[0].figure and again.items[0].holds == told.items[0].holds
+
+    # One that only happens to have the same number is another.
+    mistaken = solved(replace(task([other]), known={again.items[1].asked: told.items[0]}))
+    assert isinstance(mistaken, Solved) and solves == [1, 1, 1]
+    stress = unpacked(mistaken.items[0].content, DICTIONARY)["result"]["equivalent_stress_max_mpa"]
+    assert stress == parts[2]["result"]["equivalent_stress_max_mpa"] != parts[0]["result"]["equivalent_stress_max_mpa"]
+
+
+def test_a_number_that_is_not_finite_fails_its_item_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Though text may well say NaN."""
+
+    def with_nan(slug: str, mode: Any, requests: Sequence[Any], detail: Any) -> Any:
+        answers = list(answers_of(slug, mode, requests, detail))
+        answers[0].result["mass_g"] = float("nan")
+        answers[1].result["warnings"].append("NaN and Infinity are words")
+        return answers
+
+    monkeypatch.setattr(chunks, "answers_of", with_nan)
+    monkeypatch.setattr(chunks, "_REMEMBERED", 0)
+    body = KINDS[SLUG].example(MODE)
+    bodies = [{**body, "load": {"force_n": 1000.0 + k}} for k in range(2)]
+    told = solved(replace(task(bodies), known={}))
+    assert isinstance(told, Solved) and [item.status for item in told.items] == ["failed", "succeeded"]

@@ -1,0 +1,141 @@
+"""Faults as seen by clients and operators."""
+
+from __future__ import annotations
+
+import io
+import json
+import logging
+import os
+import sqlite3
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from sqlalchemy import event
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+from app.logging import LogFormat, LogLevel, configure
+from app.store.migrate import upgrade
+from tests.app.access.keyed import keyed
+from tests.app.running import ROOT
+from tests.app.store.records import make_record
+
+MASSES = "/api/v1/analyses/crank-masses"
+BODY = KINDS["crank-masses"].example(Mode.ANALYSIS)
+
+
+def test_a_damaged_record_is_a_500_without_content(tmp_path):
+    with keyed(tmp_path) as service:
+        run = make_record(status="failed", result=None, name="rightly")
+        service.put([run])
+        with sqlite3.connect(tmp_path / "runs.sqlite3") as connection:
+            connection.execute("UPDATE runs SET name = 'wrongly'")
+        connection.close()
+        for path in (f"/api/v1/runs/{run.id}", f"/runs/{run.id}", f"/api/v1/runs/{run.id}/plots/x"):
+            answer = service.client.get(path)
+            assert answer.status_code == 500 and "damaged" in answer.text and "wrongly" not in answer.text
+            assert answer.json()["title"] == "The record is damaged"
+        listed = service.client.get("/api/v1/runs").json()
+        assert listed["items"] == [] and listed["damaged"] == [run.id]
+        assert "wrongly" not in service.client.get("/runs").text
+
+
+def test_a_deleted_database_is_reported_by_every_route_and_readiness(tmp_path):
+    with keyed(tmp_path) as service:
+        service.warm()
+        assert service.client.post(MASSES, json=BODY).status_code == 201
+        assert service.client.get("/readyz").json()["database"] == "ok"
+        (tmp_path / "runs.sqlite3").unlink()
+        for answer in (service.client.post(MASSES, json=BODY), service.client.get("/api/v1/runs")):
+            assert answer.status_code == 503 and int(answer.headers["Retry-After"]) >= 1
+            assert "not there any more" in answer.json()["detail"]
+        ready = service.client.get("/readyz")
+        assert ready.status_code == 503 and "not there" in ready.json()["database"]
+        assert service.client.get("/healthz").status_code == 200
+
+
+def test_a_full_database_is_507(tmp_path):
+    with keyed(tmp_path) as service:
+        service.warm()
+        # Applies to all connections used from now on.
+        event.listen(
+            service.store._engine, "checkout", lambda connection, *_: connection.execute("PRAGMA max_page_count = 1")
+        )
+        statuses = [service.client.post(MASSES, json={**BODY, "name": "x" * 200}).status_code for _ in range(12)]
+        assert statuses[-1] == 507 and set(statuses) <= {201, 507}
+        # Acknowledged runs are present.
+        assert len(service.client.get("/api/v1/runs").json()["items"]) == statuses.count(201)
+
+
+def test_request_ids_appear_in_responses_and_logs(tmp_path):
+    stream, root = io.StringIO(), logging.getLogger()
+    level, handlers = root.level, list(root.handlers)
+    try:
+        with keyed(tmp_path) as service:
+            configure(LogFormat.JSON, LogLevel.INFO, stream)
+            given = service.client.get("/api/v1/runs", headers={"X-Request-ID": "mine-7"})
+            made = service.client.get("/api/v1/runs", headers={"X-Request-ID": "not fit\x7f"})
+            service.client.app.state.service.store.get = None  # an unexpected error
+            failed = service.client.get(f"/api/v1/runs/{'0' * 36}", headers={"X-Request-ID": "broken"})
+    finally:
+        root.handlers[:] = handlers
+        root.setLevel(level)
+    records = [json.loads(line) for line in stream.getvalue().splitlines()]
+    assert given.headers["x-request-id"] == "mine-7" and len(made.headers["x-request-id"]) == 16
+    (noted,) = [each for each in records if each.get("request_id") == "mine-7"]
+    assert (noted["event"], noted["path"], noted["status"], noted["method"]) == ("request", "/api/v1/runs", 200, "GET")
+    assert failed.status_code == 500 and "TypeError" not in failed.text
+    told = [each for each in records if each.get("request_id") == "broken"]
+    assert any("Traceback" in each.get("exception", "") and "TypeError" in each["exception"] for each in told)
+
+
+def test_metrics_cover_solves_queues_and_the_store(tmp_path):
+    with keyed(tmp_path) as service:
+        service.warm()
+        before = service.client.get("/metrics").text
+        assert service.client.post(MASSES, json=BODY).status_code == 201
+        after = service.client.get("/metrics").text
+
+    def value(text: str, start: str) -> float:
+        return sum(float(line.rpartition(" ")[2]) for line in text.splitlines() if line.startswith(start))
+
+    solved = 'crankwright_solves_total{kind="crank-masses",mode="analysis",status="succeeded"}'
+    assert value(after, solved) == value(before, solved) + 1
+    assert value(after, "crankwright_store_seconds_count") > value(before, "crankwright_store_seconds_count")
+    for length in ("short", "long"):
+        assert f'crankwright_queue_waiting{{length="{length}"}} 0.0' in after
+    assert "crankwright_solve_seconds_bucket" in after and "crankwright_runs_promised" in after
+
+
+# -- starts -----------------------------------------------------------------------------------------------------
+
+
+def newer(folder: Path) -> dict[str, str]:
+    upgrade(f"sqlite:///{folder}/runs.sqlite3")
+    with sqlite3.connect(folder / "runs.sqlite3") as connection:
+        connection.execute("UPDATE alembic_version SET version_num = '9999'")
+    connection.close()
+    return {}
+
+
+def no_database(folder: Path) -> dict[str, str]:
+    (folder / "runs.sqlite3").write_text("this is a letter, no database\n" * 500)
+    return {}
+
+
+def unprotected(_folder: Path) -> dict[str, str]:
+    return {"CRANKWRIGHT_HOST": "0.0.0.0"}
+
+
+@pytest.mark.parametrize(
+    ("prepare", "told"),
+    [(newer, "revision 9999"), (no_database, "the database is damaged"), (unprotected, "keys create")],
+)
+def test_startup_errors_are_one_line(tmp_path, prepare, told):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), **prepare(tmp_path)}
+    words = ["-m", "app.cli", "serve", "--port", "0", "--database-url", f"sqlite:///{tmp_path}/runs.sqlite3"]
+    done = subprocess.run([sys.executable, *words], env=environment, cwd=ROOT, capture_output=True, timeout=100)
+    assert done.returncode == 1
+    assert told in done.stderr.decode() and len(done.stderr.decode().splitlines()) == 1

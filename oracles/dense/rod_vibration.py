@@ -218,8 +218,9 @@ def _slope(values: Array, points: Array, width: Array) -> Array:
 def _transfers(
     c: Array, once: Array, width: Array, mass: Array, damping: Array, stiff: Array, right: Array
 ) -> tuple[Array, Array]:
-    """M y'' + C y' + K(phi) y = right on elements: y at the points and y' at the end by the start's y and y' and a column for
-    what drives it, (elements, points, functions, 2 functions + 1) and (elements, functions, 2 functions + 1)."""
+    """M y'' + C y' + K(phi) y = right on elements: y at the points and y' at the end by the start's y and y' and a
+    column for what drives it, (elements, points, functions, 2 functions + 1) and (elements, functions,
+    2 functions + 1)."""
     (size, stages, n), twice = right.shape, once @ once
     system = np.einsum("ij,eiab->eiajb", twice, stiff) * (width**2)[:, None, None, None, None]
     system += np.einsum("ij,ab->iajb", once, damping) * width[:, None, None, None, None]

@@ -25,9 +25,9 @@ _TAIL = 4
 
 class Radau(NamedTuple):
     """``points`` (s + 1,) and ``weights`` of barycentric interpolation there; ``first``, ``second`` derivatives at the
-    points and ``integral`` up to them, of a polynomial given by its values, (s + 1, s + 1); ``once`` and
-    ``twice`` (s, s): single and double integrals up to Radau's points of one given at these alone; ``slope`` (s,): from what has grown since the first end
-    to the slope at the last; ``tail`` (4, s + 1) gives the last Legendre coefficients."""
+    points and ``integral`` up to them, of a polynomial given by its values, (s + 1, s + 1); ``once`` and ``twice``
+    (s, s): single and double integrals up to Radau's points of one given at these alone; ``slope`` (s,): from what has
+    grown since the first end to the slope at the last; ``tail`` (4, s + 1) gives the last Legendre coefficients."""
 
     points: Array
     weights: Array

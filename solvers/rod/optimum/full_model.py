@@ -60,8 +60,8 @@ class FullModel:
     """The physics chosen for a scene, its criterion, what is looked at, and the accuracy of all that.
 
     ``effects`` are those that run, settled. ``strips`` counts the strips evaluated by rows, ``checks`` the exact ones.
-    Corrections are taken as linear in ln b, ln h, ln l, as quadratic where the model is ``curved``: so damped resonances
-    are followed closely. ``watch`` is called before each strip and check and may raise OutOfTime.
+    Corrections are taken as linear in ln b, ln h, ln l, as quadratic where the model is ``curved``: so damped
+    resonances are followed closely. ``watch`` is called before each strip and check and may raise OutOfTime.
     """
 
     scene: Scene

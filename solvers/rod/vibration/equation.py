@@ -36,7 +36,8 @@ _SOFTEST = 0.1
 class StripEquation:
     """``slowness`` holds mu_n [rad^2], the greatest first, ``loss`` eta; ``modes`` takes amplitudes of the modes to
     those of the basis; ``coupling`` is G [1/N], ``stretched`` h, ``carried`` b [1/m] and ``clamp`` V'' and V''' of the
-    modes at the clamp, (2, modes); ``tip`` EI psi_n'(l) and ``leaning`` int rho A omega^2 psi_n z dz, of which shear makes use."""
+    modes at the clamp, (2, modes); ``tip`` EI psi_n'(l) and ``leaning`` int rho A omega^2 psi_n z dz, of which shear
+    makes use."""
 
     strip: Strip
     loss: float

@@ -127,8 +127,10 @@ def _pins(name: str, steps: int) -> Row:
 
 
 def _dynamics(name: str, *names: str) -> Row:
-    request = KINDS["crank-dynamics"].jobs[Mode.ANALYSIS].request.model_validate(
-        KINDS["crank-dynamics"].example(Mode.ANALYSIS)
+    request = (
+        KINDS["crank-dynamics"]
+        .jobs[Mode.ANALYSIS]
+        .request.model_validate(KINDS["crank-dynamics"].example(Mode.ANALYSIS))
     )
     scene, rng = replace(request.scene()[0], engine=SINGLE), np.random.default_rng(3)
     machines = [

@@ -9,7 +9,6 @@ from types import MappingProxyType
 
 from solvers.errors import InvalidInput
 
-
 LOSS_FACTOR = 0.01
 """eta of a steel strip held by friction in its clamps, damping ratio 0.5 %: hardened steel itself has 1e-4 to 2e-3, a
 part clamped or bolted at its ends some 1e-3 to some 1e-2 (L. Cremer, M. Heckl, B. A. T. Petersson, Structure-Borne

@@ -39,13 +39,13 @@ _LOOSER = 5.0
 """Times the accuracy of checks: the rows of a strip, which its check corrects."""
 _FINE_LOOSER, _FINE_STEP, _CLOSEST = 0.5, 2e-4, 1e-5
 """The same for a closer look at ripples, and the radius that no trust is left in then."""
-_CURVED_STEP = 1e-3
+_CURVED_STEP, _ROUGH_CURVED_STEP = 1e-3, 4e-3
 """Of differences to both sides, where what corrections add is taken as quadratic."""
 _DAMPED = 0.003
 """Loss factor from which on results are smooth between strips that a search can tell apart."""
 _RIPPLE, _SMOOTH = 2e-3, 1e-7
 """Radii that no trust is left in where results ripple, and where they do not."""
-_KEPT = 6
+_KEPT = 16
 _LEAST = 1e-300
 
 Watch = Callable[[], None]
@@ -60,7 +60,8 @@ class FullModel:
     """The physics chosen for a scene, its criterion, what is looked at, and the accuracy of all that.
 
     ``effects`` are those that run, settled. ``strips`` counts the strips evaluated by rows, ``checks`` the exact ones.
-    ``watch`` is called before each and may raise OutOfTime.
+    Corrections are taken as linear in ln b, ln h, ln l, as quadratic where the model is ``curved``: so damped
+    resonances are followed closely. ``watch`` is called before each strip and check and may raise OutOfTime.
     """
 
     scene: Scene
@@ -72,6 +73,7 @@ class FullModel:
     wanted: Wanted
     watch: Watch = no_watch
     fine: bool = False
+    curved: bool = False
     strips: int = 0
     checks: int = 0
     _strips: dict[tuple[Dimensions, bool], FullStrip] = field(default_factory=dict)
@@ -96,7 +98,9 @@ class FullModel:
     @property
     def correction_step(self) -> float:
         """Of differences of corrections, in ln b, ln h, ln l."""
-        return _CORRECTION_STEP if not self.fine else _FINE_STEP if self.ripples else _CURVED_STEP
+        if self.curved:
+            return _CURVED_STEP if self.fine else _ROUGH_CURVED_STEP
+        return _FINE_STEP if self.fine else _CORRECTION_STEP
 
     def rougher(self, accuracy: float) -> FullModel:
         """The same, less accurate; its checks are its own."""
@@ -104,12 +108,11 @@ class FullModel:
 
     def finer(self) -> FullModel:
         """The same with rows as good as checks, for steps among ripples; its checks are the same."""
-        return replace(self, fine=True, strips=0, checks=0, _strips={})
+        return replace(self, fine=True, curved=not self.ripples, strips=0, checks=0, _strips={})
 
-    @property
-    def curved(self) -> bool:
-        """Whether corrections are taken as quadratic instead of linear: where damped resonances are followed closely."""
-        return self.fine and self.rings and not self.ripples
+    def bent(self) -> FullModel:
+        """The same with corrections to second order; its checks are the same."""
+        return replace(self, curved=True, strips=0, checks=0, _strips={})
 
     @property
     def corrected(self) -> bool:
@@ -124,7 +127,7 @@ class FullModel:
             self.strips += 1
             while len(self._strips) >= _KEPT:
                 del self._strips[next(iter(self._strips))]
-            looser = _FINE_LOOSER if self.fine else _LOOSER
+            looser = _FINE_LOOSER if self.fine else 1.0 if self.curved else _LOOSER
             cycle = Cycle(self.scene, d, self.composition, looser * self.accuracy)
             self._strips[key] = FullStrip(cycle if corrected else cycle.without_corrections())
         return self._strips[key]

@@ -20,8 +20,8 @@ from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
 from solvers.rod.optimum.core_cycle import CoreCycle
-from solvers.rod.optimum.gaps import other_gaps
 from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of, logarithms, no_watch
+from solvers.rod.optimum.gaps import other_gaps
 from solvers.rod.optimum.local_search import ROUNDS, Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.ripples import (
@@ -45,8 +45,9 @@ _FARTHEST = 0.1
 """A step along the limits, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
 _SHIFTS = 3
-_GAP_ROUNDS = 2
-"""How often gaps around a new best strip are looked at."""
+_GAP_ROUNDS, _GAP_RADIUS, _SAME_GAP = 3, 0.03, 0.01
+"""How often the gaps around a new best strip are looked at; first radius of the search in one, and up to where an end
+lies in the gap of a start, in ln b, ln h, ln l."""
 _LAST_ROUNDS = 2
 """At full accuracy, of a strip that limits do not hold among ripples: what ripples leave unknown is far more."""
 _ROUGH, _CLOSER = 1e-4, 1e-5
@@ -129,6 +130,10 @@ class Context:
     def finer(self) -> Context:
         """The same with smaller steps and rows as good as checks."""
         return replace(self, model=self.model.finer(), ends=[])
+
+    def bent(self) -> Context:
+        """The same with corrections to second order."""
+        return replace(self, model=self.model.bent(), ends=[])
 
     def best(self) -> Local | None:
         """The best end: admissible before not, cheaper before dearer."""
@@ -232,17 +237,20 @@ def _search_everywhere(context: Context, start: Dimensions) -> None:
 
 
 def _among_gaps(context: Context, explored: Context) -> Optimum | None:
-    """The best of the optima between damped resonances."""
-    best = explored.best()
+    """The best of the optima between damped resonances: of every gap a rough one, of the best an exact one."""
+    gaps, best = explored.bent(), None
+    starts = [explored.best().best.outcome.value.dimensions]
     for _ in range(_GAP_ROUNDS):
-        conditions = conditions_at(explored, best.best, context.bounds, context.bounds)
-        for strip in other_gaps(explored.model, explored.task, context.bounds, best.best, conditions):
-            explored.search_from(strip, context.bounds, RIPPLE_RADIUS, RIPPLE_ROUNDS)
-        if explored.best() is best:
+        for strip in starts:
+            gaps.search_from(strip, context.bounds, _GAP_RADIUS)
+        found = gaps.best()
+        if found is None or found.found is None or found is best:
             break
-        best = explored.best()
-    ends, last = _different(explored.ends), context.finer()
-    best = last.search_from(best.best.outcome.value.dimensions, context.bounds, FINE_RADIUS)
+        best, conditions = found, conditions_at(gaps, found.best, context.bounds, context.bounds)
+        valleys = other_gaps(gaps.model, gaps.task, context.bounds, best.best, conditions)
+        starts = [strip for strip in valleys if not near(logarithms(strip), gaps.ends, _SAME_GAP)]
+    start = (best or explored.best()).best.outcome.value.dimensions
+    best, ends = context.finer().search_from(start, context.bounds, FINE_RADIUS), _different(gaps.ends)
     if best is None or best.found is None:
         return None if best is None else Optimum(best, starts=context.starts, ends=ends)
     conditions = conditions_at(context, best.best, context.bounds, context.bounds)
@@ -288,8 +296,9 @@ def _other_start(context: Context) -> Dimensions | None:
     best = context.shifted_core(context.core_limits_at(strip.dimensions, strip, context.task.guard)).best
     if best is None:
         return None
-    x, known = logarithms(best.dimensions), [end.best.x for end in context.ends] + context.started[1:]
-    apart = _CLOSE_BY if context.model.rings else _ELSEWHERE
+    rings = context.model.rings
+    x, apart = logarithms(best.dimensions), _CLOSE_BY if rings else _ELSEWHERE
+    known = [end.best.x for end in context.ends] + context.started[0 if rings else 1 :]
     return None if any(np.max(np.abs(x - other)) < apart for other in known) else best.dimensions
 
 

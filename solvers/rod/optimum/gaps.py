@@ -17,7 +17,7 @@ from solvers.rod.optimum.answer.sensitivities import Stationarity
 from solvers.rod.optimum.core_optimum import within
 from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of
 from solvers.rod.optimum.local_search import Iterate, Task
-from solvers.rod.optimum.ripples import free_sizes, of_whole_rows
+from solvers.rod.optimum.ripples import of_whole_rows
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 from solvers.rod.vibration.natural_frequencies import natural_frequency
@@ -28,25 +28,38 @@ _FARTHEST = 0.12
 """In ln b, ln h, ln l."""
 _STARTS, _DEARER = 2, 0.01
 """So many valleys are starts, if they are dearer than the strip by no more than that, in ln objective."""
+_STEEPEST = 1e3
+"""Where strips buckle, in ln objective."""
 _STEEP, _STEP = 0.05, 1e-4
 """Change of ln Omega per unit of the way, under which there are no gaps on it; step of its differences."""
 
 
-def other_gaps(model: FullModel, task: Task, bounds: Bounds, best: Iterate, conditions: Stationarity) -> list[Dimensions]:
+def other_gaps(
+    model: FullModel, task: Task, bounds: Bounds, best: Iterate, conditions: Stationarity
+) -> list[Dimensions]:
     """Strips in other gaps from where a search may find a better one, the most promising first."""
-    way, pace = _way(model, bounds, best, conditions)
-    if way is None:
-        return []
     weights = of_whole_rows(conditions.weights, best.memory.active.layout, task.objective)
     own = float(weights @ best.memory.active.corrected_values(best.x))
-    step = 1.0 / (_STEPS * pace)
-    places = step * np.arange(-_GAPS * _STEPS, _GAPS * _STEPS + 1)
-    strips = [within(bounds, best.x + place * way) for place in places if np.max(np.abs(place * way)) < _FARTHEST]
-    merits = np.array([_merit(best, weights, strip) - own for strip in strips])
-    valleys = [n for n in range(1, merits.size - 1) if merits[n] <= min(merits[n - 1], merits[n + 1])]
-    home = len(strips) // 2
-    apart = [n for n in valleys if n != home and _barrier(merits, n, home) > 0.0 and merits[n] < _DEARER]
-    return [strips[n] for n in sorted(apart, key=lambda n: merits[n])[:_STARTS]]
+    ways, pace = _ways(model, bounds, best, conditions)
+    found = [one for way in ways for one in _valleys(bounds, best, weights, own, way, pace)]
+    return [strip for _, strip in sorted(found, key=lambda one: one[0])[:_STARTS]]
+
+
+def _valleys(
+    bounds: Bounds, best: Iterate, weights: Array, own: float, way: Array, pace: float
+) -> list[tuple[float, Dimensions]]:
+    """The Lagrangian's valleys beyond a resonance along a way, by how much dearer they are."""
+    places = np.arange(-_GAPS * _STEPS, _GAPS * _STEPS + 1) / (_STEPS * pace)
+    strips, home = [], 0
+    for place in places:
+        strip = within(bounds, best.x + place * way)
+        if np.max(np.abs(place * way)) < _FARTHEST and (not strips or strip != strips[-1]):
+            home = len(strips) if place <= 0.0 else home
+            strips.append(strip)
+    merits = np.minimum([_merit(best, weights, strip) - own for strip in strips], _STEEPEST)
+    around = np.concatenate([[math.inf], merits, [math.inf]])
+    valleys = [n for n in range(merits.size) if merits[n] <= min(around[n], around[n + 2]) and merits[n] < _DEARER]
+    return [(merits[n], strips[n]) for n in valleys if n != home and _barrier(merits, n, home) > 0.0]
 
 
 def _barrier(merits: Array, n: int, home: int) -> float:
@@ -60,9 +73,9 @@ def _merit(best: Iterate, weights: Array, strip: Dimensions) -> float:
     return math.inf if values[rows.UTILISATION] == rows.BUCKLED else float(weights @ values)
 
 
-def _way(model: FullModel, bounds: Bounds, best: Iterate, conditions: Stationarity) -> tuple[Array | None, float]:
-    """The step in ln(b, h, l) per ln Omega, along what limits leave free or, where they hold a strip in every
-    direction, in the sizes that bounds do not hold; None where Omega does not change. And Omega."""
+def _ways(model: FullModel, bounds: Bounds, best: Iterate, conditions: Stationarity) -> tuple[list[Array], float]:
+    """Steps in ln(b, h, l) per ln Omega, and Omega: along what limits leave free; where that is more than one
+    direction, or none, thickness and length each by itself."""
     scene = model.scene
     mean = float(np.mean(best.memory.active.home_cycle.axial_force(2.0 * math.pi * np.arange(128) / 128)))
 
@@ -71,12 +84,9 @@ def _way(model: FullModel, bounds: Bounds, best: Iterate, conditions: Stationari
 
     here = log_pace(best.x)
     slope = np.array([(here - log_pace(best.x - _STEP * unit)) / _STEP for unit in np.eye(3)])
-    tangent = conditions.tangent
-    if len(tangent):
-        way = tangent.T @ (tangent @ slope)
+    tangent, ranges = conditions.tangent, (bounds.b, bounds.h, bounds.l)
+    if len(tangent) == 1:
+        units = [tangent[0]]
     else:
-        way = np.zeros(3)
-        free = free_sizes(bounds, conditions)
-        way[free] = slope[free]
-    steep = float(way @ slope)
-    return (None, math.exp(here)) if steep < _STEEP**2 else (way / steep, math.exp(here))
+        units = [np.eye(3)[v] for v in (1, 2) if ranges[v][0] < ranges[v][1]]
+    return [unit / (unit @ slope) for unit in units if abs(unit @ slope) > _STEEP], math.exp(here)

@@ -8,7 +8,7 @@ within a trust region. The search ends at a strip that the exact check admits an
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -114,6 +114,10 @@ def local_search(
             continue
         if actual > 0.0 or (trial.admissible and not at.admissible):
             at = trial
+        else:
+            # What the step ran into is known from now on.
+            at, seeing = _seeing(model, task, at, trial), at
+            best = at if best is seeing else best
         if _better(trial, best):
             best = trial
     return Local(best, gain, rounds)
@@ -134,11 +138,21 @@ def iterate(
         return None
     peaks = model.peaks(d)
     memory = Memory(model.following(peaks if before is None else peaks.joined(before.peaks), d))
-    values = memory.values(x)
-    exact = {c.row: c.log_value(check, model.scene) for c in CONSTRAINTS if c.row in task.limits}
-    limits = {row: limit - _shift(exact.get(row), values, row) for row, limit in task.limits.items()}
+    limits = _shifted(model, task, check, memory.values(x))
     cost = task.objective.log_cost(check, model.scene.material.density)
     return Iterate(x, outcome, cost, excess_of(task, check, model.scene), memory, limits)
+
+
+def _seeing(model: FullModel, task: Task, at: Iterate, beside: Iterate) -> Iterate:
+    """The same iterate with a model that follows the peaks of another, too."""
+    memory = Memory(model.following(beside.memory.active.peaks, at.outcome.value.dimensions))
+    return replace(at, memory=memory, limits=_shifted(model, task, at.outcome.value, memory.values(at.x)))
+
+
+def _shifted(model: FullModel, task: Task, check: RodCheck, values: Array) -> Limits:
+    """The limits, each by what the exact value of its row exceeds the model's."""
+    exact = {c.row: c.log_value(check, model.scene) for c in CONSTRAINTS if c.row in task.limits}
+    return {row: limit - _shift(exact.get(row), values, row) for row, limit in task.limits.items()}
 
 
 def excess_of(task: Task, check: RodCheck, scene: Scene) -> float:

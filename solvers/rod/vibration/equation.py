@@ -3,9 +3,11 @@
 With g the static shape per unit stroke s under the mean force, V = s g + sum_n a_n psi_n in the modes, which have unit
 stiffness and masses mu_n, so that with G the geometric stiffness and swing = P - mean
 
-    M a'' + (1 + swing G) a = f = (1 + swing G) c + s b,   b_n = int rho A omega^2 psi_n g dz
+    M a'' + C (a - c)' + (1 + swing G) a = f = (1 + swing G) c + s b,   b_n = int rho A omega^2 psi_n g dz
 
-where c holds the quasi-static shape. d = a - c is what inertia adds. Without shear c follows from its weak form,
+where c holds the quasi-static shape, and C = eta M^(1/2) is modal damping by the loss factor eta = 2 zeta: a mode by
+itself reaches 1/eta times its static amplitude at resonance. It acts on d = a - c, what inertia adds; so a slow strip
+is the quasi-static one whatever eta is. Without shear c follows from its weak form,
 (1 + swing G) c = -s swing h with h_n = int g' psi_n' dz + e g'(l) psi_n'(l), diagonal in coordinates of G's own. With
 shear (``solvers.rod.strip.shear``) V = W/m - gamma D z, W = int psi dz, where W obeys the same equation under
 P_s = EI q_s, with the stroke W(l) + e W'(l) and the moment EI (W'' + e W''') at the pin.
@@ -32,9 +34,10 @@ _SOFTEST = 0.1
 
 @dataclass(frozen=True)
 class StripEquation:
-    """``slowness`` holds mu_n [rad^2], the greatest first; ``modes`` takes amplitudes of the modes to those of the
-    basis; ``coupling`` is G [1/N], ``stretched`` h, ``carried`` b [1/m] and ``clamp`` V'' and V''' of the modes at the
-    clamp, (2, modes); ``tip`` EI psi_n'(l) and ``leaning`` int rho A omega^2 psi_n z dz, of which shear makes use."""
+    """``slowness`` holds mu_n [rad^2], the greatest first, ``loss`` eta; ``modes`` takes amplitudes of the modes to
+    those of the basis; ``coupling`` is G [1/N], ``stretched`` h, ``carried`` b [1/m] and ``clamp`` V'' and V''' of the
+    modes at the clamp, (2, modes); ``tip`` EI psi_n'(l) and ``leaning`` int rho A omega^2 psi_n z dz, of which shear
+    makes use."""
 
     strip: Strip
     loss: float

@@ -1,11 +1,11 @@
 """A fast mode that rings freely while the stiffness changes slowly: an exponential, without following its periods.
 
-    M a'' + (1 + swing(phi) G) a = 0,   a = y(phi) exp(int x dphi),   y_n = 1
+    M a'' + C a' + (1 + swing(phi) G) a = 0,   a = y(phi) exp(int x dphi),   y_n = 1
 
 leaves for the rate x and for what the other modes do in step with mode n
 
-    mu_n (x^2 + x') = -(1 + swing sum_k G_nk y_k),
-    y_k (1 + swing G_kk + mu_k (x^2 + x')) = -swing sum_(j != k) G_kj y_j - mu_k (y_k'' + 2 x y_k')
+    mu_n (x^2 + x') + C_n x = -(1 + swing sum_k G_nk y_k),
+    y_k (1 + swing G_kk + mu_k (x^2 + x') + C_k x) = -swing sum_(j != k) G_kj y_j - mu_k (y_k'' + 2 x y_k') - C_k y_k'
 
 which are solved again and again with the derivatives, and for y_k the y_j, of the time before: every time better by
 about the share by which the stiffness changes in a period. Where a mode rings many times while the force changes, few
@@ -31,7 +31,14 @@ Complex = NDArray[np.complex128]
 
 @fusing_kernel
 def free_mode(
-    n: int, widths: Array, swing: Array, slowness: Array, damping: Array, coupling: Array, rule: Radau, wanted: float,
+    n: int,
+    widths: Array,
+    swing: Array,
+    slowness: Array,
+    damping: Array,
+    coupling: Array,
+    rule: Radau,
+    wanted: float,
     most: int,
 ) -> tuple[Complex, Complex, Complex, Array]:
     """y (elements, points, modes) and y' + x y, int x dphi from each element's first end (elements, points), and the

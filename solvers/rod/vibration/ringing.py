@@ -99,7 +99,17 @@ class FreeModes:
         widths, panels = np.diff(excitation.edges), excitation.panels(excitation.edges)
         swing = equation.swing(excitation.states).reshape(widths.size, -1)
         found = [
-            free_mode(first + k, widths, swing, equation.slowness, equation.damping, equation.coupling, RULE, phase, _MOST_TIMES)
+            free_mode(
+                first + k,
+                widths,
+                swing,
+                equation.slowness,
+                equation.damping,
+                equation.coupling,
+                RULE,
+                phase,
+                _MOST_TIMES,
+            )
             for k, phase in enumerate(enough)
         ]
         shape, rate, phase, missed = (np.stack(part) for part in zip(*found, strict=True))

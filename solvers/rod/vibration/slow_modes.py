@@ -1,13 +1,13 @@
 """Slow modes by collocation in time, fast ones following them without ringing: the strip's motion over one element.
 
-    M a'' + (1 + swing(phi) G) a = f(phi)
+    M a'' + C a' + (1 + swing(phi) G) a = f(phi),   C diagonal in the modes
 
 in coordinates of which the first m are modes and the rest makes G diagonal beside them, so that the stiffness of the
 rest is diagonal at every angle. What the rest does is, w = 1/(1 + swing gamma),
 
-    r = w (f_r - swing C' a_s - M_r r'')
+    r = w (f_r - swing G_sr' a_s - M_r r'' - C_r r')
 
-without r'' at first, and again with that of the last r: a series in powers of (slow/fast frequency)^2. It is
+without r'' and r' at first, and again with those of the last r: a series in powers of (slow/fast frequency)^2. It is
 asymptotic; where its terms no longer fall it ends. Each time the slow modes obey Radau's collocation under the force of
 the rest. All columns of the solution (for unit first states, and for f alone) are carried on side by side.
 

@@ -6,8 +6,9 @@ V is split into the quasi-static shape, known in closed form, and a remainder d 
 ``natural_frequencies``, periodic with the turn (``motion``), which in the strip's modes obeys an ordinary differential
 equation (``equation``) between the corners of the force (``excitation``). A first resolution is chosen by how fast the
 modes are and how fast the force changes, and added to where most is left unknown, until that is little enough, does not
-help, or has cost too much; what is left is ``error``. There is no damping, so exactly at a resonance the answer is not
-finite, and it is refused.
+help, or has cost too much; what is left is ``error``. What the strip does beside the quasi-static shape is damped
+mode by mode by the material's loss factor (``equation``). With none, the answer exactly at a resonance is not finite,
+and it is refused.
 Validity: no parametric instability (k omega < omega_1 in every practical machine); the head's mass is not modelled.
 
 Source: the outlook of T. A. Obolenskaya, A. S. Klochko (2014).

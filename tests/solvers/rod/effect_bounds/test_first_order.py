@@ -140,7 +140,7 @@ def campaign_scene(load, lengths, piston, material):
         rod.Mechanism(radius * 1e-3, length * 1e-3, speed),
         rod.Piston(diameter * 1e-3, skirt * 1e-3, 0.0, offset * 1e-3, friction),
         load,
-        rod.Material(modulus * 1e9, 480e6, 1.15, sensitivity, 1200e6, density),
+        rod.Material(modulus * 1e9, 480e6, 1.15, sensitivity, 1200e6, density, loss_factor=0.0),
     )
 
 

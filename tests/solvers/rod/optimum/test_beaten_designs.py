@@ -29,7 +29,7 @@ def problem_of(case: dict) -> tuple[rod.RodProblem, rod.EffectSelection]:
         rod.Mechanism(**case["mechanism"]),
         rod.Piston(**case["piston"]),
         rod.SchmidtLoad(**case["load"]),
-        rod.Material(**case["material"]),
+        rod.Material(**case["material"], loss_factor=0.0),
     )
     bounds = rod.Bounds(**{name: tuple(pair) for name, pair in case["bounds"].items()})
     asked, objective = rod.Requirements(**case["requirements"]), rod.OBJECTIVES[case["objective"]]

@@ -17,7 +17,7 @@ from tests.solvers.rod.machines import PAPER
 from tests.solvers.rod.test_design import REFERENCE
 
 MM = 1e-3
-STEEL = rod.Material(210e9, 480e6, 1.15, 0.12, 1200e6, 7850.0)
+STEEL = rod.Material(210e9, 480e6, 1.15, 0.12, 1200e6, 7850.0, loss_factor=0.0)
 CLOSED = EffectSelection(exclude=frozenset({"rod_inertia"}), automatic=False)
 """All effects in closed form: quick checks."""
 

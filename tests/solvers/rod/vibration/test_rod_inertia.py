@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from oracles.dense.rod_effects import RodModel
+from oracles.dense.rod_vibration import periodic_motion
 from solvers import rod
 from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
 from solvers.rod.effects import EFFECTS
@@ -147,7 +148,9 @@ def test_damped_motions_are_those_of_the_dense_model(speed, loss):
     moving = Cycle(scene, STRIP, MOVING, 1e-8)
     shape, error = moving.at(ANGLES).shape, moving.refinement_error
     assert error <= 1e-8
-    curvature, shear = RodModel(scene, STRIP, frozenset({"rod_inertia"})).motion.at_clamp(ANGLES)
+    model = RodModel(scene, STRIP, frozenset({"rod_inertia"}))
+    # Modal damping is no differential operator: polynomials along the strip converge like a power of their number.
+    curvature, shear = periodic_motion(model, functions=32).at_clamp(ANGLES)
     stiffness = bending_stiffness(scene, STRIP)
     assert shape.clamp_moment() / stiffness == pytest.approx(curvature, abs=(error + 1e-9) * np.abs(curvature).max())
     assert -shape.side_force() / stiffness == pytest.approx(shear, abs=(error + 1e-9) * np.abs(shear).max())

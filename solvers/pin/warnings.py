@@ -1,4 +1,4 @@
-"""What a check warns of: strength, wall, deflection, ovalization and hoop stress beyond what is allowed."""
+"""Warnings of a check: strength, wall, deflection, ovalization and hoop stress beyond their limits."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ Array = NDArray[np.float64]
 
 
 def exceeded(x: Array, use: float) -> str:
-    """At which places [m] the strength is exceeded, and by how much."""
+    """Describe where [m] and by how much the strength is exceeded."""
     by = f"by {100.0 * (use - 1.0):.2g} %" if math.isfinite(use) else "where there is no wall"
     return f"the strength is exceeded {_span(x)}, {by}"
 
 
 def shape_warnings(limits: Limits, least: float, deflection: float) -> list[str]:
-    """Least wall [m] and deflection [m] beyond their limits."""
+    """Return warnings for a minimum wall [m] and a deflection [m] beyond their limits."""
     said = []
     if least < limits.min_wall * (1.0 - 1e-9):
         said.append(f"the wall is {least * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked")
@@ -32,13 +32,13 @@ def shape_warnings(limits: Limits, least: float, deflection: float) -> list[str]
 
 
 def _span(x: Array) -> str:
-    """Where, in words: from the first to the last of places [m]."""
+    """Describe the range of positions [m]."""
     first, last = f"{x.min() * 1e3:.4g}", f"{x.max() * 1e3:.4g}"
     return f"at {first} mm" if first == last else f"between {first} and {last} mm"
 
 
 def ring_warnings(scene: Scene, sought: Sought, limits: Limits, x: Array, walls: Array, found: RingResult) -> list[str]:
-    """Whether the ring, of which the beam knows nothing, is what the part breaks of; walls at places x [m]."""
+    """Return warnings for ring failure, which the beam model does not cover; walls at positions x [m]."""
     said: list[str] = []
     if scene.force == 0.0:
         return said

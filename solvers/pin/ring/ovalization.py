@@ -140,7 +140,7 @@ def _bending(ratio: float) -> tuple[float, float, float, float, float]:
         E u_r = [2 n - (1 - nu)]/(n^2 - 1) + n [1 - exp(-2 n t) + n sinh(2 t) + 2 n^2 sinh^2(t)]/((n^2 - 1) Z)
 
     The first terms, independent of the thickness, converge slowly and are summed in closed form by the caller; the
-    remainder (``_decaying_part``) is positive and decays as exp(-2 n t), before n reaches 1/t as n^-4. Truncation at
+    remainder (``_rest``) is positive and decays as exp(-2 n t), before n reaches 1/t as n^-4. Truncation at
     ``_MAX_HARMONICS`` costs less than 1e-11.
     """
     t = -math.log(ratio)
@@ -150,7 +150,7 @@ def _bending(ratio: float) -> tuple[float, float, float, float, float]:
     for k in range(1, _MAX_HARMONICS):
         n = 2.0 * k
         amplitude = 4.0 / (math.pi * (n * n - 1.0))
-        outer, inner, moved = _decaying_part(n, ratio, t, excess)
+        outer, inner, moved = _rest(n, ratio, t, excess)
         outer, inner, moved = amplitude * outer, amplitude * inner, amplitude * moved
         outer_side += outer
         outer_top += sign * outer
@@ -164,7 +164,7 @@ def _bending(ratio: float) -> tuple[float, float, float, float, float]:
 
 
 @kernel
-def _decaying_part(n: float, ratio: float, t: float, excess: float) -> tuple[float, float, float]:
+def _rest(n: float, ratio: float, t: float, excess: float) -> tuple[float, float, float]:
     """Return one harmonic without its first terms: outer hoop stress, inner hoop stress with its sign reversed, E
     u_r.
 

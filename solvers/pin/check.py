@@ -216,11 +216,11 @@ def sections_of(program: Program, walls: Array, places: tuple[float, ...] = ()) 
 def _warnings(
     program: Program, limits: Limits, walls: Array, use: Array, deflection: float, found: RingResult | None
 ) -> tuple[str, ...]:
-    said, x = [], program.stations.x
+    messages, x = [], program.stations.x
     over = use > 1.0 + 1e-9
     if over.any():
-        said.append(exceeded(x[over], float(use.max())))
-    said += shape_warnings(limits, 0.5 * program.sought.thickness(float(walls.min())), deflection)
+        messages.append(exceeded(x[over], float(use.max())))
+    messages += shape_warnings(limits, 0.5 * program.sought.thickness(float(walls.min())), deflection)
     if found is not None:
-        said += ring_warnings(program.scene, program.sought, limits, x, walls, found)
-    return tuple(said)
+        messages += ring_warnings(program.scene, program.sought, limits, x, walls, found)
+    return tuple(messages)

@@ -130,8 +130,8 @@ def _with_gap_warning(value: PinDesign, gap: float, accuracy: float) -> PinDesig
     """Add a warning for an optimality gap above the accuracy; the gap is not an error of the reported values."""
     if gap <= max(accuracy, _NEGLIGIBLE_GAP):
         return value
-    said = f"a lighter pin of this form is excluded only to {gap:.1e} of the mass"
-    return replace(value, check=replace(value.check, warnings=(*value.check.warnings, said)))
+    message = f"a lighter pin of this form is excluded only to {gap:.1e} of the mass"
+    return replace(value, check=replace(value.check, warnings=(*value.check.warnings, message)))
 
 
 def _feasible_design(
@@ -189,38 +189,38 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
     stations: Stations = opening_stations(scene)
     coupled = problem.limits.max_slope is not None and problem.limits.max_deflection is not None
     most = _MAX_COUPLED_STATIONS if coupled else _MAX_STATIONS
-    wanted, told = (0.5 if coupled else _MASS_ERROR_FRACTION) * accuracy, 1.0
+    mass_tolerance, mass_error = (0.5 if coupled else _MASS_ERROR_FRACTION) * accuracy, 1.0
     result = None
     for _ in range(_MAX_PASSES):
         program = assemble(scene, problem.limits, problem.criterion, physics, stations)
         if np.isnan(program.lower).any():
             return None
-        doubt, rough_in = program.stations.doubt(program.lower), program.lower
+        doubt, refinement_values = program.stations.doubt(program.lower), program.lower
         volume = program.volume(program.lower)
-        rough = doubt.sum() > wanted * volume
+        rough = doubt.sum() > mass_tolerance * volume
         if not rough:
             # If tightening the bound is expensive: first to the discretisation error, finally to the accuracy.
-            for gap in (told, accuracy) if coupled and told > accuracy else (accuracy,):
+            for gap in (mass_error, accuracy) if coupled and mass_error > accuracy else (accuracy,):
                 best = problem.form.find(program, gap)
                 if best is None:
                     return None
-                volume, rough_in = best.volume, best.solidity
+                volume, refinement_values = best.volume, best.solidity
                 if best.doubt is not None:
                     doubt = np.maximum(doubt, best.doubt)
-                told = float(doubt.sum()) / volume if volume > 0 else 0.0
-                if told > wanted and stations.x.size <= most:
+                mass_error = float(doubt.sum()) / volume if volume > 0 else 0.0
+                if mass_error > mass_tolerance and stations.x.size <= most:
                     break
-            result = (program, best, told)
-            if told <= wanted:
+            result = (program, best, mass_error)
+            if mass_error <= mass_tolerance:
                 figures = _result_doubt(program, best)
-                result = (program, best, max(told, float(figures.sum())))
+                result = (program, best, max(mass_error, float(figures.sum())))
                 if figures.sum() <= 0.5 * accuracy:
                     break
                 doubt = volume * figures
         if stations.x.size > most:
             break
-        excess = doubt * (stations.left.size / (0.5 * wanted * max(volume, 1e-300)))
-        stations = refined(program, excess, rough_in)
+        excess = doubt * (stations.left.size / (0.5 * mass_tolerance * max(volume, 1e-300)))
+        stations = refined(program, excess, refinement_values)
     if result is None:
         best = problem.form.find(program, accuracy)
         result = None if best is None else (program, best, float(doubt.sum()) / max(volume, 1e-300))

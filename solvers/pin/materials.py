@@ -16,11 +16,11 @@ class PinSteel(PinMaterial, Catalogued):
 _ALLOWED = "assumed, within the 100 to 250 MPa that A. Kolchin and V. Demidov (Design of Automotive Engines) allow: "
 
 
-def _steel(title: str, allowable: float, told: str) -> PinSteel:
+def _steel(title: str, allowable: float, source_note: str) -> PinSteel:
     return PinSteel(
         allowable, 210e9, 0.3, 7850.0, title=title,
         sources=sources_of(
-            allowable_stress=_ALLOWED + told,
+            allowable_stress=_ALLOWED + source_note,
             elastic_modulus="typical of carbon and low-alloy steels at room temperature",
             poisson="typical of steel",
             density="typical of low-alloy steels",

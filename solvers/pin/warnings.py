@@ -23,12 +23,12 @@ def exceeded(x: Array, use: float) -> str:
 
 def shape_warnings(limits: Limits, least: float, deflection: float) -> list[str]:
     """Return warnings for a minimum wall [m] and a deflection [m] beyond their limits."""
-    said = []
+    messages = []
     if least < limits.min_wall * (1.0 - 1e-9):
-        said.append(f"the wall is {least * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked")
+        messages.append(f"the wall is {least * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked")
     if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + 1e-9):
-        said.append(f"the deflection of {deflection * 1e6:.4g} um exceeds its limit")
-    return said
+        messages.append(f"the deflection of {deflection * 1e6:.4g} um exceeds its limit")
+    return messages
 
 
 def _span(x: Array) -> str:
@@ -39,17 +39,17 @@ def _span(x: Array) -> str:
 
 def ring_warnings(scene: Scene, sought: Sought, limits: Limits, x: Array, walls: Array, found: RingResult) -> list[str]:
     """Return warnings for ring failure, which the beam model does not cover; walls at positions x [m]."""
-    said: list[str] = []
+    messages: list[str] = []
     if scene.force == 0.0:
-        return said
+        return messages
     if limits.max_ovalization is not None and (
         found.ovalization_max is None or found.ovalization_max > limits.max_ovalization * (1.0 + 1e-9)
     ):
-        said.append("the ovalization exceeds its limit")
+        messages.append("the ovalization exceeds its limit")
     allowable = scene.material.allowable_stress if limits.max_ring_stress is None else limits.max_ring_stress
     if found.stress_max is None or found.stress_max > allowable * (1.0 + 1e-9):
         thin, where = sought.over_ring_stress(scene, allowable, walls)
         if thin.any():
             span = f"{_span(x[thin])} (and mirrored)" if scene.symmetric else _span(x[thin])
-            said.append(f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where {where}, {span}")
-    return said
+            messages.append(f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where {where}, {span}")
+    return messages

@@ -251,5 +251,5 @@ def greatest(machine: Machine, gas: Unrolled, group: Group, first: int, rows: in
 
 def worst_instants(found: Greatest, period: float) -> tuple[Worst, ...]:
     """Return the load rows as named instants."""
-    told = zip(LOADS, found.place.tolist(), found.value.tolist(), found.pressure.tolist(), strict=False)
-    return tuple(Worst(name, place % period, force, p) for name, place, force, p in told)
+    maxima = zip(LOADS, found.place.tolist(), found.value.tolist(), found.pressure.tolist(), strict=False)
+    return tuple(Worst(name, place % period, force, p) for name, place, force, p in maxima)

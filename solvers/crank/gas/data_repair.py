@@ -63,7 +63,7 @@ def repaired_indicator(
     strokes, repairs = [], []
     for index, stroke in enumerate(diagram.strokes):
         points = Points(np.asarray(stroke.volume), np.asarray(stroke.pressure), low, low + swept)
-        mended, done = _repaired(points, STROKE_FAULTS, f"pressure.strokes.{index}.volume", 2)
+        mended, applied = _repaired(points, STROKE_FAULTS, f"pressure.strokes.{index}.volume", 2)
         strokes.append(Stroke(tuple(mended.x.tolist()), tuple(mended.pressure.tolist())))
-        repairs += done
+        repairs += applied
     return IndicatorPressure(tuple(strokes)), tuple(repairs)

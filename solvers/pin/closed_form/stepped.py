@@ -128,13 +128,13 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
 
 def _warnings(pin: Stepped, found: Results, ring: RingResult | None) -> tuple[str, ...]:
     """Return the warnings, as ``check`` words them."""
-    scene, limits, steps, said = pin.scene, pin.limits, pin.steps, []
+    scene, limits, steps, messages = pin.scene, pin.limits, pin.steps, []
     outer, use = scene.geometry.outer_diameter, max(found.criterion, found.shear)
     if use > 1.0 + 1e-9:
-        said.append(exceeded(np.array([found.first_over, found.last_over]), use))
+        messages.append(exceeded(np.array([found.first_over, found.last_over]), use))
     walls = np.maximum(outer - np.array(steps.bores), 0.0)
-    said += shape_warnings(limits, 0.5 * float(walls.min()), found.deflection)
+    messages += shape_warnings(limits, 0.5 * float(walls.min()), found.deflection)
     if ring is not None:
         x = np.stack([(0.0, *steps.ends[:-1]), steps.ends], axis=1).ravel()
-        said += ring_warnings(scene, BoreSought(outer), limits, x, np.repeat(walls / outer, 2), ring)
-    return tuple(said)
+        messages += ring_warnings(scene, BoreSought(outer), limits, x, np.repeat(walls / outer, 2), ring)
+    return tuple(messages)

@@ -135,7 +135,7 @@ def _search(
     together = kappa < 0.0 and not monotone
     if together:
         reaches(low, bend, shear, a, b, top, solid_below)
-    loose = _INITIAL_TOLERANCE if together else 0.0
+    step_tolerance = _INITIAL_TOLERANCE if together else 0.0
     rounds = 0
     while rounds < _MAX_ROUNDS:
         rounds += 1
@@ -143,10 +143,10 @@ def _search(
             total, change = _one_by_one(lam, share, low, bend, shear, kappa, a, b, monotone, turn, u)
         else:
             total, change = all_lightest(
-                lam, share, low, top, solid_below, bend, shear, a, b, u, rounds == 1, loose
+                lam, share, low, top, solid_below, bend, shear, a, b, u, rounds == 1, step_tolerance
             )  # fmt: skip
         # A station's error is about the square of its last step: within that error the sign of total - 1 is undecided.
-        known = loose <= _FINAL_TOLERANCE or abs(total - 1.0) > loose * loose
+        known = step_tolerance <= _FINAL_TOLERANCE or abs(total - 1.0) > step_tolerance * step_tolerance
         if total <= 1.0:
             _copy(u, best)
             found, kept = lam, total
@@ -159,7 +159,7 @@ def _search(
         if upper < np.inf and upper - lower <= 2.0 * _EPS * upper:
             break
         if together:
-            loose = max(_FINAL_TOLERANCE, min(_INITIAL_TOLERANCE, 0.01 * abs(total - 1.0)))
+            step_tolerance = max(_FINAL_TOLERANCE, min(_INITIAL_TOLERANCE, 0.01 * abs(total - 1.0)))
         # 1/total^2 is nearly linear in lambda; aim slightly inside the limit.
         new = np.nan
         if change < 0.0:

@@ -17,7 +17,10 @@ from solvers.pin.optimum.slope_limit import gentle, missed_by_slope
 from solvers.pin.stations.lobatto_panels import Stations
 
 Array = NDArray[np.float64]
-_LEAST, _DUAL = "every station's wall is the least that holds", "Lagrangian dual, tangents at the answer"
+_STRENGTH_METHOD, _DUAL_METHOD = (
+    "every station's wall is the least that holds",
+    "Lagrangian dual, tangents at the answer",
+)
 
 
 def missed_by_order(stations: Stations, lower: Array, anchor: int) -> Array:
@@ -74,10 +77,10 @@ class Free:
         if weighed is None:
             return None
         if weighed.multiplier == 0.0:
-            proof, method = partial(least_walls_bound, program, low), _LEAST
+            proof, method = partial(least_walls_bound, program, low), _STRENGTH_METHOD
         else:
             price, u = weighed.multiplier, weighed.solidity
-            proof, method = partial(sought.dual_bound, program, low, price, u, self.drillable), _DUAL
+            proof, method = partial(sought.dual_bound, program, low, price, u, self.drillable), _DUAL_METHOD
         evidence = {
             "multiplier": weighed.multiplier if math.isfinite(weighed.multiplier) else "unbounded: only the solid span",
             "rounds": weighed.rounds,

@@ -1,4 +1,4 @@
-"""What a linkage must keep: its limits, the speed asked for, and that it turns, strikes and lasts."""
+"""Requirements on a linkage: its limits, the required speed, rotatability, ability to strike, and durability."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from solvers.verdict import Sense, Verdict, at_least, at_most, equal, slack_of, 
 
 _JUDGED = {Sense.AT_LEAST: at_least, Sense.AT_MOST: at_most}
 _SLOWED = 0.1
-"""How much slower, relative, a motor may let the tool strike before that is told."""
+"""Relative reduction of the impact speed by the motor above which a warning is issued."""
 
 
 @dataclass(frozen=True)
 class Given:
-    """What of a scene is known, and not a stand-in: lengths [m], the speed of the blow [m/s], its energy [J].
+    """Scene data that are actual values, not placeholders: lengths [m], impact speed [m/s], energy [J].
 
-    ``speed_asked`` says that the speed is what somebody wants, not what follows from the rest.
+    ``speed_asked``: the speed is a requirement, not a consequence of the other data.
     """
 
     size: bool = True

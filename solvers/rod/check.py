@@ -208,8 +208,8 @@ def _with_corrections(
 
 
 def _guide_error(cycle: Cycle, told: Array, power: float) -> float:
-    """Error of the friction power and the guide loads due to the corrections' errors, relative to the maximum side
-    force and moment."""
+    """Relative error of contact load and friction power due to the corrections' errors, which are relative to the
+    maximum side force and moment."""
     piston, mechanism = cycle.scene.piston, cycle.scene.mechanism
     side, moment, load = told.tolist()
     couple = 6.0 * (moment + side * abs(piston.clamp_offset)) / piston.skirt_length

@@ -4,7 +4,6 @@ Near the change point the coupler's elongation is a quadratic form of crank angl
 vanishes on both branches of rigid motion, phi3 = u0 phi and phi3 = -u1 phi (u0, u1: |u31| after and before the blow). A
 rocker rebounding with R instead of R_k = u0/u1 leads the first branch by theta = (u0 + u1) y; with the angle scaled so
 that the stiffness is 1
-that make the stiffness 1
 
     y'' = -y (phi + y)(phi + 2 y),   y(0) = 0,   y'(0) = m = (R - R_k)/(1 + R_k),
     force = C(m) sqrt(2 k_c E) |R - R_k|,   C(m) = first peak of |y (phi + y)/m|.

@@ -36,7 +36,7 @@ def diagnose(
     """One entry per requirement that cannot be met: alone if any is infeasible by itself, otherwise with the others.
 
     ``attainable`` is the best value without other requirements; if each is feasible alone, the best value under all
-    others; if the others conflict among themselves, the least under any single opponent.
+    others; if the others conflict among themselves, the worst under any single opponent.
     ``limits`` are the requirements in terms of the search's physics: if these are not the full model's, they differ
     from ``asked`` by the effects' change, and the attainable value is corrected by the same change.
     """
@@ -82,7 +82,7 @@ class _Diagnosis:
         return tuple(found)
 
     def beside(self, r: Constraint, opponents: Sequence[Constraint]) -> float | None:
-        """The best value under all others, else the least under a single opponent."""
+        """The best value under all others, else the worst under a single opponent."""
         value = self.best(r, self.without(r))
         if value is not None:
             return value
@@ -108,7 +108,7 @@ class _Diagnosis:
         return self.optimum(replace(self.cycle, diagram=greatest), OBJECTIVES[_YIELD.serves], limits)
 
     def strength(self, limits: Limits) -> float | None:
-        """Maximum yield safety under a fatigue requirement, by bisection on a limit known to be infeasible."""
+        """Maximum yield safety under a fatigue requirement, by bisection; the required value is infeasible."""
         if not self.leaves_any(limits):
             return None
         alone = self.strength_alone({row: limit for row, limit in limits.items() if row != rows.UTILISATION})

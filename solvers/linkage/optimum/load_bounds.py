@@ -5,8 +5,7 @@ peak. The bound is sharpest near the peak angle of a member within the range.
 
 In terms of y = lambda0/lambda3 = g^2/lambda2, which decreases with the free ratio in every type, and of lengths in
 rockers, y is the only variable in the formulas of ``angular_velocity_ratio`` and ``torque_and_pin_force``. In
-magnitudes, with
-n = |y + sigma| in place of N, m = g^2 - y^2 in place of M, and n e = g^2 - 1:
+magnitudes, with n = |y + sigma| in place of N, m = g^2 - y^2 in place of M, and n e = g^2 - 1:
 
     t^2 = g^2 c^2 + m s^2,  d = c + t,  a = t + g^2 c,  h = t - sigma y c,  b = d^2 + n^2 s^2
     X = n Y/(t^2 b),  Y = a h^2/b - g^2 m/(2 t)

@@ -8,7 +8,7 @@ Over a range of the free ratio every length per V, |u31(2 pi)| and the swing lie
 of the outline at the midpoint of the range, and the enclosing radius changes by at most d. Along and across the base
 
     d_x = max(change of l1, change of l0 + change of l3 + l3 sin (change of the swing)),
-    d_y = max(change of l1, sin (change of l3) + l3 (change of the swing)),   sin: the greatest over the arc,
+    d_y = max(change of l1, sin (change of l3) + l3 (change of the swing)),   sin: its maximum over the arc,
 
 so width and height in a direction n change by at most 2 (d_x |n_x| + d_y |n_y|): a long base hardly affects the height.
 Peak loads: see ``load_bounds``.

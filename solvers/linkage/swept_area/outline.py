@@ -2,6 +2,7 @@
 
 Links are straight, so the convex hull of the swept area is that of the joints' paths: the crank pin's circle about the
 crank pivot, the rocker's pivot, and the arc of the rocker's joint about it. The hull's support function
+
     h(beta) = max(r, n.D, n.C at either end, n.D + l3 while beta lies within the arc),  n = (cos beta, sin beta)
 
 is piecewise a constant plus a sinusoid, and so are width W(alpha) = h(alpha) + h(alpha + pi) and height

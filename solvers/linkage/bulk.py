@@ -123,21 +123,21 @@ def check_family(
     rotatable, none = rows[:, 4] >= 0.0, np.full(parameter.size, np.nan)
     full = np.flatnonzero(rotatable)
     own, own_end = np.ascontiguousarray(rows[full]), np.ascontiguousarray(end[full])
-    loads = _shared(lambda a, b: unit_peaks(own[a:b], own_end[a:b], TORQUE, 3, SHARP), full.size, threads)
+    loads = _parallel(lambda a, b: unit_peaks(own[a:b], own_end[a:b], TORQUE, 3, SHARP), full.size, threads)
     most, torque, force, area, radius = (none.copy() for _ in range(5))
     most[full] = np.maximum(loads[:, 4], np.maximum(start, end)[full])
     torque[full], force[full] = energy[full] * loads[:, 0], energy[full] / crank[full] * loads[:, 2]
     if joint_radius is not None:
         swept = np.ascontiguousarray(outlines(kind, ratios, crank, turned)[full])
         zero, one = np.zeros(full.size), np.ones(full.size)
-        area[full] = _shared(
+        area[full] = _parallel(
             lambda a, b: least_areas(
                 swept[a:b], one[a:b], zero[a:b], zero[a:b], 2.0 * joint_radius, np.inf, np.inf, _ORIENTATION, np.inf
             ),
             full.size,
             threads,
         )
-        radius[full] = _shared(lambda a, b: enclosing_radii(swept[a:b]), full.size, threads) + joint_radius
+        radius[full] = _parallel(lambda a, b: enclosing_radii(swept[a:b]), full.size, threads) + joint_radius
     middle = 2.0 * np.arctan2(rows[:, 0], np.sqrt(np.maximum(rows[:, 4], 0.0)))
     lengths = crank[:, None] * np.stack([rows[:, 0], np.ones_like(crank), rows[:, 1], rows[:, 2]], axis=1)
     return LinkageTable(
@@ -158,7 +158,7 @@ def _ratios(kind: ChangePoint, restitution: Array, parameter: Array) -> Ratios:
     return Ratios(**found)
 
 
-def _shared(solve: Callable[[int, int], Array], count: int, threads: int) -> Array:
+def _parallel(solve: Callable[[int, int], Array], count: int, threads: int) -> Array:
     """Evaluate a kernel for rows 0 … count - 1 in parallel slices."""
     if threads == 1 or count < threads:
         return solve(0, count)

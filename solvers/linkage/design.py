@@ -26,7 +26,7 @@ from solvers.outcome import Accuracy, Certificate, Outcome, Status
 METHOD = "branch and bound over the free ratio of every type, orientation included"
 LEAST_GAP = 1e-6
 _ACTIVE, _WIDE = 1e-7, 5e-4
-_SAME = 1e-10
+_EQUALITY_TOLERANCE = 1e-10
 """Relative tolerance for equality of quantities that are closed forms or extrema converged to less."""
 
 
@@ -92,7 +92,7 @@ def design(
     value = problem.objective.value(best.cost)
     # The checked value may differ from the one used in the search: the bound is relaxed by the difference.
     apart = abs(problem.objective.read(outcome.value, scene) / value - 1.0)
-    bound = min(proven.bound for _, proven in found) * (1.0 - (apart if apart > _SAME else 0.0))
+    bound = min(proven.bound for _, proven in found) * (1.0 - (apart if apart > _EQUALITY_TOLERANCE else 0.0))
     alternatives = tuple(_alternative(problem, family, proven) for family, proven in found)
     judged = _warned(outcome.value, family, best, gap)
     result = LinkageDesign(

@@ -14,7 +14,7 @@ from solvers.outcome import Accuracy
 from solvers.verdict import Sense, Verdict, at_least, at_most, equal, slack_of, unknown, yes
 
 _JUDGED = {Sense.AT_LEAST: at_least, Sense.AT_MOST: at_most}
-_SLOWED = 0.1
+_MAX_SLOWDOWN = 0.1
 """Relative reduction of the impact speed by the motor above which a warning is issued."""
 
 
@@ -56,7 +56,7 @@ def judge(check: LinkageCheck, scene: Scene, accuracy: Accuracy, limits: Limits,
 
 def _slowed(check: LinkageCheck, scene: Scene, given: Given) -> tuple[str, ...]:
     running = check.running
-    if running is None or not given.speed_asked or running.impact_speed > (1.0 - _SLOWED) * scene.impact_speed:
+    if running is None or not given.speed_asked or running.impact_speed > (1.0 - _MAX_SLOWDOWN) * scene.impact_speed:
         return ()
     blow = f"{running.impact_speed:.3g} m/s, at {running.blow_frequency:.3g} blows a second"
     return (f"with this motor the tool strikes at {blow}",)

@@ -106,7 +106,7 @@ def check_many(cases: Iterable[Case]) -> list[Outcome[RodCheck] | InvalidInput]:
         diagrams[i] = criteria[i].diagram()
         inputs[i] = inputs_of(scene, case.dimensions, composition, choice.has("friction"), accuracy)
         looks = rule_for(scene.load, accuracy).points.size, stations_for(accuracy)
-        groups.setdefault((_shared(scene.load), diagrams[i].lines.shape, looks), []).append(i)
+        groups.setdefault((_grouping_key(scene.load), diagrams[i].lines.shape, looks), []).append(i)
     for members in groups.values():
         first = cases[members[0]]
         results = _check_rows(first.scene.load, inputs[members], [diagrams[i] for i in members], first.accuracy)
@@ -116,7 +116,7 @@ def check_many(cases: Iterable[Case]) -> list[Outcome[RodCheck] | InvalidInput]:
             found[i] = outcome_of(
                 case.scene, case.dimensions, choices[i], criteria[i], case.accuracy, Results(*row), share
             )
-    return [_alone(case) if outcome is None else outcome for case, outcome in zip(cases, found, strict=True)]
+    return [_checked_alone(case) if outcome is None else outcome for case, outcome in zip(cases, found, strict=True)]
 
 
 def check_strips(
@@ -151,7 +151,7 @@ def _sound(dimensions: Array, scene: Scene) -> NDArray[np.bool_]:
     return good & (dimensions[:, 2] <= scene.mechanism.rod_length)
 
 
-def _shared(load: Load) -> object:
+def _grouping_key(load: Load) -> object:
     """Grouping key of loads that the compiled loop can process together: all smooth ones; any other by itself."""
     return None if not load.curve().breaks.size and not load.sharp_angles().size else id(load)
 
@@ -180,7 +180,7 @@ def _check_rows(load: Load, inputs: Array, diagrams: Sequence[Diagram], accuracy
     return results
 
 
-def _alone(case: Case) -> Outcome[RodCheck] | InvalidInput:
+def _checked_alone(case: Case) -> Outcome[RodCheck] | InvalidInput:
     try:
         return case.alone()
     except InvalidInput as refusal:

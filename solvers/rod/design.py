@@ -42,7 +42,7 @@ from solvers.watch import OutOfTime, Watch
 _CORE = frozenset({"reciprocating_inertia", "beam_column", "friction"})
 _MAX_SELECTIONS = 3
 """Maximum number of effect selections at the optimum."""
-_GUARD, _ENOUGH = 0.05, 0.1
+_GUARD, _MIN_GAIN = 0.05, 0.1
 """Fractions of the accuracy: safety distance of the answer from its limits, and the gain not worth another step."""
 _COARSE_GAP = 1e-3
 """Gap of a preliminary search that only decides whether the piston's mass is relevant."""
@@ -163,7 +163,7 @@ class _Design:
         composition = compose(choose_for(p.scene, _any_strip(p), settled, self.effect_tolerance))
         wanted = wanted_of(p.objective, self.limits)
         model = FullModel(p.scene, composition, self.criterion, settled, self.effect_tolerance, self.accuracy, wanted)
-        guard, enough = _GUARD * self.accuracy, _ENOUGH * self.accuracy
+        guard, enough = _GUARD * self.accuracy, _MIN_GAIN * self.accuracy
         task = Task(p.objective, p.requirements, self.limits, guard, enough)
         context = Context(p, self.cycle, model, task, self.sizes)
 

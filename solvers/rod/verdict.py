@@ -20,7 +20,7 @@ OWN = (
 """Safeties that must be at least 1 in every strip, and the requirements that may demand more."""
 
 
-_TELLING = frozenset(effect.name for effect in EFFECTS) - {"friction"}
+_SAFETY_EFFECTS = frozenset(effect.name for effect in EFFECTS) - {"friction"}
 """Effects that change the safeties; friction only adds results of its own."""
 
 
@@ -40,7 +40,7 @@ def judge(
     least = {constraint.name: required for constraint, required in _of(requirements)}
     # A requirement of 1 or more already covers it.
     own = [_own(check, name, slack) for name, requirement in OWN if least.get(requirement, 0.0) < 1.0]
-    return Verdict((*asked, *own), (*check.warnings, *left_out(effects, _TELLING)))
+    return Verdict((*asked, *own), (*check.warnings, *left_out(effects, _SAFETY_EFFECTS)))
 
 
 def _of(requirements: Requirements | None) -> tuple[tuple[Constraint, float], ...]:

@@ -24,13 +24,13 @@ from solvers.linkage.scene import Restitution
 from solvers.numerics.jit import kernel
 
 _STEP = 0.004
-_SMALLEST = 1e-9
+_MIN_MISMATCH = 1e-9
 
 
 @kernel
 def first_peak(mismatch: float) -> float:
     """C(m) for -1/2 < m < 1, to 1e-7: classical Runge-Kutta steps, the peak by a parabola through three of them."""
-    m = mismatch if abs(mismatch) > _SMALLEST else _SMALLEST
+    m = mismatch if abs(mismatch) > _MIN_MISMATCH else _MIN_MISMATCH
     # y = m w avoids cancellation for small m.
     w, slope, phi = 0.0, 1.0, 0.0
     before, last = 0.0, 0.0

@@ -96,13 +96,15 @@ def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
         return (_motion(problem),)
     boxes = replace(bare, width=asked.width, height=asked.height)
     return (
-        _short(problem, lambda _: bare, boxes, "out of reach even alone")
-        or _short(problem, lambda limit: limit.without(asked), asked, "can be met alone, but not with the others")
+        _infeasible_limits(problem, lambda _: bare, boxes, "out of reach even alone")
+        or _infeasible_limits(
+            problem, lambda limit: limit.without(asked), asked, "can be met alone, but not with the others"
+        )
         or (_motion(problem),)
     )
 
 
-def _short(
+def _infeasible_limits(
     problem: LinkageProblem, company: Callable[[_Limit], Limits], boxes: Limits, why: str
 ) -> tuple[Shortfall, ...]:
     """The limits that cannot be met together with others."""

@@ -80,7 +80,9 @@ def least_loads(
         best, angle = -1.0, 0.0
         for k in range(0, 4, 2):
             if k == 0 or places[i, k + 1] > 0.0:
-                places[i, k], places[i, k + 1], height = _nearer(rows[i], end[i], which, places[i, k], places[i, k + 1])
+                places[i, k], places[i, k + 1], height = _refined(
+                    rows[i], end[i], which, places[i, k], places[i, k + 1]
+                )
                 if height > best:
                     best, angle = height, places[i, k]
         s, c = -math.sin(0.5 * angle), -math.cos(0.5 * angle)
@@ -96,7 +98,7 @@ def _load(row: Array, end: float, which: int, angle: float) -> float:
 
 
 @kernel
-def _nearer(row: Array, end: float, which: int, angle: float, step: float) -> tuple[float, float, float]:
+def _refined(row: Array, end: float, which: int, angle: float, step: float) -> tuple[float, float, float]:
     """Refine an angle: the vertex of the parabola through the loads at it and one step to either side, twice, stepping
     on if the vertex lies outside. Returns the angle, an initial step near it, and the load."""
     inside = 0
@@ -135,8 +137,8 @@ def _least_load(
     y_high, n_high, short_high = _ratios(low, gain)
     sigma, square, cc, ss = row[6], gain * gain, c * c, s * s
     reach = (
-        _farther(y_mid - y_low, n_mid - n_low, short_mid - short_low),
-        _farther(y_high - y_mid, n_high - n_mid, short_high - short_mid),
+        _largest_of_three(y_mid - y_low, n_mid - n_low, short_mid - short_low),
+        _largest_of_three(y_high - y_mid, n_high - n_mid, short_high - short_mid),
     )
     y = (y_mid, y_low, y_high, 1.0, 1.0)
     rising = 1.0 if n_high >= n_low else -1.0
@@ -172,6 +174,6 @@ def _least_load(
 
 
 @kernel
-def _farther(one: float, two: float, three: float) -> float:
+def _largest_of_three(one: float, two: float, three: float) -> float:
     """Maximum of three evaluations of the same distance, which differ by rounding."""
     return max(abs(one), abs(two), abs(three))

@@ -16,7 +16,7 @@ from solvers.linkage.swept_area.bounding_box import least_areas, least_fits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 
 Array = NDArray[np.float64]
-_SHARPER = 0.1
+_PEAK_TOLERANCE_RATIO = 0.1
 """Tolerance of peaks relative to that of sizes: a tighter one costs only one or two steps."""
 
 
@@ -73,7 +73,7 @@ class MemberQuantities:
         return self.family.outlines(self.members)
 
     def _peak(self, which: int) -> Array:
-        tolerance = max(SHARP, _SHARPER * self.tolerance)
+        tolerance = max(SHARP, _PEAK_TOLERANCE_RATIO * self.tolerance)
         return unit_peaks(self.members.coefficients, self.members.end, which, 1, tolerance)[:, 0]
 
     @cached_property

@@ -18,7 +18,7 @@ from solvers.linkage.optimum.family import Family
 from solvers.linkage.optimum.member_quantities import MemberQuantities
 from solvers.linkage.problem import LinkageProblem, Subproblem
 
-_FAR = 1e6, 1e9
+_DISTANT_BASES = 1e6, 1e9
 """Base lengths, in cranks, of two distant members."""
 
 
@@ -43,7 +43,7 @@ def refuse_endless(problem: LinkageProblem) -> None:
 
 def _far_allowed(subproblem: Subproblem, family: Family) -> bool:
     """Whether members with bases of 1e6 and 1e9 cranks are feasible at their own scales."""
-    places = [family.kind.margin_of_base(family.gain, base) for base in _FAR]
+    places = [family.kind.margin_of_base(family.gain, base) for base in _DISTANT_BASES]
     if None in places:
         return False
     low, high = MemberQuantities(subproblem, family, np.array([math.log(place) for place in places]), 1e-9).scale

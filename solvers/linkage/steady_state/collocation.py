@@ -146,7 +146,7 @@ def turn(
 
 
 @kernel
-def _excess(u: float, work: float, energy: float, start: float, crank: float, rocker: float) -> float:
+def _relative_excess(u: float, work: float, energy: float, start: float, crank: float, rocker: float) -> float:
     """omega/omega_0 - 1 without cancellation, from J0 - J and the work done."""
     more = (rocker * (start - u) * (start + u) + (crank + rocker * start * start) * work / energy) / (
         crank + rocker * u * u
@@ -155,7 +155,7 @@ def _excess(u: float, work: float, energy: float, start: float, crank: float, ro
 
 
 @kernel
-def _within(
+def _inside_step(
     coefficients: Array, crank: float, rocker: float, row: Array, pull: float, share: float, work: float,
     energy: float, start: float, stall: float, slope: float, nodes: Array, weights: Array, matrix: Array,
 ) -> tuple[float, float]:  # fmt: skip
@@ -176,7 +176,7 @@ def _within(
         work += width * weights[i] * torque[i]
     speed = math.sqrt(2.0 * (energy + work) / (crank + rocker * u[4] ** 2))
     # J omega omega' = M - J' omega^2/2.
-    return _excess(u[4], work, energy, start, crank, rocker), stall - slope * speed - rocker * u[4] * change[
+    return _relative_excess(u[4], work, energy, start, crank, rocker), stall - slope * speed - rocker * u[4] * change[
         4
     ] * speed**2
 
@@ -197,7 +197,7 @@ def spread(
     rises, pulls = np.empty(count + 1), np.empty(count + 1)
     greatest, least = -math.inf, math.inf
     for n in range(count + 1):
-        value = _excess(u[n], work[n], energy, start, crank, rocker)
+        value = _relative_excess(u[n], work[n], energy, start, crank, rocker)
         greatest, least = max(greatest, value), min(least, value)
         square = 2.0 * (energy + work[n]) / (crank + rocker * u[n] * u[n])
         pulls[n] = stall - slope * math.sqrt(square)
@@ -211,7 +211,7 @@ def spread(
         # At an extremum the value's error is quadratic in the position error.
         for _ in range(28):
             middle = 0.5 * (low + high)
-            value, sign = _within(*args, middle, *more)
+            value, sign = _inside_step(*args, middle, *more)
             if math.isnan(value):
                 return math.nan
             greatest, least = max(greatest, value), min(least, value)

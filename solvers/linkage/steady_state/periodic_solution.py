@@ -17,7 +17,7 @@ from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.scene import Drive, Scene
 from solvers.linkage.steady_state.collocation import MATRIX, NODES, WEIGHTS, inertias, mesh, spread, turn
 
-_MOST_STEPS, _MOST_PARTS = 1 << 14, 1 << 8
+_MAX_STEPS, _MAX_PARTS = 1 << 14, 1 << 8
 _CAUTION, _BEST_RATE = 4.0, 1.0 / 8.0
 _ORDER_RATE = 1.0 / 256.0
 """Error ratio on halving the step at order 8."""
@@ -71,17 +71,17 @@ def steady_running(
         if now is not None and before is not None:
             last, change = change, max(abs(a / b - 1.0) for a, b in zip(before, now, strict=True))
             if last is not None:
-                error = change * _left(last, change) + _ROUNDING
-                if error <= max(wanted, 2.0 * _ROUNDING) or 2 * steps > _MOST_STEPS:
+                error = change * _remaining_error(last, change) + _ROUNDING
+                if error <= max(wanted, 2.0 * _ROUNDING) or 2 * steps > _MAX_STEPS:
                     return Running(*now[:3], after_blow_of(bar, scene, drive, restitution) - 1.0, now[3], steps, error)
-        if parts > _MOST_PARTS:
+        if parts > _MAX_PARTS:
             return None
         before, parts = now, 2 * parts
         if now is None:
             change = None
 
 
-def _left(last: float, change: float) -> float:
+def _remaining_error(last: float, change: float) -> float:
     """Remaining error as a fraction of the last change.
 
     Assumed is four times the observed convergence rate, at best 1/8. Convergence faster than the order of the rule
@@ -97,7 +97,7 @@ def after_blow_of(bar: FourBar, scene: Scene, drive: Drive, restitution: float) 
     return after_blow(bar, drive.crank_inertia, rocker_inertia(bar, scene), restitution)
 
 
-def _lost(bar: FourBar, crank: float, rocker: float, restitution: float) -> float:
+def _energy_deficit(bar: FourBar, crank: float, rocker: float, restitution: float) -> float:
     """q = E-/E+ - 1, the fraction of the energy after a blow that the motor must restore before the next.
 
     E-/E+ = J(2 pi) J(0)/(J1 + J3 R u0 u1)^2; the difference of numerator and denominator is computed term by term.
@@ -118,7 +118,7 @@ def _steady(
     stall, slope = drive.motor.stall_torque, drive.motor.slope
     steps = mesh(bar.coefficients, parts)
     total = inertias(bar.coefficients, crank, rocker, steps, NODES)
-    lost = _lost(bar, crank, rocker, restitution)
+    lost = _energy_deficit(bar, crank, rocker, restitution)
 
     def excess(energy: float) -> float:
         """Motor work per revolution minus the energy lost in the blow; decreases with the energy after the blow."""

@@ -49,7 +49,7 @@ def least_box(
 
 
 @kernel
-def _less(
+def _reduced(
     wx: float, wy: float, hx: float, hy: float, along: float, across: float, middle: float
 ) -> tuple[float, float, float, float]:
     """Coefficients of cos(alpha), sin(alpha) in W and H minus 2 (along |n_x| + across |n_y|), n their directions.
@@ -96,7 +96,7 @@ def _least_upright(
             continue
         middle = 0.5 * (edges[k] + edges[k + 1])
         wc, wx, wy, hc, hx, hy = pieces(outline, tips, middle)
-        wx, wy, hx, hy = _less(wx, wy, hx, hy, along, across, middle)
+        wx, wy, hx, hy = _reduced(wx, wy, hx, hy, along, across, middle)
         wc, hc = wc + pads, hc + pads
         w1, h1 = math.hypot(wx, wy), math.hypot(hx, hy)
         bend = (abs(wc) * h1 + abs(hc) * w1 + 2.0 * w1 * h1) / 8.0
@@ -156,7 +156,7 @@ def _least_upright_fit(
             continue
         middle = 0.5 * (edges[k] + edges[k + 1])
         wc, wx, wy, hc, hx, hy = pieces(outline, tips, middle)
-        wx, wy, hx, hy = _less(wx, wy, hx, hy, along, across, middle)
+        wx, wy, hx, hy = _reduced(wx, wy, hx, hy, along, across, middle)
         wc, wx, wy, hc, hx, hy = wc / width, wx / width, wy / width, hc / height, hx / height, hy / height
         w1, h1 = math.hypot(wx, wy), math.hypot(hx, hy)
         lefts[0], rights[0] = edges[k], edges[k + 1]

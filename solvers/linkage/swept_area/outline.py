@@ -86,7 +86,7 @@ def _support(
 
 
 @kernel
-def _folded(x: float, y: float) -> float:
+def _modulo_quarter_turn(x: float, y: float) -> float:
     """The direction of a vector modulo pi/2, in [-pi/4, pi/4], accurate near 0."""
     return math.atan(y / x) if abs(y) <= abs(x) else -math.atan(x / y)
 
@@ -106,19 +106,22 @@ def corners(outline: Array) -> Array:
         distance = math.hypot(x, y)
         if distance > r:
             along = math.sqrt((distance - r) * (distance + r))
-            found[count] = _folded(r * x - along * y, r * y + along * x)
-            found[count + 1] = _folded(r * x + along * y, r * y - along * x)
+            found[count] = _modulo_quarter_turn(r * x - along * y, r * y + along * x)
+            found[count + 1] = _modulo_quarter_turn(r * x + along * y, r * y - along * x)
             count += 2
-    found[count], found[count + 1] = _folded(away, rise if blow < base else -rise), 0.0
+    found[count], found[count + 1] = _modulo_quarter_turn(away, rise if blow < base else -rise), 0.0
     swung = rocker - away if blow > base else away - rocker
-    found[count + 2] = _folded(swung, rise) if swung != 0.0 or rise != 0.0 else 0.0
+    found[count + 2] = _modulo_quarter_turn(swung, rise) if swung != 0.0 or rise != 0.0 else 0.0
     count += 3
     # The crank's circle against the rocker's: n.D + l3 = r.
     beside = (blow if blow < base else base - rocker) + r
     above = base - r + rocker
     if beside >= 0.0 and above > 0.0:
         across = math.sqrt(beside * above)
-        found[count], found[count + 1] = _folded(r - rocker, across), _folded(r - rocker, -across)
+        found[count], found[count + 1] = (
+            _modulo_quarter_turn(r - rocker, across),
+            _modulo_quarter_turn(r - rocker, -across),
+        )
         count += 2
     found[count], found[count + 1] = -_EIGHTH, _EIGHTH
     # Insertion sort: a dozen values, and fast to compile.

@@ -158,7 +158,7 @@ def _power_by(edges: Array, rule: Rule, guide: Guide, ends: Array, first: int, l
 
 
 @kernel
-def _steep(ratio: float) -> Array:
+def _graded(ratio: float) -> Array:
     """Angles graded toward pi/2 and 3 pi/2, where v varies over a width of sqrt(1 - lambda^2)."""
     width = math.sqrt((1.0 - ratio) * (1.0 + ratio))
     if width > _WIDE:
@@ -174,7 +174,7 @@ def friction_power(edges: Array, rule: Rule, guide: Guide, tolerance: float) -> 
     n, couple = rule.points.size, couple_of(guide.side, guide.moment, guide.lever, guide.offset)
     # The dead centres, and enough further angles for |v| to be nearly polynomial in between.
     corners = np.concatenate((
-        0.125 * TURN * np.arange(8), _steep(guide.ratio), zeros(edges, rule, couple - guide.side),
+        0.125 * TURN * np.arange(8), _graded(guide.ratio), zeros(edges, rule, couple - guide.side),
         zeros(edges, rule, couple + guide.side),
     ))  # fmt: skip
     ends = np.sort(np.concatenate((edges, edges[0] + np.mod(corners - edges[0], TURN))))

@@ -46,7 +46,7 @@ _GREATEST = GREATEST.lines
 _STEPS = np.arange(-3.0, 4.0)
 _POWERS = np.vander(_STEPS, 5, increasing=True)
 _QUARTIC = np.ascontiguousarray(np.linalg.pinv(_POWERS))
-_WIDEST, _NARROWEST = 2e-3, 1e-6
+_MAX_SPACING, _MIN_SPACING = 2e-3, 1e-6
 _NEWTON_STEPS = 20
 NEARLY = 1e-6
 """Relative distance from the maximum within which a peak is fully refined."""
@@ -303,8 +303,8 @@ def _pinpoint(
     misfits its own points the peak is a kink, and closer sections are tried.
     """
     length, values = field.length, np.empty(_STEPS.size)
-    width = min(_WIDEST * length, place / 3.0, (length - place) / 3.0)
-    while width > _NARROWEST * length:
+    width = min(_MAX_SPACING * length, place / 3.0, (length - place) / 3.0)
+    while width > _MIN_SPACING * length:
         greatest_value = 0.0
         for k in range(values.size):
             extremes_at(field, rings, place + width * _STEPS[k], layer, layer + 1, 1e-4 * tolerance, room, seen)

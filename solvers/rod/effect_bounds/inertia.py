@@ -48,7 +48,7 @@ _FIRST_ROUNDS, _ROUNDS = 6, 3
 """Inverse iterations for the natural frequency under the first force, and from its mode under the others."""
 
 _TURN = 2.0 * math.pi
-_LEAST_SINE = 1e-3
+_MIN_SINE = 1e-3
 _UNEVEN = 4.0
 
 
@@ -94,21 +94,21 @@ def motion_of(
     share = _share_of(rise, shape)
     follows, fast = np.empty(even), pace.min() * step > _SIGNED
     for i in range(even):
-        follows[i] = -_bent(share, i, even) / (step * pace[i]) ** 2
+        follows[i] = -_second_difference(share, i, even) / (step * pace[i]) ** 2
     rings = np.empty(even)
     # Steps too wide for the mode do not resolve ringing after corners, so it is added separately.
     corners = _corners_ring(states, even, share, pace, strip, critical) if smooth and fast else 0.0
     if smooth and pace.min() * step > FOLLOWED:
         for i in range(even):
             # The response itself is the first term of a series.
-            rings[i] = corners + abs(_bent(follows, i, even)) / (step * pace[i]) ** 2
+            rings[i] = corners + abs(_second_difference(follows, i, even)) / (step * pace[i]) ** 2
     else:
         own = _own_motion(angle[order], share[order], pace[order], smooth)
         for i in range(order.size):
             if order[i] < even:
                 rings[order[i]] = own[i] - follows[order[i]]
         if fast:
-            _spread(rings, max(1, round(1.5 / (pace.mean() * step))))
+            _running_maximum(rings, max(1, round(1.5 / (pace.mean() * step))))
             np.maximum(rings, corners, rings)
     whole, most = np.abs(follows).max(), np.abs(rings).max()
     if fast:
@@ -127,13 +127,13 @@ def motion_of(
 
 
 @kernel
-def _bent(values: Array, i: int, n: int) -> float:
+def _second_difference(values: Array, i: int, n: int) -> float:
     """Second difference of a periodic function at one of ``n`` uniform points."""
     return values[i - 1 if i > 0 else n - 1] - 2.0 * values[i] + values[i + 1 if i < n - 1 else 0]
 
 
 @kernel
-def _spread(rings: Array, reach: int) -> None:
+def _running_maximum(rings: Array, reach: int) -> None:
     """Replace every value by the maximum magnitude within ``reach`` neighbours: a quarter of a period."""
     beside, n = np.abs(rings), rings.size
     for i in range(n):
@@ -278,8 +278,8 @@ def _own_motion(angle: Array, share: Array, pace: Array, smooth: bool) -> Array:
         _advance(second, turn[:, i], width[i], 0.0, 0.0)
     # (I - M)^-1 = (I - M^-1)/(2 - tr M), as det M = 1; the divisor is 4 sin^2 of half the phase after a revolution.
     left = 2.0 - first[0] - second[1]
-    sine = max(math.sqrt(0.25 * max(left, 0.0)), _LEAST_SINE)
-    scale = 1.0 / (4.0 * sine * _sure(sine, (pace * width).sum()))
+    sine = max(math.sqrt(0.25 * max(left, 0.0)), _MIN_SINE)
+    scale = 1.0 / (4.0 * sine * _certain_sine(sine, (pace * width).sum()))
     state, out = np.empty(2), np.empty(n)
     state[0] = scale * ((1.0 - second[1]) * forced[0] + second[0] * forced[1])
     state[1] = scale * (first[1] * forced[0] + (1.0 - first[0]) * forced[1])
@@ -313,14 +313,14 @@ def _corners_ring(
         stiff = max(critical + force - friction * side, 1e-3 * critical)
         moved = abs(share[i] + at * (share[j] - share[i])) / stiff
         total += friction * rate * rate / side * moved / (pace[i] * pace[i])
-    return total * max(1.0, 0.5 / _sure(abs(math.sin(0.5 * phase)), phase))
+    return total * max(1.0, 0.5 / _certain_sine(abs(math.sin(0.5 * phase)), phase))
 
 
 @kernel
-def _sure(sine: float, phase: float) -> float:
+def _certain_sine(sine: float, phase: float) -> float:
     """|sin| of half the phase [rad] after a revolution, reduced by its uncertainty."""
     error = _PHASE_ERROR + _PHASE_SHARE * phase
-    return max(sine - 0.5 * error, min(sine - 0.5 * _PHASE_ERROR, _UNKNOWN), _LEAST_SINE)
+    return max(sine - 0.5 * error, min(sine - 0.5 * _PHASE_ERROR, _UNKNOWN), _MIN_SINE)
 
 
 @kernel

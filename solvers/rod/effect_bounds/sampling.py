@@ -15,7 +15,7 @@ from solvers.rod.scene import Load
 
 Array = NDArray[np.float64]
 
-_FEW, _MANY = 32, 256
+_MAX_SAMPLED_INSIDE, _MAX_WITH_ENDS = 32, 256
 """Number of pieces of a load up to which each is also sampled inside, and up to which all their ends are included."""
 
 _MIN_SEPARATION = 1e-6
@@ -54,9 +54,9 @@ def sharp_angles(load: Load, drive: Drive) -> Array:
     if not sharp.size:
         return sharp
     ends = np.unique(np.mod(sharp, TURN))
-    if ends.size > _MANY:
-        ends = sharpest(ends, axial_forces(drive, ends), _MANY)
-    if ends.size > _FEW:
+    if ends.size > _MAX_WITH_ENDS:
+        ends = sharpest(ends, axial_forces(drive, ends), _MAX_WITH_ENDS)
+    if ends.size > _MAX_SAMPLED_INSIDE:
         return ends
     width = np.diff(ends, append=ends[0] + TURN)
     return np.mod((ends[:, None] + width[:, None] * np.arange(4) / 4).ravel(), TURN)

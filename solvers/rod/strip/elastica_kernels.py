@@ -33,7 +33,7 @@ from solvers.rod.strip.beam_column import FORWARD_LIMIT
 Array = NDArray[np.float64]
 
 _LIMIT = FORWARD_LIMIT
-_LEAST_NODES, _MORE_NODES, _MOST_NODES = 16, 8, 128
+_MIN_NODES, _MORE_NODES, _MAX_NODES = 16, 8, 128
 
 
 class Collocation(NamedTuple):
@@ -86,8 +86,8 @@ def nodes_for(least: float, greatest: float) -> int:
     """Number of nodes that resolve theta_1^3 for q = P l^2/EI in this range: boundary layers, or oscillations."""
     wave = math.sqrt(max(-least, 0.0))
     decay = math.sqrt(max(greatest, 0.0))
-    wanted = _LEAST_NODES + max(2.0 * wave, 1.5 * decay)
-    return min(_MOST_NODES, _MORE_NODES * math.ceil(wanted / _MORE_NODES))
+    wanted = _MIN_NODES + max(2.0 * wave, 1.5 * decay)
+    return min(_MAX_NODES, _MORE_NODES * math.ceil(wanted / _MORE_NODES))
 
 
 @kernel

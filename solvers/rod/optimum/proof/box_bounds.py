@@ -50,7 +50,7 @@ class Relaxation(NamedTuple):
     force, stroke          axial force [N] and lateral stroke [m] at the angles selected for stresses
     react_force, react_stroke, react_speed   the same at those selected for reactions, and |piston speed|/angles [m/s]
     eta                    sections by distance from the head over l; the first is the clamp, eta = 1
-    lines, parabola        the fatigue criterion: (corners, lines, 3) and (3,) as in ``haigh.Diagram``
+    lines, parabola        the fatigue criterion: (corners, lines, 3) and (3,) as in ``solvers.fatigue.kernels.Diagram``
     limits                 maximum utilisation, stress [Pa], contact pressure [Pa], friction power [W]
     compression            maximum compression times the minimum stability safety [N], sideways too
     guide                  clamp offset, diameter, skirt length [m], friction coefficient

@@ -76,7 +76,7 @@ def _optimum(context: Context, start: Dimensions) -> Optimum | None:
     if best.found is None:
         return Optimum(best, starts=context.starts, ends=len(context.ends))
     ripple = 0.0
-    if context.model.ripples:
+    if context.model.rings:
         found = look_around(context.task, context.bounds, best.best, _conditions(context, best))
         ripple = _uncovered(context, best, found.height)
         for strip in found.promising:
@@ -194,7 +194,7 @@ def _neighbours(context: Context, d: Dimensions) -> Iterator[Dimensions]:
 def _all_ripples(context: Context) -> bool:
     """Whether results ripple and no size is free."""
     sizes = context.sizes
-    return context.model.ripples and None not in (sizes.stock_h, sizes.step_b, sizes.step_l)
+    return context.model.rings and None not in (sizes.stock_h, sizes.step_b, sizes.step_l)
 
 
 def _steps(size: float, step: float | None, within: tuple[float, float], most: int = _STEPS) -> list[float]:

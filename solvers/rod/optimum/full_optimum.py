@@ -45,9 +45,8 @@ _FARTHEST = 0.1
 """A step along the limits, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
 _SHIFTS = 3
-_GAP_ROUNDS, _GAP_RADIUS, _SAME_GAP = 3, 0.03, 0.01
-"""How often the gaps around a new best strip are looked at; first radius of the search in one, and up to where an end
-lies in the gap of a start, in ln b, ln h, ln l."""
+_GAP_ROUNDS, _GAP_RADIUS = 3, 0.03
+"""Rounds of searches, each in the gaps around the best strip so far; the first radius of one, in ln b, ln h, ln l."""
 _LAST_ROUNDS = 2
 """At full accuracy, of a strip that limits do not hold among ripples: what ripples leave unknown is far more."""
 _ROUGH, _CLOSER = 1e-4, 1e-5
@@ -248,7 +247,7 @@ def _among_gaps(context: Context, explored: Context) -> Optimum | None:
             break
         best, conditions = found, conditions_at(gaps, found.best, context.bounds, context.bounds)
         valleys = other_gaps(gaps.model, gaps.task, context.bounds, best.best, conditions)
-        starts = [strip for strip in valleys if not near(logarithms(strip), gaps.ends, _SAME_GAP)]
+        starts = [strip for strip in valleys if not near(logarithms(strip), gaps.ends, _SAME)]
     start = (best or explored.best()).best.outcome.value.dimensions
     best, ends = context.finer().search_from(start, context.bounds, FINE_RADIUS), _different(gaps.ends)
     if best is None or best.found is None:

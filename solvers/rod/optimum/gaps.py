@@ -24,7 +24,7 @@ from solvers.rod.vibration.natural_frequencies import natural_frequency
 
 _GAPS, _STEPS = 2, 6
 """So many gaps are looked at to each side, in so many steps each."""
-_FARTHEST = 0.12
+_FARTHEST = 0.2
 """In ln b, ln h, ln l."""
 _STARTS, _DEARER = 2, 0.01
 """So many valleys are starts, if they are dearer than the strip by no more than that, in ln objective."""
@@ -39,18 +39,18 @@ def other_gaps(
 ) -> list[Dimensions]:
     """Strips in other gaps from where a search may find a better one, the most promising first."""
     weights = of_whole_rows(conditions.weights, best.memory.active.layout, task.objective)
-    own = float(weights @ best.memory.active.corrected_values(best.x))
     ways, pace = _ways(model, bounds, best, conditions)
-    found = [one for way in ways for one in _valleys(bounds, best, weights, own, way, pace)]
+    found = [one for way in ways for one in _valleys(bounds, best, weights, task.enough, way, pace)]
     return [strip for _, strip in sorted(found, key=lambda one: one[0])[:_STARTS]]
 
 
 def _valleys(
-    bounds: Bounds, best: Iterate, weights: Array, own: float, way: Array, pace: float
+    bounds: Bounds, best: Iterate, weights: Array, least: float, way: Array, pace: float
 ) -> list[tuple[float, Dimensions]]:
-    """The Lagrangian's valleys beyond a resonance along a way, by how much dearer they are."""
+    """The Lagrangian's valleys along a way that lie beyond a resonance or deeper by ``least``, by how much dearer they
+    are."""
     places = np.arange(-_GAPS * _STEPS, _GAPS * _STEPS + 1) / (_STEPS * pace)
-    strips, home = [], 0
+    strips, home, own = [], 0, float(weights @ best.memory.active.corrected_values(best.x))
     for place in places:
         strip = within(bounds, best.x + place * way)
         if np.max(np.abs(place * way)) < _FARTHEST and (not strips or strip != strips[-1]):
@@ -59,7 +59,9 @@ def _valleys(
     merits = np.minimum([_merit(best, weights, strip) - own for strip in strips], _STEEPEST)
     around = np.concatenate([[math.inf], merits, [math.inf]])
     valleys = [n for n in range(merits.size) if merits[n] <= min(around[n], around[n + 2]) and merits[n] < _DEARER]
-    return [(merits[n], strips[n]) for n in valleys if n != home and _barrier(merits, n, home) > 0.0]
+    # What parts a strip from a better one may be narrower than the steps.
+    apart = [n for n in valleys if n != home and (merits[n] < -least or _barrier(merits, n, home) > 0.0)]
+    return [(merits[n], strips[n]) for n in apart]
 
 
 def _barrier(merits: Array, n: int, home: int) -> float:

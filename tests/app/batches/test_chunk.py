@@ -40,7 +40,7 @@ def solves(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         return answers_of(slug, mode, requests, detail)
 
     monkeypatch.setattr(chunks, "answers_of", counting)
-    monkeypatch.setattr(chunks, "_REMEMBERED", 0)
+    monkeypatch.setattr(chunks, "_MAX_CACHED_ANSWERS", 0)
     return counted
 
 
@@ -82,7 +82,7 @@ def test_a_number_that_is_not_finite_fails_its_item_only(monkeypatch: pytest.Mon
         return answers
 
     monkeypatch.setattr(chunks, "answers_of", with_nan)
-    monkeypatch.setattr(chunks, "_REMEMBERED", 0)
+    monkeypatch.setattr(chunks, "_MAX_CACHED_ANSWERS", 0)
     body = KINDS[SLUG].example(MODE)
     bodies = [{**body, "load": {"force_n": 1000.0 + k}} for k in range(2)]
     told = solved(replace(task(bodies), known={}))

@@ -55,7 +55,7 @@ async def stored(store: RunStore, batch: BatchRecord) -> list[Item]:
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(engines, "_FIRST_GUESS_S", dict.fromkeys(engines._FIRST_GUESS_S, 1e-3))
+    monkeypatch.setattr(engines, "_INITIAL_ITEM_S", dict.fromkeys(engines._FIRST_GUESS_S, 1e-3))
 
 
 @pytest.mark.usefixtures("quick")
@@ -193,8 +193,8 @@ def test_equal_items_of_a_batch_are_solved_once(
     database_url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Wherever they are in it, and although several chunks are solved at the same time."""
-    monkeypatch.setattr(engines, "_FIRST_GUESS_S", dict.fromkeys(engines._FIRST_GUESS_S, 1e-2))
-    monkeypatch.setattr(engines, "_WORTH_A_LOOK_S", 0.0)
+    monkeypatch.setattr(engines, "_INITIAL_ITEM_S", dict.fromkeys(engines._FIRST_GUESS_S, 1e-2))
+    monkeypatch.setattr(engines, "_LOOKUP_THRESHOLD_S", 0.0)
     count = tmp_path / "count"
 
     async def story() -> BatchRecord:

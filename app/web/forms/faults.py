@@ -28,7 +28,7 @@ _REDUNDANT_LIMITS = {"a number", "a number, without quotes", REQUIRED, "a whole 
 
 @dataclass(frozen=True)
 class Faults:
-    """``at``: messages by input name; ``labels``: their labels for a summary; ``elsewhere``: messages without an input."""
+    """``at``: messages by input name; ``labels``: input labels for a summary; ``elsewhere``: other messages."""
 
     at: Mapping[str, str] = field(default_factory=dict)
     labels: Mapping[str, str] = field(default_factory=dict)

@@ -1,7 +1,7 @@
 """Form nodes: each converts its part of a request to texts and back.
 
-Texts map input names to their contents as a browser sends them; an unticked checkbox is absent. ``take`` reads a request
-object into texts, ``put`` writes texts into a request object.
+Texts map input names to their contents as a browser sends them; an unticked checkbox is absent. ``take`` reads a
+request object into texts, ``put`` writes texts into a request object.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ async def stored(store: RunStore, batch: BatchRecord) -> list[Item]:
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(engines, "_INITIAL_ITEM_S", dict.fromkeys(engines._FIRST_GUESS_S, 1e-3))
+    monkeypatch.setattr(engines, "_INITIAL_ITEM_S", dict.fromkeys(engines._INITIAL_ITEM_S, 1e-3))
 
 
 @pytest.mark.usefixtures("quick")
@@ -193,7 +193,7 @@ def test_equal_items_of_a_batch_are_solved_once(
     database_url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Regardless of position, with chunks solved concurrently."""
-    monkeypatch.setattr(engines, "_INITIAL_ITEM_S", dict.fromkeys(engines._FIRST_GUESS_S, 1e-2))
+    monkeypatch.setattr(engines, "_INITIAL_ITEM_S", dict.fromkeys(engines._INITIAL_ITEM_S, 1e-2))
     monkeypatch.setattr(engines, "_LOOKUP_THRESHOLD_S", 0.0)
     count = tmp_path / "count"
 

@@ -1,9 +1,8 @@
-"""What an effect is, and how a scene gets the effects it calls for.
+"""Effects: physics beyond the core model, and their selection.
 
-A scene has core physics and may call for effects beyond it. Each effect names itself and bounds, before anything is
-solved, what leaving it out would change; ``auto`` leaves effects out, the smallest bounds first, only as long as the
-bounds of all that is left out add up to less than the effect tolerance. An effect left out is not computed at all; a
-bound that decides nothing is computed when the manifest's line is read.
+Each effect provides an a-priori bound on the change caused by leaving it out. ``auto`` omits effects in order of
+increasing bounds as long as the bounds of all omitted ones add up to less than the effect tolerance. An omitted effect
+is not computed at all; a bound that does not affect the selection is computed only when the manifest is read.
 """
 
 from __future__ import annotations
@@ -22,19 +21,19 @@ E = TypeVar("E", bound="Effect")
 
 
 class Effect(Protocol[S]):
-    """Something a scene may call for beyond its core physics."""
+    """An effect beyond the core physics."""
 
     name: str
     summary: str
     measure: str
 
     def influence(self, situation: S) -> float:
-        """Bound on the relative change of the main results if this effect is left out; inf where it is unbounded."""
+        """Bound on the relative change of the main results if the effect is left out; inf if unbounded."""
 
 
 @dataclass(frozen=True)
 class EffectSelection:
-    """Which effects the user settles himself; all others follow their bounds (``automatic``) or run."""
+    """Effects forced on or off by the user; the others follow their bounds (``automatic``) or are all active."""
 
     include: frozenset[str] = frozenset()
     exclude: frozenset[str] = frozenset()
@@ -47,7 +46,7 @@ ALL = EffectSelection(automatic=False)
 
 @dataclass(frozen=True)
 class Demand:
-    """A limit, objective or result that cannot be had without an effect."""
+    """A limit, objective or result that requires an effect."""
 
     effect: str
     needed_by: str
@@ -55,7 +54,7 @@ class Demand:
 
 @dataclass(frozen=True)
 class Choice(Generic[E]):
-    """The effects that run, in the wing's order, and the manifest of all of them."""
+    """The active effects in the package's order, and the manifest of all effects."""
 
     active: tuple[E, ...]
     manifest: tuple[EffectReport, ...]
@@ -71,10 +70,10 @@ def choose(
     tolerance: float = 1e-2,
     demands: Iterable[Demand] = (),
 ) -> Choice[E]:
-    """The effects for a situation.
+    """Select the effects for a situation.
 
-    Raises InvalidInput for a name no effect bears, for one both included and excluded, and EffectConflict for an
-    excluded effect that a demand needs.
+    Raises InvalidInput for an unknown name or one both included and excluded, and EffectConflict for an excluded effect
+    that a demand needs.
     """
     if not 0 < tolerance <= 1:
         raise InvalidInput("effect_tolerance", "must lie in (0, 1]", "(0, 1]")
@@ -121,7 +120,7 @@ def choose(
 
 
 def _bound(known: dict[str, float], effect: Effect, situation: object) -> float:
-    """An effect's bound, computed once."""
+    """An effect's bound, cached."""
     if effect.name not in known:
         known[effect.name] = effect.influence(situation)
     return known[effect.name]

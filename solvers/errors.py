@@ -1,15 +1,15 @@
-"""The one exception of this library that blames the caller's input."""
+"""The library's exceptions for invalid input."""
 
 from __future__ import annotations
 
 
 class InvalidInput(ValueError):
-    """A quantity lies outside what the model allows.
+    """A quantity outside the model's range.
 
-    field   dotted path of the offending quantity, in the names of the scene's dataclasses
-            (``"mechanism.crank_radius"``, ``"dimensions.l"``)
-    reason  what is wrong, in one sentence
-    allowed what would be accepted, in one sentence or an interval in SI units
+    field    dotted path of the quantity, by the names of the scene's dataclasses (``"mechanism.crank_radius"``,
+             ``"dimensions.l"``)
+    reason   what is wrong, in one sentence
+    allowed  what would be accepted: a sentence, or an interval in SI units
     """
 
     def __init__(self, field: str, reason: str, allowed: str) -> None:
@@ -20,7 +20,7 @@ class InvalidInput(ValueError):
 
 
 class EffectConflict(InvalidInput):
-    """An effect was excluded although a limit or an objective needs it."""
+    """An effect was excluded although a limit or objective needs it."""
 
     def __init__(self, effect: str, needed_by: str) -> None:
         super().__init__(
@@ -33,6 +33,6 @@ class EffectConflict(InvalidInput):
 
 
 def require(ok: bool, field: str, reason: str, allowed: str) -> None:
-    """Refuse an input that does not make sense: InvalidInput unless ``ok``."""
+    """Raise InvalidInput unless ``ok``."""
     if not ok:
         raise InvalidInput(field, reason, allowed)

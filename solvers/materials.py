@@ -17,18 +17,19 @@ Sound (2005); VDI 3830). Where resonances decide it is worth a measurement."""
 
 @dataclass(frozen=True)
 class Material:
-    """Elastic and fatigue properties of one material, SI units.
+    """Elastic and fatigue properties of a material, SI units.
 
     elastic_modulus          E [Pa]
-    fatigue_limit            sigma_-1 [Pa], of a smooth specimen in alternating bending
-    fatigue_reduction        K >= 1, notch, size and surface together
-    mean_stress_sensitivity  psi of Serensen, algebraically FKM's M, in [0, 1)
+    fatigue_limit            sigma_-1 [Pa] of a smooth specimen under fully reversed bending
+    fatigue_reduction        K >= 1: notch, size and surface combined
+    mean_stress_sensitivity  psi of Serensen (algebraically FKM's M), in [0, 1)
     yield_strength           [Pa]
     density                  [kg/m^3]
     poisson                  in (-1, 0.5)
-    ultimate_strength        [Pa], needed by Goodman and Gerber only
-    loss_factor              eta = 2 zeta in [0, 0.5], of a part in its clamps: the share of a vibration's energy lost
-                             in a radian; 0 is undamped. Only the strip's inertia asks for it
+    ultimate_strength        [Pa], required by Goodman and Gerber only
+    loss_factor              eta = 2 zeta in [0, 0.5] of a part in its clamps: fraction of the vibration energy
+                             dissipated
+                             per radian; 0: undamped. Used by the strip's inertia only
     """
 
     elastic_modulus: float
@@ -67,7 +68,7 @@ class Material:
 
 @dataclass(frozen=True, kw_only=True)
 class Catalogued:
-    """What a catalogue tells of a material: what it is, and where each of its numbers is from."""
+    """Catalogue data of a material: title, and the source of each value."""
 
     title: str = field(compare=False)
     sources: Mapping[str, str] = field(compare=False)
@@ -79,7 +80,7 @@ class Listed(Material, Catalogued):
 
 
 def sources_of(**told: str) -> Mapping[str, str]:
-    """Sources by the names of the quantities, not to be changed."""
+    """Sources by quantity, read-only."""
     return MappingProxyType(told)
 
 
@@ -130,7 +131,7 @@ CATALOGUE: dict[str, Listed] = {
 }  # fmt: skip
 """Typical values for orientation, not for release of a part.
 
-``paper-strip`` completes the machine of Obolenskaya and Klochko, who print no material data. The other two are
-rounded from what suppliers' data sheets give for hardened, polished valve strip (EN 1.1274) and for cold-rolled
-spring strip (EN 1.4310); the scatter between heats and finishes is easily 15 %.
+``paper-strip`` completes the machine of Obolenskaya and Klochko, who print no material data. The other two are rounded
+from suppliers' data sheets for hardened, polished valve strip (EN 1.1274) and cold-rolled spring strip (EN 1.4310); the
+scatter between heats and finishes easily reaches 15 %.
 """

@@ -1,4 +1,4 @@
-"""What every check and every design answers with: a typed outcome, also for an ordinary "no"."""
+"""Typed outcomes of checks and designs, including negative ones."""
 
 from __future__ import annotations
 
@@ -22,10 +22,9 @@ class EffectState(StrEnum):
 
 
 class EffectReport(NamedTuple):
-    """One line of the effects manifest.
+    """An entry of the effects manifest.
 
-    ``bound`` computes ``influence``. What a request settles needs no bound to be decided: one that nobody reads is not
-    computed.
+    ``bound`` computes ``influence`` on demand: where the request decides on an effect, its bound may never be needed.
     """
 
     name: str
@@ -35,21 +34,21 @@ class EffectReport(NamedTuple):
 
     @property
     def influence(self) -> float:
-        """The a-priori bound on the relative change that the effect makes to the main results."""
+        """A-priori bound on the relative change of the main results due to the effect."""
         return self.bound()
 
     def __reduce__(self) -> tuple[Callable[..., EffectReport], tuple[str, EffectState, float, str]]:
-        """To other processes goes the number."""
-        return _told, (self.name, self.state, self.influence, self.why)
+        """Pickle the number instead of the function."""
+        return _restored, (self.name, self.state, self.influence, self.why)
 
 
-def _told(name: str, state: EffectState, influence: float, why: str) -> EffectReport:
+def _restored(name: str, state: EffectState, influence: float, why: str) -> EffectReport:
     return EffectReport(name, state, lambda: influence, why)
 
 
 @dataclass(frozen=True)
 class Accuracy:
-    """The relative accuracy that was asked for, the estimate of what was reached, and the settings that did it."""
+    """Requested relative accuracy, estimated accuracy reached, and the numerical settings."""
 
     requested: float
     estimated: float
@@ -57,13 +56,13 @@ class Accuracy:
 
     @property
     def met(self) -> bool:
-        """Whether the estimate is as small as was asked for."""
+        """Whether the estimate meets the request."""
         return self.estimated <= self.requested
 
 
 @dataclass(frozen=True)
 class Shortfall:
-    """One requirement that cannot be met: what is asked, what is attainable at best, and what would help."""
+    """An unattainable requirement: required and attainable value, and advice."""
 
     requirement: str
     required: float
@@ -85,12 +84,12 @@ class ActiveConstraint:
 
 @dataclass(frozen=True)
 class Certificate:
-    """How far the answer is known to be the global optimum.
+    """Proof of global optimality.
 
-    ``bound`` bounds the objective over everything feasible (from below when minimising), ``gap`` is the relative
-    distance of the answer from it, inf where nothing bounds; ``method`` and ``evidence`` say how the answer was found,
-    what the bound rests on, and what is known of the answer beside it. The gap is about all other designs,
-    ``Accuracy.estimated`` about the figures told of this one: neither is a part of the other.
+    ``bound`` bounds the objective over the feasible set (from below when minimising); ``gap`` is the relative distance
+    of the answer from it, inf without a bound; ``method`` and ``evidence`` describe the search and the basis of the
+    bound. The gap refers to all other designs, ``Accuracy.estimated`` to the values reported for this one; neither
+    includes the other.
     """
 
     method: str
@@ -101,7 +100,7 @@ class Certificate:
 
 @dataclass(frozen=True)
 class Outcome(Generic[T]):
-    """Status, value and everything a user needs to judge the value."""
+    """Status, value and the information needed to judge the value."""
 
     status: Status
     value: T | None

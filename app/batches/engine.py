@@ -7,6 +7,7 @@ one transaction with the chunk's mark.
 from __future__ import annotations
 
 import asyncio
+import math
 import pickle
 import time
 from collections import OrderedDict
@@ -45,7 +46,8 @@ _MOST_CRASHES = 3
 """So often a chunk of several items may come to no end before it is split."""
 _MOST_CRASHES_ALONE = 6
 """So often one item; the death of a service that had leased it counts too."""
-_MOST_ATTEMPTS = 10
+_MOST_ATTEMPTS = 20
+"""So often a chunk may be leased, as often as an accepted run: who leases it may be killed through no fault of it."""
 _BLOCKS_KEPT = 8
 _WORTH_A_LOOK_S = 5e-3
 """Items that take longer than this are looked for among those of other chunks before they are solved."""
@@ -163,7 +165,9 @@ class BatchEngine:
         return False
 
     def _items_of(self, batch: BatchRecord) -> int:
-        return max(1, int(_CHUNK_S / self._guess(batch)))
+        """Items of a chunk; a small batch still has a chunk for each worker."""
+        share = math.ceil(batch.total / max(1, self._executor.background_workers))
+        return max(1, min(int(_CHUNK_S / self._guess(batch)), share))
 
     def _guess(self, batch: BatchRecord) -> float:
         """About how long an item takes [s]."""

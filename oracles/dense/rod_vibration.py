@@ -35,7 +35,7 @@ _AT_ONCE = 50
 
 
 class Driven(Protocol):
-    """The model whose strip moves: a dataclass, of which another with fewer ``effects`` can be made."""
+    """Interface of the moving strip's model: a dataclass that can be copied with fewer ``effects``."""
 
     scene: Scene
     strip: Dimensions
@@ -53,7 +53,7 @@ class Driven(Protocol):
     def deflection(self, bent: Any, z: Array) -> Array: ...
 
     def corners(self, shape: Any) -> Array:
-        """Angles at which the force has corners, for shapes that ``still`` tells."""
+        """Angles of corners of the force, for the shapes ``still``."""
 
     def axial_force(self, angle: Array) -> Array: ...
 
@@ -92,7 +92,7 @@ class Basis:
 
 @dataclass(frozen=True)
 class PeriodicMotion:
-    """Amplitudes of the functions, g's being the stroke, at 1 + STAGES points of every element."""
+    """Amplitudes of the functions (g's is the stroke) at 1 + STAGES points of every element."""
 
     basis: Basis
     edges: Array
@@ -218,9 +218,9 @@ def _slope(values: Array, points: Array, width: Array) -> Array:
 def _transfers(
     c: Array, once: Array, width: Array, mass: Array, damping: Array, stiff: Array, right: Array
 ) -> tuple[Array, Array]:
-    """M y'' + C y' + K(phi) y = right on elements: y at the points and y' at the end by the start's y and y' and a
-    column for what drives it, (elements, points, functions, 2 functions + 1) and (elements, functions,
-    2 functions + 1)."""
+    """M y'' + C y' + K(phi) y = right on elements: y at the points and y' at the end, linear in the start's y and y'
+    with a column for the driving term, (elements, points, functions, 2 functions + 1) and (elements, functions, 2
+    functions + 1)."""
     (size, stages, n), twice = right.shape, once @ once
     system = np.einsum("ij,eiab->eiajb", twice, stiff) * (width**2)[:, None, None, None, None]
     system += np.einsum("ij,ab->iajb", once, damping) * width[:, None, None, None, None]

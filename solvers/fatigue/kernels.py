@@ -1,7 +1,7 @@
-"""A limiting curve on the Haigh plane as kernels take it, and the utilisation of stress cycles by it.
+"""Kernel representation of a limiting curve in the Haigh diagram, and the utilisation of stress cycles.
 
-Any severity that rises with a cycle's greatest value and falls with its least one can be such a diagram; the greatest
-stress is one of two lines, amplitude + mean and amplitude - mean.
+Any severity that increases with a cycle's maximum and decreases with its minimum can be represented; the maximum stress
+magnitude consists of two lines, amplitude + mean and amplitude - mean.
 """
 
 from __future__ import annotations
@@ -18,19 +18,20 @@ Array = NDArray[np.float64]
 
 
 class Diagram(NamedTuple):
-    """Straight pieces and one parabola; the utilisation 1/n of a cycle is the greatest that any of them gives.
+    """Lines and a parabola; the utilisation 1/n of a cycle is the maximum over all of them.
 
-    ``lines``     shape (corners, lines, 3): alpha, beta [1/Pa] and what a mean left out adds (see ``with_mean``). A
-                  corner gives the least of its lines alpha sigma_a + beta sigma_m.
-    ``parabola``  alpha, beta [1/Pa] and the mean left out [Pa]: the ray meets Gerber's parabola at
-                  1/n = (a + sqrt(a^2 + 4 m^2))/2, a = alpha sigma_a, m = beta max(sigma_m, 0). Zeros for none.
+    ``lines``     shape (corners, lines, 3): alpha, beta [1/Pa] and the contribution of a subtracted mean (see
+                  ``with_mean``). A corner contributes the minimum of its lines alpha sigma_a + beta sigma_m.
+    ``parabola``  alpha, beta [1/Pa] and the subtracted mean [Pa]: the ray meets Gerber's parabola at
+                  1/n = (a + sqrt(a^2 + 4 m^2))/2, a = alpha sigma_a, m = beta max(sigma_m, 0). Zeros: none.
     """
 
     lines: Array
     parabola: Array
 
     def with_mean(self, mean: float) -> Diagram:
-        """The same for cycles told without this mean: beside a great one a small amplitude keeps its digits."""
+        """The diagram for cycles from which this mean is subtracted, which preserves small amplitudes beside a large
+        mean."""
         lines, parabola = self.lines.copy(), self.parabola.copy()
         lines[..., 2] += mean * lines[..., 1]
         parabola[2] += mean
@@ -38,7 +39,7 @@ class Diagram(NamedTuple):
 
 
 GREATEST = Diagram(np.array([[[1.0, 1.0, 0.0]], [[1.0, -1.0, 0.0]]]), np.zeros(3))
-"""The greatest magnitude of the cycle."""
+"""The maximum stress magnitude of the cycle."""
 
 
 @kernel

@@ -1,14 +1,14 @@
-"""Climbing many maxima at once: brackets that shrink around parabolas, one batch of evaluations a round.
+"""Batched one-dimensional maximisation: brackets that shrink around parabolas, one batch of evaluations per iteration.
 
-Every row holds a bracket a <= c <= b with f(c) the greatest value known. A round evaluates five points of every
-unfinished row in one call: the parabola's vertex with a near neighbour on either side, and the middles of both
-halves. The best point of all and its neighbours make the next bracket, which is at most half as wide and, where the
-function is smooth, twenty-five times narrower.
+Every row holds a bracket a <= c <= b with f(c) its largest known value. An iteration evaluates five points of every
+unfinished row in one call: the parabola's vertex with a near neighbour on either side, and the midpoints of both
+halves. The best point and its neighbours form the next bracket, which is at most half as wide and, for smooth
+functions, twenty-five times narrower.
 
-What a row may still gain is bounded by concavity: no chord between known points, extended, lies below the function.
-At an end of the range (a = c or c = b) the chord through the two nearest points inside does the same. Where the
-parabolas through the five nearest points agree in how much they bend, the function is smooth there, and the gain that
-the middle one foretells is a far closer estimate; where they disagree, as at a kink, the chords stand.
+The remaining gain of a row is bounded by concavity: no extended chord between known points lies below the function. At
+an end of the range (a = c or c = b) the chord through the two nearest interior points is used. If the second
+differences of the parabolas through the five nearest points agree, the function is smooth there, and the gain predicted
+by the middle one is a much sharper estimate; if not, as at a kink, the chord bound is used.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ Rows = NDArray[np.intp]
 
 NEAR = 0.02
 _ALIKE = 2.0
-"""How much the bends of neighbouring parabolas may differ, as a ratio, where a function counts as smooth."""
+"""Maximum ratio of neighbouring parabolas' curvatures for a function to count as smooth."""
 _SAFETY = 8.0
-"""Over the gain that a parabola foretells: what its neighbours' bends may add to it, and some."""
+"""Safety factor on the gain predicted by a parabola."""
 _FURTHER = 2.0
-"""Of what a cubic adds to the slope: what higher powers may, and some."""
+"""Safety factor on the cubic correction of the slope."""
 MOST_ROUNDS = 60
 _EPS = np.finfo(float).eps
 
 Evaluate = Callable[[Array, Rows], Array]
-"""(points of shape (n, m), the rows they belong to, shape (n,)) -> values of shape (n, m)."""
+"""(points of shape (n, m), their rows, shape (n,)) -> values of shape (n, m)"""
 
 
 @dataclass(frozen=True)
 class Summits:
-    """One entry a row: the place, the value there, a bound on what is missing, and the width of the last bracket."""
+    """Per row: location, value, error bound, and width of the last bracket."""
 
     place: Array
     value: Array
@@ -49,9 +49,10 @@ class Summits:
 
 
 def climb(evaluate: Evaluate, places: Array, values: Array, tolerance: Array) -> Summits:
-    """Climb every row from its bracket, ``places`` and ``values`` of shape (n, 3), to its absolute ``tolerance`` (n,).
+    """Maximise every row from its bracket, ``places`` and ``values`` of shape (n, 3), to its absolute ``tolerance``
+    (n,).
 
-    The function is taken to have one maximum in each bracket; without that the result is still one of its values.
+    Each bracket is assumed to contain one maximum; otherwise the result is still one of the function's values.
     """
     places, values = np.array(places, dtype=float), np.array(values, dtype=float)
     count = places.shape[0]
@@ -71,7 +72,7 @@ def climb(evaluate: Evaluate, places: Array, values: Array, tolerance: Array) ->
 
 @kernel
 def _trial(places: Array, values: Array, todo: Rows) -> Array:
-    """The five points of a round for every unfinished row, shape (rows, 5)."""
+    """The five trial points of every unfinished row, shape (rows, 5)."""
     out = np.empty((todo.size, 5))
     for n in range(todo.size):
         trial_points(places[todo[n]], values[todo[n]], out[n])
@@ -80,7 +81,7 @@ def _trial(places: Array, values: Array, todo: Rows) -> Array:
 
 @kernel
 def _narrow(places: Array, values: Array, error: Array, todo: Rows, points: Array, heights: Array) -> None:
-    """Narrow every unfinished row's bracket, and note its error."""
+    """Narrow every unfinished row's bracket and update its error."""
     for n in range(todo.size):
         row = todo[n]
         error[row] = narrow(places[row], values[row], points[n], heights[n])
@@ -88,7 +89,7 @@ def _narrow(places: Array, values: Array, error: Array, todo: Rows, points: Arra
 
 @kernel
 def trial_points(place: Array, value: Array, out: Array) -> None:
-    """The five points at which a round looks, for a bracket's places and values, each of shape (3,)."""
+    """The five trial points of a bracket, given its points and values of shape (3,)."""
     a, c, b = place
     fa, fc, fb = value
     left, right = (c - a) * (fc - fb), (b - c) * (fc - fa)
@@ -103,7 +104,8 @@ def trial_points(place: Array, value: Array, out: Array) -> None:
 
 @kernel
 def narrow(place: Array, value: Array, points: Array, heights: Array) -> float:
-    """Replace a bracket by the best point and its nearest distinct neighbours; a bound on what is still missing."""
+    """Replace a bracket by the best point and its nearest distinct neighbours; returns a bound on the remaining
+    gain."""
     x, f = np.empty(8), np.empty(8)
     for m in range(3):
         x[m], f[m] = place[m], value[m]
@@ -114,7 +116,7 @@ def narrow(place: Array, value: Array, points: Array, heights: Array) -> float:
         if f[m] > f[best]:
             best = m
     c, fc = x[best], f[best]
-    # The two nearest points on either side: the neighbour, and the one its chord needs at an end.
+    # The two nearest points on either side: the neighbour, and the one needed for its chord at an end.
     a, fa, a2, fa2 = -np.inf, 0.0, -np.inf, 0.0
     b, fb, b2, fb2 = np.inf, 0.0, np.inf, 0.0
     for m in range(8):
@@ -144,9 +146,9 @@ def narrow(place: Array, value: Array, points: Array, heights: Array) -> float:
             bend = _bend(a, fa, c, fc, b, fb)
             before, after = _bend(a2, fa2, a, fa, c, fc), _bend(c, fc, b, fb, b2, fb2)
             if bend < 0.0 and bend * _ALIKE <= min(before, after) and max(before, after) * _ALIKE <= bend:
-                # The parabola's slope at c, from the mean of the chords' slopes weighted by the far ends.
+                # the parabola's slope at c, a weighted mean of the chords' slopes
                 slope = abs((fc - fa) / (c - a) * (b - c) + (fb - fc) / (b - c) * (c - a)) / (b - a)
-                # How much the bend changes tells how far off that is, a slope that cancels as well as any other.
+                # the change of curvature measures its error, also for a slope that cancels
                 change = max(abs(bend - before) / (b - a2), abs(after - bend) / (b2 - a))
                 slope += _FURTHER * change * (c - a) * (b - c)
                 missing = min(missing, _SAFETY * slope * slope / (-4.0 * bend))
@@ -162,11 +164,11 @@ def _bend(a: float, fa: float, c: float, fc: float, b: float, fb: float) -> floa
 
 
 def humps(samples: Array, slack: float, closed: bool) -> tuple[Rows, Rows]:
-    """(row, column) of every local maximum of the samples, shape (rows, n), that may hold its row's greatest value.
+    """(row, column) of every local maximum of the samples, shape (rows, n), that may contain its row's maximum.
 
-    A hump may rise above its sample by half its second difference (a parabola rises by an eighth), and by ``slack``
-    times the row's largest magnitude. ``closed`` says that the samples close on themselves; otherwise the ends count.
-    Of a plateau, level to rounding, the first sample stands for all; a row that is level everywhere has its highest.
+    Between samples the function may exceed a sample by half its second difference (a parabola: an eighth), and by
+    ``slack`` times the row's largest magnitude. ``closed``: the samples are periodic; otherwise the ends count. A
+    plateau, constant to rounding, is represented by its first sample; a constant row by its largest.
     """
     peaks = np.zeros(samples.shape, dtype=np.bool_)
     _mark_humps(np.ascontiguousarray(samples), slack, closed, peaks)
@@ -181,7 +183,7 @@ def _mark_humps(samples: Array, slack: float, closed: bool, peaks: NDArray[np.bo
 
 @kernel
 def mark_humps(samples: Array, slack: float, closed: bool, peaks: NDArray[np.bool_]) -> None:
-    """``humps`` of one row, as marks: ``peaks`` is False everywhere before."""
+    """``humps`` of one row as a mask: ``peaks`` is False initially."""
     count = samples.size
     highest, size = 0, 0.0
     for n in range(count):
@@ -191,11 +193,11 @@ def mark_humps(samples: Array, slack: float, closed: bool, peaks: NDArray[np.boo
     need = samples[highest] - slack * size
     bare = True
     for n in range(count):
-        # Beyond the ends of an open row lies what mirrors its inside.
+        # open rows are continued by reflection
         before = samples[n - 1] if n > 0 else samples[count - 1 if closed else 1]
         after = samples[n + 1] if n < count - 1 else samples[0 if closed else count - 2]
         here = samples[n]
-        # A deep trough elsewhere in the row does not make a low hill level.
+        # a deep minimum elsewhere must not make a low maximum count as constant
         level = 8.0 * _EPS * max(abs(before), abs(here), abs(after))
         rises = here >= before - level if n == 0 and not closed else here > before + level
         reach = here + 0.5 * abs(before - 2.0 * here + after)

@@ -1,11 +1,10 @@
-"""Functions of one variable over a range of it: enclosures of their values and of their derivatives, for kernels.
+"""Interval arithmetic with derivatives for kernels: enclosures of a function's values and slopes over a range.
 
-A ``Ranged`` function is known by its value in a place of the range, by an interval of its values and by one of its
-slopes. By the mean value theorem f(x) lies in f(m) + f'(range) (x - m) as well, which is sharper than the values' own
-arithmetic where the range is small; every operation keeps what both leave. So the width beyond the true range falls
-with the square of the range's.
-Ends are not rounded outward: what is proven by them is proven up to rounding, a few parts in 1e16 an operation.
-Source: R. E. Moore, Interval Analysis, 1966.
+A ``Ranged`` value consists of the value at a point of the range, an interval of values, and an interval of slopes. By
+the mean value theorem f(x) also lies in f(m) + f'(range) (x - m), which is sharper than interval arithmetic on small
+ranges; every operation intersects both. The overestimation thus decreases quadratically with the range. Interval ends
+are not rounded outward: proofs hold up to rounding, a few parts in 1e16 per operation. Source: R. E. Moore, Interval
+Analysis, 1966.
 """
 
 from __future__ import annotations
@@ -15,15 +14,15 @@ import math
 from solvers.numerics.jit import kernel
 
 Ranged = tuple[float, float, float, float, float]
-"""The value in the place, the least and the greatest value, the least and the greatest slope."""
+"""Value at the point, minimum and maximum value, minimum and maximum slope."""
 
 Reach = tuple[float, float]
-"""How far the range goes to the left and to the right of the place."""
+"""Extent of the range to the left and right of the point."""
 
 
 @kernel
 def scaled(a: Ranged, factor: float) -> Ranged:
-    """A multiple by a factor that is not negative."""
+    """A multiple by a nonnegative factor."""
     return a[0] * factor, a[1] * factor, a[2] * factor, a[3] * factor, a[4] * factor
 
 
@@ -56,7 +55,7 @@ def times(a: Ranged, b: Ranged, reach: Reach) -> Ranged:
 
 @kernel
 def over(a: Ranged, b: Ranged, reach: Reach) -> Ranged:
-    """a/b where b is above 0."""
+    """a/b for b > 0."""
     inverse_low, inverse_high = 1.0 / b[2], 1.0 / b[1]
     low, high = _product(a[1], a[2], inverse_low, inverse_high)
     part_low, part_high = _product(low, high, b[3], b[4])
@@ -66,7 +65,7 @@ def over(a: Ranged, b: Ranged, reach: Reach) -> Ranged:
 
 @kernel
 def squared(a: Ranged, reach: Reach) -> Ranged:
-    """a^2, without the width of a times a."""
+    """a^2, sharper than a times a."""
     least, most = min(abs(a[1]), abs(a[2])), max(abs(a[1]), abs(a[2]))
     if a[1] <= 0.0 <= a[2]:
         least = 0.0
@@ -76,7 +75,7 @@ def squared(a: Ranged, reach: Reach) -> Ranged:
 
 @kernel
 def rooted(a: Ranged, reach: Reach) -> Ranged:
-    """sqrt(a) where a is above 0."""
+    """sqrt(a) for a > 0."""
     low, high = math.sqrt(a[1]), math.sqrt(a[2])
     slope, slope_high = _product(a[3], a[4], 0.5 / high, 0.5 / low)
     return kept(math.sqrt(a[0]), low, high, slope, slope_high, reach)
@@ -90,7 +89,7 @@ def _product(a: float, a_high: float, b: float, b_high: float) -> tuple[float, f
 
 @kernel
 def kept(place: float, low: float, high: float, slope: float, slope_high: float, reach: Reach) -> Ranged:
-    """What the arithmetic of the values and the mean value theorem both leave."""
+    """The intersection of interval arithmetic and the mean value form."""
     down = max(max(slope_high, 0.0) * reach[0], max(-slope, 0.0) * reach[1])
     up = max(max(-slope, 0.0) * reach[0], max(slope_high, 0.0) * reach[1])
     return place, max(low, place - down), min(high, place + up), slope, slope_high

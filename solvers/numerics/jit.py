@@ -1,12 +1,12 @@
-"""One place for how kernels are compiled: cached on disk, IEEE arithmetic, no hidden threads.
+"""Compilation of kernels: cached on disk, IEEE arithmetic, single-threaded.
 
-The compiler itself is imported with the first kernel that is called: who only reads a scene or a table does without.
+The compiler is imported on the first kernel call, so that reading a scene or a table does not need it.
 
-numba keeps machine code as long as the file that a kernel stands in is unchanged, although code of the kernels it calls
-is part of it. Here the cache is told of every file of this package that the kernel's module imports, directly or not.
+numba invalidates cached code only if the file defining the kernel changes, although the code of called kernels is
+included. Here the cache key covers all files of this package that the kernel's module imports, directly or indirectly.
 
-What a machine waits for at its first start is compiled here. A kernel that puts an array into a part of another one
-costs some two seconds more than one that does so element by element, for the message about shapes that do not fit.
+Compilation time matters, because a machine waits for it at its first start. Assigning an array to a slice of another
+costs about two seconds more than an element-wise loop, because of the error message for mismatched shapes.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ _ROOT = Path(__file__).parents[2]
 _IMPORT = re.compile(r"^from (solvers[\w.]*) import (\([^)]*\)|.*)$", re.MULTILINE)
 
 KERNELS: list[Kernel] = []
-"""Every kernel of the modules imported so far."""
+"""All kernels of the modules imported so far."""
 
 
 class Kernel:
-    """A function that is compiled when it is first called, from Python or from another kernel."""
+    """A function compiled on its first call, from Python or from another kernel."""
 
     def __init__(self, function: Callable[..., Any], fastmath: object, inlined: bool = False) -> None:
         self.py_func = function
@@ -41,16 +41,16 @@ class Kernel:
 
     @cached_property
     def compiled(self) -> Any:
-        """As Python calls it: compiled for the types it is called with, or loaded from the disk."""
+        """The entry for Python: compiled for the argument types, or loaded from disk."""
         dispatcher = _kept(self._dispatcher(cache=True))
         dispatcher.compile = linking.once(dispatcher.compile)
         return dispatcher
 
     @cached_property
     def inner(self) -> Any:
-        """As other kernels call it, whose machine code holds this one's: without the entry from Python.
+        """The entry for other kernels, which include its machine code: without a Python wrapper.
 
-        The entry takes apart every array of every tuple, which is most of what a small kernel costs to compile.
+        The wrapper unpacks every array of every tuple, which is most of the compilation time of a small kernel.
         """
         return self._dispatcher(no_cpython_wrapper=True, forceinline=self._inlined)
 
@@ -61,20 +61,20 @@ class Kernel:
 
     @property
     def files(self) -> list[Path]:
-        """Where the machine code that Python calls lies on disk; none where numba keeps it otherwise than expected."""
+        """Cache files of the Python entry; empty if numba's cache differs from what is expected."""
         kept = getattr(getattr(self.__dict__.get("compiled"), "_cache", None), "_cache_file", None)
         index = getattr(kept, "_index_path", None)
         return [] if index is None else sorted(Path(index).parent.glob(f"{escape(Path(index).stem)}.*"))
 
     @property
     def _numba_type_(self) -> Any:
-        """By this numba knows the type of a value: that of the kernel as other kernels call it."""
+        """numba's hook for the type of a value: the kernel as called by other kernels."""
         return self.inner._numba_type_
 
     def _dispatcher(self, **options: Any) -> Any:
         import numba
 
-        # No kernel is handed to C code as a pointer, so none needs an entry for that.
+        # no kernel is passed to C as a function pointer
         always: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
         return numba.njit(fastmath=self._fastmath, **always, **options)(self.py_func)
 
@@ -83,42 +83,41 @@ class Kernel:
 
 
 def kernel(function: F) -> F:
-    """Compile ``function`` for the machine at hand, keep the machine code on disk, leave IEEE rules intact.
+    """Compile ``function`` for this machine, cache the machine code on disk, keep IEEE semantics.
 
-    ``error_model="numpy"`` lets divisions by zero give inf, as in numpy, so that loops vectorise. ``fastmath`` is
-    denied in so many words: left unsaid, it would be taken over from whichever kernel calls this one first.
+    ``error_model="numpy"`` makes division by zero return inf, so that loops vectorise. ``fastmath`` is disabled
+    explicitly; otherwise it would be inherited from the first kernel that calls this one.
     """
     return cast(F, Kernel(function, fastmath=False))
 
 
 def inlined_kernel(function: F) -> F:
-    """As ``kernel``, for a few lines that loops of other kernels call with large tuples: its code becomes theirs.
+    """Like ``kernel``, but inlined: for short functions called in loops with large tuples.
 
-    Otherwise every number and array of a tuple is handed over at every call, which may take longer than the lines do.
+    Passing every number and array of a tuple at each call may take longer than the function itself.
     """
     return cast(F, Kernel(function, fastmath=False, inlined=True))
 
 
 def reducing_kernel(function: F) -> F:
-    """As ``kernel``, for loops that take greatest and least values: assumes no NaN and no care for the sign of zero.
+    """Like ``kernel``, for minima and maxima in loops: assumes no NaN and ignores the sign of zero.
 
-    Without that promise a maximum is a chain of comparisons that no processor can take several at a time. Sums and
-    products keep their order and rounding.
+    Without this assumption a maximum cannot be vectorised. The order and rounding of sums and products are unaffected.
     """
     return cast(F, Kernel(function, fastmath={"nnan", "nsz"}))
 
 
 def fusing_kernel(function: F) -> F:
-    """As ``reducing_kernel``; a product added to a sum may moreover be rounded once instead of twice.
+    """Like ``reducing_kernel``, and allows fused multiply-add.
 
-    The last place then depends on whether the processor has such an instruction.
+    The last digit then depends on whether the processor has that instruction.
     """
     return cast(F, Kernel(function, fastmath={"nnan", "nsz", "contract"}))
 
 
 def _kept(compiled: Any) -> Any:
-    """The same kernel, its cache good for as long as no source it may hold code of has changed."""
-    # There is no public way to name what a cache depends on; without this attribute numba's own rule holds.
+    """Make the cache depend on all sources that the kernel's code may include."""
+    # There is no public API for a cache's dependencies; without this attribute numba's own rule applies.
     cache = getattr(compiled, "_cache", None)
     loading.load_alone(cache)
     file = getattr(cache, "_cache_file", None)
@@ -129,7 +128,7 @@ def _kept(compiled: Any) -> Any:
 
 @cache
 def stamp(module: str) -> str:
-    """A digest of the module and of everything in this package that it imports."""
+    """A digest of the module and everything it imports from this package."""
     digest = hashlib.sha256()
     for path in sources(module):
         digest.update(path.read_bytes())
@@ -137,7 +136,7 @@ def stamp(module: str) -> str:
 
 
 def sources(module: str) -> list[Path]:
-    """The files of this repository that a module's code may come from, itself first."""
+    """The files of this package that a module's code may depend on, itself first."""
     found: list[Path] = []
     waiting = [module]
     while waiting:

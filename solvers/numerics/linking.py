@@ -1,10 +1,10 @@
-"""Machine code is made once: in the kernels that Python calls, which hold the code of all those that they call.
+"""Generating machine code only once per kernel called from Python, including all inner kernels.
 
-numba optimizes every kernel and makes machine code of it, links its optimized code into each of its callers, and there
-optimizes it again: in a chain of six, the last one six times. Nothing but its callers ever calls an inner kernel,
-though. Here it stays as it was lowered until a kernel with an entry from Python takes it in, and is optimized with it.
+By default numba optimizes every kernel, generates its machine code, links its optimized code into each caller, and
+optimizes it again there: in a chain of six, the innermost kernel six times. Inner kernels are only called by other
+kernels. Here they stay unoptimized until a kernel with a Python entry includes them, and are optimized with it.
 
-This reaches into numba's ``JITCodeLibrary``; where that one looks otherwise than expected, numba goes its own way.
+This relies on numba's ``JITCodeLibrary``; if it differs from what is expected, numba's own mechanism is used.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ R = TypeVar("R")
 _NEEDED = ("finalize", "_optimize_functions", "_finalize_dynamic_globals", "_get_module_for_linking",
            "_get_compiled_object", "serialize_using_object_code", "codegen")  # fmt: skip
 _ENTRY, _ENVIRONMENT = "_ZN7cpython", "_ZN08NumbaEnv"
-"""What the names of the functions that Python calls, and of every function's environment, begin with."""
+"""Prefixes of the names of Python entries and of function environments."""
 
 
 def once(compile_: Callable[..., R]) -> Callable[..., R]:
-    """``compile_``, a dispatcher's method, with all that it calls for linked into one piece before any optimization."""
+    """Wrap a dispatcher's ``compile_`` so that everything it calls is linked before any optimization."""
 
     @wraps(compile_)
     def compiling(*arguments: Any) -> R:
@@ -56,7 +56,7 @@ def _linking() -> Iterator[None]:
 
 @contextmanager
 def _no_entry_from_c(context: Any) -> Iterator[None]:
-    """What numba is made of (``numpy.empty``, slices, sums) would get one each, which nothing calls."""
+    """numba's own functions (``numpy.empty``, slices, sums) would get unused C entries."""
     context.create_cfunc_wrapper = lambda *_arguments: None
     try:
         yield
@@ -66,7 +66,7 @@ def _no_entry_from_c(context: Any) -> Iterator[None]:
 
 @cache
 def _library() -> type | None:
-    """numba's library of code, which leaves alone what has no entry of its own."""
+    """numba's code library, without optimizing libraries that have no entry."""
     from llvmlite.binding import Linkage
     from numba.core.codegen import JITCodeLibrary
 
@@ -98,18 +98,18 @@ def _library() -> type | None:
                 if function.linkage == Linkage.external:
                     function.linkage = "linkonce_odr"
             for variable in self._final_module.global_variables:
-                # What numba keeps for a function's use of Python, and would look up again wherever it is loaded.
+                # Python objects used by a function, which numba would look up again wherever it is loaded.
                 if variable.name.startswith(_ENVIRONMENT) and not variable.is_declaration:
                     variable.linkage = "internal"
             return self._final_module
 
         def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
-            """As numba's, which keeps the intermediate code beside: nothing links what has an entry, names will do."""
-            return self.name, "object", (self._get_compiled_object(), _names_alone(self._final_module))
+            """As numba's, but without the intermediate code, which nothing links; names suffice."""
+            return self.name, "object", (self._get_compiled_object(), _without_bodies(self._final_module))
 
         @property
         def codegen(self) -> Any:
-            return _Nowhere if self._inner else super().codegen
+            return _NoEnvironment if self._inner else super().codegen
 
     return Library
 
@@ -119,9 +119,9 @@ def _defined(module: Any) -> list[Any]:
 
 
 def _reached(library: Any) -> list[Any]:
-    """All that a library calls, directly or not: what an inner one calls is linked where that is, and once.
+    """All libraries called directly or indirectly, each linked once.
 
-    A caller comes before what it calls, for LLVM leaves out what nothing has called so far.
+    Callers come before callees, because LLVM drops functions that nothing has called so far.
     """
     found: dict[Any, None] = {}
 
@@ -131,24 +131,24 @@ def _reached(library: Any) -> list[Any]:
                 found[called] = None
                 if getattr(called, "_inner", False):
                     look_into(called)
-                # Last among the known as soon as all that it calls are there: read backwards, it is ahead of them.
+                # appended once all its callees are known: in reverse order, it precedes them
                 found[called] = found.pop(called)
 
     look_into(library)
     return [*reversed(found)]
 
 
-def _names_alone(module: Any) -> bytes:
-    """A module that defines the same entries, with nothing in them."""
+def _without_bodies(module: Any) -> bytes:
+    """A module with the same entries and empty bodies."""
     from llvmlite.binding import parse_assembly
 
     entries = [function.name for function in _defined(module) if function.name.startswith(_ENTRY)]
     return parse_assembly("\n".join(f'define void @"{name}"() {{ ret void }}' for name in entries)).as_bitcode()
 
 
-class _Nowhere:
-    """Where the environment of an inner kernel is put: nothing that it does looks into it."""
+class _NoEnvironment:
+    """A stub for the environment of an inner kernel, which is never read."""
 
     @staticmethod
     def set_env(_name: str, _environment: Any) -> None:
-        """Leave it."""
+        """Ignore it."""

@@ -1,7 +1,7 @@
-"""Monotone cubics through points: no overshoot, once continuously differentiable.
+"""Monotone cubic interpolation: no overshoot, continuously differentiable.
 
-Inside the slope is the weighted harmonic mean of the neighbouring chords', at an end that of three points, held to the
-shape of the data. Source: F. N. Fritsch and J. Butland, A method for constructing local monotone piecewise cubic
+Interior slopes are weighted harmonic means of the neighbouring chords', end slopes are three-point formulas limited to
+the shape of the data. Source: F. N. Fritsch and J. Butland, A method for constructing local monotone piecewise cubic
 interpolants, 1984.
 """
 
@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 
 @kernel
 def monotone_cubics(x: Array, y: Array) -> Array:
-    """The cubics between rising places ``x`` (n >= 2), highest power of the distance from their left end first;
-    (n - 1, 4)."""
+    """Cubic coefficients between increasing ``x`` (n >= 2), highest power of the distance from the left end first;
+    shape (n - 1, 4)."""
     n = x.size
     slope, out = np.empty(n), np.empty((n - 1, 4))
     if n == 2:
@@ -44,7 +44,7 @@ def monotone_cubics(x: Array, y: Array) -> Array:
 
 @kernel
 def _end_slope(near: float, far: float, near_rise: float, far_rise: float) -> float:
-    """At the end of a step ``near`` wide, beside one ``far`` wide."""
+    """Slope at the end of an interval of width ``near``, next to one of width ``far``."""
     first, second = near_rise / near, far_rise / far
     found = ((2.0 * near + far) * first - near * second) / (near + far)
     if found * first <= 0.0:

@@ -1,16 +1,16 @@
-"""Functions of one turn as polynomials on panels: sampled once, then every question is one to the polynomials.
+"""Piecewise polynomial approximation of functions over one revolution: sampled once, then evaluated as polynomials.
 
-A panel [a, b] carries the values at its n Chebyshev-Lobatto points; its interpolant converges geometrically where the
-function is analytic, so panels end at the function's corners and are halved until the last coefficients tell that the
-interpolant is as close as wanted. With a_k the Chebyshev coefficients and r the ratio by which pairs of them fall,
+A panel [a, b] holds the values at its n Chebyshev-Lobatto points; its interpolant converges geometrically where the
+function is analytic, so panels end at the function's corners and are halved until the last coefficients indicate
+sufficient accuracy. With a_k the Chebyshev coefficients and r the ratio by which pairs of them decrease,
 
-    |f - p| <= 2 sum_{k >= n} |a_k|  ~  4 A r/(1 - r),   A = max(|a_{n-1}|, |a_{n-2}|)
+  |f - p| <= 2 sum_{k >= n} |a_k|  ~  4 A r/(1 - r),   A = max(|a_{n-1}|, |a_{n-2}|)
 
-Extremes, zeros and means are those of the interpolants, by the barycentric formula; none asks for another value of the
-function. Validity: the function is smooth inside every panel, and continuous over their ends.
+Extremes, zeros and means are those of the interpolants, by the barycentric formula, without further function
+evaluations. Validity: the function is smooth inside every panel and continuous at their ends.
 
-Source: L. N. Trefethen, Approximation Theory and Approximation Practice (2013), chapters 5, 8 and 18; J.-P. Berrut,
-L. N. Trefethen, SIAM Review 46 (2004), for the barycentric formula.
+Source: L. N. Trefethen, Approximation Theory and Approximation Practice (2013), chapters 5, 8 and 18; J.-P. Berrut, L.
+N. Trefethen, SIAM Review 46 (2004), for the barycentric formula.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 _SLOWEST = 0.75
 _FASTEST = 0.25
-"""Ratios by which coefficients are taken to fall: at a corner they fall as slowly as this, and none is trusted more."""
+"""Limits of the assumed decrease ratio of coefficients: slowest, as at a corner, and fastest trusted."""
 _TAIL = 6
 _MOST_STEPS = 40
 _MOST_HALVINGS = 40
@@ -40,8 +40,8 @@ _INSIDE = 1e-14
 
 
 class Rule(NamedTuple):
-    """The n points on [-1, 1], their barycentric weights, and what the value at each point, a row each, gives to the
-    derivatives at all of them (n, n) and to the last six Chebyshev coefficients (n, 6)."""
+    """The n points on [-1, 1], their barycentric weights, and the matrices from values to derivatives (n, n) and to the
+    last six Chebyshev coefficients (n, 6), a row per value."""
 
     points: Array
     weights: Array
@@ -50,7 +50,7 @@ class Rule(NamedTuple):
 
 
 class Panels(NamedTuple):
-    """``edges`` (panels + 1,) over one turn, and the rule of every panel."""
+    """``edges`` (panels + 1,) over one revolution, and the rule of every panel."""
 
     edges: Array
     rule: Rule
@@ -62,7 +62,7 @@ class Panels(NamedTuple):
 
     @property
     def angles_inside(self) -> Array:
-        """The same, but ends a little inside their panels, where a function that jumps between panels is theirs."""
+        """The points with panel ends moved slightly inward, for functions that jump between panels."""
         return inside(self.angles, self.rule)
 
 
@@ -86,7 +86,7 @@ def _points(left: Array, right: Array, rule: Rule) -> Array:
 
 
 def inside(angle: Array, rule: Rule) -> Array:
-    """Points of panels (panels n,) as they are, but for the panels' ends: these a little inside."""
+    """Move the end points of panels (panels n,) slightly inward."""
     angle = angle.reshape(-1, rule.points.size).copy()
     angle[:, 0] += _INSIDE
     angle[:, -1] -= _INSIDE
@@ -94,8 +94,7 @@ def inside(angle: Array, rule: Rule) -> Array:
 
 
 def split(edges: Array, widest: Array | float) -> Array:
-    """The same edges, and more evenly between them so that no element is wider than ``widest``, which may differ
-    between the elements there were."""
+    """Insert edges evenly so that no element is wider than ``widest``, which may differ between elements."""
     parts = np.maximum(np.ceil(np.diff(edges) / widest * (1.0 - 1e-9)), 1.0).astype(int)
     first = np.repeat(np.cumsum(parts) - parts, parts)
     inner = (np.arange(first.size) - first) / np.repeat(parts, parts)
@@ -105,11 +104,10 @@ def split(edges: Array, widest: Array | float) -> Array:
 def resolve(
     sample: Callable[[Array], Array], edges: Array, rule: Rule, checked: int, tolerance: float, most_panels: int
 ) -> tuple[Panels, Array, float]:
-    """Panels that resolve what ``sample`` gives, its values at their points, and the greatest error left.
+    """Panels that resolve ``sample``, its values at their points, and the largest remaining error.
 
-    ``sample`` takes angles (m,) and gives (quantities, m), of which the first ``checked`` decide: a panel is halved
-    until their errors are below ``tolerance`` times the greatest magnitude of each over the turn, as far as
-    ``most_panels`` go.
+    ``sample`` maps angles (m,) to (quantities, m); the first ``checked`` quantities decide: a panel is halved until
+    their errors are below ``tolerance`` times each one's largest magnitude over the revolution, up to ``most_panels``.
     """
     left, right = edges[:-1], edges[1:]
     n = rule.points.size
@@ -120,7 +118,7 @@ def resolve(
     for _ in range(_MOST_HALVINGS):
         errors = tail_errors(values[:checked], rule) / np.maximum(scale, 1e-300)[:, None]
         error = errors.max(axis=0)
-        # Rounding of values this wide apart is not resolved by any panel.
+        # rounding errors of this relative size cannot be resolved
         halve = (error > tolerance) & (right - left > _NARROWEST)
         if count + left.size + halve.sum() > most_panels:
             halve[:] = False
@@ -145,7 +143,7 @@ def resolve(
 
 @kernel
 def tail_errors(values: Array, rule: Rule) -> Array:
-    """How far off the interpolants may be: (quantities, panels), from values (quantities, panels n)."""
+    """Estimated errors of the interpolants (quantities, panels), from values (quantities, panels n)."""
     n = rule.points.size
     out = np.empty((values.shape[0], values.shape[1] // n))
     for row in range(out.shape[0]):
@@ -156,14 +154,14 @@ def tail_errors(values: Array, rule: Rule) -> Array:
 
 @kernel
 def panel_error(f: Array, rule: Rule) -> float:
-    """How far off one panel's interpolant may be."""
+    """Estimated error of one panel's interpolant."""
     a, b, c, d, e, g = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(f.size):
         value = f[j]
         a, b, c = a + rule.tail[j, 0] * value, b + rule.tail[j, 1] * value, c + rule.tail[j, 2] * value
         d, e, g = d + rule.tail[j, 3] * value, e + rule.tail[j, 4] * value, g + rule.tail[j, 5] * value
     first, middle, last = max(abs(a), abs(b)), max(abs(c), abs(d)), max(abs(e), abs(g))
-    # A pair that happens to be small tells little: its neighbours say how great coefficients are and how they fall.
+    # A pair may be small by accident; its neighbours determine magnitude and decrease.
     ratio = max(last / middle if middle > 0.0 else 1.0, middle / first if first > 0.0 else 1.0)
     ratio = min(max(ratio, _FASTEST), _SLOWEST)
     likely = 0.5 * middle * min(middle / first, 1.0) if first > 0.0 else 0.0
@@ -186,8 +184,8 @@ def interpolate(f: Array, rule: Rule, x: float) -> float:
 
 @kernel
 def _zero(f: Array, rule: Rule, left: int, small: float) -> tuple[float, float]:
-    """Where the interpolant crosses zero between the points ``left`` and the next, or is as small as that, by Illinois'
-    rule; and its value there."""
+    """A zero of the interpolant between point ``left`` and the next, or a point with value below ``small``, by the
+    Illinois method; and its value there."""
     a, b, fa, fb = rule.points[left], rule.points[left + 1], f[left], f[left + 1]
     x, value = a, fa
     for _ in range(_MOST_STEPS):
@@ -205,7 +203,7 @@ def _zero(f: Array, rule: Rule, left: int, small: float) -> tuple[float, float]:
 
 @kernel
 def slopes_of(f: Array, rule: Rule, out: Array) -> None:
-    """Derivatives of one panel's interpolant at its points, by x in [-1, 1], into ``out`` (n,)."""
+    """Derivatives of one panel's interpolant at its points with respect to x in [-1, 1], into ``out`` (n,)."""
     out[:] = 0.0
     for k in range(f.size):
         for j in range(out.size):
@@ -214,7 +212,7 @@ def slopes_of(f: Array, rule: Rule, out: Array) -> None:
 
 @reducing_kernel
 def largest(f: Array) -> float:
-    """The greatest magnitude."""
+    """The largest magnitude."""
     most = 0.0
     for i in range(f.size):
         most = max(most, abs(f[i]))
@@ -232,7 +230,7 @@ def top_of(f: Array) -> float:
 
 @reducing_kernel
 def _top_and_jump(f: Array, sign: float) -> tuple[float, float]:
-    """The greatest of sign f, and the greatest step from one point to the next."""
+    """Maximum of sign f, and the largest difference between neighbouring points."""
     most, jump = sign * f[0], 0.0
     for j in range(1, f.size):
         most, jump = max(most, sign * f[j]), max(jump, abs(f[j] - f[j - 1]))
@@ -241,10 +239,10 @@ def _top_and_jump(f: Array, sign: float) -> tuple[float, float]:
 
 @kernel
 def greatest(edges: Array, rule: Rule, f: Array, sign: float, tolerance: float) -> tuple[float, float, float]:
-    """Greatest value of sign f over the turn, how far off it may be, and its angle.
+    """Maximum of sign f over the revolution, its error bound, and its angle.
 
-    ``tolerance`` is absolute. Between two points where the slope changes from rising to falling the top lies below the
-    crossing of the tangents, and where that is above the best so far it is looked for as a zero of the slope.
+    ``tolerance`` is absolute. Where the slope changes from rising to falling between two points, the maximum lies below
+    the intersection of the tangents; if that exceeds the best value so far, the zero of the slope is located.
     """
     n = rule.points.size
     best, top, x, missed = -np.inf, 0, 0.0, 0.0
@@ -271,7 +269,7 @@ def greatest(edges: Array, rule: Rule, f: Array, sign: float, tolerance: float) 
             crossing = left + rise * max((right - left + fall * width) / (rise + fall), 0.0)
             if crossing <= best and max(left, right) < best:
                 continue
-            # The value misses its top by the slope that is left, squared, over twice the bend.
+            # the value misses the maximum by slope^2 / (2 |second derivative|)
             bend = (rise + fall) / width
             place, left_over = _zero(slope, rule, j, math.sqrt(0.1 * tolerance * bend))
             value = sign * interpolate(g, rule, place)
@@ -283,7 +281,7 @@ def greatest(edges: Array, rule: Rule, f: Array, sign: float, tolerance: float) 
 
 @kernel
 def zeros(edges: Array, rule: Rule, f: Array) -> Array:
-    """Angles at which f changes its sign inside a panel, in rising order."""
+    """Sign changes of f inside panels, in increasing order."""
     n, found = rule.points.size, [0.0 for _ in range(0)]
     for p in range(edges.size - 1):
         g = f[p * n : (p + 1) * n]
@@ -296,7 +294,7 @@ def zeros(edges: Array, rule: Rule, f: Array) -> Array:
 
 @kernel
 def values_at(edges: Array, rule: Rule, f: Array, angle: Array) -> Array:
-    """The interpolants of f (quantities, panels n) at angles within the turn: (quantities, angles)."""
+    """Interpolants of f (quantities, panels n) at angles within the revolution: (quantities, angles)."""
     n = rule.points.size
     out = np.empty((f.shape[0], angle.size))
     for i in range(angle.size):

@@ -1,4 +1,4 @@
-"""Angles of one turn."""
+"""Angles of one revolution."""
 
 from __future__ import annotations
 
@@ -11,5 +11,5 @@ TURN = 2.0 * math.pi
 
 
 def grid(samples: int, offset: float = 0.0) -> NDArray[np.float64]:
-    """Equally spaced angles [rad] of one turn, shape (samples,), shifted by ``offset`` of a step."""
+    """Equally spaced angles [rad] of one revolution, shape (samples,), shifted by ``offset`` steps."""
     return (np.arange(samples) + offset) * (TURN / samples)

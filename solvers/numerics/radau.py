@@ -1,7 +1,7 @@
-"""Radau's collocation on one element [0, 1]: its points and the matrices that act on values there.
+"""Radau collocation on one element [0, 1]: points and matrices acting on values there.
 
-Points are the element's first end and Radau's, the last of which is its other end; the method is of order 2 s - 1 in
-the number s of the latter, and damps what its steps cannot follow.
+The points are the element's start and the Radau points, the last of which is its end; the method has order 2 s - 1 for
+s Radau points and damps what its steps cannot resolve.
 
 Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5; for the barycentric weights, J.-P.
 Berrut, L. N. Trefethen, SIAM Review 46 (2004).
@@ -24,10 +24,10 @@ _TAIL = 4
 
 
 class Radau(NamedTuple):
-    """``points`` (s + 1,) and ``weights`` of barycentric interpolation there; ``first``, ``second`` derivatives at the
-    points and ``integral`` up to them, of a polynomial given by its values, (s + 1, s + 1); ``once`` and ``twice``
-    (s, s): single and double integrals up to Radau's points of one given at these alone; ``slope`` (s,): from what has
-    grown since the first end to the slope at the last; ``tail`` (4, s + 1) gives the last Legendre coefficients."""
+    """``points`` (s + 1,) and their barycentric ``weights``; ``first``, ``second``: derivatives at the points, and
+    ``integral`` up to them, of a polynomial given by its values, (s + 1, s + 1); ``once`` and ``twice`` (s, s): single
+    and double integrals up to the Radau points of one given at these only; ``slope`` (s,): from the increments since
+    the start to the slope at the end; ``tail`` (4, s + 1): the last Legendre coefficients."""
 
     points: Array
     weights: Array
@@ -42,13 +42,13 @@ class Radau(NamedTuple):
 
 @cache
 def radau(stages: int) -> Radau:
-    """The element with so many stages, at least 3."""
+    """The element with ``stages`` Radau points, at least 3."""
     series = np.zeros(stages + 1)
     series[stages - 1 :] = -1.0, 1.0
     x = np.sort(legendre.legroots(series).real)
     x -= legendre.legval(x, series) / legendre.legval(x, legendre.legder(series))
     x[-1] = 1.0
-    # From values at Radau's points alone, and from those at all points.
+    # from values at the Radau points only, and from those at all points
     inner, places = np.linalg.inv(legendre.legvander(x, stages - 1)), np.append(-1.0, x)
     whole, points = np.linalg.inv(legendre.legvander(places, stages)), 0.5 * (places + 1.0)
 
@@ -71,7 +71,7 @@ def radau(stages: int) -> Radau:
 
 @fusing_kernel
 def shares_of(points: Array, weights: Array, x: float, share: Array) -> None:
-    """The shares (s + 1,) that an element's points have in polynomials at x in [0, 1]."""
+    """Interpolation weights (s + 1,) of an element's points for polynomials at x in [0, 1]."""
     total = 0.0
     for k in range(share.size):
         apart = x - points[k]

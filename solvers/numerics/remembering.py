@@ -1,9 +1,9 @@
-"""What type an operator has for numbers and arrays is found out once in a process, not at each of its uses.
+"""Caching of operator types during compilation.
 
-numba tries some fifty rules for each ``+`` that it meets, one after the other, when it finds the types and again when
-it makes code of it: a tenth of the time that a kernel takes to compile.
+numba tries about fifty rules for every ``+``, once for type inference and once for code generation: a tenth of the
+compilation time of a kernel.
 
-This reaches into numba's types of functions; where these look otherwise than expected, numba goes its own way.
+This relies on numba's function types; if they differ from what is expected, numba's own mechanism is used.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from contextlib import contextmanager
 from typing import Any
 
 _FOUND: dict[tuple[int, tuple[Any, ...]], tuple[Any, Any]] = {}
-"""For an operator, by its identity, and the types it is given: the operator, held so that nothing else gets its
-identity, and the types of its arguments and its result."""
+"""By operator identity and argument types: the operator (kept alive, so that its identity stays unique), and argument
+and result types."""
 
 
 @contextmanager
 def types_of_operators() -> Iterator[None]:
-    """As long as this lasts."""
+    """Cache operator types within the block."""
     from numba.core.types.functions import BaseFunction, Function
 
     find = getattr(BaseFunction, "get_call_type", None)
@@ -43,7 +43,7 @@ def types_of_operators() -> Iterator[None]:
 
 
 def _is_plain(type_: Any) -> bool:
-    """What no one defines operators for but numba itself, and by rules that look at the types alone."""
+    """Types whose operators only numba itself defines, by rules that depend on types alone."""
     from numba.core import types
 
     if isinstance(type_, types.BaseTuple):

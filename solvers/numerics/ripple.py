@@ -1,9 +1,10 @@
-"""What ripples beside a smooth function over one turn: modes in closed form.
+"""Oscillating contributions to a smooth function over one revolution: modes in closed form.
 
-    Re sum_n Z_n(x),   Z_n = start_n exp(phase_n(x)) (shape_n(x) . weights)
+  Re sum_n Z_n(x),   Z_n = start_n exp(phase_n(x)) (shape_n(x) . weights)
 
-Phase and shape are polynomials on elements of the turn, so that a mode costs as much however fast it oscillates. What
-is looked at takes the parts of the shapes by weights. The greatest value of a function with ripple: ``ripple_peaks``.
+Phase and shape are polynomials on elements of the revolution, so that the cost of a mode does not depend on its
+frequency. Weights select which combination of a shape's parts is evaluated. For the maximum of a function with ripple,
+see ``ripple_peaks``.
 """
 
 from __future__ import annotations
@@ -22,21 +23,21 @@ Complex = NDArray[np.complex128]
 
 TURN = 2.0 * math.pi
 _MARGIN = 1.2
-"""On a mode's amplitude on an element, known at three of its points."""
+"""Safety factor on a mode's amplitude on an element, sampled at three points."""
 _PROBED = 3
 KINDS = 6
-"""Columns of a table for every mode."""
+"""Columns of a table per mode."""
 
 
 class Ripple(NamedTuple):
-    """Modes on elements over one turn, with the points of a rule in each.
+    """Modes on elements over one revolution, at the points of a rule in each.
 
     edges   (elements + 1,)
-    start   (elements, modes), complex amplitudes at an element's first end
-    phase   (elements, modes, points), complex, grown since there
+    start   (elements, modes), complex amplitudes at an element's start
+    phase   (elements, modes, points), complex, accumulated from there
     rate    (elements, modes, points), its derivative
-    pace    (elements, modes), its greatest imaginary part
-    shape   (elements, modes, points, 2, parts), real and imaginary parts of what weights are laid on
+    pace    (elements, modes), its largest imaginary part
+    shape   (elements, modes, points, 2, parts), real and imaginary parts to which weights are applied
     probe   (elements, modes, 3, 2, parts), shape times amplitude at an element's first, middle and last point
 
     and of the elements' rule its points, their weights and the matrix of first derivatives (``radau``).
@@ -59,7 +60,8 @@ class Ripple(NamedTuple):
 
 
 def ripple_of(edges: Array, start: Complex, phase: Complex, shape: Complex, rule: Radau) -> Ripple:
-    """From amplitudes (elements, modes), phases (elements, modes, points), shapes (elements, modes, points, parts)."""
+    """Build from amplitudes (elements, modes), phases (elements, modes, points) and shapes (elements, modes, points,
+    parts)."""
     rate = np.ascontiguousarray(phase @ rule.first.T / np.diff(edges)[:, None, None])
     both = np.ascontiguousarray(np.stack([shape.real, shape.imag], axis=-2))
     few = [0, rule.points.size // 2, rule.points.size - 1]
@@ -81,14 +83,14 @@ def ripple_of(edges: Array, start: Complex, phase: Complex, shape: Complex, rule
 
 
 def no_ripple(parts: int, rule: Radau) -> Ripple:
-    """No mode at all."""
+    """A ripple without modes."""
     empty = np.empty((1, 0, rule.points.size, parts), np.complex128)
     return ripple_of(np.array([0.0, TURN]), empty[:, :, 0, 0], empty[..., 0], empty, rule)
 
 
 @kernel
 def reaches(ripple: Ripple, weights: Array) -> Array:
-    """How far every mode reaches on every element, (elements, modes)."""
+    """Amplitude bound of every mode on every element, (elements, modes)."""
     elements, modes = ripple.start.shape
     out = np.zeros((elements, modes))
     if modes == 0:
@@ -106,7 +108,7 @@ def reaches(ripple: Ripple, weights: Array) -> Array:
 
 @kernel
 def ripple_at(ripple: Ripple, modes: int, weights: Array, angle: Array) -> Array:
-    """What the first so many modes make of several weights (rows, parts) at angles: (rows, angles)."""
+    """Contribution of the first ``modes`` modes for several weights (rows, parts) at angles: (rows, angles)."""
     rows, p = weights.shape[0], ripple.points.size
     out, last = np.zeros((rows, angle.size)), -1
     table, room, z = np.empty((rows, p, KINDS * modes)), np.empty(KINDS * modes), np.empty((2, modes))
@@ -124,7 +126,7 @@ def ripple_at(ripple: Ripple, modes: int, weights: Array, angle: Array) -> Array
 
 @kernel
 def parts_at(ripple: Ripple, angle: Array) -> Array:
-    """What all modes make of every part at angles: (parts, angles)."""
+    """Contribution of all modes to every part at angles: (parts, angles)."""
     modes, p, parts = ripple.shape.shape[1], ripple.shape.shape[2], ripple.shape.shape[4]
     out, row, share = np.zeros((parts, angle.size)), np.empty(parts), np.empty(p)
     for i in range(angle.size if modes > 0 else 0):
@@ -149,21 +151,21 @@ def parts_at(ripple: Ripple, angle: Array) -> Array:
 
 @kernel
 def _place(ripple: Ripple, angle: float) -> float:
-    """The angle in the turn that begins with the first element."""
+    """The angle within the revolution that starts at the first element."""
     turns = (angle - ripple.edges[0]) / TURN
     return ripple.edges[0] + (turns - math.floor(turns)) * TURN
 
 
 @kernel
 def element_at(ripple: Ripple, place: float) -> int:
-    """The element of an angle in the turn that begins with the first element."""
+    """The element of an angle within the revolution that starts at the first element."""
     return min(max(np.searchsorted(ripple.edges, place, side="right"), 1), ripple.edges.size - 1) - 1
 
 
 @fusing_kernel
 def tabulate(ripple: Ripple, weights: Array, e: int, modes: int, table: Array) -> None:
-    """What is interpolated on an element: phases, shapes with weights laid on them, and what derivatives have in the
-    place of shapes, real and imaginary parts, each of all modes side by side: (points, 6 modes)."""
+    """Tabulate what is interpolated on an element: phases, weighted shapes, and their counterparts for derivatives,
+    real and imaginary parts of all modes side by side: (points, 6 modes)."""
     p, h = ripple.points.size, ripple.edges[e + 1] - ripple.edges[e]
     seen = np.dot(ripple.shape[e, :modes].reshape(modes * p * 2, weights.size), weights)
     for k in range(p):
@@ -187,7 +189,7 @@ def tabulate(ripple: Ripple, weights: Array, e: int, modes: int, table: Array) -
 def modes_at(
     ripple: Ripple, e: int, place: float, table: Array, share: Array, room: Array, z: Array
 ) -> tuple[float, float]:
-    """What the modes make, and its derivative; ``z`` (2, modes) takes real and imaginary parts of every Z."""
+    """The modes' sum and its derivative; ``z`` (2, modes) receives real and imaginary parts of every Z."""
     modes, p = z.shape[1], share.size
     shares_of(ripple.points, ripple.weights, (place - ripple.edges[e]) / (ripple.edges[e + 1] - ripple.edges[e]), share)
     room[:] = 0.0

@@ -1,16 +1,16 @@
-"""The greatest value over one turn of a function that ripples.
+"""Maximum over one revolution of a function with ripple.
 
-    F(x) = f(x) + Re sum_n Z_n(x)
+  F(x) = f(x) + Re sum_n Z_n(x)
 
 f is a polynomial on every panel (``solvers.numerics.panels``), the modes are those of ``solvers.numerics.ripple``. The
-greatest F is looked for by halving intervals and leaving out those that cannot hold it. In an interval of half width r
-about m, with the modes' frequencies w_n,
+maximum is found by branch and bound on intervals. In an interval of half width r about m, with the modes' frequencies
+w_n,
 
-    F <= F(m) + |F'(m)| r + (max|f''| + sum |Z_n| w_n^2) r^2/2
-    F <= max f + sum max Re(Z_n(m) exp(i t)),  |t| <= w_n r
+  F <= F(m) + |F'(m)| r + (max|f''| + sum |Z_n| w_n^2) r^2/2
+  F <= max f + sum max Re(Z_n(m) exp(i t)),  |t| <= w_n r
 
-the former close where no mode turns far, the latter where they do. What the modes reach bounds from the start where the
-greatest may be, so that a small ripple is looked at in narrow places alone.
+the former is sharp if no mode rotates far, the latter if they do. The modes' amplitude bounds restrict the location of
+the maximum beforehand, so that a small ripple is examined only in narrow intervals.
 
 Source: for the search, R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis (2009), chapter 5.
 """
@@ -30,23 +30,23 @@ from solvers.numerics.ripple import KINDS, TURN, Ripple, element_at, modes_at, t
 Array = NDArray[np.float64]
 
 _MARGIN = 1.2
-"""On the bend of f, known at a panel's points."""
+"""Safety factor on the second derivative of f, sampled at a panel's points."""
 _ONE_TOP = 0.5
-"""Radians of the fastest mode, in half an interval, that hold no more than one maximum."""
+"""Rotation of the fastest mode in half an interval that guarantees at most one maximum [rad]."""
 _NEGLIGIBLE = 0.3
-"""Of the tolerance, that the fastest modes may be left out for."""
+"""Fraction of the tolerance for omitting the fastest modes."""
 _DRIFT = 0.1
-"""Of its reach, by which a mode's amplitude may change while it turns by a radian."""
+"""Relative change of a mode's amplitude per radian of rotation."""
 _DEEPEST = 200
 _MOST_STEPS = 30
 _SLIGHTLY, _LEAST = 1e-9, 1e-14
-"""Of a panel, and radians at the least: how far behind an end its element is looked up."""
+"""Offset from an end for looking up its element: relative to a panel, and minimum in radians."""
 _EPS = float(np.finfo(float).eps)
 
 
 class _Place(NamedTuple):
-    """What is read at one panel and element: values and slopes of f by the angle, the panel's middle and half width;
-    element, what turns an angle into its place, its table, and room."""
+    """Data of one panel and element: values and slopes of f with respect to the angle, the panel's centre and half
+    width; the element, the map from angle to position, its table, and workspace."""
 
     f: Array
     slope: Array
@@ -62,7 +62,8 @@ class _Place(NamedTuple):
 
 @fusing_kernel
 def _both(rule: Rule, ripple: Ripple, at: _Place, sign: float, x: float) -> tuple[float, float, float, float]:
-    """f, its slope, and what the modes add to both at the angle x, all times ``sign``; leaves Z in its room."""
+    """f, its slope, and the modes' contribution to both at the angle x, all times ``sign``; leaves Z in the
+    workspace."""
     u = (x - at.middle) / at.half
     below, value, steep, exact = 0.0, 0.0, 0.0, -1
     for j in range(rule.points.size):
@@ -82,12 +83,12 @@ def _both(rule: Rule, ripple: Ripple, at: _Place, sign: float, x: float) -> tupl
 
 @fusing_kernel
 def _highest(real: float, imag: float, turn: float, reach: float) -> float:
-    """The greatest real part of z exp(i t), |t| <= turn; ``reach`` where that is too far to know |z|."""
+    """Maximum real part of z exp(i t), |t| <= turn; ``reach`` if that is too far to know |z|."""
     if turn >= 0.5 * math.pi:
         return reach
     c, s, imag = math.cos(turn), math.sin(turn), abs(imag)
     ahead = imag * c - real * s
-    # Whether the turn leads past the real axis.
+    # whether the rotation crosses the real axis
     return (math.hypot(real, imag) if ahead <= 0.0 and real > 0.0 else real * c + imag * s) + _DRIFT * turn * reach
 
 
@@ -95,7 +96,7 @@ def _highest(real: float, imag: float, turn: float, reach: float) -> float:
 def _top(
     rule: Rule, ripple: Ripple, at: _Place, sign: float, a: float, b: float, tolerance: float
 ) -> tuple[float, float]:
-    """The greatest value and its angle in an interval that holds no more than one maximum."""
+    """Maximum and its angle in an interval with at most one maximum."""
     f, df, g, dg = _both(rule, ripple, at, sign, a)
     left, best, x = df + dg, f + g, a
     f, df, g, dg = _both(rule, ripple, at, sign, b)
@@ -111,7 +112,7 @@ def _top(
         steep = df + dg
         if f + g > best:
             best, x = f + g, middle
-        # A value misses its top by its slope squared over twice the bend.
+        # a value misses the maximum by slope^2 / (2 |second derivative|)
         if steep * steep <= tolerance * bend or abs(b - a) <= 8.0 * _EPS * TURN:
             break
         if steep * right < 0.0:
@@ -126,11 +127,11 @@ def _top(
 def greatest_with_ripple(
     edges: Array, rule: Rule, f: Array, sign: float, tolerance: float, ripple: Ripple, weights: Array, reach: Array
 ) -> tuple[float, float, float]:
-    """Greatest value of sign F over the turn, how far off it may be, and its angle; ``tolerance`` is absolute, and
-    ``reach`` that of the weights (``reaches``)."""
+    """Maximum of sign F over the revolution, its error bound, and its angle; ``tolerance`` is absolute, ``reach`` is
+    that of the weights (``reaches``)."""
     best, missed, where = greatest(edges, rule, f, sign, tolerance)
     elements, modes = reach.shape
-    # The fastest modes may be left out where all of them do not reach far.
+    # omit the fastest modes if their total amplitude is small
     left_out = 0.0
     while modes > 0:
         most = 0.0
@@ -152,7 +153,7 @@ def greatest_with_ripple(
     table, room, z = np.empty((p, KINDS * modes)), np.empty(KINDS * modes), np.empty((2, modes))
     share, slope, bend, domed = np.empty(p), np.empty(n), np.empty(n), np.empty(n)
     stack, enough = np.empty((_DEEPEST, 2)), 0.5 * tolerance
-    # First the panel of the smooth part's own top, since what is found there leaves little to be looked at elsewhere.
+    # start with the panel of the smooth part's maximum: a good value excludes most others
     first = min(max(np.searchsorted(edges, where, side="right"), 1), edges.size - 1) - 1
     summit, top, tabulated = where, first, -1
     best -= tall.max()
@@ -167,7 +168,7 @@ def greatest_with_ripple(
                 jump = max(jump, abs(g[j] - g[j - 1]))
         bent, begin, nudge = False, edges[panel], max(_SLIGHTLY * half, _LEAST)
         while begin < edges[panel + 1] - nudge:
-            # The part of the panel that lies in one element.
+            # the part of the panel within one element
             inner = begin + nudge
             place = inner - math.floor((inner - ripple.edges[0]) / TURN) * TURN
             e = element_at(ripple, place)
@@ -188,7 +189,7 @@ def greatest_with_ripple(
                     tabulated = e
                 at = _Place(g, slope, middle, half, e, place - inner, table, share, room, z)
                 if domed[j] > bends[e]:
-                    # Concave with all that rings: there is one maximum.
+                    # concave including all modes: a single maximum
                     found, angle = _top(rule, ripple, at, sign, max(low, start), min(high, end), 0.1 * tolerance)
                     if found > best:
                         best, where, top = found, angle, panel
@@ -215,7 +216,7 @@ def greatest_with_ripple(
                         if found > best:
                             best, where, top = found, angle, panel
                         continue
-                    # The half nearer to the smooth part's top is looked at first.
+                    # the half closer to the smooth part's maximum first
                     near = 1 if x < summit else 0
                     stack[count + near, 0], stack[count + near, 1] = x, high
                     stack[count + 1 - near, 0], stack[count + 1 - near, 1] = low, x
@@ -226,8 +227,8 @@ def greatest_with_ripple(
 
 @fusing_kernel
 def _bends(g: Array, sign: float, half: float, rule: Rule, slope: Array, bend: Array, domed: Array) -> None:
-    """Slopes of a panel's polynomial at its points, by the angle; behind each how much it may bend, and how far it is
-    sure to be concave where ``sign`` times it is looked at."""
+    """Slopes of a panel's polynomial at its points with respect to the angle; and, for each, bounds on the second
+    derivative and on the distance over which ``sign`` f is concave."""
     n = g.size
     own = np.empty(n)
     slopes_of(g, rule, slope)

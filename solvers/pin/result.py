@@ -41,10 +41,12 @@ class Sections:
     symmetric: bool
 
     def along(self) -> Stress:
-        """Stations of the whole part, thinned to some four hundred; places where a load or a shape begins stay."""
+        """About four hundred stations of the whole part, among them those where a load or a shape begins and the one of
+        the greatest stress."""
         table, g, (x, bore, outer) = self.table, self.geometry, self.table[:3]
         starts = {0.0, g.boss_length, g.boss_length + g.gap, 0.5 * g.length, *self.places}
-        fixed = np.isin(x, list(starts)) | (x == x[-1]) | (x == x[0])
+        worst = np.argmax(np.nan_to_num(table[5]))
+        fixed = np.isin(x, [*starts, x[0], x[worst], x[-1]])
         same = np.zeros(x.size, dtype=bool)
         same[1:] = (x[1:] == x[:-1]) & (np.abs(np.diff(bore)) <= 1e-12 * bore[:-1])
         same[1:] &= np.abs(np.diff(outer)) <= 1e-12 * outer[:-1]

@@ -75,17 +75,17 @@ class Client:
         return self.submit("analyses", kind, spec, key=key)
 
     def study(self, kind: str, spec: Mapping[str, Any], *, progress: Progress | None = None) -> Run:
-        """Error against time of a check, design or analysis of this kind; waits until it is there."""
+        """Accuracy study of a check, design or analysis of this kind; waits for the result."""
         return self.wait(self.submit("accuracy", kind, {"spec": spec}, later=True), progress=progress)
 
     def submit(
         self, collection: str, kind: str, spec: Mapping[str, Any], *, key: str | None = None, later: bool = False
     ) -> Run:
-        """POST a request; ``later`` comes back at once with a run that is queued (designs and studies)."""
+        """POST a request; with ``later``, return immediately with a queued run (designs and studies)."""
         return wire.run_of(self._send(wire.submission(collection, kind, spec, key, later)))
 
     def wait(self, run: Run, timeout_s: float | None = None, progress: Progress | None = None) -> Run:
-        """The run when it has ended; ``progress`` is called with it each time it is looked at."""
+        """Wait for a run to end; ``progress`` is called with it at every poll."""
         ends = None if timeout_s is None else time.monotonic() + timeout_s
         while not run.ended:
             if ends is not None and time.monotonic() > ends:
@@ -97,15 +97,15 @@ class Client:
         return run
 
     def run(self, run_id: str) -> Run:
-        """One run, whatever became of it."""
+        """A run, whatever its status."""
         return wire.run_of(self._send(wire.Call("GET", f"{wire.PREFIX}/runs/{run_id}")))
 
     def cancel(self, run_id: str) -> Run:
-        """End a queued or running run; a Problem with status 409 if it has ended."""
+        """Cancel a queued or running run. Raises Problem with status 409 if it has ended."""
         return Run(self._send(wire.Call("DELETE", f"{wire.PREFIX}/runs/{run_id}")).json())
 
     def runs(self, **filters: Any) -> Iterator[dict[str, Any]]:
-        """The lines of all runs that satisfy the filters (kind, mode, status, name, holds, created_after, batch_id),
+        """All runs matching the filters (kind, mode, status, name, holds, created_after, batch_id),
         newest first, page after page."""
         cursor: str | None = None
         while True:
@@ -125,18 +125,18 @@ class Client:
         detail: str = "scalars",
         key: str | None = None,
     ) -> Batch:
-        """Begin a batch of many requests of one kind and mode ("design", "check", "analysis"): mappings, or the rows of
+        """Start a batch of requests of one kind and mode ("design", "check", "analysis"): mappings, or the rows of
         a file (.csv, .ndjson, .parquet)."""
         return self._send(wire.rows(kind, mode, specs, name, detail, key)).json()
 
     def sweep(self, told: Mapping[str, Any], *, key: str | None = None) -> Batch:
-        """Begin a batch that the service expands: {kind, mode, base, vary, combine, …}."""
+        """Start a batch expanded by the service: {kind, mode, base, vary, combine, …}."""
         return self._send(wire.sweep(told, key)).json()
 
     def wait_for_batch(
         self, batch: Batch, timeout_s: float | None = None, progress: Callable[[Batch], None] | None = None
     ) -> Batch:
-        """The batch when it has ended; ``progress`` is called with it each time it is looked at."""
+        """Wait for a batch to end; ``progress`` is called with it at every poll."""
         ends = None if timeout_s is None else time.monotonic() + timeout_s
         while batch["status"] in OPEN:
             if ends is not None and time.monotonic() > ends:
@@ -148,36 +148,36 @@ class Client:
         return batch
 
     def cancel_batch(self, batch: Batch) -> Batch:
-        """End a batch; what is done stays. A Problem with status 409 if it has ended."""
+        """Cancel a batch; finished items are kept. Raises Problem with status 409 if it has ended."""
         return self._send(wire.Call("DELETE", batch["links"]["self"])).json()
 
     def results(
         self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()
     ) -> Iterator[dict[str, Any]]:
-        """The rows of what has ended, in the order of the items."""
+        """The results of finished items, in order."""
         answer = self._send(wire.results(batch, "ndjson", status, fields))
         return (json.loads(line) for line in answer.iter_lines() if line)
 
     def frame(self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()) -> Any:
-        """The same as a pandas frame, indexed by the items; needs pandas."""
+        """The results as a pandas DataFrame indexed by item; requires pandas."""
         import pandas
 
         found = pandas.DataFrame(list(self.results(batch, status=status, fields=fields)))
         return found.set_index("index") if "index" in found else found
 
     def plot(self, run: Run, name: str) -> bytes:
-        """One of ``run.links["plots"]``, as SVG."""
+        """A plot from ``run.links["plots"]``, as SVG."""
         return self._send(wire.Call("GET", run.links["plots"][name])).content
 
     def export(self, run: Run, name: str, **options: str) -> bytes:
-        """One of ``run.links["exports"]``; a slow one is waited for."""
+        """An export from ``run.links["exports"]``; waits for slow ones."""
         call = wire.Call("GET", run.links["exports"][name], params=options)
         while (answer := self._send(call)).status_code == 202:
             time.sleep(asked_wait_s(answer) or _POLL_S)
         return answer.content
 
     def save(self, run: Run, name: str, path: str | PathLike[str], **options: str) -> Path:
-        """An export written to a file."""
+        """Write an export to a file."""
         file = Path(path)
         file.write_bytes(self.export(run, name, **options))
         return file
@@ -199,7 +199,7 @@ class Client:
 
 
 class AsyncClient:
-    """The same as ``Client``, to be awaited."""
+    """The asynchronous counterpart of ``Client``."""
 
     def __init__(
         self,
@@ -235,17 +235,17 @@ class AsyncClient:
         return await self.submit("analyses", kind, spec, key=key)
 
     async def study(self, kind: str, spec: Mapping[str, Any], *, progress: Progress | None = None) -> Run:
-        """Error against time of a check, design or analysis of this kind; waits until it is there."""
+        """Accuracy study of a check, design or analysis of this kind; waits for the result."""
         return await self.wait(await self.submit("accuracy", kind, {"spec": spec}, later=True), progress=progress)
 
     async def submit(
         self, collection: str, kind: str, spec: Mapping[str, Any], *, key: str | None = None, later: bool = False
     ) -> Run:
-        """POST a request; ``later`` comes back at once with a run that is queued (designs and studies)."""
+        """POST a request; with ``later``, return immediately with a queued run (designs and studies)."""
         return wire.run_of(await self._send(wire.submission(collection, kind, spec, key, later)))
 
     async def wait(self, run: Run, timeout_s: float | None = None, progress: Progress | None = None) -> Run:
-        """The run when it has ended; ``progress`` is called with it each time it is looked at."""
+        """Wait for a run to end; ``progress`` is called with it at every poll."""
         ends = None if timeout_s is None else time.monotonic() + timeout_s
         while not run.ended:
             if ends is not None and time.monotonic() > ends:
@@ -257,15 +257,15 @@ class AsyncClient:
         return run
 
     async def run(self, run_id: str) -> Run:
-        """One run, whatever became of it."""
+        """A run, whatever its status."""
         return wire.run_of(await self._send(wire.Call("GET", f"{wire.PREFIX}/runs/{run_id}")))
 
     async def cancel(self, run_id: str) -> Run:
-        """End a queued or running run; a Problem with status 409 if it has ended."""
+        """Cancel a queued or running run. Raises Problem with status 409 if it has ended."""
         return Run((await self._send(wire.Call("DELETE", f"{wire.PREFIX}/runs/{run_id}"))).json())
 
     async def runs(self, **filters: Any) -> AsyncIterator[dict[str, Any]]:
-        """The lines of all runs that satisfy the filters (kind, mode, status, name, holds, created_after, batch_id),
+        """All runs matching the filters (kind, mode, status, name, holds, created_after, batch_id),
         newest first, page after page."""
         cursor: str | None = None
         while True:
@@ -286,18 +286,18 @@ class AsyncClient:
         detail: str = "scalars",
         key: str | None = None,
     ) -> Batch:
-        """Begin a batch of many requests of one kind and mode ("design", "check", "analysis"): mappings, or the rows of
+        """Start a batch of requests of one kind and mode ("design", "check", "analysis"): mappings, or the rows of
         a file (.csv, .ndjson, .parquet)."""
         return (await self._send(wire.rows(kind, mode, specs, name, detail, key))).json()
 
     async def sweep(self, told: Mapping[str, Any], *, key: str | None = None) -> Batch:
-        """Begin a batch that the service expands: {kind, mode, base, vary, combine, …}."""
+        """Start a batch expanded by the service: {kind, mode, base, vary, combine, …}."""
         return (await self._send(wire.sweep(told, key))).json()
 
     async def wait_for_batch(
         self, batch: Batch, timeout_s: float | None = None, progress: Callable[[Batch], None] | None = None
     ) -> Batch:
-        """The batch when it has ended; ``progress`` is called with it each time it is looked at."""
+        """Wait for a batch to end; ``progress`` is called with it at every poll."""
         ends = None if timeout_s is None else time.monotonic() + timeout_s
         while batch["status"] in OPEN:
             if ends is not None and time.monotonic() > ends:
@@ -309,36 +309,36 @@ class AsyncClient:
         return batch
 
     async def cancel_batch(self, batch: Batch) -> Batch:
-        """End a batch; what is done stays. A Problem with status 409 if it has ended."""
+        """Cancel a batch; finished items are kept. Raises Problem with status 409 if it has ended."""
         return (await self._send(wire.Call("DELETE", batch["links"]["self"]))).json()
 
     async def results(
         self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()
     ) -> list[dict[str, Any]]:
-        """The rows of what has ended, in the order of the items."""
+        """The results of finished items, in order."""
         answer = await self._send(wire.results(batch, "ndjson", status, fields))
         return [json.loads(line) for line in answer.iter_lines() if line]
 
     async def frame(self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()) -> Any:
-        """The same as a pandas frame, indexed by the items; needs pandas."""
+        """The results as a pandas DataFrame indexed by item; requires pandas."""
         import pandas
 
         found = pandas.DataFrame(await self.results(batch, status=status, fields=fields))
         return found.set_index("index") if "index" in found else found
 
     async def plot(self, run: Run, name: str) -> bytes:
-        """One of ``run.links["plots"]``, as SVG."""
+        """A plot from ``run.links["plots"]``, as SVG."""
         return (await self._send(wire.Call("GET", run.links["plots"][name]))).content
 
     async def export(self, run: Run, name: str, **options: str) -> bytes:
-        """One of ``run.links["exports"]``; a slow one is waited for."""
+        """An export from ``run.links["exports"]``; waits for slow ones."""
         call = wire.Call("GET", run.links["exports"][name], params=options)
         while (answer := await self._send(call)).status_code == 202:
             await asyncio.sleep(asked_wait_s(answer) or _POLL_S)
         return answer.content
 
     async def save(self, run: Run, name: str, path: str | PathLike[str], **options: str) -> Path:
-        """An export written to a file."""
+        """Write an export to a file."""
         file = Path(path)
         file.write_bytes(await self.export(run, name, **options))
         return file

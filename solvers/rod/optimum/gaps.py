@@ -87,8 +87,6 @@ def _ways(model: FullModel, bounds: Bounds, best: Iterate, conditions: Stationar
     here = log_pace(best.x)
     slope = np.array([(here - log_pace(best.x - _STEP * unit)) / _STEP for unit in np.eye(3)])
     tangent, ranges = conditions.tangent, (bounds.b, bounds.h, bounds.l)
-    if len(tangent) == 1:
-        units = [tangent[0]]
-    else:
-        units = [np.eye(3)[v] for v in (1, 2) if ranges[v][0] < ranges[v][1]]
+    free = [np.eye(3)[v] for v in (1, 2) if ranges[v][0] < ranges[v][1]]
+    units = [tangent[0]] if len(tangent) == 1 else free
     return [unit / (unit @ slope) for unit in units if abs(unit @ slope) > _STEEP], math.exp(here)

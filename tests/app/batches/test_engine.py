@@ -20,6 +20,7 @@ import pytest
 from app.batches import engine as engines
 from app.batches.service import Asked, BatchService
 from app.store.batch_items import unpacked
+from app.store.batch_operations import Claim
 from app.store.batch_reads import items_after
 from app.store.batch_records import BatchRecord, Item
 from app.store.migrate import upgrade
@@ -84,6 +85,28 @@ def test_poison_is_found_by_splitting_and_stored_as_failed(database_url: str, tm
     assert {k: parts["problem"]["status"] for k, parts in failed.items()} == {7: 500, 40: 504}
     assert failed[7]["spec"] == bodies[7]
     assert verify(database_url).sound
+
+
+@pytest.mark.parametrize(("deaths", "status"), [(19, "succeeded"), (20, "failed")])
+def test_an_item_survives_nineteen_processes_that_leased_it(tmp_path: Path, deaths: int, status: str) -> None:
+    url = f"sqlite:///{tmp_path}/runs.sqlite3"
+    upgrade(url)
+
+    async def story() -> list[Item]:
+        executor = fake.pool()
+        with RunStore(url) as store:
+            service = BatchService(store, executor, 2.0, 2.0)
+            batch = await service.get(await submitted(service, [{"x": 1}]))
+            for number in range(deaths):
+                assert len(await store.write(Claim(batch.number, f"dead {number}", -1.0, 1, 100))) == 1
+            executor.start()
+            service.start()
+            ended = await asyncio.wait_for(over(service, batch.id), 100)
+            await service.close()
+            executor.close()
+            return await stored(store, ended)
+
+    assert [item.status for item in asyncio.run(story())] == [status]
 
 
 def test_kills_at_any_moment_lose_and_double_nothing(database_url: str) -> None:

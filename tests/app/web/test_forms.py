@@ -9,6 +9,8 @@ import pytest
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from app.jobs.errors import Busy
+from app.submission import Service
 from app.web.forms.tree import form_of
 
 JOBS = [(kind.slug, str(mode)) for kind in KINDS.values() for mode in kind.jobs]
@@ -66,6 +68,23 @@ def test_a_fault_is_shown_at_its_field_and_nothing_typed_is_lost(client, field, 
     shown = inputs(answer.text)
     assert shown == {name: fields.get(name, "") for name in shown}
     assert HOSTILE not in answer.text
+
+
+def test_a_form_that_must_wait_is_shown_again_with_the_reason(client, monkeypatch):
+    async def busy(*_given):
+        raise Busy("no worker came free within 30 s", 7.0)
+
+    monkeypatch.setattr(Service, "submit_within", busy)
+    fields = texts_of("pin-profile", "check") | {"name": "typed before"}
+    answer = client.post("/designs/pin-profile?mode=check", data=fields)
+    assert answer.status_code == 503 and answer.headers["retry-after"] == "7"
+    assert answer.headers["content-type"].startswith("text/html")
+    assert "no worker came free" in answer.text and inputs(answer.text)["name"] == "typed before"
+
+
+def test_control_characters_and_those_that_turn_text_round_are_taken_out_of_names(client, check_request):
+    answer = client.post("/api/v1/checks/flexible-rod", json=check_request | {"name": "a\x1b[31m\x07\u202eb\u2066c"})
+    assert answer.json()["name"] == "a[31mbc"
 
 
 def test_the_other_mode_keeps_what_both_have(client):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import signal
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -331,14 +332,19 @@ def test_the_lease_duration_of_chunks(url, monkeypatch, beside, holds):
 # -- the end -----------------------------------------------------------------------------------------------------
 
 
-def test_what_ends_within_the_drain_is_answered_and_what_does_not_is_told(tmp_path):
-    """Two studies under way on a service that is stopped: of 0.3 s and of 30 s, with a drain of 8 s."""
-    example = example_of(KINDS["flexible-rod"], Mode.ACCURACY)
-    running = Running(tmp_path, workers=3, batch_workers=0, drain_s=8, solve_budget_s=60)
+def test_requests_that_finish_within_the_drain_are_answered_and_others_refused(tmp_path):
+    """Two studies during shutdown with a drain of 8 s: one of 0.3 s, and one that takes some 20 s of its 60 s."""
+    short = example_of(KINDS["flexible-rod"], Mode.ACCURACY)
+    angles = [5 * k for k in range(72)]
+    pressures = [2 + 0.5 * math.cos(math.radians(angle)) + 0.05 * (-1) ** k for k, angle in enumerate(angles)]
+    load = {"kind": "table", "angle_deg": angles, "pressure_mpa": pressures}
+    long = short | {"spec": short["spec"] | {"load": load, "effects": "all"}}
+    running = Running(tmp_path, workers=3, batch_workers=0, drain_s=8, solve_budget_s=90)
     with running, running.client() as client, ThreadPoolExecutor() as threads:
         wait_until(lambda: running.ready(client), 170.0)
         ask = partial(client.post, "/api/v1/accuracy/flexible-rod")
-        below, above = (threads.submit(ask, json=example | {"study_budget_s": s}) for s in (0.3, 30.0))
+        above = threads.submit(ask, json=long | {"study_budget_s": 60.0})
+        below = threads.submit(ask, json=short | {"study_budget_s": 0.3})
         time.sleep(0.3)
         took = running.end(signal.SIGTERM)
         assert below.result().status_code == 201

@@ -86,7 +86,7 @@ def test_a_bushing_with_too_few_steps_is_detected(monkeypatch):
     problem = pin_of(body, {"kind": "stepped", "steps": 3}, max_deflection_um=8.0)
     assert stand(judged("pin-profile", problem))
     right = stepped.lightest_steps
-    monkeypatch.setattr(stepped, "lightest_steps", lambda half, steps, known: right(half, steps - 1, known))
+    monkeypatch.setattr(stepped, "lightest_steps", lambda half, steps, *given: right(half, steps - 1, *given))
     found = judged("pin-profile", problem)
     assert not found.bounded and found.better > 1e-5
 
